@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+# needleforce: `make help` lists what can be asked. Every target does its own set-up in .venv.
+PYTHON ?= python3
+BIN := .venv/bin
+CORE_SOURCES := $(shell find include bindings -type f) CMakeLists.txt pyproject.toml
+PYTHON_SOURCES := src tests benchmarks examples
+CXX_SOURCES := $(shell find include bindings tests/cpp examples benchmarks -name '*.hpp' -o -name '*.cpp' -o -name '*.h')
+CXX_TESTS := build/cpp
+FILE ?= tests/reference_values.json
+
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test test-cpp test-python bench bench-full lint format docs reference clean
+
+help:  ## this list
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
+
+.venv/.packages: constraints.txt pyproject.toml tools/system_packages.sh
+	@tools/system_packages.sh
+	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	@echo "setting up .venv (once)"
+	@$(BIN)/pip install --quiet --disable-pip-version-check --requirement constraints.txt
+	@touch $@
+
+.venv/.core: .venv/.packages $(CORE_SOURCES)
+	@echo "compiling the core"
+	@$(BIN)/pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
+	@touch $@
+
+setup: .venv/.core  ## virtual environment, pinned packages, compiled core
+
+demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo/results.json
+	@$(BIN)/needleforce demo --out demo
+
+test: setup test-cpp test-python  ## every test
+
+test-cpp: .venv/.packages
+	@$(BIN)/cmake -S . -B $(CXX_TESTS) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DNEEDLEFORCE_TESTS=ON -DCMAKE_BUILD_TYPE=Release > $(CXX_TESTS).log 2>&1 \
+	  || (cat $(CXX_TESTS).log; false)
+	@$(BIN)/cmake --build $(CXX_TESTS) > $(CXX_TESTS).log 2>&1 || (cat $(CXX_TESTS).log; false)
+	@$(BIN)/ctest --test-dir $(CXX_TESTS) --output-on-failure
+
+test-python: setup
+	@$(BIN)/python -m pytest
+
+bench: setup  ## the bars as ratios, measured in one run
+	@$(BIN)/pip install --quiet --disable-pip-version-check --requirement benchmarks/requirements.txt
+	@$(BIN)/python benchmarks/run.py $(BENCH)
+
+bench-full: BENCH = --full
+bench-full: bench  ## the same with the full counts of recordings
+
+lint: .venv/.packages  ## formatters and linters, changing nothing
+	@$(BIN)/ruff check $(PYTHON_SOURCES)
+	@$(BIN)/ruff format --check $(PYTHON_SOURCES)
+	@$(BIN)/clang-format --dry-run --Werror $(CXX_SOURCES)
+	@$(BIN)/codespell
+
+format: .venv/.packages  ## the same, changing files
+	@$(BIN)/ruff check --fix $(PYTHON_SOURCES)
+	@$(BIN)/ruff format $(PYTHON_SOURCES)
+	@$(BIN)/clang-format -i $(CXX_SOURCES)
+
+docs: setup  ## the pages of docs/ as HTML in build/docs
+	@$(BIN)/pip install --quiet --disable-pip-version-check --requirement docs/requirements.txt
+	@$(BIN)/sphinx-build -q -W docs build/docs && echo "build/docs/index.html"
+
+reference: setup  ## FILE=values.json through the public names: name, expected, got, pass
+	@$(BIN)/python tests/reference.py $(FILE)
+
+clean:  ## everything that was built, .venv included
+	@rm -rf .venv build demo

@@ -1,0 +1,146 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The bars as ratios, each measured in one run on one machine: ``make bench``. Prints what was measured beside the
+bar."""
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+import needleforce as nf
+
+ROOT = Path(__file__).resolve().parents[1]
+PAPER = nf.preset("paper")
+
+
+def best(work, repeats: int = 7) -> float:
+    """Shortest time of several runs [s]: what the machine can do when nothing else runs."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        work()
+        times.append(time.perf_counter() - start)
+    return min(times)
+
+
+def paired(first, second, repeats: int = 15) -> float:
+    """Ratio of the shortest times of two works that take turns."""
+    times = np.array([[best(first, 1), best(second, 1)] for _ in range(repeats)])
+    return float(times[:, 0].min() / times[:, 1].min())
+
+
+def step():
+    """Work of a step beside the bare closed form."""
+    with tempfile.TemporaryDirectory() as folder:
+        binary = Path(folder) / "step"
+        compile_ = [
+            "g++",
+            "-std=c++20",
+            "-O2",
+            f"-I{ROOT / 'include'}",
+            str(ROOT / "benchmarks" / "step.cpp"),
+            "-o",
+            str(binary),
+        ]
+        subprocess.run(compile_, check=True)
+        runs = [json.loads(subprocess.run([binary], capture_output=True, check=True).stdout) for _ in range(5)]
+    quiet = min(runs, key=lambda run: run["step"]["p999"])
+    work, bare = quiet["step"], quiet["bare"]
+    shown = ", ".join(f"{key} {work[key]:.1f}" for key in ("p50", "p99", "p999", "max"))
+    yield "step, one layer [ns a step]", shown, "p99.9 <= 50", work["p999"] <= 50
+    yield (
+        "step / bare closed form, p99.9",
+        f"{work['p999'] / bare['p999']:.1f}",
+        "<= 10",
+        work["p999"] <= 10 * bare["p999"],
+    )
+    yield "state of an insertion [bytes]", str(quiet["state_bytes"]), "", True
+
+
+def evaluation(n: int = 10**7):
+    """The model over an array, beside NumPy and Numba."""
+    depth = np.linspace(0.0, 12e-3, n)
+    velocity = np.where(np.arange(n) < n // 2, 3e-3, -3e-3)
+    out = np.empty(n)
+    c, p, f, k = PAPER.stiffness.force(1.0), PAPER.puncture_depth, PAPER.friction.per_length, PAPER.cutting.force
+
+    def select():
+        return np.select([velocity < 0, depth <= p], [-f * depth, c * depth * depth], f * depth + k)
+
+    ours = best(lambda: PAPER.force(depth, velocity, out))
+    yield "10^7 samples [ns a sample]", f"{1e9 * ours / n:.2f}", "", True
+    ratio = best(select, 3) / ours
+    yield "NumPy select / ours", f"{ratio:.0f}", ">= 10", ratio >= 10
+    try:
+        import numba
+    except ImportError:
+        yield "ours / Numba", "Numba is not installed", "<= 1.2", None
+        return
+
+    @numba.njit(fastmath=False)
+    def loop(depth, velocity, out):
+        for i in range(depth.size):
+            z = depth[i]
+            if velocity[i] < 0:
+                out[i] = -f * z
+            elif z <= p:
+                out[i] = c * z * z
+            else:
+                out[i] = f * z + k
+
+    loop(depth[:10], velocity[:10], out[:10])
+    ratio = paired(lambda: PAPER.force(depth, velocity, out), lambda: loop(depth, velocity, out))
+    yield "ours / Numba, one thread", f"{ratio:.2f}", "<= 1.2", ratio <= 1.2
+
+
+def reading():
+    """60 s at 1 kHz from CSV, beside pandas on the same file."""
+    import pandas as pd
+
+    recording = nf.simulate(PAPER, nf.Motion.insert(start=-5e-3, speed=1e-3, depth=20e-3, hold=9.8))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "run.csv"
+        nf.write(recording, path)
+        ratio = paired(lambda: nf.read(path), lambda: pd.read_csv(path, comment="#"), 40)
+    yield f"reading {len(recording)} rows / pandas", f"{ratio:.2f}", "<= 1.2", ratio <= 1.2
+
+
+def starting():
+    """Import and help. Absolute, as the bar is: printed and not asserted anywhere."""
+    bare = best(lambda: subprocess.run([sys.executable, "-c", "pass"], check=True), 5)
+    for what, code, bar in (
+        ("import needleforce", "import needleforce as nf; nf.preset, nf.Insertion", 0.3),
+        ("--help", "import sys; sys.argv = ['needleforce', '--help']; from needleforce.cli import main; main()", 0.5),
+    ):
+        took = best(lambda code=code: subprocess.run([sys.executable, "-c", code], check=True, capture_output=True), 5)
+        yield f"{what} [s]", f"{took:.2f} (Python alone {bare:.2f})", f"<= {bar}", took <= bar
+
+
+def demo():
+    """The demo after set-up."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-c", "from needleforce.cli import main; main()", "demo", "--out", folder]
+        took = best(lambda: subprocess.run(command, check=True, capture_output=True), 1)
+    yield "make demo after set-up [s]", f"{took:.1f}", "<= 30", took <= 30
+
+
+def main(full: bool) -> None:
+    """Runs every part and prints one table; the fit's own tables follow."""
+    console = Console(width=110)
+    table = Table("what", "measured", "bar", "", title="needleforce, bars", title_justify="left")
+    for part in (step, evaluation, reading, starting, demo):
+        with console.status(part.__doc__.splitlines()[0]):
+            for what, measured, bar, met in part():
+                table.add_row(what, measured, bar, "" if not bar or met is None else "met" if met else "NOT MET")
+    console.print(table)
+    subprocess.run([sys.executable, ROOT / "benchmarks" / "fit.py", *(["--full"] if full else [])], check=True)
+
+
+if __name__ == "__main__":
+    main("--full" in sys.argv[1:])

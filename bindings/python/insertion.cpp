@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "needleforce/insertion.hpp"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/variant.h>
+#include <nanobind/stl/vector.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "module.hpp"
+#include "needleforce/sliding.hpp"
+#include "parameters.hpp"
+
+namespace needleforce::python {
+
+namespace {
+
+template <std::size_t n>
+std::vector<std::string> names(const char* const (&words)[n]) {
+  return {words, words + n};
+}
+
+void require_length(const Values& values, std::size_t n, const char* quantity) {
+  if (values.shape(0) != n)
+    raise_input(std::string("the length of ") + quantity, nb::int_(values.shape(0)),
+                "not that of depth, " + std::to_string(n), "Give arrays of equal length.");
+}
+
+/// Runs the insertion over whole arrays; the columns of the samples by name.
+nb::dict run(Insertion& insertion, const Values& depth, const std::optional<Values>& velocity,
+             const Values& dt) {
+  const std::size_t n = depth.shape(0);
+  if (velocity) require_length(*velocity, n, "velocity");
+  require_length(dt, n, "dt");
+  double *force, *stiffness, *friction, *cutting, *phase, *status;
+  nb::dict result;
+  result["force"] = new_array(n, force);
+  result["stiffness"] = new_array(n, stiffness);
+  result["friction"] = new_array(n, friction);
+  result["cutting"] = new_array(n, cutting);
+  result["phase"] = new_array(n, phase);
+  result["status"] = new_array(n, status);
+  nb::gil_scoped_release release;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Sample sample =
+        insertion.step(depth.data()[i], velocity ? velocity->data()[i] : no_velocity, dt.data()[i]);
+    force[i] = sample.force;
+    stiffness[i] = sample.stiffness;
+    friction[i] = sample.friction;
+    cutting[i] = sample.cutting;
+    phase[i] = static_cast<double>(sample.phase);
+    status[i] = static_cast<double>(sample.status);
+  }
+  return result;
+}
+
+void bind_sample(nb::module_& module) {
+  nb::class_<Sample>(module, "Sample",
+                     "One row of an insertion: force [N], + opposes insertion, and its parts.")
+      .def_ro("depth", &Sample::depth, "[m] past the undeformed surface")
+      .def_ro("velocity", &Sample::velocity, "[m/s]")
+      .def_ro("force", &Sample::force, "[N], the sum of the parts")
+      .def_ro("stiffness", &Sample::stiffness, "[N]")
+      .def_ro("friction", &Sample::friction, "[N]")
+      .def_ro("cutting", &Sample::cutting, "[N]")
+      .def_ro("force_by_depth", &Sample::force_by_depth, "[N/m]")
+      .def_ro("force_by_velocity", &Sample::force_by_velocity, "[N s/m]")
+      .def_ro("punctured", &Sample::punctured, "true in the one step that breaks through")
+      .def_prop_ro("phase", [](const Sample& self) { return phase_names[static_cast<int>(self.phase)]; })
+      .def_prop_ro("status", [](const Sample& self) { return status_names[static_cast<int>(self.status)]; });
+}
+
+void bind_model(nb::module_& module) {
+  nb::class_<Model>(module, "Laws", "One law for each part of the force.")
+      .def(
+          "__init__",
+          [](Model* self, Stiffness stiffness, Puncture puncture, Friction friction, Cutting cutting) {
+            new (self) Model{stiffness, puncture, friction, cutting};
+          },
+          nb::arg("stiffness"), nb::arg("puncture"), nb::arg("friction"), nb::arg("cutting"))
+      .def_prop_ro(
+          "puncture_depth",
+          [](const Model& self) { return puncture_depth(self.puncture, prepare(self.stiffness)); },
+          "Depth [m] of the tip at puncture, whatever the criterion.")
+      .def(
+          "sliding_force",
+          [](const Model& self, const Values& depth, const std::optional<Values>& velocity,
+             nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu> out) {
+            if (velocity) require_length(*velocity, depth.shape(0), "velocity");
+            if (out.shape(0) != depth.shape(0))
+              raise_input("the length of out", nb::int_(out.shape(0)), "not that of depth", "");
+            nb::gil_scoped_release release;
+            sliding_force(self, depth.data(), velocity ? velocity->data() : nullptr, out.data(),
+                          depth.shape(0));
+          },
+          nb::arg("depth"), nb::arg("velocity").none(), nb::arg("out").noconvert());
+}
+
+}  // namespace
+
+void bind_insertion(nb::module_& module) {
+  module.def("phase_names", [] { return names(phase_names); });
+  module.def("status_names", [] { return names(status_names); });
+  bind_sample(module);
+  bind_model(module);
+  nb::class_<Insertion>(module, "Insertion", "The simulated insertion, one cycle at a time.")
+      .def(
+          "__init__",
+          [](Insertion* self, const Model& laws, double max_speed, double hold_time) {
+            new (self) Insertion(laws, Limits{.max_speed = max_speed, .hold_time = hold_time});
+          },
+          nb::arg("laws"), nb::arg("max_speed") = Limits{}.max_speed,
+          nb::arg("hold_time") = Limits{}.hold_time)
+      .def(
+          "step",
+          [](Insertion& self, double depth, std::optional<double> velocity, double dt) {
+            return self.step(depth, velocity.value_or(no_velocity), dt);
+          },
+          nb::arg("depth"), nb::arg("velocity").none(), nb::arg("dt"),
+          "One cycle: depth [m], velocity [m/s] or None for the change of depth, dt [s]. Never raises.")
+      .def("run", &run, nb::arg("depth"), nb::arg("velocity").none(), nb::arg("dt"),
+           "A whole series, as the columns of its samples.")
+      .def("reset", &Insertion::reset, "Back to before the first contact.")
+      .def("snapshot", &Insertion::snapshot, "A copy, state included.")
+      .def_prop_ro("deepest_cut", &Insertion::deepest_cut, "[m], 0 before the puncture");
+}
+
+}  // namespace needleforce::python

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// The compiled core as `needleforce.core`.
+#include "module.hpp"
+
+#include <nanobind/nanobind.h>
+
+#include "needleforce/version.hpp"
+
+NB_MODULE(core, module) {
+  module.doc() = "The compiled core of needleforce: laws, contact, foundation, insertion, fit.";
+  module.attr("version") = needleforce::version;
+  needleforce::python::bind_mechanics(module);
+  needleforce::python::bind_laws(module);
+  needleforce::python::bind_contact(module);
+  needleforce::python::bind_insertion(module);
+  needleforce::python::bind_fit(module);
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of the Python module, in the order in which they depend on one another.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+
+namespace needleforce::python {
+
+using Values = nanobind::ndarray<const double, nanobind::ndim<1>, nanobind::c_contig, nanobind::device::cpu>;
+using Output = nanobind::ndarray<double, nanobind::numpy, nanobind::ndim<1>, nanobind::c_contig>;
+
+/// A new NumPy array of n doubles that owns its memory; `data` receives its address.
+inline Output new_array(std::size_t n, double*& data) {
+  data = new double[n];
+  nanobind::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
+  return Output(data, {n}, owner);
+}
+
+void bind_mechanics(nanobind::module_& module);  // tips, needle, tissue, foundation
+void bind_laws(nanobind::module_& module);
+void bind_contact(nanobind::module_& module);
+void bind_insertion(nanobind::module_& module);
+void bind_fit(nanobind::module_& module);
+
+}  // namespace needleforce::python

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Products of a residual with itself some samples later: what autocovariances are made of.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <span>
+
+#include "needleforce/fit/stroke.hpp"
+
+namespace needleforce::fit {
+
+/// products[k] = sum over t of residual[t] * residual[t + k]; lags beyond the residual give 0.
+inline void lagged_products(std::span<const double> residual, std::span<double> products) noexcept {
+  constexpr std::size_t lanes = 6;  // neighbouring lags share their loads and add in parallel
+  const std::size_t n = residual.size();
+  for (std::size_t first = 0; first < products.size(); first += lanes) {
+    std::array<Pair, lanes> sum{};
+    std::size_t t = 0;
+    for (; t + first + lanes < n; t += 2) {
+      const Pair now = pair_at(&residual[t]);
+      for (std::size_t k = 0; k < lanes; ++k) sum[k] += now * pair_at(&residual[t + first + k]);
+    }
+    for (; t < n; ++t)
+      for (std::size_t k = 0; k < lanes && t + first + k < n; ++k)
+        sum[k][0] += residual[t] * residual[t + first + k];
+    for (std::size_t k = 0; k < std::min(lanes, products.size() - first); ++k)
+      products[first + k] = sum[k][0] + sum[k][1];
+  }
+}
+
+}  // namespace needleforce::fit

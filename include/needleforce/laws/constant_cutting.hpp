@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+#include "../law.hpp"
+
+namespace needleforce::laws {
+
+/// A constant force while the tip is at the deepest cut; it unloads elastically as the tip recedes and loads
+/// again on the way back, so noise at rest never switches it on and off and an existing hole is not cut
+/// again.
+struct ConstantCutting {
+  double force;
+  double unloading;
+
+  static constexpr const char* name = "constant_cutting";
+  static constexpr Family family = Family::cutting;
+  static constexpr const char* summary = "Constant cutting force at the deepest cut.";
+  static constexpr const char* source = "sec. 2.3";
+  static constexpr const char* validity =
+      "Steady cutting: at 1 mm/s the paper sees the force swing between 0.04 and 0.1 N.";
+  static constexpr std::array<Parameter<ConstantCutting>, 2> table{{
+      {&ConstantCutting::force, "force", "N", 0.0, 1e3, required, "f_c",
+       "cutting force while the tip advances in fresh tissue", "sec. 2.3"},
+      {&ConstantCutting::unloading, "unloading", "m", 1e-9, 5e-2, 20e-6, "s_c",
+       "travel away from the deepest cut over which the force falls to zero", "elastic unloading"},
+  }};
+
+  struct Prepared {
+    double full;        // the force at the deepest cut [N]
+    double per_travel;  // 1 / unloading [1/m]
+    /// `retreat` >= 0 [m] is the distance of the tip from the deepest cut.
+    double force(double retreat) const noexcept { return full * std::max(0.0, 1.0 - retreat * per_travel); }
+    double by_depth(double retreat) const noexcept {
+      return retreat > 0.0 && retreat * per_travel < 1.0 ? full * per_travel : 0.0;
+    }
+  };
+  Prepared prepare() const noexcept { return {force, 1.0 / unloading}; }
+};
+
+}  // namespace needleforce::laws

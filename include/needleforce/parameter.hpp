@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// A parameter table: the one place where a quantity's name, unit, range, meaning and source stand.
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <cstddef>
+#include <limits>
+
+namespace needleforce {
+
+/// Marks a parameter that has no default and must be given.
+inline constexpr double required = std::numeric_limits<double>::quiet_NaN();
+
+/// One number of T: where it lies, what it is called, and the closed range outside which it is refused.
+template <class T>
+struct Parameter {
+  double T::* member;
+  const char* name;
+  const char* unit;  ///< SI; "1" for a ratio
+  double low;
+  double high;
+  double initial;      ///< the default, or `required`
+  const char* symbol;  ///< the letter in the source's equation
+  const char* meaning;
+  const char* source;
+};
+
+/// A struct of SI doubles with a name, a sentence and a parameter table.
+template <class T>
+concept Parameterised = requires {
+  { T::name } -> std::convertible_to<const char*>;
+  { T::summary } -> std::convertible_to<const char*>;
+  T::table.size();
+};
+
+/// The first parameter outside its range (or not finite), or nullptr. Wait-free, allocates nothing.
+template <Parameterised T>
+constexpr const Parameter<T>* first_invalid(const T& value) noexcept {
+  for (const Parameter<T>& parameter : T::table) {
+    const double number = value.*parameter.member;
+    if (!(number >= parameter.low && number <= parameter.high)) return &parameter;
+  }
+  return nullptr;
+}
+
+}  // namespace needleforce

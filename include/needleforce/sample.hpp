@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// One row of an insertion, and the words for its phase and status.
+#pragma once
+
+namespace needleforce {
+
+enum class Phase { free, deformation, insertion, hold, extraction };
+inline constexpr const char* phase_names[] = {"free", "deformation", "insertion", "hold", "extraction"};
+
+enum class Status { ok, outside_range, invalid_parameter, not_finite };
+inline constexpr const char* status_names[] = {"ok", "outside_range", "invalid_parameter", "not_finite"};
+
+/// Force of the tissue on the needle [N], + opposes insertion, its parts, and its derivatives.
+struct Sample {
+  double depth = 0.0;              ///< [m] past the undeformed surface
+  double velocity = 0.0;           ///< [m/s]
+  double force = 0.0;              ///< [N], the sum of the parts
+  double stiffness = 0.0;          ///< [N]
+  double friction = 0.0;           ///< [N]
+  double cutting = 0.0;            ///< [N]
+  double force_by_depth = 0.0;     ///< [N/m], the memory moving with the depth
+  double force_by_velocity = 0.0;  ///< [N s/m]
+  Phase phase = Phase::free;
+  Status status = Status::ok;
+  bool punctured = false;  ///< true in the one step that breaks through
+};
+
+}  // namespace needleforce

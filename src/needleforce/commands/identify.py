@@ -1,0 +1,117 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``needleforce identify``: recordings in, an identified force model out."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .output import JSON_HELP, progress, say, table, write_json
+from .reading import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, good, read_all
+
+NAME = "identify"
+
+
+def run(
+    files: Annotated[list[Path], typer.Argument(help="Recordings: repeats of one condition.", show_default=False)],
+    second_pass: Annotated[
+        list[Path], typer.Option(help="Second insertion at the same site, one for each file; repeat it.")
+    ] = [],  # noqa: B006
+    needle: Annotated[Path | None, typer.Option(help="TOML file with a [needle] section, such as a preset.")] = None,
+    model: Annotated[str | None, typer.Option(help="paper or cone_cylinder; else the one with the lower BIC.")] = None,
+    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
+    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
+    depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
+    motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = [],  # noqa: B006
+    start_depth_mm: Annotated[
+        float | None, typer.Option(help="Depth at the start of a motion file with velocity.")
+    ] = None,
+    filter_length: Annotated[int | None, typer.Option(help="Samples in the force's average filter.")] = None,
+    bending: Annotated[Path | None, typer.Option(help="CSV of cantilever readings of the needle.")] = None,
+    tension: Annotated[Path | None, typer.Option(help="CSV of a tension curve of the tissue.")] = None,
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+    report: Annotated[Path | None, typer.Option(help="Write a report as one HTML file.")] = None,
+    save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None,
+) -> None:
+    """Identify a force model from recordings, with events, parameters and intervals."""
+    import needleforce as nf
+
+    from ..preset_files.needle_file import read_needle
+
+    body = read_needle(needle) if needle else None
+    start = None if start_depth_mm is None else 1e-3 * start_depth_mm
+    options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
+    done = read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options)
+    seconds = read_all(second_pass, column, unit, motion[len(files) :], **options)
+    _tell(done + seconds)
+    fit = _identified(nf, done, seconds, model=model, needle=body, bending=bending, tension=tension, progress=progress)
+    _write(fit, json, report, save)
+    _show(fit, quiet=json == "-")
+    if fit.model is None:
+        raise typer.Exit(1)
+
+
+def _identified(nf, done, seconds, **options):
+    """The fit of what could be read; pairs lose both sides if either is unreadable."""
+    from ..identification.unread import with_unread
+
+    if seconds and len(seconds) != len(done):
+        raise nf.InputError(
+            "--second-pass",
+            len(seconds),
+            f"do not pair with {len(done)} files",
+            next_step="Give one for each file, in the same order.",
+        )
+    if seconds:
+        kept = [k for k in range(len(done)) if len(good([done[k], seconds[k]])) == 2]
+        firsts, others = [done[k][1] for k in kept], [seconds[k][1] for k in kept]
+    else:
+        firsts, others = good(done), []
+    unread = [(str(file), problem) for file, problem in done + seconds if isinstance(problem, nf.InputError)]
+    return with_unread(nf.identify(firsts, second_pass=others, **options) if firsts else None, unread)
+
+
+def _tell(done) -> None:
+    """What was assumed, once for all files that assume the same; what could not be read."""
+    said: dict[str, int] = {}
+    for _, recording in done:
+        for sentence in getattr(getattr(recording, "card", None), "assumptions", ()):
+            said[sentence] = said.get(sentence, 0) + 1
+    for sentence, count in said.items():
+        say(f"assumed: {sentence}" + (f" ({count} files)" if count > 1 else ""))
+
+
+def _write(fit, json, report, save) -> None:
+    write_json(fit.to_json(), json)
+    if report is not None:
+        fit.report(report)
+        say(f"report: {report}")
+    if save is not None and fit.model is not None:
+        fit.save(save)
+        say(f"model: {save}")
+
+
+def _show(fit, quiet: bool) -> None:
+    from ..report.numbers import quantity
+
+    for each in fit.recordings:
+        if not each.parameters:
+            say(f"{each.file}: {each.status}: " + " ".join(each.notes))
+    if quiet:
+        return
+    table("events", ["file", "status", "contact", "punctures", "exit"], [_events(each) for each in fit.recordings])
+    rows = [
+        [e.name, quantity(e.value, e.low, e.high, e.unit), "yes" if e.identifiable else "no", e.source]
+        for e in fit.parameters.values()
+    ]
+    if rows:
+        table("identified", ["quantity", "value, 95 % interval", "identifiable", "how"], rows)
+    for warning in fit.warnings:
+        say(f"warning: {warning}")
+
+
+def _events(each) -> list[str]:
+    events = each.events
+    place = [f"{1e3 * event.depth:.2f} mm" if event is not None else "-" for event in (events.contact, events.exit)]
+    punctures = ", ".join(f"{1e3 * p.depth:.2f} mm {p.force:.3g} N" for p in events.punctures) or "-"
+    return [Path(each.file).name, str(each.status), place[0], punctures, place[1]]

@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What every command prints with: tables, JSON, progress on standard error."""
+
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+JSON_HELP = "Also write the result as JSON; - for standard output."
+
+
+def table(title: str, columns: list[str], rows: list[list[str]]) -> None:
+    """Prints a table on standard output; cells are plain text, never markup."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    made = Table(title=title, title_justify="left", title_style="bold", header_style="bold")
+    for k, column in enumerate(columns):
+        made.add_column(column, overflow="fold", justify="left" if k == 0 else "default")
+    for row in rows:
+        made.add_row(*(Text(str(cell)) for cell in row))
+    Console(width=None if sys.stdout.isatty() else 160).print(made)
+
+
+def say(text: str) -> None:
+    """One line on standard error."""
+    print(text, file=sys.stderr)
+
+
+def progress(work, text: str):
+    """``work`` with a bar on standard error, gone when it is done."""
+    from rich.console import Console
+    from rich.progress import track
+
+    return track(list(work), description=text, console=Console(stderr=True), transient=True)
+
+
+def write_json(document, path: str | None) -> None:
+    """Writes a document where one is asked for; text is written as it is."""
+    if path is None:
+        return
+    text = document if isinstance(document, str) else json.dumps(document, indent=2)
+    if path == "-":
+        print(text)
+    else:
+        write_whole(Path(path), text + "\n")
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Writes a file whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+    with os.fdopen(handle, "w", encoding="utf-8") as file:
+        file.write(text)
+    os.chmod(name, 0o644)
+    os.replace(name, path)
+
+
+def pairs(options: list[str], option: str) -> dict[str, str]:
+    """``force=fz`` options as a dictionary."""
+    from ..errors import InputError
+
+    for text in options:
+        if "=" not in text:
+            raise InputError(
+                f"--{option}",
+                repr(text),
+                "not of the form quantity=name",
+                next_step=f"Write for example --{option} " + ("force=fz." if option == "column" else "time=us."),
+            )
+    return dict(text.split("=", 1) for text in options)

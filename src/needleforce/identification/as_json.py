@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A fit as JSON, in the form of ``needleforce identify --json``."""
+
+import dataclasses
+import json
+import math
+
+from ..segmentation import Events
+from .fit import Fit, RecordingFit
+
+
+def as_json(fit: Fit) -> str:
+    """The whole outcome; numbers that are not finite become null."""
+    document = {
+        "recordings": [_recording(each) for each in fit.recordings],
+        "parameters": _estimates(fit.parameters),
+        "quality": _quality(fit.quality),
+        "model": None if fit.model is None else fit.model.name,
+        "choice": [{"model": name, "bic": bic} for name, bic in fit.choice],
+        "warnings": list(fit.warnings),
+        "held_fixed": list(fit.held_fixed),
+        "unknown": list(fit.unknown),
+        "settings": fit.settings,
+    }
+    return json.dumps(_finite(document), indent=2, allow_nan=False)
+
+
+def _recording(each: RecordingFit) -> dict:
+    card = None if each.recording is None else each.recording.card
+    return {
+        "file": each.file,
+        "status": str(each.status),
+        "sha256": "" if card is None else card.sha256,
+        "events": _events(each.events),
+        "phases": [{"phase": str(span.phase), "start_s": span.start, "end_s": span.end} for span in each.events.phases],
+        "parameters": _estimates(each.parameters),
+        "quality": _quality(each.quality),
+        "notes": list(each.notes),
+        "assumptions": [] if card is None else list(card.assumptions),
+    }
+
+
+def _events(events: Events) -> dict:
+    return {
+        "contact_depth_m": None if events.contact is None else events.contact.depth,
+        "punctures": [
+            {"depth_m": p.depth, "indentation_m": p.indentation, "force_N": p.force, "drop_N": p.drop, "time_s": p.time}
+            for p in events.punctures
+        ],
+        "exit_depth_m": None if events.exit is None else events.exit.depth,
+    }
+
+
+def _estimates(parameters: dict) -> list[dict]:
+    return [dataclasses.asdict(estimate) for estimate in parameters.values()]
+
+
+def _quality(quality) -> dict | None:
+    return None if quality is None else dataclasses.asdict(quality)
+
+
+def _finite(value):
+    """The same document with None for what JSON cannot say."""
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value.item() if hasattr(value, "item") else value

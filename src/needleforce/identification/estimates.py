@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Identified quantities with their intervals."""
+
+from dataclasses import dataclass
+
+from .breakpoint_fit import CycleFit
+
+UNITS = {
+    "stiffness_coefficient": "N/m^2",
+    "contact_depth": "m",
+    "saturation_depth": "m",
+    "puncture_depth": "m",
+    "puncture_indentation": "m",
+    "puncture_force": "N",
+    "friction_per_length": "N/m",
+    "cutting_force": "N",
+}
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One quantity [SI ``unit``] with its 95 % interval ``low`` to ``high``; ``source`` says how it was obtained.
+
+    ``between_repeats_sd`` is None with fewer than two repeats. ``identifiable`` is False where a log alone cannot tell
+    it.
+    """
+
+    name: str
+    value: float
+    unit: str
+    low: float
+    high: float
+    between_repeats_sd: float | None = None
+    identifiable: bool = True
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Residual of the model over the strokes: rms [N], rms over the peak force, and R squared."""
+
+    rmse_N: float
+    nrmse: float
+    r2: float
+
+
+def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
+    """The estimates of one cycle; without a withdrawal, friction and cutting rest on the insertion's slope alone."""
+    source = f"complete fit, {fit.law}" + ("" if has_withdrawal else ", insertion only")
+    names = [name for name in UNITS if name in fit.values and not _absent(name, fit)]
+    return {
+        name: Estimate(name, fit.values[name], UNITS[name], fit.low[name], fit.high[name], source=source)
+        for name in names
+    }
+
+
+def _absent(name: str, fit: CycleFit) -> bool:
+    """A bare cone has no saturation depth."""
+    return name == "saturation_depth" and fit.law == "cone"

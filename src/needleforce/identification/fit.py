@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The outcome of an identification: estimates with intervals, what was held fixed, and how well the model did."""
+
+import dataclasses
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..model import Insertion, Model
+from ..recording import Recording
+from ..segmentation import Events
+from ..vocabulary import Status
+from .estimates import Estimate, Quality
+from .two_pass import TwoPass
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingFit:
+    """What one recording gave. ``predicted`` (n,) [N] is the model along its motion; empty where there is no model."""
+
+    file: str
+    status: Status
+    recording: Recording | None
+    events: Events
+    parameters: dict[str, Estimate] = field(default_factory=dict)
+    quality: Quality | None = None
+    predicted: np.ndarray = field(default_factory=lambda: np.empty(0))
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The identification of one condition from one or more repeats: own and pooled parameters, and the model they make.
+
+    ``model`` is None where no recording could answer. ``warnings`` say in plain words which limits were crossed,
+    ``held_fixed`` what was taken and not identified, ``unknown`` what these logs cannot tell. ``choice`` lists the
+    stiffness laws compared, by BIC.
+    """
+
+    recordings: tuple[RecordingFit, ...]
+    parameters: dict[str, Estimate]
+    model: Model | None
+    quality: Quality | None
+    warnings: tuple[str, ...] = ()
+    held_fixed: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
+    choice: tuple[tuple[str, float], ...] = ()
+    settings: dict[str, object] = field(default_factory=dict)
+    two_pass: TwoPass | None = None
+
+    def predict(self, recording: Recording, events: Events | None = None) -> np.ndarray:
+        """Force (n,) [N] of the identified model along the motion of ``recording``.
+
+        The puncture is at the mean depth of the fit; with ``events`` (as from ``segment(recording)``) contact and
+        puncture are the recording's own, a replay.
+        """
+        contact, model = self.parameters["contact_depth"].value, self.model
+        if events is not None and events.contact is not None:
+            contact = events.contact.depth
+            if events.punctures:
+                model = with_puncture(model, events.punctures[0].depth - contact)
+        return run_model(model, recording, contact)
+
+    def to_json(self) -> str:
+        """The fit as JSON text, in the form of ``needleforce identify --json``."""
+        from .as_json import as_json
+
+        return as_json(self)
+
+    def report(self, path) -> None:
+        """Writes one HTML file that opens offline."""
+        from ..report import write_report
+
+        write_report(self, path)
+
+    def save(self, path) -> None:
+        """Writes the identified model as a preset file."""
+        from ..preset_files.writing import save
+
+        save(self.model, path)
+
+
+def with_puncture(model: Model, depth: float) -> Model:
+    """The model with its puncture at another depth [m]."""
+    from .. import core
+
+    return dataclasses.replace(model, puncture=core.laws.PunctureDepth(max(depth, 0.0)))
+
+
+def run_model(model: Model, recording: Recording, contact_depth: float) -> np.ndarray:
+    """Force (n,) [N] of ``model`` along a recording whose surface is at ``contact_depth`` [m] in its own zero."""
+    dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
+    return Insertion(model, max_speed=np.inf).run(recording.depth - contact_depth, None, dt)["force"]

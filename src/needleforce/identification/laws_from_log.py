@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Identified numbers become laws; what a log cannot tell is held at a stated value."""
+
+import math
+
+from .. import core
+from ..errors import InputError
+from ..model import Model
+
+# what identify and compare take as a model's name -> its stiffness law
+MODELS = {"paper": "cone", "cone_cylinder": "cone_cylinder"}
+NOMINAL_HALF_ANGLE = math.radians(45.0)
+
+
+def stiffness_law(name: str) -> str:
+    """The stiffness law of a model's name."""
+    if name not in MODELS:
+        raise InputError(
+            "model", repr(name), "not one that can be identified", next_step=f"Give one of {', '.join(MODELS)}."
+        )
+    return MODELS[name]
+
+
+def half_angle(needle) -> float:
+    """The tip's half angle [rad], or 45 degrees where no tip is known: a log tells only its product with the
+    modulus."""
+    return needle.tip.half_angle if needle is not None and needle.tip is not None else NOMINAL_HALF_ANGLE
+
+
+def needle_saturation(needle) -> float | None:
+    """The depth [m] at which a cone on this needle's shank saturates, or None where tip or needle are unknown."""
+    if needle is None or needle.tip is None:
+        return None
+    return core.contact_at_radius(needle.tip, _one(needle.radius), 1.0)[0][0]
+
+
+def model_of(values: dict[str, float], needle=None, name: str = "identified", reference: str = "") -> Model:
+    """The model of fitted values (names as in ``CycleFit``); InputError where a value lies outside a law's range."""
+    angle = half_angle(needle)
+    modulus = 0.5 * math.pi * values["stiffness_coefficient"] / math.tan(angle)
+    saturation = values.get("saturation_depth", math.inf)
+    if math.isfinite(saturation):
+        stiffness = core.laws.ConeCylinder(modulus, angle, 2.0 * saturation * math.tan(angle) / math.pi)
+    else:
+        stiffness = core.laws.Cone(modulus, angle)
+    return Model(
+        stiffness=stiffness,
+        puncture=core.laws.PunctureDepth(values["puncture_indentation"]),
+        friction=core.laws.Coulomb(values["friction_per_length"]),
+        cutting=core.laws.ConstantCutting(values["cutting_force"]),
+        name=name,
+        summary="Identified from recordings.",
+        reference=reference or "identified by needleforce",
+        doubts=() if needle is not None else (UNKNOWN_TIP,),
+        needle=needle,
+    )
+
+
+UNKNOWN_TIP = (
+    "tip: no needle was given, so reduced modulus and radius are those of a cone with a half angle of 45 degrees; "
+    "only the products that set the force are identified"
+)
+
+
+def _one(value: float):
+    import numpy as np
+
+    return np.array([value])

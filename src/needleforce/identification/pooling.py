@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Own estimates of repeats become pooled ones: the mean, with the scatter between repeats."""
+
+import numpy as np
+
+from .estimates import Estimate
+
+MEAN = "mean of {n} repeats"
+
+
+def pool(own: list[dict[str, Estimate]]) -> dict[str, Estimate]:
+    """The pooled estimate of every quantity that any repeat has; with one repeat its own.
+
+    Between-repeat scatter dominates on tissue, and the within-run error is part of it: the interval is Student's t on
+    the scatter, never below the mean within-run error.
+    """
+    names = list(dict.fromkeys(name for estimates in own for name in estimates))
+    return {name: _pooled([estimates[name] for estimates in own if name in estimates]) for name in names}
+
+
+def mean_estimate(name: str, values, unit: str, source: str) -> Estimate:
+    """Mean of independent values (n,) with Student's 95 % interval and their sd; NaN bounds for a single value."""
+    values = np.asarray(values, float)
+    mean, n = float(values.mean()), len(values)
+    if n < 2:
+        return Estimate(name, mean, unit, np.nan, np.nan, None, True, source)
+    sd = float(values.std(ddof=1))
+    half = student(n) * sd / np.sqrt(n)
+    return Estimate(name, mean, unit, mean - half, mean + half, sd, True, source)
+
+
+def student(n: int) -> float:
+    """Student's t for 95 % and n values."""
+    from scipy.stats import t
+
+    return float(t.ppf(0.975, n - 1))
+
+
+def _pooled(repeats: list[Estimate]) -> Estimate:
+    if len(repeats) == 1:
+        return repeats[0]
+    first, n = repeats[0], len(repeats)
+    source = f"{first.source}; {MEAN.format(n=n)}"
+    values = np.array([estimate.value for estimate in repeats])
+    if not np.isfinite(values).all():
+        return Estimate(first.name, float(values.mean()), first.unit, np.nan, np.nan, None, first.identifiable, source)
+    pooled = mean_estimate(first.name, values, first.unit, source)
+    within = np.nanmean([0.5 * (estimate.high - estimate.low) for estimate in repeats]) / np.sqrt(n)
+    half = max(pooled.high - pooled.value, within if np.isfinite(within) else 0.0)
+    return Estimate(
+        first.name,
+        pooled.value,
+        first.unit,
+        pooled.value - half,
+        pooled.value + half,
+        pooled.between_repeats_sd,
+        all(e.identifiable for e in repeats),
+        source,
+    )

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One recording through segmentation and the complete fit."""
+
+import dataclasses
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..errors import InputError
+from ..recording import Recording
+from ..segmentation import Events, segment
+from ..vocabulary import Status
+from .breakpoint_fit import CycleFit, fit_cycle
+from .staged_fit import agrees, fit_by_stages
+from .strokes import Strokes, strokes_of
+
+DISAGREEMENT = 0.5e-3  # [m] between the fit's puncture and the first one that segmentation sees
+WINDOW = 0.3e-3  # [m] around the first puncture where the scan of the whole found another place
+BY_STAGES = (
+    "The strokes below the puncture would move the contact depth away from the loading "
+    "curve's: fitted by stages, the loading "
+    "curve first, then friction and cutting."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Single:
+    """One recording's events, strokes, and the fit of each stiffness law; ``fits`` is empty where none could be made.
+
+    ``bic`` is that of each law's loading curve alone: what lies below the puncture does not tell stiffness laws apart.
+    """
+
+    recording: Recording
+    events: Events
+    strokes: Strokes
+    status: Status
+    notes: tuple[str, ...]
+    fits: dict[str, CycleFit] = field(default_factory=dict)
+    bic: dict[str, float] = field(default_factory=dict)
+
+
+def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> Single:
+    """Segments and fits one recording with each stiffness law. Never raises: what went wrong is in status and notes."""
+    events = segment(recording)
+    strokes = strokes_of(recording, events)
+    if not events.punctures:
+        status = Status.no_puncture if events.status is Status.ok else events.status
+        return Single(recording, events, strokes, status, events.notes)
+    fits, bic, notes = {}, {}, list(events.notes)
+    for law in laws:
+        try:
+            fits[law], bic[law], said = _fit(strokes, events, law, saturation, recording.card.filter_length)
+            notes += [sentence for sentence in said if sentence not in notes]
+        except InputError as error:
+            notes.append(f"The law {law} cannot be fitted: {error}")
+    return Single(recording, events, strokes, events.status if fits else Status.unreadable, tuple(notes), fits, bic)
+
+
+def _fit(strokes: Strokes, events: Events, law: str, saturation: float | None, filter_length: int):
+    """The complete fit, or the one by stages where the strokes disagree; the loading curve's BIC; what is to be
+    said."""
+    joint, said = _complete(_first_layer(strokes, events), events, law, saturation, filter_length)
+    if law == "cone":
+        saturation = None
+    loading, staged = fit_by_stages(joint, strokes, events.contact.depth, saturation, filter_length)
+    if len(events.punctures) == 1 and agrees(joint, loading):
+        return joint, loading.bic, [*said, *joint.warnings]
+    return staged, loading.bic, [*said, BY_STAGES, *staged.warnings]
+
+
+def _first_layer(strokes: Strokes, events: Events) -> Strokes:
+    """The insertion up to a second puncture: what follows is another layer, whose drop would pull the first one's."""
+    if len(events.punctures) < 2:
+        return strokes
+    end = max(events.punctures[1].low - strokes.inwards.start, 1)
+    return dataclasses.replace(strokes, depth_in=strokes.depth_in[:end], force_in=strokes.force_in[:end])
+
+
+def _complete(strokes: Strokes, events: Events, law: str, saturation: float | None, filter_length: int):
+    """By a scan of the whole insertion, or around the first puncture where there are several or the scan found
+    another."""
+    options = {"law": law, "filter_length": filter_length}
+    if law == "cone_cylinder":
+        options["saturation_depth"] = saturation
+    arrays = (strokes.depth_in, strokes.force_in, strokes.depth_out, strokes.force_out)
+    first, count = events.punctures[0], len(events.punctures)
+    fit = _or_none(arrays, options)
+    if fit is not None and abs(fit.values["puncture_depth"] - first.depth) <= DISAGREEMENT:
+        return fit, [_why(count, first.depth)] if count > 1 else []
+    fit = fit_cycle(*arrays, **options, puncture_window=(first.depth - WINDOW, first.depth + WINDOW))
+    return fit, [_why(count, first.depth)]
+
+
+def _or_none(arrays: tuple, options: dict) -> CycleFit | None:
+    """The complete fit, or None where it finds no room for a puncture of its own."""
+    try:
+        return fit_cycle(*arrays, **options)
+    except InputError:
+        return None
+
+
+def _why(punctures: int, first: float) -> str:
+    place = f"at a depth of {1e3 * first:.2f} mm"
+    if punctures > 1:
+        return (
+            f"There are {punctures} punctures; this one-layer model takes the first, {place}, and misses what follows."
+        )
+    return (
+        f"The force jumps most elsewhere, but the first puncture {place} ends the deformation: the fit is bound to it."
+    )
+
+
+def peak_force(single: Single) -> float:
+    """The largest measured force of the insertion [N]."""
+    return float(np.max(single.strokes.force_in, initial=0.0))

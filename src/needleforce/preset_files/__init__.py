@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Presets: models with values, one TOML file per source."""
+
+from pathlib import Path
+
+from ..errors import InputError
+from ..model import Model
+
+FOLDER = Path(__file__).parents[1] / "presets"
+
+
+def presets() -> tuple[str, ...]:
+    """The names of the presets that come with needleforce."""
+    return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
+
+
+def preset(name_or_path) -> Model:
+    """The model of a shipped preset, by name, or of a preset file, by path.
+
+    Raises InputError, with the path inside the file, for an unknown name or key, a missing reference, an impossible
+    value.
+    """
+    path = _path(name_or_path)
+    try:
+        return _parse(path.read_bytes())
+    except InputError as error:
+        raise error.at(path.name) from None
+
+
+def _path(name_or_path) -> Path:
+    if name_or_path in presets():
+        return FOLDER / f"{name_or_path}.toml"
+    path = Path(name_or_path)
+    if path.suffix == ".toml" and path.is_file():
+        return path
+    reason = "not a file" if path.suffix == ".toml" else "not known"
+    raise InputError(
+        "preset",
+        repr(str(name_or_path)),
+        reason,
+        next_step=f"Give a path ending in .toml, or one of {', '.join(presets())}.",
+    )
+
+
+def _parse(text: bytes) -> Model:
+    import tomllib
+
+    import msgspec
+
+    from .build import build
+    from .schema import PresetFile
+
+    try:
+        return build(msgspec.toml.decode(text, type=PresetFile))
+    except (msgspec.DecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError("preset", limit=str(error), next_step="Mend the file at this place.") from None

@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Keys of preset files carry their unit: ``half_angle_deg``, ``reduced_modulus_kPa``. Converted here and nowhere
+else."""
+
+import math
+from fractions import Fraction
+
+# SI unit of a parameter table -> endings a key may have -> SI units in one
+ENDINGS = {
+    "m": {"m": "1", "mm": "1/1000", "um": "1/1000000"},
+    "Pa": {"Pa": "1", "kPa": "1000", "MPa": "1000000", "GPa": "1000000000"},
+    "N": {"N": "1", "mN": "1/1000"},
+    "N/m": {"N_per_m": "1", "N_per_mm": "1000"},
+    "rad": {"rad": "1", "deg": "pi/180"},
+}
+
+
+def keys(name: str, unit: str) -> dict[str, str]:
+    """Every key under which a parameter may stand, with the SI units in one of the key's."""
+    if unit == "1":
+        return {name: "1"}
+    return {f"{name}_{ending}": factor for ending, factor in ENDINGS[unit].items()}
+
+
+def to_si(value: float, factor: str) -> float:
+    """``value`` in SI as the decimal it was written: 3.237 mm are 3.237e-3 m to the last bit, which 3.237 * 1e-3 is
+    not."""
+    if factor == "pi/180":
+        return math.radians(value)
+    return float(Fraction(repr(value)) * Fraction(factor)) if math.isfinite(value) else value
+
+
+def si_key(name: str, unit: str) -> str:
+    """The key whose value is SI: what is written."""
+    return next(iter(keys(name, unit)))

@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings: files in, SI arrays with their provenance out, and back."""
+
+from .reader import read
+from .recording import Card, Note, Recording
+from .writer import write, write_columns
+
+__all__ = ["Card", "Note", "Recording", "read", "write", "write_columns"]

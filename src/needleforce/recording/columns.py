@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which column of a file holds which quantity, and in which unit, as far as its header says."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..errors import InputError
+from ..units import find
+
+# quantity: its dimension, and the names under which it is recognised, after _plain()
+QUANTITIES = {
+    "time": ("time", "time t timestamp time_stamp elapsed elapsed_time"),
+    "depth": ("length", "depth insertion_depth needle_depth pz p_z pos_z position_z position pos displacement travel"),
+    "velocity": ("velocity", "velocity vel vz v_z velocity_z insertion_velocity speed insertion_speed"),
+    "force": ("force", "force fz f_z force_z axial_force force_axial needle_force insertion_force load"),
+    "fx": ("force", "fx f_x force_x"),
+    "fy": ("force", "fy f_y force_y"),
+    "tx": ("torque", "tx t_x torque_x mx m_x moment_x"),
+    "ty": ("torque", "ty t_y torque_y my m_y moment_y"),
+    "tz": ("torque", "tz t_z torque_z mz m_z moment_z"),
+    "stiffness": ("force", "stiffness"),
+    "friction": ("force", "friction"),
+    "cutting": ("force", "cutting"),
+}
+AXES = tuple(QUANTITIES)[4:]
+_NAMES = {name: quantity for quantity, (_, names) in QUANTITIES.items() for name in names.split()}
+_IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]\s*([^\])]+?)\s*[\])]\s*")
+_AFTER_SLASH = re.compile(r"(.*?)\s+(?:/|in)\s+(\S+)\s*")
+
+
+@dataclass(frozen=True)
+class Column:
+    """One used column: its quantity, header, place in the row, and the unit written in its header, if any."""
+
+    quantity: str
+    header: str
+    index: int
+    unit: str | None
+
+
+def dimension(quantity: str) -> str:
+    """The dimension of a quantity: time, length, velocity, force or torque."""
+    return QUANTITIES[quantity][0]
+
+
+def choose(headers: list[str], wanted: tuple[str, ...], given: Mapping[str, str], place: str) -> dict[str, Column]:
+    """The columns of the ``wanted`` quantities: those ``given`` (quantity -> header) and those recognised.
+
+    Raises InputError where a given header is absent, two columns fit one quantity, or a used header stands twice.
+    """
+    for quantity in given:
+        check_known(quantity)
+    taken = {q: _named(headers, header, q, place) for q, header in given.items() if q in wanted}
+    named = {index for found in taken.values() for index in found}
+    for index, header in enumerate(headers):
+        quantity = _NAMES.get(_plain(split(header)[0]))
+        if quantity in wanted and quantity not in given and index not in named:
+            taken.setdefault(quantity, []).append(index)
+    return {quantity: _single(headers, quantity, found, place) for quantity, found in taken.items()}
+
+
+def split(header: str) -> tuple[str, str | None]:
+    """A header's name and the text of its unit: ``Force [N]``, ``time_us``, ``Weg (mm)``, ``F / N``."""
+    bracketed = _IN_BRACKETS.fullmatch(header) or _AFTER_SLASH.fullmatch(header)
+    if bracketed:
+        return bracketed[1], bracketed[2]
+    parts = header.split("_")
+    for cut in range(1, len(parts)):
+        name, suffix = "_".join(parts[:cut]), "_".join(parts[cut:])
+        quantity = _NAMES.get(_plain(name))
+        dimensions = [dimension(quantity)] if quantity else ["time", "length", "velocity", "force", "torque"]
+        if any(find(suffix, each) for each in dimensions):
+            return name, suffix
+    return header, None
+
+
+def missing(quantity: str, headers: list[str], place: str, instead: str = "") -> InputError:
+    """The error for a quantity that no column holds."""
+    return InputError(
+        f"no column holds the {quantity}",
+        "",
+        f"the columns are {', '.join(map(repr, headers))}",
+        place,
+        f"Say which does with --column {quantity}=NAME{instead}.",
+    )
+
+
+def check_known(quantity: str) -> None:
+    """Raise InputError for a word that is no quantity of a recording."""
+    if quantity not in QUANTITIES:
+        raise InputError("quantity", repr(quantity), f"known are {', '.join(QUANTITIES)}")
+
+
+def _named(headers: list[str], wanted: str, quantity: str, place: str) -> list[int]:
+    """Where the header is that someone asked for: as written, or its name without the unit."""
+    exact = [i for i, header in enumerate(headers) if header == wanted.strip()]
+    found = exact or [i for i, header in enumerate(headers) if _plain(split(header)[0]) == _plain(wanted)]
+    if not found:
+        raise InputError(
+            f"column for the {quantity}",
+            repr(wanted),
+            f"the columns are {', '.join(map(repr, headers))}",
+            place,
+            f"Give one of them, as --column {quantity}=NAME.",
+        )
+    return found
+
+
+def _single(headers: list[str], quantity: str, found: list[int], place: str) -> Column:
+    names = [headers[index] for index in found]
+    if len(names) > 1 and len(set(names)) == 1:
+        raise InputError(
+            f"column {names[0]!r}",
+            f"there {len(names)} times",
+            "each used header must be unique",
+            place,
+            f"Rename one of them: it is read as the {quantity}.",
+        )
+    if len(names) > 1:
+        raise InputError(
+            f"column of the {quantity}",
+            "ambiguous",
+            f"{' and '.join(map(repr, names))} both fit",
+            place,
+            f"Say which with --column {quantity}={names[0]}.",
+        )
+    return Column(quantity, names[0], found[0], split(names[0])[1])
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"[\W_]+", "_", name.casefold()).strip("_")

@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How a text file is laid out: delimiter, decimal sign, header, and the comment lines above it."""
+
+import csv
+import re
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+
+from ..errors import InputError
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
+_NOTHING = ("", "na", "n/a", "null", "none", "<na>")  # what pandas reads as a missing value
+WHITESPACE = r"\s+"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What is to be known of a file before its numbers are read.
+
+    ``skip`` is the number of lines up to and including the header, ``above`` how often the delimiter stands in them,
+    ``comments`` the comment lines above the header without their ``#``; ``header_commented``: the header was one too.
+    """
+
+    path: Path
+    encoding: str
+    delimiter: str
+    decimal: str
+    headers: list[str]
+    skip: int
+    above: int
+    comments: list[str]
+    header_commented: bool = False
+
+    def cells(self, line: str) -> list[str]:
+        """The cells of one line, without comment and surrounding blanks."""
+        return _cells(line.partition("#")[0], self.delimiter)
+
+    def is_number(self, cell: str) -> bool:
+        """Whether a cell holds a number or nothing at all."""
+        return cell.casefold() in _NOTHING or _is_number(cell.replace(self.decimal, "."))
+
+    def data_lines(self):
+        """Each line of data as its number in the file, from 1, and its cells. Slow: for the search of a fault."""
+        with open(self.path, encoding=self.encoding, errors="replace") as lines:
+            for number, line in islice(enumerate(lines, 1), self.skip, None):
+                if line.partition("#")[0].strip():
+                    yield number, self.cells(line)
+
+
+def find_layout(path: Path) -> Layout:
+    """Look at the first lines of a text file. Raises InputError where there is no table with a header."""
+    encoding = _encoding(path)
+    comments, skip, above, header = [], 0, "", None
+    with open(path, encoding=encoding, errors="replace") as lines:
+        for line in lines:
+            skip += 1
+            above += line
+            if line.lstrip().startswith("#"):
+                comments.append(line.lstrip()[1:].removeprefix(" ").rstrip("\r\n"))
+            elif line.strip():
+                header = line
+                break
+        if header is None:
+            raise InputError("file", "empty", "a header and rows of numbers are needed", str(path))
+        data = [line for line in islice(lines, 100) if line.partition("#")[0].strip()]
+    delimiter = _delimiter(header)
+    if all(_is_number(cell.replace(",", ".")) for cell in _cells(header, delimiter)):
+        return _commented_header(path, encoding, comments, skip, above, [header, *data])
+    if not data:
+        raise InputError(
+            "number of samples",
+            0,
+            "the file ends after its header",
+            str(path),
+            "Record again, or check that the export was complete.",
+        )
+    return _layout(path, encoding, comments, skip, above, header, data)
+
+
+def _layout(path, encoding, comments, skip, above, header, data) -> Layout:
+    delimiter = _delimiter(header)
+    headers = _cells(header, delimiter)
+    if len(headers) == 1:
+        raise InputError(
+            "number of columns",
+            1,
+            "time, depth and force are needed",
+            str(path),
+            "Separate the columns by commas, semicolons, tabs or blanks.",
+        )
+    decimal = "," if delimiter != "," and _any_decimal_comma(data, delimiter) else "."
+    return Layout(path, encoding, delimiter, decimal, headers, skip, above.count(delimiter), comments)
+
+
+def _commented_header(path, encoding, comments, skip, above, data) -> Layout:
+    """The header NumPy writes: the last comment line, with as many cells as the numbers below it."""
+    columns = len(_cells(data[0], _delimiter(data[0])))
+    if not comments or len(_cells(comments[-1], _delimiter(comments[-1]))) != columns or columns < 2:
+        raise InputError(
+            "header",
+            "missing",
+            f"the first line holds numbers: {data[0].strip()[:60]!r}",
+            str(path),
+            "Add a first line that names each column and its unit, such as time_s,depth_mm,force_N.",
+        )
+    above = above[: above.rindex(data[0])]
+    return replace(_layout(path, encoding, comments[:-1], skip - 1, above, comments[-1], data), header_commented=True)
+
+
+def _any_decimal_comma(lines: list[str], delimiter: str) -> bool:
+    return any(_DECIMAL_COMMA.fullmatch(cell) for line in lines for cell in _cells(line, delimiter))
+
+
+def _delimiter(header: str) -> str:
+    return next((mark for mark in "\t;," if mark in header), WHITESPACE)
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    if delimiter == WHITESPACE:
+        return re.split(r"\s+(?![\[(])", line.strip())  # "Force [N]" is one header
+    return [cell.strip() for cell in next(csv.reader([line.strip("\r\n")], delimiter=delimiter), [])]
+
+
+def _is_number(cell: str) -> bool:
+    return _NUMBER.fullmatch(cell) is not None
+
+
+def _encoding(path: Path) -> str:
+    """UTF-8, with or without its mark, else Latin-1. Raises InputError for what is no readable text file."""
+    start = _first_bytes(path)
+    if b"\0" in start or start[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise InputError(
+            "file", "binary", "a text file with columns is needed", str(path), "Export the recording as CSV, in UTF-8."
+        )
+    try:
+        start.decode("utf-8") if len(start) < 65536 else start[: start.rfind(b"\n") + 1].decode("utf-8")
+    except UnicodeDecodeError:
+        return "latin-1"
+    return "utf-8-sig"
+
+
+def _first_bytes(path: Path) -> bytes:
+    try:
+        with open(path, "rb") as file:
+            return file.read(65536)
+    except FileNotFoundError:
+        raise InputError("file", "missing", "", str(path), "Check the name and the folder.") from None
+    except IsADirectoryError:
+        raise InputError("file", "a folder", "one recording is needed", str(path), "Name the files in it.") from None
+    except OSError as error:
+        raise InputError("file", "not readable", error.strerror or "", str(path)) from None

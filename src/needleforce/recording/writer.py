@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Recordings and their streams as CSV files: exact, the same bytes for the same data, never half-written."""
+
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..units import symbols
+from .card import card_lines
+from .columns import QUANTITIES, dimension
+from .recording import Card, Note, Recording
+
+_ROWS_AT_ONCE = 10_000
+
+
+def write(recording: Recording, path: str | os.PathLike) -> Path:
+    """Write a recording as CSV in SI, with the unit in every header and the card as ``# key: value`` lines above.
+
+    ``read`` gives the same arrays back, bit for bit, as long as no bias is left in the force to be removed; its
+    card names the new file, and a note the ``source`` written here. Raises InputError for arrays of unequal
+    length, values that are not finite, time that does not increase, unknown axes, and a folder that is not there.
+    """
+    columns = {name: getattr(recording, name) for name in ("time", "depth", "velocity", "force")}
+    return write_columns(columns | recording.axes, path, recording.card, recording.notes)
+
+
+def write_columns(
+    columns: Mapping[str, np.ndarray],
+    path: str | os.PathLike,
+    card: Card | None = None,
+    notes: Iterable[Note] = (),
+    *,
+    start_depth: float | None = None,
+    motion: str = "",
+) -> Path:
+    """Write some quantities as CSV, such as time and force alone, or time and velocity of a motion on its own clock.
+
+    ``columns`` maps a quantity to its (n,) values in SI. ``start_depth`` [m] is the depth at the first sample of a
+    velocity; ``motion`` is the name of the file beside this one that holds its motion: ``read`` joins it.
+    """
+    target = Path(path)
+    _check(columns, str(target))
+    more = {"motion": motion, "start_depth_m": "" if start_depth is None else repr(float(start_depth))}
+    header = ",".join(f"{quantity}_{_suffix(quantity)}" for quantity in columns)
+    _write_whole(target, [*card_lines(card or Card(), tuple(notes), **more), header], [*columns.values()])
+    return target
+
+
+def _suffix(quantity: str) -> str:
+    return symbols(dimension(quantity))[0].replace("/", "_").replace(" ", "_")
+
+
+def _check(columns: Mapping[str, np.ndarray], place: str) -> None:
+    for quantity, values in columns.items():
+        if quantity not in QUANTITIES:
+            raise InputError("axis", repr(quantity), f"known are {', '.join(QUANTITIES)}", place)
+        if np.shape(values) != np.shape(columns["time"]) or np.ndim(values) != 1:
+            raise InputError(f"shape of {quantity}", np.shape(values), f"time has {np.shape(columns['time'])}", place)
+        if not np.isfinite(values).all():
+            raise InputError(quantity, "not finite", f"at sample {int(np.argmin(np.isfinite(values)))}", place)
+    if not (np.diff(columns["time"]) > 0.0).all():
+        raise InputError("time", "not increasing", "each sample must be later than the one before", place)
+
+
+def _write_whole(target: Path, head: list[str], columns: list[np.ndarray]) -> None:
+    """Write beside the target and rename: a reader sees the old file or the new one."""
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        with open(part, "w", encoding="utf-8", newline="\n") as file:
+            file.writelines(line + "\n" for line in head)
+            for first in range(0, len(columns[0]), _ROWS_AT_ONCE):
+                block = [np.asarray(each[first : first + _ROWS_AT_ONCE], float).tolist() for each in columns]
+                file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*block, strict=True))
+        os.replace(part, target)
+    except OSError as error:
+        raise InputError("file", "not written", error.strerror or "", str(target), "Check the folder.") from None
+    finally:
+        part.unlink(missing_ok=True)

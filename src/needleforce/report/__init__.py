@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The report of an identification: one HTML file that opens offline, on a phone and on paper."""
+
+__all__ = ["write_report"]
+
+
+def write_report(fit, path, *, title: str | None = None, table: list[dict] | None = None) -> None:
+    """Writes the report of ``fit`` to ``path``: one HTML file without any reference to the outside.
+
+    ``title`` heads the page; None names the recordings. ``table`` is a comparison with known truth, rows of
+    {quantity, unit, paper, paper_sd, true, identified, low, high}, any value None or text such as "not yet".
+    The same input gives the same bytes. Nothing is written if the page cannot be made.
+    """
+    from pathlib import Path
+
+    from .page import page  # here, because drawing loads matplotlib, which importing needleforce must not cost
+
+    text = page(fit, title, table)
+    Path(path).write_bytes(text.encode("utf-8", errors="replace"))

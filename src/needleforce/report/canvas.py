@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Drawings as inline SVG: one for a wide page and paper, one for a narrow screen, both with text of reading size."""
+
+import io
+import re
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import matplotlib
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from .markup import Markup, element, escape, join
+
+# measured light (its words darker, in slate), model dark: on grey paper they still differ, and by weight
+INK, QUIET, MEASURED, SLATE = "#222222", "#6d7278", "#88929b", "#566069"
+MODEL, SECOND = "#c64f00", "#0072b2"
+TINTS = {"deformation": "#e3eef7", "insertion": "#f6f5f1", "hold": "#fdf3dc", "extraction": "#e6f3ee"}
+THIN, MEDIUM, THICK = 0.9, 1.2, 1.7
+TEXT = 9.0  # points; at the scale of the page 12 px
+
+_STYLE = {
+    "svg.fonttype": "none", "text.parse_math": False, "font.size": TEXT, "axes.titlesize": TEXT, "axes.labelsize": TEXT,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.edgecolor": "#9a9a9a", "axes.linewidth": 0.7,
+    "axes.grid": True, "axes.grid.axis": "y", "grid.color": "#e8e8e6", "grid.linewidth": 0.7, "axes.axisbelow": True,
+    "xtick.color": "#9a9a9a", "ytick.color": "#9a9a9a", "xtick.labelcolor": INK, "ytick.labelcolor": INK,
+    "xtick.labelsize": TEXT - 0.5, "ytick.labelsize": TEXT - 0.5, "xtick.major.size": 3, "ytick.major.size": 0,
+    "axes.labelcolor": INK, "text.color": INK, "axes.facecolor": "none", "figure.facecolor": "none",
+    "lines.solid_capstyle": "round", "lines.solid_joinstyle": "round", "axes.unicode_minus": True,
+}  # fmt: skip
+_MARGINS = {"left": 40.0, "right": 8.0, "top": 22.0, "bottom": 36.0, "across": 52.0, "down": 62.0}  # points
+_NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """What is drawn on: its width in points, and whether it is for a narrow screen."""
+
+    width: float
+    narrow: bool = False
+
+    @property
+    def columns(self) -> int:
+        """Columns of a panel across the whole sheet; more could not be told apart."""
+        return int(0.6 * self.width)
+
+
+FULL, BESIDE, NARROW = Sheet(640.0), Sheet(390.0), Sheet(262.0, narrow=True)
+
+
+def drawing(name: str, draw: Callable, heights: tuple[float, float], alt: str, wide: Sheet = FULL) -> Markup:
+    """``draw(figure, sheet)`` drawn wide and narrow, ``heights`` high [points]; the page shows one of the two."""
+    sheets = zip(("wide", "narrow"), (wide, NARROW), heights)
+    return join(element("div", _svg(name, draw, sheet, height, alt), class_=kind) for kind, sheet, height in sheets)
+
+
+def panels(figure: Figure, sheet: Sheet, rows: int = 1, columns: int = 1, margins: dict | None = None, **options):
+    """Axes with margins in points, so that neither a font nor a number of digits moves them."""
+    height = 72.0 * figure.get_figheight()
+    m = _MARGINS | (margins or {})
+    wide, high = sheet.width - m["left"] - m["right"], height - m["top"] - m["bottom"]
+    grid = {
+        "left": m["left"] / sheet.width, "right": 1 - m["right"] / sheet.width,
+        "bottom": m["bottom"] / height, "top": 1 - m["top"] / height,
+        "wspace": m["across"] * columns / (wide - m["across"] * (columns - 1)),
+        "hspace": m["down"] * rows / (high - m["down"] * (rows - 1)),
+    }  # fmt: skip
+    return figure.subplots(rows, columns, gridspec_kw=grid, squeeze=False, **options)
+
+
+def axis_names(axes, x: str, y: str) -> None:
+    """Quantity and unit of both axes; the vertical one above its axis, to be read without turning the head."""
+    axes.set_xlabel(x, loc="right")
+    axes.annotate(y, (0.0, 1.0), (-32.0, 8.0), xycoords="axes fraction", textcoords="offset points", va="bottom")
+
+
+def _svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:
+    # the salt keeps the names of clip paths apart: two drawings of one page must not share them
+    style = _STYLE | {"svg.hashsalt": f"{name}-{sheet.width:g}"}
+    with matplotlib.rc_context(style), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph")  # the reader's own fonts draw the text, not matplotlib's
+        figure = Figure(figsize=(sheet.width / 72.0, height / 72.0), dpi=72)
+        FigureCanvasSVG(figure)
+        draw(figure, sheet)
+        text = io.StringIO()
+        figure.savefig(text, format="svg", metadata=_NO_METADATA)
+    return _inline(text.getvalue(), sheet, height, alt)
+
+
+def _inline(text: str, sheet: Sheet, height: float, alt: str) -> Markup:
+    """The drawing's content in an ``svg`` element of our own: no prologue, name spaces, styles or names of groups."""
+    content = text[text.index(">", text.index("<svg")) + 1 :]
+    content = re.sub(r"<metadata>.*?</metadata>|<style.*?</style>", "", content, flags=re.DOTALL)
+    content = re.sub(r'<g id="[^"]*"', "<g", content)
+    content = re.sub(r'(<text [^>]*?) ?font-family: [^;"]*;?', r"\1", content)  # the page's own fonts
+    content = re.sub(r' transform="rotate\(-?0 [^"]*"', "", content)
+    content = re.sub(r' d="([^"]*)"', lambda path: f' d="{_short(path[1])}"', content)
+    view = f"0 0 {sheet.width:g} {height:g}"
+    return Markup(f'<svg viewBox="{view}" role="img" aria-label="{escape(alt)}">{content.strip()}')
+
+
+def _short(path: str) -> str:
+    """A path with hundredths of a point, which is finer than paper, and without spare white space."""
+    path = re.sub(r"-?\d+\.\d+", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), path)
+    return re.sub(r"([A-Zz]) ", r"\1", " ".join(path.split()))

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is drawn of a fit: which recording, which samples, and how few of them without losing a peak."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+RESIDUAL_FACTOR = 2.0  # the odd one out: residual above this many times the median of all …
+FORCE_SHARE = 0.25  # … or a puncture force further than this share off the median
+
+
+@dataclass(frozen=True, eq=False)
+class Repeat:
+    """One recording in people's units: time [s] from its start, indentation [mm], forces [N]; ``number`` counts from 1.
+
+    ``model`` (n,) is all NaN where there is none; ``inward`` and ``outward`` (n,) say which stroke a sample belongs to.
+    """
+
+    number: int
+    fit: object
+    time: np.ndarray
+    indentation: np.ndarray
+    measured: np.ndarray
+    model: np.ndarray
+    inward: np.ndarray
+    outward: np.ndarray
+    odd: bool = False
+
+    @property
+    def puncture(self) -> tuple[float, float] | None:
+        """Indentation [mm] and force [N] of the first puncture, or None."""
+        events, recording = self.fit.events, self.fit.recording
+        if not events.punctures:
+            return None
+        broke = events.punctures[0]
+        return self.indentation[0] + 1e3 * (broke.depth - recording.depth[0]), broke.force
+
+    @property
+    def residual(self) -> np.ndarray:
+        """Measured minus modelled force (n,) [N]."""
+        return self.measured - self.model
+
+    @property
+    def has_model(self) -> bool:
+        """Whether a model was run along this recording."""
+        return bool(np.isfinite(self.model).any())
+
+
+def repeats(fit) -> tuple[Repeat, ...]:
+    """Every recording that can be drawn, in the order of the files."""
+    odd = odd_ones(fit)
+    numbered = ((k, one) for k, one in enumerate(fit.recordings, 1) if one.recording is not None)
+    return tuple(_repeat(k, one, k in odd) for k, one in numbered if len(one.recording) > 1)
+
+
+def _repeat(number: int, one, odd: bool) -> Repeat:
+    recording, events = one.recording, one.events
+    surface = _surface(one)
+    model = one.predicted if len(one.predicted) == len(recording) else np.full(len(recording), np.nan)
+    return Repeat(
+        number, one, recording.time - recording.time[0], 1e3 * (recording.depth - surface), recording.force, model,
+        _within(recording, events, ("deformation", "insertion")), _within(recording, events, ("extraction",)), odd,
+    )  # fmt: skip
+
+
+def _surface(one) -> float:
+    """Depth [m] from which indentation counts: the identified contact, from which the model runs, else the one seen."""
+    if "contact_depth" in one.parameters:
+        return one.parameters["contact_depth"].value
+    return one.events.contact.depth if one.events.contact is not None else 0.0
+
+
+def _within(recording, events, phases: tuple[str, ...]) -> np.ndarray:
+    """True for the samples (n,) of these phases; of the whole stroke where no phases were found."""
+    chosen = np.zeros(len(recording), bool)
+    if not events.phases:
+        return recording.velocity < 0.0 if phases == ("extraction",) else recording.velocity > 0.0
+    for span in events.phases:
+        chosen[span.first : span.last] |= str(span.phase) in phases
+    return chosen
+
+
+def representative(drawn: tuple[Repeat, ...]) -> Repeat | None:
+    """The recording with the median residual, so that neither the best nor the worst speaks for all."""
+    ranked = sorted((r for r in drawn if r.has_model and r.fit.quality), key=lambda r: r.fit.quality.rmse_N)
+    if ranked:
+        return ranked[(len(ranked) - 1) // 2]
+    return next((r for r in drawn if r.fit.events.contact is not None), drawn[0] if drawn else None)
+
+
+def odd_ones(fit) -> set[int]:
+    """Numbers of the recordings that differ from the rest by residual or puncture force, among three or more."""
+    residual = {k: one.quality.rmse_N for k, one in enumerate(fit.recordings, 1) if one.quality}
+    force = {k: one.events.punctures[0].force for k, one in enumerate(fit.recordings, 1) if one.events.punctures}
+    far = {k for k in residual if residual[k] > RESIDUAL_FACTOR * np.median(list(residual.values()))}
+    middle = np.median(list(force.values())) if force else 0.0
+    off = {k for k in force if abs(force[k] - middle) > FORCE_SHARE * abs(middle)}
+    return (far if len(residual) >= 3 else set()) | (off if len(force) >= 3 else set())
+
+
+def loading(one: Repeat) -> slice:
+    """The samples from contact to the first puncture; to the deepest where there was none."""
+    events, first = one.fit.events, int(np.argmax(one.indentation >= 0.0))
+    deepest = int(np.argmax(one.indentation))
+    # the peak itself: the interval in which the puncture lies may reach into the drop
+    peak = np.searchsorted(one.fit.recording.time, events.punctures[0].time) if events.punctures else deepest
+    return slice(first, max(int(peak), first) + 1)
+
+
+def envelope(x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """``x``, ``y`` (n,) in about 4 points a column: the first, lowest, highest and last of ``y``, in their order.
+
+    Columns are of equal travel of x, back and forth: a peak or a puncture's drop of a single sample is always kept.
+    ``shift`` (share of a column) sets the columns of overlaid curves apart, or all would rise and fall together.
+    """
+    if len(x) <= 4 * columns:
+        return x, y
+    travel = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(x)))))
+    edges = np.searchsorted(travel, (np.arange(columns) + 1.0 - shift % 1.0) * travel[-1] / columns)
+    edges = np.unique(np.concatenate(([0], np.minimum(edges, len(x) - 1), [len(x)])))
+    keep = np.unique([k for first, last in pairwise(edges) for k in _extremes(y, first, last)])
+    return x[keep], y[keep]
+
+
+def _extremes(y: np.ndarray, first: int, last: int) -> tuple[int, int, int, int]:
+    part = y[first:last]
+    return first, first + int(np.argmin(part)), first + int(np.argmax(part)), last - 1
+
+
+def binned(x: np.ndarray, y: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Mean, lowest and highest y of each bin of x, (m,) each for ``edges`` (m + 1,); NaN where a bin is empty."""
+    keep = np.isfinite(y) & (x >= edges[0]) & (x <= edges[-1])
+    y, bins = y[keep], len(edges) - 1
+    k = np.clip(np.searchsorted(edges, x[keep], side="right") - 1, 0, bins - 1)
+    count, low, high = np.bincount(k, minlength=bins), np.full(bins, np.inf), np.full(bins, -np.inf)
+    np.minimum.at(low, k, y)
+    np.maximum.at(high, k, y)
+    empty = np.where(count > 0, 0.0, np.nan)
+    return np.bincount(k, y, bins) / np.maximum(count, 1) + empty, low + empty, high + empty
+
+
+def columns_for(lines: int, width: float) -> int:
+    """Columns a line may have when ``lines`` of them share a drawing ``width`` points wide: all together stay small."""
+    return int(np.clip(1600 // max(lines, 1), 60, width))

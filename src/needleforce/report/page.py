@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The page: its sections in order, poured into the template."""
+
+import re
+from pathlib import Path
+from string import Template
+
+from .comparison import comparison_table
+from .curves import odd_ones, repeats
+from .gallery import gallery, ratio_figure
+from .markup import Markup, element, escape, join, listing, section
+from .notes import notes, warnings
+from .provenance import provenance
+from .tables import choice_table, event_table, law_list, parameter_table, recording_table
+from .words import counted, file_name, outcome
+
+HERE = Path(__file__).parent
+
+
+def page(fit, title: str | None = None, table: list[dict] | None = None) -> str:
+    """The whole report as HTML text."""
+    sections = [part for part in _sections(fit, table or []) if part]
+    template = Template((HERE / "page.html").read_text(encoding="utf-8"))
+    return template.substitute(
+        title=escape(title or _title(fit)),
+        style=(HERE / "page.css").read_text(encoding="utf-8"),
+        kicker=escape(_kicker(fit)),
+        outcome=outcome(fit),
+        contents=_contents(sections),
+        sections=join(sections),
+    )
+
+
+def _sections(fit, table: list[dict]) -> list[Markup]:
+    drawn, odd = repeats(fit), odd_ones(fit)
+    figures = "Measured against model" if fit.model is not None else "What was measured"
+    compared = (comparison_table(table), ratio_figure(table)) if table else ()
+    return [
+        section("What was identified", parameter_table(fit.parameters), name="parameters"),
+        section("What to keep in mind", warnings(fit), notes(fit), name="warnings"),
+        section(figures, gallery(fit, drawn), name="figures"),
+        section("Recordings and events", recording_table(fit, odd), event_table(fit), name="recordings"),
+        section("The model", law_list(fit.model) if fit.model is not None else "", name="model"),
+        section("Held fixed", listing(fit.held_fixed) if fit.held_fixed else "", name="fixed"),
+        section("What these logs cannot tell", listing(fit.unknown) if fit.unknown else "", name="unknown"),
+        section("Choice of law", choice_table(fit.choice), _choice_note(fit), name="choice"),
+        section("Paper, truth and identified", *compared, name="comparison"),
+        section("Provenance", provenance(fit), name="provenance"),
+    ]
+
+
+def _choice_note(fit) -> object:
+    note = "BIC weighs misfit against the number of parameters: the lowest is preferred, by 10 and more decisively."
+    return element("p", note, class_="note") if fit.choice else ""
+
+
+def _title(fit) -> str:
+    names = [file_name(one.file) for one in fit.recordings]
+    return f"Needle force: {names[0] if len(names) == 1 else counted(len(names), 'recording')}"
+
+
+def _kicker(fit) -> str:
+    model = "no model" if fit.model is None else f"stiffness law {fit.model.stiffness.name.replace('_', ' ')}"
+    return f"needleforce · {counted(len(fit.recordings), 'recording')} · {model}"
+
+
+def _contents(sections: list[Markup]) -> Markup:
+    """Links to the sections, from what each says of itself."""
+    found = (re.match(r'<section id="(\w+)"><h2>(.*?)</h2>', part) for part in sections)
+    return element("nav", *(element("a", Markup(heading[2]), href=f"#{heading[1]}") for heading in found))

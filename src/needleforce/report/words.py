@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Names in words, and the outcome in one sentence."""
+
+from .markup import Markup, element, join
+from .numbers import plain, quantity
+
+_QUANTITIES = {
+    "contact_depth": "depth at which the needle meets the surface",
+    "puncture_depth": "depth of the puncture",
+    "puncture_indentation": "indentation at puncture",
+    "puncture_force": "force at puncture",
+    "puncture_drop": "drop of the force at puncture",
+    "stiffness_coefficient": "stiffness coefficient (force over indentation²)",
+    "saturation_depth": "indentation at which the contact reaches the needle's radius",
+    "reduced_modulus": "reduced modulus of needle and tissue",
+    "tissue_young_modulus": "Young's modulus of the tissue",
+    "needle_young_modulus": "Young's modulus of the needle",
+    "friction_per_length": "friction per embedded length",
+    "friction_intercept": "friction at the surface (intercept)",
+    "friction_coefficient": "friction coefficient",
+    "cutting_force": "cutting force",
+    "cutting_force_low_1mm_s": "cutting force at 1 mm/s, lower end",
+    "cutting_force_high_1mm_s": "cutting force at 1 mm/s, upper end",
+    "exit_depth": "depth at which the tip leaves the tissue",
+    "implied_poisson_ratio": "implied Poisson ratio of the tissue",
+    "lateral_ratio": "lateral force over axial force",
+}
+_STATUS = {
+    "ok": "identified",
+    "no_contact": "no contact: the force never leaves its baseline",
+    "no_puncture": "contact, but no puncture",
+    "incomplete": "incomplete: the recording stops before the cycle ends",
+    "unreadable": "could not be read",
+}
+_PHASES = {"free": "free travel", "deformation": "deformation", "insertion": "insertion", "hold": "hold",
+           "extraction": "withdrawal"}  # fmt: skip
+
+
+def quantity_name(name: str) -> str:
+    """A quantity in words; one not listed here has its own name, spelled out."""
+    return _QUANTITIES.get(name, name.replace("_", " "))
+
+
+def status_name(status: str) -> str:
+    """What became of a recording."""
+    return _STATUS.get(str(status), str(status).replace("_", " "))
+
+
+def phase_name(phase: str) -> str:
+    """A phase in words."""
+    return _PHASES.get(str(phase), str(phase))
+
+
+def file_name(path: str) -> str:
+    """The last part of a path, on whatever system it was written."""
+    return path.replace("\\", "/").rsplit("/", 1)[-1] or path
+
+
+def counted(number: int, noun: str) -> str:
+    """``1 recording``, ``2 recordings``."""
+    return f"{number} {noun}" + ("" if number == 1 else "s")
+
+
+def outcome(fit) -> Markup:
+    """One sentence or two in plain words, with the main numbers."""
+    answered = sum(1 for one in fit.recordings if len(one.predicted))
+    if fit.model is None:
+        reasons = ", ".join(sorted({status_name(one.status).split(":")[0] for one in fit.recordings}))
+        read = counted(len(fit.recordings), "recording")
+        return join([f"No model could be identified from {read}", f" ({reasons})." if reasons else "."])
+    said = join([part for part in (_puncture(fit), _beyond(fit)) if part], "; ") or "a model was identified"
+    said = Markup(said[0].upper() + said[1:] + ". ")
+    return join([said, _quality(fit, answered)])
+
+
+def _puncture(fit) -> Markup | None:
+    depth, force = _strong(fit, "puncture_indentation"), _strong(fit, "puncture_force")
+    if depth and force:
+        return join(["the needle breaks through the surface under ", force, " after indenting it by ", depth])
+    if depth or force:
+        return join(["the needle breaks through the surface at ", depth or force])
+    return None
+
+
+def _beyond(fit) -> Markup | None:
+    parts = (("friction grows by ", "friction_per_length"), ("cutting takes ", "cutting_force"))
+    said = [join([words, number]) for words, number in ((words, _strong(fit, name)) for words, name in parts) if number]
+    return join(["deeper in, ", join(said, " and ")]) if said else None
+
+
+def _quality(fit, answered: int) -> Markup:
+    of = f"{answered} of " * (answered < len(fit.recordings)) + counted(len(fit.recordings), "recording")
+    if fit.quality is None:
+        return join(["Identified from ", of, "."])
+    rms, share = plain(fit.quality.rmse_N, "N", fit.quality.rmse_N), f"{100 * fit.quality.nrmse:.2g}\N{NO-BREAK SPACE}%"
+    follows = f"Over {of} the model follows the measured force to "
+    return join([follows, element("strong", rms), f" rms, {share} of its peak."])
+
+
+def _strong(fit, name: str) -> Markup | None:
+    """The number of an estimate in bold, or None where the logs do not tell it."""
+    estimate = fit.parameters.get(name)
+    if estimate is None or not estimate.identifiable:
+        return None
+    return element("strong", quantity(estimate.value, estimate.low, estimate.high, estimate.unit, most=4).text)

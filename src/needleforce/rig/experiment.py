@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The paper's experiment: five sites a speed, two insertions at each, and the two bench tests."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from .. import core
+from ..errors import InputError
+from .bench import Bending, Tension, bend_needle, pull_tissue
+from .clocks import SpeedClock
+from .run import Run, perform, way
+from .sensor import Sensor
+from .site import Scatter, Site, draw_site
+from .specimen import Specimen, Unmodelled
+from .truth import Truth, truth
+
+START = -4e-3  # [m] in the rig's zero
+_HOLD = 1.0  # [s]
+_SHORT = 0.3e-3  # [m] by which the second pass stops short of the first: at the end of the hole it would cut again
+_BENCH = (1 << 16,)  # spawn key of the bench tests, beside those of the sites
+_UNMODELLED, _SCATTER, _SENSOR, _CLOCK = Unmodelled(), Scatter(), Sensor(), SpeedClock()
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """Runs by speed, site and pass; sites drawn around ``nominal``; bench tests, and the needle's true moduli [Pa]."""
+
+    runs: tuple[Run, ...]
+    sites: tuple[Site, ...]
+    nominal: Specimen
+    bending: Bending
+    needle_moduli: np.ndarray
+    tension: Tension
+
+    @property
+    def truth(self) -> dict[str, Truth]:
+        """The true value of each quantity of the paper's table, over all sites."""
+        return truth(self.nominal, self.sites, self.needle_moduli)
+
+    def at(self, speed: float) -> "Experiment":
+        """The part of the experiment at one speed [m/s]: runs, sites and truth."""
+        sites = tuple(site for site in self.sites if site.speed == speed)
+        if not sites:
+            known = ", ".join(f"{each:g}" for each in sorted({site.speed for site in self.sites}))
+            raise InputError("speed", speed, f"the experiment has {known} m/s")
+        return replace(self, runs=tuple(run for run in self.runs if run.speed == speed), sites=sites)
+
+    def pairs(self) -> list[tuple[Run, Run]]:
+        """First and second pass of each site."""
+        return list(zip(self.runs[::2], self.runs[1::2], strict=True))
+
+    def write(self, folder: str | os.PathLike, progress: Callable[[int, int], None] | None = None) -> list[Path]:
+        """Write two tables, and two files a run, into ``folder``, made if absent; ``progress(done, runs)`` is told."""
+        folder = Path(folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError("folder", "not made", error.strerror or "", str(folder), "Give another one.") from None
+        written = [self.bending.write(folder), self.tension.write(folder)]
+        for done, run in enumerate(self.runs, 1):
+            written += run.write(folder)
+            if progress:
+                progress(done, len(self.runs))
+        return written
+
+
+def paper_experiment(
+    seed: int,
+    *,
+    cutting_force: float = 0.0776,
+    friction_per_length: float = 18.6,
+    sites: int = 5,
+    speeds: Sequence[float] = (1e-3, 3e-3),
+    depth: float = 16e-3,
+    unmodelled: Unmodelled = _UNMODELLED,
+    scatter: Scatter = _SCATTER,
+    sensor: Sensor = _SENSOR,
+    clock: SpeedClock = _CLOCK,
+    cutting: Callable = core.laws.ConstantCutting,
+) -> Experiment:
+    """The experiment of the paper's section 1 on a simulated phantom; the same seed gives the same bytes.
+
+    ``cutting_force`` [N] and ``friction_per_length`` [N/m] are means over sites; there are ``sites`` of them at each
+    of ``speeds`` [m/s]; ``depth`` [m], 6 to 60 mm in the rig's zero, is deeper than the paper's 12 mm so that the
+    departure of friction shows. ``cutting(force=…)`` makes the law of cutting. What is drawn for a site, the noise of a
+    run and the bench tests each have a stream of their own: changing a mean leaves all draws as they are.
+    """
+    _check(seed, sites, speeds, depth)
+    nominal = Specimen(
+        cutting_force=cutting_force, friction_per_length=friction_per_length, unmodelled=unmodelled, cutting=cutting
+    )
+    drawn, runs = [], []
+    for key in [(k, number) for k in range(len(speeds)) for number in range(1, sites + 1)]:
+        draws, *noises = _streams(seed, key, 3)
+        site = draw_site(nominal, scatter, float(speeds[key[0]]), key[1], draws)
+        drawn.append(site)
+        runs += _two_passes(site, depth, sensor, clock, noises)
+    draws, noise = _streams(seed, _BENCH, 2)
+    bending, moduli = bend_needle(draws)
+    return Experiment(tuple(runs), tuple(drawn), nominal, bending, moduli, pull_tissue(noise))
+
+
+def _two_passes(site: Site, depth: float, sensor: Sensor, clock: SpeedClock, noises: list) -> list[Run]:
+    first = way(START, site.speed, depth, _HOLD)
+    second = way(START, site.speed, depth - _SHORT, _HOLD)
+    return [
+        perform(site, first, sensor, clock, noises[0]),
+        perform(site, second, sensor, clock, noises[1], hole=depth),
+    ]
+
+
+def _streams(seed: int, key: tuple[int, ...], count: int) -> list[np.random.Generator]:
+    children = np.random.SeedSequence(seed, spawn_key=key).spawn(count)
+    return [np.random.Generator(np.random.PCG64(child)) for child in children]
+
+
+def _check(seed: int, sites: int, speeds: Sequence[float], depth: float) -> None:
+    if not isinstance(seed, int | np.integer) or seed < 0:
+        raise InputError("seed", repr(seed), "must be a whole number from 0")
+    if not 1 <= sites < 1 << 16 or int(sites) != sites:
+        raise InputError("sites", sites, "must be a whole number from 1 to 65535")
+    if not len(speeds) or not all(np.isfinite(speed) and 0.0 < speed <= 0.1 for speed in speeds):
+        raise InputError("speeds", list(speeds), "must each be above 0 and at most 0.1 m/s")
+    if len(set(speeds)) != len(speeds):
+        raise InputError("speeds", list(speeds), "each must be there once", next_step="Ask for more sites instead.")
+    if not 6e-3 <= depth <= 60e-3:
+        raise InputError("depth", depth, "outside 6e-3 to 60e-3 m")

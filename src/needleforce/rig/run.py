@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One run of the rig: two streams on two clocks, as recorded."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..motion import Motion
+from ..recording import Card, Recording, write_columns
+from ..recording.baseline import bias
+from ..recording.motion import integral, overlap
+from .clocks import SpeedClock
+from .sensor import Sensor
+from .site import Site
+
+RATE = 1000.0  # [Hz] of the force, paper sec. 1
+NEEDLE = "diameter 0.7 mm, length 80 mm, bevel 15 degrees"
+_LENGTH = 80e-3  # [m] lever of the lateral force at the tip about the sensor
+_REST = 0.5  # [s] at rest before and after
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One insertion: ``axes`` (n,) [N, N m] on ``time`` [s], and ``velocity`` (m,) [m/s] on ``motion_time`` [s].
+
+    ``axes`` holds force (axial, + opposes insertion), fx, fy, tx, ty, tz. ``start_depth`` [m] is where the tip rests at
+    the start, in the rig's zero, which is near the surface; depth is to be had by integrating the velocity.
+    """
+
+    speed: float
+    site: int
+    second: bool
+    time: np.ndarray
+    axes: dict[str, np.ndarray]
+    motion_time: np.ndarray
+    velocity: np.ndarray
+    start_depth: float
+    card: Card
+
+    @property
+    def name(self) -> str:
+        """Speed, site and pass, as the files are called: ``3mm_s_site1_pass1``."""
+        return f"{self.speed * 1e3:g}mm_s_site{self.site}_pass{2 if self.second else 1}"
+
+    def recording(self) -> Recording:
+        """Both streams joined, as ``read`` joins the files: depth is the integral of velocity, on the force's clock."""
+        within = overlap(self.time, self.motion_time, self.name)
+        time = self.time[within]
+        axes = {axis: values[within] for axis, values in self.axes.items()}
+        depth = integral(self.motion_time, self.velocity, self.start_depth, time)
+        force = axes.pop("force")
+        force = force - bias(depth, force)[0]
+        return Recording(time, depth, np.interp(time, self.motion_time, self.velocity), force, axes, self.card)
+
+    def write(self, folder: str | os.PathLike) -> tuple[Path, Path]:
+        """Write ``<name>_force.csv`` and ``<name>_motion.csv``; ``read`` of the first finds the second."""
+        force, motion = (Path(folder) / f"{self.name}_{stream}.csv" for stream in ("force", "motion"))
+        streams = {"time": self.motion_time, "velocity": self.velocity}
+        write_columns(streams, motion, Card(rig=self.card.rig), start_depth=self.start_depth)
+        write_columns({"time": self.time} | self.axes, force, self.card, motion=motion.name)
+        return force, motion
+
+
+def way(start: float, speed: float, depth: float, hold: float) -> Motion:
+    """Rest, in, hold [s], out, rest: the trapezoid of speed between them is ``Motion``'s."""
+    return Motion(start, ((start, _REST), (depth, speed), (depth, hold), (start, speed), (start, _REST)))
+
+
+def perform(site: Site, motion: Motion, sensor: Sensor, clock: SpeedClock, random, *, hole: float | None = None) -> Run:
+    """Insert at the site along ``motion`` and record. Depths are the rig's; ``hole`` [m] is that of an earlier pass."""
+    time = np.arange(int(motion.duration * RATE) + 1) / RATE
+    depth = motion.at(time)[0] - site.surface
+    left = 0.0 if hole is None else hole - site.surface
+    force = site.specimen.force(depth, hole=left, dt=1.0 / RATE)
+    fx, fy = (share * force for share in site.lateral)
+    wrench = {"force": force, "fx": fx, "fy": fy, "tx": -_LENGTH * fy, "ty": _LENGTH * fx}
+    stamps, velocity = clock.record(motion, random)  # first, so that the sensor's settings do not move its draws
+    axes = sensor.record(wrench, random)
+    card = Card(
+        source="virtual rig", needle=NEEDLE, tissue=f"simulated phantom, site {site.number}",
+        rig=f"virtual rig: {site.speed * 1e3:g} mm/s, force at {RATE:g} Hz, velocity at {clock.rate:g} Hz",
+        filter_length=sensor.filter_length,
+    )  # fmt: skip
+    return Run(site.speed, site.number, hole is not None, time, axes, stamps, velocity, motion.start, card)

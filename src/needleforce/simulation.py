@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs a model along a motion: a recording without sensor, filter or noise."""
+
+import numpy as np
+
+from .errors import InputError
+from .model import Insertion, Model
+from .motion import Motion
+from .recording import Card, Recording
+
+PARTS = ("stiffness", "friction", "cutting")
+
+
+def simulate(model: Model, motion: Motion, rate: float = 1000.0) -> Recording:
+    """The force of ``model`` along ``motion``, sampled at ``rate`` [Hz]; the force's parts are in ``axes``.
+
+    Depth is in the model's zero: the undeformed surface. The virtual rig adds sensor, filter and clocks.
+    """
+    if not (np.isfinite(rate) and 0.0 < rate <= 1e6):
+        raise InputError("rate", rate, "outside 0 to 1e6 Hz")
+    time = np.arange(int(np.floor(motion.duration * rate)) + 1) / rate
+    depth, velocity = motion.at(time)
+    columns = Insertion(model).run(depth, velocity, np.full(len(time), 1.0 / rate))
+    card = Card(source=f"simulated: {model.name}", needle=repr(model.needle or ""), tissue=repr(model.tissue or ""))
+    return Recording(time, depth, velocity, columns["force"], {part: columns[part] for part in PARTS}, card)

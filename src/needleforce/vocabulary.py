@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The words of phases and states, as they stand in the compiled core."""
+
+from enum import StrEnum
+
+from . import core
+
+Phase = StrEnum("Phase", core.phase_names())
+Status = StrEnum("Status", [*core.status_names(), "no_contact", "no_puncture", "incomplete", "unreadable"])

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The command line as a user meets it: exit codes, files, and what is said."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+
+COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()"]
+
+
+def run(*arguments, cwd=None):
+    return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True, cwd=cwd)
+
+
+@pytest.fixture(scope="module")
+def example(tmp_path_factory, root):
+    return root / "examples" / "insertion.csv"
+
+
+@pytest.fixture
+def document(example, tmp_path):
+    done = run(
+        "identify",
+        example,
+        "--json",
+        tmp_path / "out.json",
+        "--report",
+        tmp_path / "out.html",
+        "--save",
+        tmp_path / "mine.toml",
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads((tmp_path / "out.json").read_text())
+
+
+def test_identify_writes_json_report_and_preset(document, tmp_path):
+    (one,) = document["recordings"]
+    assert set(one) >= {"file", "status", "events", "phases", "parameters", "quality"} and one["status"] == "ok"
+    assert set(one["events"]) == {"contact_depth_m", "punctures", "exit_depth_m"}
+    assert set(one["events"]["punctures"][0]) >= {"depth_m", "indentation_m", "force_N", "drop_N"}
+    assert set(one["phases"][0]) == {"phase", "start_s", "end_s"}
+    assert [p["phase"] for p in one["phases"]] == ["free", "deformation", "insertion", "hold", "extraction", "free"]
+    keys = {"name", "value", "unit", "low", "high", "between_repeats_sd", "identifiable", "source"}
+    assert all(set(p) == keys for p in document["parameters"])
+    assert set(document["quality"]) == {"rmse_N", "nrmse", "r2"}
+    assert (tmp_path / "out.html").stat().st_size > 10_000
+    model = nf.preset(tmp_path / "mine.toml")
+    named = {p["name"]: p["value"] for p in document["parameters"]}
+    assert model.cutting.force == named["cutting_force"] and model.friction.per_length == named["friction_per_length"]
+
+
+def test_a_bad_file_does_not_stop_the_rest(example, tmp_path):
+    (tmp_path / "empty.csv").write_text("")
+    done = run("identify", example, tmp_path / "empty.csv", "--json", "-")
+    assert done.returncode == 0
+    assert [r["status"] for r in json.loads(done.stdout)["recordings"]] == ["ok", "unreadable"]
+    assert "empty.csv" in done.stderr
+
+
+BAD_FILES = {
+    "empty": "",
+    "header only": "time_s,depth_m,force_N\n",
+    "text": "time_s,depth_m,force_N\n" + "".join(f"{i},{i}e-5,{'x' if i == 7 else 0}\n" for i in range(60)),
+    "not finite": "time_s,depth_m,force_N\n" + "".join(f"{i},{i}e-5,{'nan' if i > 30 else 0}\n" for i in range(60)),
+    "backwards": "time_s,depth_m,force_N\n" + "".join(f"{60 - i},{i}e-5,0\n" for i in range(60)),
+    "constant": "time_s,depth_m,force_N\n" + "".join(f"{i},0,{i}\n" for i in range(60)),
+    "no force": "time_s,depth_m\n0,0\n1,1\n",
+    "two forces": "time_s,depth_m,force_N,fz_N\n0,0,0,0\n1,1e-3,1,1\n",
+    "one sample": "time_s,depth_m,force_N\n0,0,0\n",
+    "units": "time,depth,force\n0,0,0\n1,1,1\n2,2,2\n",
+    "no contact": "time_s,depth_m,force_N\n" + "".join(f"{i / 100},{i}e-5,{1e-3 * (i % 3)}\n" for i in range(1000)),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_what_cannot_be_answered_is_told(name, tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text(BAD_FILES[name])
+    done = run("identify", path, "--report", tmp_path / "r.html", "--save", tmp_path / "m.toml")
+    assert done.returncode == 1
+    assert "run.csv" in done.stderr and "Traceback" not in done.stderr
+    assert not (tmp_path / "m.toml").exists()
+
+
+def test_no_puncture_and_cut_off(tmp_path):
+    model = nf.preset("paper")
+    shallow = nf.simulate(model, nf.Motion.insert(start=-2e-3, speed=3e-3, depth=2e-3))
+    cut = nf.simulate(model, nf.Motion.insert(start=-2e-3, speed=3e-3, depth=10e-3, withdraw=False))
+    for name, recording in (("shallow", shallow), ("cut", cut)):
+        nf.write(recording, tmp_path / f"{name}.csv")
+    done = run("identify", tmp_path / "shallow.csv")
+    assert done.returncode == 1 and "no_puncture" in done.stderr
+    done = run("identify", tmp_path / "cut.csv", "--json", "-")
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["recordings"][0]["status"] == "incomplete"
+
+
+def test_depth_that_decreases_inwards_is_said_and_the_flag_mends_it(tmp_path):
+    recording = nf.simulate(nf.preset("paper"), nf.Motion.insert(start=-2e-3, speed=3e-3, depth=10e-3, hold=1.0))
+    rows = np.column_stack([recording.time, -recording.depth, recording.force])
+    np.savetxt(tmp_path / "up.csv", rows, delimiter=",", header="time_s,depth_m,force_N", comments="")
+    done = run("identify", tmp_path / "up.csv")
+    assert done.returncode == 1 and "--depth-inwards" in done.stderr
+    assert run("identify", tmp_path / "up.csv", "--depth-inwards", "decreasing").returncode == 0
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["identify"], "Missing argument"),
+        (["identify", "x.csv", "--column", "fz"], "force=fz"),
+        (["simulate", "--preset", "nothing", "-o", "x.csv"], "paper_116"),
+        (["simulate", "--preset", "paper", "--speed-mm-s", "0", "-o", "x.csv"], "speed"),
+        (["compare"], "Missing argument"),
+        (["magic"], "magic"),
+    ],
+)
+def test_wrong_usage(arguments, said, tmp_path):
+    done = run(*arguments, cwd=tmp_path)
+    assert done.returncode == 2 and said in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_model_that_does_not_exist_is_wrong_usage(example):
+    done = run("identify", example, "--model", "magic")
+    assert done.returncode == 2 and "cone_cylinder" in done.stderr
+
+
+def test_simulate_then_identify(tmp_path):
+    done = run("simulate", "--preset", "paper", "--speed-mm-s", "3", "--depth-mm", "15", "-o", tmp_path / "run.csv")
+    assert done.returncode == 0, done.stderr
+    done = run("identify", tmp_path / "run.csv", "--json", "-", "--model", "paper")
+    found = {p["name"]: p["value"] for p in json.loads(done.stdout)["parameters"]}
+    assert found["cutting_force"] == pytest.approx(0.0776, rel=1e-3)
+    assert found["friction_per_length"] == pytest.approx(18.6, rel=1e-3)
+    assert found["puncture_indentation"] == pytest.approx(3.237e-3, abs=5e-6)
+    assert found["stiffness_coefficient"] == pytest.approx(2 / np.pi * 117546.06 * np.tan(np.radians(15)), rel=1e-3)
+
+
+def test_compare_laws_and_presets_speak_json(example):
+    rows = json.loads(run("compare", example, "--models", "paper,cone_cylinder", "--json", "-").stdout)
+    assert {row["model"] for row in rows} == {"paper", "cone_cylinder"} and rows[0]["bic"] <= rows[1]["bic"]
+    laws = json.loads(run("laws", "--json", "-").stdout)
+    assert {"cone", "cone_cylinder", "coulomb", "constant_cutting"} <= {law["name"] for law in laws}
+    presets = json.loads(run("presets", "--json", "-").stdout)
+    assert [p["name"] for p in presets] == list(nf.presets()) and all(p["reference"] for p in presets)
+
+
+def test_version():
+    assert run("--version").stdout.strip() == nf.__version__

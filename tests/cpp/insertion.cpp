@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+// The complete model over whole insertions, holds, reversals, exits and re-insertions.
+#include "needleforce/insertion.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <vector>
+
+#include "paper.hpp"
+
+using namespace needleforce;
+
+namespace {
+
+TEST(Insertion, ForceAfterPunctureWithUndeformedOrigin) {
+  Insertion insertion(paper::model());
+  paper::move(insertion, -1e-3, paper::puncture);
+  const Sample before = insertion.step(paper::puncture, no_velocity, 1e-3);
+  EXPECT_EQ(before.phase, Phase::deformation);
+  EXPECT_NEAR(before.force, 0.2073365956887147, 1e-12);
+  const Sample after = insertion.step(paper::puncture + 1e-9, no_velocity, 1e-3);
+  EXPECT_TRUE(after.punctured);
+  EXPECT_NEAR(after.force, 0.1378082, 1e-6);
+}
+
+TEST(Insertion, ForceAfterPunctureWithDeformedOrigin) {
+  Insertion insertion(paper::model(116e3, 1.0));
+  paper::move(insertion, -1e-3, paper::puncture + 1e-9);
+  EXPECT_NEAR(insertion.step(paper::puncture + 2e-9, no_velocity, 1e-3).force, 0.0776, 1e-6);
+}
+
+TEST(Insertion, PunctureForceAndDepthAreTheSameCriterion) {
+  Model by_force = paper::model();
+  by_force.puncture = laws::PunctureForce{0.2073365956887147};
+  EXPECT_NEAR(Insertion(by_force).puncture_depth_in_model(), paper::puncture, 1e-12);
+}
+
+TEST(Insertion, WithdrawalIsFrictionOnlyAndNegative) {
+  Insertion insertion(paper::model());
+  paper::move(insertion, -1e-3, 12e-3);
+  paper::move(insertion, 12e-3, 8e-3, 1e-5);
+  const Sample sample = insertion.step(8e-3 - 1e-6, no_velocity, 1e-3);
+  EXPECT_EQ(sample.phase, Phase::extraction);
+  EXPECT_NEAR(sample.force, -paper::friction * 8e-3, 1e-4);
+  EXPECT_EQ(sample.cutting, 0.0);
+}
+
+TEST(Insertion, HoldKeepsItsForceAndNoiseDoesNotChatter) {
+  Insertion insertion(paper::model());
+  paper::move(insertion, -1e-3, 12e-3);
+  const double held = paper::friction * 12e-3 + paper::cutting;
+  double lowest = 1.0, highest = -1.0;
+  for (int i = 0; i < 3600000 / 100; ++i) {
+    const double noise = 1e-7 * ((i * 7919) % 11 - 5) / 5.0;
+    const Sample sample = insertion.step(12e-3 + noise, no_velocity, 0.1);
+    lowest = std::fmin(lowest, sample.force);
+    highest = std::fmax(highest, sample.force);
+  }
+  // 0.2 um of noise over 20 um of elastic travel: a hundredth of friction and cutting, where a switch would
+  // give all of it
+  EXPECT_LT(highest - lowest, 0.012 * held);
+  EXPECT_NEAR(highest, held, 1e-4);
+}
+
+TEST(Insertion, ReinsertionNeitherDeformsNorCuts) {
+  Insertion insertion(paper::model());
+  paper::move(insertion, -1e-3, 12e-3);
+  paper::move(insertion, 12e-3, -1e-3);
+  paper::move(insertion, -1e-3, 11e-3, 1e-5, [](const Sample& sample) {
+    EXPECT_EQ(sample.stiffness, 0.0);
+    EXPECT_EQ(sample.cutting, 0.0);
+    EXPECT_FALSE(sample.punctured);
+    EXPECT_NEAR(sample.force, sample.depth > 0 ? paper::friction * sample.depth : 0.0, 1e-12);
+  });
+  paper::move(insertion, 11e-3, 13e-3);
+  EXPECT_NEAR(insertion.step(13.001e-3, no_velocity, 1e-3).cutting, paper::cutting, 1e-12);
+}
+
+TEST(Insertion, RetreatBeforePunctureIsElastic) {
+  Insertion insertion(paper::model());
+  paper::move(insertion, -1e-3, 3e-3);
+  paper::move(insertion, 3e-3, 1e-3, 1e-5, [](const Sample& sample) {
+    EXPECT_NEAR(sample.force, 0.2073365956887147 * std::pow(sample.depth / paper::puncture, 2), 1e-12);
+  });
+}
+
+double cycle_work(Model model, double step) {
+  Insertion insertion(model);
+  double work = 0.0, last_depth = -1e-3, last_force = 0.0;
+  const auto add = [&](const Sample& sample) {
+    work += 0.5 * (sample.force + last_force) * (sample.depth - last_depth);
+    last_depth = sample.depth;
+    last_force = sample.force;
+  };
+  paper::move(insertion, -1e-3, 12e-3, step, add);
+  paper::move(insertion, 12e-3, -1e-3, step, add);
+  return work;
+}
+
+TEST(Insertion, CycleWorkIsTheItemisedDissipation) {
+  // cycle_work_total_undeformed; the elastic travel at the reversal rounds off its two corners
+  Model model = paper::model();
+  model.friction = laws::Coulomb{paper::friction, 1e-8, 0.0};
+  model.cutting = laws::ConstantCutting{paper::cutting, 1e-8};
+  EXPECT_NEAR(cycle_work(model, 1e-6), 0.003484678015048123, 1e-6);
+}
+
+TEST(Insertion, StepSizeDoesNotChangeTheForce) {
+  for (const double step : {1e-6, 1e-5, 1e-4, 9e-4}) {
+    Insertion insertion(paper::model());
+    paper::move(insertion, -1e-3, 7e-3, step);
+    EXPECT_NEAR(insertion.step(7.1e-3, no_velocity, 1e-3).force, paper::friction * 7.1e-3 + paper::cutting,
+                1e-12);
+  }
+}
+
+TEST(Insertion, DerivativeByDepthIsTheFiniteDifference) {
+  Insertion insertion(paper::model());
+  paper::move(insertion, -1e-3, 12e-3);
+  std::vector<double> depths{2e-3, 8e-3, 12e-3, 12e-3 - 5e-6, 12e-3 - 1.5e-5, 12e-3 - 3e-5, 9e-3};
+  for (const double depth : depths) {
+    insertion.step(depth, no_velocity, 1.0);
+    const Sample here = insertion.snapshot().step(depth, no_velocity, 1.0);
+    Insertion deeper = insertion, shallower = insertion;
+    const double step = 1e-10;
+    const double rise = (deeper.step(depth + step, no_velocity, 1.0).force -
+                         shallower.step(depth - step, no_velocity, 1.0).force) /
+                        (2 * step);
+    const double one_sided =
+        (here.force - insertion.snapshot().step(depth - step, no_velocity, 1.0).force) / step;
+    const double other =
+        (insertion.snapshot().step(depth + step, no_velocity, 1.0).force - here.force) / step;
+    const double slack = 1e-3 * std::abs(here.force_by_depth) + 1e-3;
+    // at the ends of the elastic travel the two sides differ; the derivative is one of them
+    EXPECT_TRUE(std::abs(rise - here.force_by_depth) < slack ||
+                std::abs(one_sided - here.force_by_depth) < slack ||
+                std::abs(other - here.force_by_depth) < slack)
+        << depth;
+  }
+}
+
+TEST(Insertion, PartsAddUp) {
+  Insertion insertion(paper::model());
+  paper::move(insertion, -1e-3, 12e-3, 1e-4, [](const Sample& sample) {
+    EXPECT_DOUBLE_EQ(sample.force, sample.stiffness + sample.friction + sample.cutting);
+  });
+}
+
+TEST(Insertion, SnapshotRestoresToTheBit) {
+  Insertion insertion(paper::model());
+  paper::move(insertion, -1e-3, 6e-3);
+  Insertion saved = insertion.snapshot();
+  const Sample first = insertion.step(6.2e-3, no_velocity, 1e-3);
+  paper::move(insertion, 6.2e-3, -1e-3);
+  insertion = saved;
+  const Sample again = insertion.step(6.2e-3, no_velocity, 1e-3);
+  EXPECT_EQ(std::memcmp(&first.force, &again.force, sizeof(double)), 0);
+}
+
+TEST(Insertion, ResetForgetsTheHole) {
+  Insertion insertion(paper::model());
+  paper::move(insertion, -1e-3, 6e-3);
+  insertion.reset();
+  paper::move(insertion, -1e-3, 2e-3);
+  EXPECT_EQ(insertion.step(2e-3, no_velocity, 1e-3).phase, Phase::deformation);
+}
+
+struct BadStep {
+  double depth, velocity, dt;
+  Status status;
+};
+
+TEST(Insertion, BadInputGivesNoForceAndSaysWhy) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double infinite = std::numeric_limits<double>::infinity();
+  const BadStep bad[] = {{nan, 0, 1e-3, Status::not_finite},
+                         {infinite, 0, 1e-3, Status::not_finite},
+                         {6e-3, nan, 1e-3, Status::not_finite},
+                         {6e-3, -infinite, 1e-3, Status::not_finite},
+                         {6e-3, 0, nan, Status::not_finite},
+                         {6e-3, 0, 0.0, Status::outside_range},
+                         {6e-3, 0, -1e-3, Status::outside_range},
+                         {0.5, no_velocity, 1e-3, Status::outside_range},
+                         {6.003e-3, -3e-3, 1e-3, Status::outside_range}};
+  for (const BadStep& step : bad) {
+    Insertion insertion(paper::model());
+    paper::move(insertion, -1e-3, 6e-3);
+    const Sample sample = insertion.step(step.depth, step.velocity, step.dt);
+    EXPECT_EQ(sample.status, step.status);
+    EXPECT_EQ(sample.force, 0.0);
+    const Sample next = insertion.step(6.001e-3, no_velocity, 1e-3);
+    EXPECT_EQ(next.status, Status::ok);
+    EXPECT_NEAR(next.force, paper::friction * 6.001e-3 + paper::cutting, 1e-12);
+  }
+}
+
+TEST(Insertion, AFaultHoldsTheForceForABoundedTimeWhereAsked) {
+  Insertion insertion(paper::model(), Limits{.hold_time = 3.5e-3});
+  paper::move(insertion, -1e-3, 6e-3);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  int held = 0;
+  for (int i = 0; i < 10; ++i) held += insertion.step(nan, 0.0, 1e-3).force > 0.0;
+  EXPECT_EQ(held, 3);
+}
+
+TEST(Insertion, AnInvalidModelNeverPushes) {
+  Insertion insertion(paper::model(-1.0));
+  paper::move(insertion, -1e-3, 6e-3, 1e-4, [](const Sample& sample) {
+    EXPECT_EQ(sample.status, Status::invalid_parameter);
+    EXPECT_EQ(sample.force, 0.0);
+  });
+}
+
+}  // namespace

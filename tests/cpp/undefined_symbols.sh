@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Fails if an object file needs anything but memory copies and arithmetic.
+set -eu
+allowed='^(memcpy|memset|memmove|_GLOBAL_OFFSET_TABLE_)$'
+undefined=$(nm --undefined-only --format=posix "$1" | awk '{print $1}')
+forbidden=$(printf '%s\n' "$undefined" | grep -vE "$allowed" | sed '/^$/d' || true)
+if [ -n "$forbidden" ]; then
+  echo "step needs symbols that are not on the allow-list:" && echo "$forbidden"
+  exit 1
+fi
+defined=$(nm --defined-only --format=posix "$1" | awk '{print $1}' | grep -c needleforce_one_step)
+[ "$defined" = 1 ]

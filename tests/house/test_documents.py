@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the documents show runs, and gives what they say."""
+
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+
+@pytest.fixture
+def folder(root, tmp_path):
+    """An empty folder with the shipped example data and a place for the figure."""
+    (tmp_path / "examples").mkdir()
+    shutil.copy(root / "examples" / "insertion.csv", tmp_path / "examples")
+    (tmp_path / "docs" / "figures").mkdir(parents=True)
+    return tmp_path
+
+
+def run(code: list[str], folder) -> str:
+    environment = {"MPLBACKEND": "Agg", "PATH": "/usr/bin:/bin"}
+    done = subprocess.run([sys.executable, *code], cwd=folder, capture_output=True, text=True, env=environment)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def readme_block(root) -> str:
+    return re.search(r"```python\n(.*?)```", (root / "README.md").read_text(encoding="utf-8"), re.S).group(1)
+
+
+def test_the_readme_shows_the_first_example(root):
+    example = (root / "examples" / "first.py").read_text(encoding="utf-8")
+    assert example.split('"""\n\n', 1)[1].rstrip() == readme_block(root).rstrip()
+
+
+def test_the_readme_runs_and_draws(root, folder):
+    out = run(["-c", readme_block(root)], folder)
+    values = {line.split()[0]: float(line.split()[1]) for line in out.splitlines() if "(" in line}
+    # the example's truth: the seed-1 site of the virtual rig, whose dimple and spreading force cancel in the complete
+    # fit
+    assert values["friction_per_length"] == pytest.approx(18.6, rel=0.15)
+    assert values["cutting_force"] == pytest.approx(0.0776, abs=0.04)
+    assert (folder / "docs" / "figures" / "first.svg").stat().st_size > 5000
+
+
+def test_the_twins_say_the_same(root, tmp_path):
+    include, binary = root / "include", tmp_path / "step"
+    subprocess.run(
+        ["g++", "-std=c++20", "-O2", f"-I{include}", root / "examples" / "step.cpp", "-o", binary], check=True
+    )
+    twin = subprocess.run([binary], capture_output=True, text=True, check=True).stdout
+    assert twin == run([str(root / "examples" / "step.py")], tmp_path)
+    assert "puncture at 3.237 mm" in twin
+    # 18.6 N/m * 12 mm + 0.0776 N, and friction alone on the way out
+    assert "largest push 0.3008 N" in twin
+
+
+def test_examples_are_short(root):
+    for path in (root / "examples").glob("*.*"):
+        if path.suffix in (".py", ".cpp"):
+            assert len(path.read_text(encoding="utf-8").splitlines()) <= 70, path
+
+
+def test_links_lead_somewhere(root):
+    for page in [*root.glob("*.md"), *(root / "docs").rglob("*.md")]:
+        for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text(encoding="utf-8")):
+            if "://" not in target:
+                assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_the_two_commands_are_on_the_first_screen(root):
+    top = (root / "README.md").read_text(encoding="utf-8")[:500]
+    assert "make demo" in top and "make test" in top
+
+
+def test_make_help_lists_the_targets(root):
+    text = subprocess.run(["make", "help"], cwd=root, capture_output=True, text=True, check=True).stdout
+    for target in ("demo", "test", "bench", "lint", "docs", "reference"):
+        assert re.search(rf"^{target}\s", text, re.M), target
+
+
+def test_the_version_stands_once(root):
+    from needleforce import core
+    from needleforce.version import __version__
+
+    text = (root / "include" / "needleforce" / "version.hpp").read_text(encoding="utf-8")
+    assert re.search(r'version = "([^"]+)"', text).group(1) == core.version == __version__
+    for name in ("pyproject.toml", "CMakeLists.txt", "CITATION.cff"):
+        assert __version__ not in (root / name).read_text(encoding="utf-8")

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The vocabulary is a test: a parameter name or a unit outside the glossary fails."""
+
+import needleforce as nf
+from needleforce import core
+from needleforce.preset_files.schema import FAMILIES, laws_of
+from needleforce.preset_files.units_in_keys import ENDINGS
+
+GLOSSARY = {
+    "outer_diameter", "inner_diameter", "length", "young_modulus", "poisson_ratio", "half_angle",
+    "reduced_modulus", "radius", "depth", "force", "per_length", "presliding", "dimple_ratio", "unloading",
+}  # fmt: skip
+
+
+def tables():
+    yield from (core.Needle, core.Tissue, core.tips.Cone)
+    yield from (law for family in FAMILIES for law in laws_of(family))
+
+
+def test_names_and_units_are_in_the_glossary():
+    for owner in tables():
+        for row in owner.table():
+            assert row["name"] in GLOSSARY, (owner, row["name"])
+            assert row["unit"] in {*ENDINGS, "1"}, (owner, row["unit"])
+
+
+def test_every_law_has_a_family_a_source_and_a_validity():
+    names = [law.name for family in FAMILIES for law in laws_of(family)]
+    assert len(set(names)) == len(names) == len([x for x in vars(core.laws).values() if isinstance(x, type)])
+    for family in FAMILIES:
+        for law in laws_of(family):
+            assert law.source and law.validity and law.summary.endswith(".")
+
+
+def test_words_of_phase_and_status():
+    assert list(nf.Phase) == ["free", "deformation", "insertion", "hold", "extraction"]
+    assert {"ok", "outside_range", "invalid_parameter", "not_finite", "no_contact", "no_puncture", "incomplete",
+            "unreadable"} == set(nf.Status)  # fmt: skip
+
+
+def test_the_top_level_is_small_and_complete():
+    assert len(nf.__all__) <= 30
+    for name in nf.__all__:
+        assert getattr(nf, name) is not None

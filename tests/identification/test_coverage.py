@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Intervals hold the truth as often as they promise, white noise or filtered; the long study is in benchmarks."""
+
+import runpy
+
+import numpy as np
+import pytest
+
+from needleforce.identification.covariance import likely_punctures, noise_of
+
+
+@pytest.mark.parametrize("filter_length", [1, 10, 50])
+def test_intervals_hold_the_truth_at_their_rate(root, filter_length):
+    study = runpy.run_path(str(root / "benchmarks" / "fit.py"))["study"]
+    rights, shares = study(400, 20e-3, filter_length, first_seed=1000 * filter_length)
+    assert rights >= 0.99
+    assert shares.pop("puncture_depth") >= 0.95  # lies between samples: the set is never too small
+    assert all(0.91 <= share <= 0.98 for share in shares.values()), shares
+
+
+def filtered(length, samples=40_000, seed=0):
+    """White noise of unit variance behind an average filter: long-run variance stays 1, variance is 1 / length."""
+    white = np.random.default_rng(seed).standard_normal(samples + length - 1)
+    return np.convolve(white, np.full(length, 1.0 / length), "valid")
+
+
+@pytest.mark.parametrize("length", [1, 10, 50])
+@pytest.mark.parametrize("known", [True, False])
+def test_long_run_variance_of_filtered_noise(length, known):
+    found = [noise_of(filtered(length, seed=seed), 40_000, length if known else 1) for seed in range(20)]
+    assert np.mean([noise.long_run for noise in found]) == pytest.approx(1.0, rel=0.05)
+    assert np.mean([noise.variance for noise in found]) == pytest.approx(1.0 / length, rel=0.03)
+    reach = np.median([noise.reach for noise in found])
+    assert reach == 0 if length == 1 else 0.7 * length <= reach <= 1.3 * length
+
+
+def test_likely_punctures_are_the_posterior():
+    gain = np.array([0.0, 3.0, 9.0, 10.0, 8.0, 2.0])
+    weight = np.exp(gain / 2.0)
+    weight /= weight.sum()
+    rows, weights = likely_punctures(gain, 1.0)
+    assert rows.tolist() == [3, 2, 4]  # 0.477 + 0.289 + 0.176 = 0.94 is not yet 95 %
+    assert weights.sum() == pytest.approx(1.0)
+    assert weight[rows].sum() >= 0.95 > weight[rows[:-1]].sum()

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: Apache-2.0
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import needleforce as nf
+
+PAPER = nf.preset("paper")
+CYCLE = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=12e-3, hold=1.0, withdraw=True)
+
+
+def test_sliding_force_is_the_papers_formula():
+    depth = np.linspace(-1e-3, 20e-3, 1001)
+    stiff = 2 / math.pi * 117546.06040021202 * math.tan(math.radians(15)) * depth**2
+    inwards = np.select([depth < 0, depth <= 3.237e-3], [0 * depth, stiff], 18.6 * depth + 0.0776)
+    np.testing.assert_allclose(PAPER.force(depth), inwards, rtol=1e-13, atol=1e-16)
+    outwards = PAPER.force(depth, velocity=-np.ones_like(depth))
+    np.testing.assert_allclose(outwards, -18.6 * np.maximum(depth, 0), rtol=1e-13)
+
+
+def test_the_run_agrees_with_the_formula_while_sliding():
+    recording = nf.simulate(PAPER, CYCLE)
+    sliding = np.abs(recording.velocity) > 2.9e-3
+    formula = PAPER.force(recording.depth, recording.velocity)
+    np.testing.assert_allclose(recording.force[sliding], formula[sliding], rtol=1e-12, atol=1e-12)
+
+
+def test_one_discontinuity_and_one_reversal():
+    recording = nf.simulate(PAPER, CYCLE, rate=1e4)
+    jumps = np.flatnonzero(np.abs(np.diff(recording.force)) > 0.02)
+    assert len(jumps) == 1
+    assert recording.depth[jumps[0]] == pytest.approx(3.237e-3, abs=1e-6)
+    reversal = recording.force.max() - recording.force.min()
+    assert reversal == pytest.approx(2 * 18.6 * 12e-3 + 0.0776, rel=5e-3)
+
+
+@settings(deadline=None)
+@given(st.floats(0, 1), st.floats(3.5e-3, 2e-2))
+def test_cycle_work_is_what_the_run_dissipates(ratio, deepest):
+    model = PAPER.replace(
+        friction=nf.laws.Coulomb(18.6, presliding=1e-7, dimple_ratio=ratio),
+        cutting=nf.laws.ConstantCutting(0.0776, unloading=1e-7),
+    )
+    depth = np.concatenate([np.arange(-1e-3, deepest, 1e-6), np.arange(deepest, -1e-3, -1e-6)])
+    force = nf.Insertion(model).run(depth, None, np.full(len(depth), 1e-3))["force"]
+    terms = nf.cycle_work(model, deepest)
+    assert min(terms.values()) >= 0
+    assert np.trapezoid(force, depth) == pytest.approx(sum(terms.values()), rel=2e-3)
+
+
+def test_step_takes_a_velocity_or_none():
+    insertion = nf.Insertion(PAPER)
+    insertion.step(0.0, None, 1e-3)
+    sample = insertion.step(3e-6, None, 1e-3)
+    assert sample.velocity == pytest.approx(3e-3)
+    assert (sample.status, sample.phase) == (nf.Status.ok, nf.Phase.deformation)
+    assert insertion.step(6e-6, -3e-3, 1e-3).status == nf.Status.outside_range
+
+
+def test_snapshot_is_a_copy():
+    insertion = nf.Insertion(PAPER)
+    insertion.run(np.linspace(0, 8e-3, 1000), None, np.full(1000, 1e-3))
+    saved = insertion.snapshot()
+    force = insertion.step(8.001e-3, None, 1e-3).force
+    assert saved.step(8.001e-3, None, 1e-3).force == force
+    insertion.reset()
+    assert insertion.deepest_cut == 0.0
+
+
+@pytest.mark.parametrize(
+    "depth, velocity, dt", [(math.nan, 0.0, 1e-3), (0.0, math.inf, 1e-3), (0.0, 0.0, -1.0), (9.0, None, 1e-3)]
+)
+def test_bad_steps_give_no_force(depth, velocity, dt):
+    insertion = nf.Insertion(PAPER)
+    insertion.run(np.linspace(0, 8e-3, 1000), None, np.full(1000, 1e-3))
+    sample = insertion.step(depth, velocity, dt)
+    assert sample.force == 0.0 and sample.status != nf.Status.ok
+
+
+def test_arrays_must_agree_and_out_is_written():
+    depth = np.linspace(0, 1e-2, 10)
+    with pytest.raises(nf.InputError, match="length of velocity"):
+        PAPER.force(depth, np.zeros(3))
+    with pytest.raises(nf.InputError, match="length of dt"):
+        nf.Insertion(PAPER).run(depth, None, np.zeros(3))
+    out = np.zeros(10)
+    assert PAPER.force(depth, out=out) is out and out[-1] > 0
+    with pytest.raises(TypeError):
+        PAPER.force(depth, out=np.zeros(10, dtype=np.float32))
+
+
+def test_simulate_refuses_what_cannot_be():
+    with pytest.raises(nf.InputError, match="speed"):
+        nf.Motion.insert(start=-1e-3, speed=0.0, depth=1e-2)
+    with pytest.raises(nf.InputError, match="depth"):
+        nf.Motion.insert(start=1e-3, speed=1e-3, depth=0.0)
+    with pytest.raises(nf.InputError, match="rate"):
+        nf.simulate(PAPER, CYCLE, rate=0.0)
+
+
+def test_motion_arrives_and_never_exceeds_its_speed():
+    motion = nf.Motion.insert(start=-5e-3, speed=3e-3, depth=20e-3, hold=2.0)
+    time = np.linspace(0, motion.duration, 100001)
+    depth, velocity = motion.at(time)
+    assert depth[0] == -5e-3 and depth[-1] == pytest.approx(-5e-3, abs=1e-12)
+    assert depth.max() == pytest.approx(20e-3, abs=1e-12) and np.abs(velocity).max() <= 3e-3 + 1e-12
+    np.testing.assert_allclose(np.gradient(depth, time)[1:-1], velocity[1:-1], atol=2e-5)
+    assert np.mean(np.abs(velocity) < 1e-9) == pytest.approx(2.0 / motion.duration, abs=1e-3)
+
+
+def test_a_short_move_is_a_triangle_of_speed():
+    motion = nf.Motion.insert(start=0.0, speed=1.0, depth=1e-3, withdraw=False)
+    assert motion.at(np.linspace(0, motion.duration, 1000))[1].max() == pytest.approx(math.sqrt(1e-3 * 10e-3), rel=1e-2)

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: Apache-2.0
+import numpy as np
+import pytest
+from plain_insertion import insertion, text
+
+from needleforce.recording import read
+from needleforce.recording.baseline import bias
+
+TIME, DEPTH, FORCE = insertion(rate=1000.0, noise=5e-3)
+
+
+@pytest.mark.parametrize("offset", [0.05, -0.05, 2.0])
+def test_a_bias_is_removed_and_told(file, offset):
+    path = file(text({"time_s": TIME, "depth_m": DEPTH, "force_N": FORCE + offset}))
+    run = read(path)
+    lead = 250  # samples within 2 % of 25 mm at 2 mm/s
+    assert np.mean(FORCE + offset - run.force) == pytest.approx(offset, abs=4.0 * 5e-3 / lead**0.5)
+    (note,) = [note for note in run.notes if note.kind == "baseline"]
+    assert note.count == 1 and "is removed from the force" in note.message
+    np.testing.assert_array_equal(read(path, baseline=False).force, FORCE + offset)
+
+
+def test_a_zeroed_sensor_stays_as_it_is():
+    removed = [bias(DEPTH, insertion(rate=1000.0, noise=5e-3, seed=seed)[2])[0] for seed in range(50)]
+    assert removed == [0.0] * 50
+
+
+def test_noise_behind_an_average_filter_is_seldom_taken_for_a_bias():
+    """Fifty correlated samples are hardly one: of 200 recordings without bias at most 1 in 20 loses its mean."""
+    kernel, taken = np.full(50, 1 / 50), 0
+    for seed in range(200):
+        noise = np.convolve(np.random.default_rng(seed).normal(0.0, 0.03, len(TIME) + 49), kernel, "valid")
+        taken += bias(DEPTH, FORCE + noise)[0] != 0.0
+    assert taken <= 10
+
+
+@pytest.mark.parametrize("start", [0.0, 2e-3, 10e-3])
+def test_a_recording_that_starts_in_contact_is_left_alone(start):
+    _, depth, force = insertion(rate=1000.0, start=start, noise=2e-3)
+    assert bias(depth, force)[0] == 0.0
+
+
+def test_a_withdrawal_alone_is_left_alone():
+    out = TIME > 12.4
+    assert bias(DEPTH[out], FORCE[out])[0] == 0.0
+
+
+def test_too_few_samples_before_motion_are_not_used():
+    value, why = bias(DEPTH[::50], FORCE[::50] + 1.0)
+    assert value == 0.0 and "20 are needed" in why
+
+
+def test_removing_twice_is_removing_once():
+    force = FORCE + 0.3
+    force -= bias(DEPTH, force)[0]
+    assert bias(DEPTH, force)[0] == 0.0

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fits made by hand, so that what the report says can be checked against numbers written here."""
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+from needleforce.identification.fit import Estimate, Fit, Quality, RecordingFit
+from needleforce.identification.two_pass import Site, TwoPass
+from needleforce.recording.recording import Card, Note, Recording
+from needleforce.segmentation.events import Event, Events, Puncture, Span
+from needleforce.vocabulary import Phase, Status
+
+CONTACT, PUNCTURE = 2e-3, 5.237e-3  # m, in the recording's own zero
+NOISE = 5e-3  # N
+
+
+def events_of(recording: Recording) -> Events:
+    """The events of the preset ``paper`` run to 22 mm and back, found by depth."""
+    depth, time = recording.depth, recording.time
+    deepest = int(np.argmax(depth))
+    contact, puncture = (int(np.searchsorted(depth[:deepest], at)) for at in (CONTACT, PUNCTURE))
+    leaving = deepest + int(np.argmax(depth[deepest:] < CONTACT))
+    edges = [0, contact, puncture, deepest, leaving, len(time)]
+    phases = (Phase.free, Phase.deformation, Phase.insertion, Phase.extraction, Phase.free)
+    limits = zip(phases, edges[:-1], edges[1:], strict=True)
+    spans = (Span(phase, time[a], time[min(b, len(time) - 1)], a, b) for phase, a, b in limits)
+    at = {k: (time[k], depth[k], recording.force[k], k - 1, k) for k in (contact, puncture, leaving)}
+    broke = Puncture(*at[puncture], drop=0.072, indentation=PUNCTURE - CONTACT)
+    return Events(Event(*at[contact]), (broke,), Event(*at[leaving]), tuple(spans))
+
+
+def recording_fit(number: int, rate=100.0, name="site_{}.csv", factor=1.0, notes=()) -> RecordingFit:
+    """One noisy run of the preset ``paper`` with its model; ``factor`` makes it an odd one."""
+    motion = nf.Motion.insert(start=-5e-3, speed=3e-3, depth=20e-3, hold=0.0, withdraw=True)
+    run = nf.simulate(nf.preset("paper"), motion, rate=rate)
+    force = factor * run.force + NOISE * np.random.default_rng(number).standard_normal(len(run))
+    card = Card(source="virtual", sha256="ab" * 32, needle="0.7 mm", filter_length=10, assumptions=("time in s",))
+    found = tuple(Note("gap", message) for message in notes)
+    recording = Recording(run.time, run.depth + CONTACT, run.velocity, force, {}, card, found)
+    rms = float(np.std(force - run.force))
+    quality = Quality(rms, rms / 0.37, 0.99)
+    own = {"puncture_force": Estimate("puncture_force", 0.21, "N", 0.20, 0.22)}
+    return RecordingFit(
+        f"runs/{name.format(number)}", Status.ok, recording, events_of(recording), own, quality, run.force
+    )
+
+
+def site(number: int) -> Site:
+    """Both passes at one site with a cutting force of 0.0776 N."""
+    grid, noise = np.linspace(3.2e-3, 11.2e-3, 400), 1e-3 * np.random.default_rng(number).standard_normal((2, 400))
+    second = 18.6 * grid + noise[0]
+    first = second + 0.0776 + noise[1]
+    inside = grid < 10e-3
+    line = (grid[inside], second[inside], 18.6, 0.0, 10e-3, "the needle bends")
+    return Site(grid, first, second, first - second, *line, 0.0776)
+
+
+@pytest.fixture
+def make_fit():
+    """Builds a Fit of ``count`` repeats; keywords go to ``recording_fit``, ``two_pass`` adds sites."""
+
+    def make(count: int = 1, two_pass: bool = False, odd: int | None = None, **options) -> Fit:
+        runs = [recording_fit(k, factor=1.5 if k == odd else 1.0, **options) for k in range(1, count + 1)]
+        estimates = (
+            Estimate("puncture_indentation", 3.2370e-3, "m", 3.1981e-3, 3.2759e-3, 1.3e-4, True, "complete fit"),
+            Estimate("puncture_force", 0.21014, "N", 0.2057, 0.2145, 0.0105, True, "complete fit"),
+            Estimate("stiffness_coefficient", 20051.3, "N/m^2", 19430.0, 20672.6, None, True, "complete fit"),
+            Estimate("friction_per_length", 18.6, "N/m", 18.45, 18.75, None, True, "second pass"),
+            Estimate("reduced_modulus", 117546.0, "Pa", 110000.0, 129000.0, None, False, "with a half angle of 15°"),
+        )
+        return Fit(
+            tuple(runs), {each.name: each for each in estimates}, nf.preset("paper"), Quality(0.0053, 0.0147, 0.991),
+            warnings=("lateral forces are not small",), held_fixed=("tip half angle: 15°",),
+            unknown=("The friction coefficient.",), choice=(("cone", -100.0), ("cone_cylinder", -130.0)),
+            settings={"window_m": 0.012}, two_pass=TwoPass(tuple(map(site, range(count)))) if two_pass else None,
+        )  # fmt: skip
+
+    return make
+
+
+@pytest.fixture
+def empty_fit():
+    """Nothing identified: one recording without contact, one that could not be read."""
+    silent = recording_fit(1)
+    silent = RecordingFit("silent.csv", Status.no_contact, silent.recording, Events(status=Status.no_contact))
+    broken = RecordingFit("broken.csv", Status.unreadable, None, Events(status=Status.unreadable), notes=("no column",))
+    return Fit((silent, broken), {}, None, None)
