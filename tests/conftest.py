@@ -3,6 +3,11 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+# the same examples on every machine: a red run means a changed program
+settings.register_profile("needleforce", derandomize=True, deadline=None)
+settings.load_profile("needleforce")
 
 ROOT = Path(__file__).resolve().parents[1]
 

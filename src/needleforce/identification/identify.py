@@ -19,6 +19,7 @@ from .peak import measured_peak
 from .pooling import mean_estimate, pool
 from .single import Single, fit_single
 from .subtraction import subtract
+from .turning import presliding_of
 
 Progress = Callable[[Any, str], Any]
 TWO_PASS = "second insertion at the same site"
@@ -91,7 +92,8 @@ def _own(single: Single, law: str) -> dict[str, Estimate]:
     fit, strokes = single.fits[law], single.strokes
     before, puncture = fit.samples_before_puncture, fit.values["puncture_depth"]
     peak = measured_peak(strokes.depth_in, strokes.force_in, before, fit.left_out, puncture)
-    return estimates_of(fit, len(strokes.depth_out) > 0) | ({} if peak is None else {"puncture_force": peak})
+    found = estimates_of(fit, len(strokes.depth_out) > 0) | ({} if peak is None else {"puncture_force": peak})
+    return found | ({} if strokes.turning is None else {"presliding": presliding_of(strokes.turning)})
 
 
 def _listed(recordings) -> list[Recording]:

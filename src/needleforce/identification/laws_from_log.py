@@ -10,6 +10,7 @@ from ..model import Model
 # what identify and compare take as a model's name -> its stiffness law
 MODELS = {"paper": "cone", "cone_cylinder": "cone_cylinder"}
 NOMINAL_HALF_ANGLE = math.radians(45.0)
+LEAST_PRESLIDING = 1e-6  # [m]; shorter than any recorded depth tells
 
 
 def stiffness_law(name: str) -> str:
@@ -39,6 +40,8 @@ def model_of(values: dict[str, float], needle=None, name: str = "identified", re
     angle = half_angle(needle)
     modulus = 0.5 * math.pi * values["stiffness_coefficient"] / math.tan(angle)
     saturation = values.get("saturation_depth", math.inf)
+    # friction turns over twice its elastic travel; the cutting force unloads meanwhile
+    presliding = max(values.get("presliding", 0.0), LEAST_PRESLIDING)
     if math.isfinite(saturation):
         stiffness = core.laws.ConeCylinder(modulus, angle, 2.0 * saturation * math.tan(angle) / math.pi)
     else:
@@ -46,8 +49,8 @@ def model_of(values: dict[str, float], needle=None, name: str = "identified", re
     return Model(
         stiffness=stiffness,
         puncture=core.laws.PunctureDepth(values["puncture_indentation"]),
-        friction=core.laws.Coulomb(values["friction_per_length"]),
-        cutting=core.laws.ConstantCutting(values["cutting_force"]),
+        friction=core.laws.Coulomb(values["friction_per_length"], presliding),
+        cutting=core.laws.ConstantCutting(values["cutting_force"], 2.0 * presliding),
         name=name,
         summary="Identified from recordings.",
         reference=reference or "identified by needleforce",

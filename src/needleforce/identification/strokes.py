@@ -8,9 +8,7 @@ import numpy as np
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Phase
-
-TURNING_BIN = 0.25e-3  # [m]
-TURNING_BINS = 8  # without a stronger pull ahead: 2 mm, longer than ripples and shorter than a layer
+from .turning import Turning, turning_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +16,7 @@ class Strokes:
     """Depth (n,) [m] and force (n,) [N] of insertion and withdrawal, and where the whole strokes stand in the
     recording.
 
-    The withdrawal's arrays begin where the needle slides: before, friction only turns round.
+    The withdrawal's arrays begin where the needle slides: before, friction only turns round, as ``turning`` tells.
     """
 
     depth_in: np.ndarray
@@ -27,6 +25,7 @@ class Strokes:
     force_out: np.ndarray
     inwards: slice
     outwards: slice
+    turning: Turning | None
 
     def mask(self, n: int) -> np.ndarray:
         """True (n,) at the samples of either stroke."""
@@ -39,21 +38,9 @@ def strokes_of(recording: Recording, events: Events) -> Strokes:
     """Insertion from the start of the free travel before it to the hold; withdrawal to the recording's end."""
     inwards, outwards = _inwards(events), _outwards(events)
     depth, force = undelayed_depth(recording), recording.force
-    slides = outwards.start + _turning(depth[outwards], force[outwards])
-    sliding = slice(slides, outwards.stop)
-    return Strokes(depth[inwards], force[inwards], depth[sliding], force[sliding], inwards, outwards)
-
-
-def _turning(depth: np.ndarray, force: np.ndarray) -> int:
-    """Samples until the pull first stops to grow, as a mean over bins of travel: until then friction turns from push
-    to pull."""
-    if len(depth) == 0:
-        return 0
-    bins = np.maximum.accumulate(np.maximum(np.floor((depth[0] - depth) / TURNING_BIN).astype(int), 0))
-    count = np.bincount(bins)
-    mean = np.where(count > 0, np.bincount(bins, force) / np.maximum(count, 1), np.inf)
-    ahead = np.lib.stride_tricks.sliding_window_view(np.append(mean, np.full(TURNING_BINS, np.inf)), TURNING_BINS + 1)
-    return int(np.searchsorted(bins, int(np.argmax(mean <= ahead.min(axis=1)))))
+    turning = turning_of(depth, force, outwards, events.spans(Phase.hold))
+    sliding = slice(outwards.start + (turning.samples if turning else 0), outwards.stop)
+    return Strokes(depth[inwards], force[inwards], depth[sliding], force[sliding], inwards, outwards, turning)
 
 
 def undelayed_depth(recording: Recording) -> np.ndarray:
