@@ -14,8 +14,8 @@ FILE ?= tests/reference_values.json
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
-.venv/.packages: constraints.txt pyproject.toml tools/system_packages.sh
-	@tools/system_packages.sh
+.venv/.packages: constraints.txt tools/system_packages.sh
+	@PYTHON=$(PYTHON) tools/system_packages.sh core
 	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	@echo "setting up .venv (once)"
 	@$(BIN)/pip install --quiet --disable-pip-version-check --requirement constraints.txt
@@ -34,6 +34,8 @@ demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo
 test: setup test-cpp test-python  ## every test
 
 test-cpp: .venv/.packages
+	@PYTHON=$(PYTHON) tools/system_packages.sh tests
+	@mkdir -p $(CXX_TESTS)
 	@$(BIN)/cmake -S . -B $(CXX_TESTS) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DNEEDLEFORCE_TESTS=ON -DCMAKE_BUILD_TYPE=Release > $(CXX_TESTS).log 2>&1 \
 	  || (cat $(CXX_TESTS).log; false)
 	@$(BIN)/cmake --build $(CXX_TESTS) > $(CXX_TESTS).log 2>&1 || (cat $(CXX_TESTS).log; false)

@@ -3,6 +3,8 @@
 bar."""
 
 import json
+import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -111,7 +113,9 @@ def reading():
         path = Path(folder) / "run.csv"
         nf.write(recording, path)
         ratio = paired(lambda: nf.read(path), lambda: pd.read_csv(path, comment="#"), 40)
+        whole = paired(lambda: nf.segment(recording), lambda: nf.read(path))
     yield f"reading {len(recording)} rows / pandas", f"{ratio:.2f}", "<= 1.2", ratio <= 1.2
+    yield "segmenting them / reading them", f"{whole:.2f}", "", True
 
 
 def starting():
@@ -123,6 +127,54 @@ def starting():
     ):
         took = best(lambda code=code: subprocess.run([sys.executable, "-c", code], check=True, capture_output=True), 5)
         yield f"{what} (s)", f"{took:.2f} (Python alone {bare:.2f})", f"<= {bar}", took <= bar
+
+
+def real():
+    """The one-layer model on real recordings made by others, each fitted by itself."""
+    folder = Path(os.environ.get("NEEDLEFORCE_RECORDINGS", ROOT.parent / "shared" / "data")) / "needle-insertion-rig"
+    errors, times, outcomes = [], [], {}
+    for path in sorted(folder.glob("*.csv")):
+        try:
+            recording = nf.read(path)
+        except nf.InputError:
+            outcomes["unreadable"] = outcomes.get("unreadable", 0) + 1
+            continue
+        start = time.perf_counter()
+        fit = nf.identify(recording)
+        times.append(time.perf_counter() - start)
+        status = str(fit.recordings[0].status)
+        outcomes[status] = outcomes.get(status, 0) + 1
+        errors += [fit.quality.nrmse] if fit.quality else []
+    if not errors:
+        yield "real recordings", "none at hand", "", None
+        return
+    shown = ", ".join(f"{100 * np.percentile(errors, p):.0f} %" for p in (10, 50, 90))
+    yield "real: residual / peak, 10-50-90 %", shown, "", True
+    yield "real: outcomes", ", ".join(f"{count} {status}" for status, count in outcomes.items()), "", True
+    yield "real: identify, median (ms)", f"{1e3 * np.median(times):.0f}", "", True
+
+
+def many_samples(n: int = 10_000_000):
+    """Ten million samples through the whole identification, in a process of its own."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "long.csv"
+        motion = nf.Motion.insert(start=-5e-3, speed=3e-3, depth=15e-3, hold=n / 1e5 - 13.9)
+        nf.write(nf.simulate(PAPER, motion, rate=1e5), path)
+        code = "import sys; from needleforce.cli import main; main()"
+        command = [
+            "/usr/bin/env",
+            sys.executable,
+            "-c",
+            code,
+            "identify",
+            str(path),
+            "--json",
+            str(Path(folder) / "o.json"),
+        ]
+        took = best(lambda: subprocess.run(command, check=True, capture_output=True), 1)
+        peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+    yield "10^7 samples, identify (s)", f"{took:.0f}", "", True
+    yield "10^7 samples, peak memory (MB)", f"{peak:.0f}", "", True
 
 
 def demo():
@@ -137,7 +189,7 @@ def main(full: bool) -> None:
     """Runs every part and prints one table; the fit's own tables follow."""
     console = Console(width=110)
     table = Table("what", "measured", "bar", "", title="needleforce, bars", title_justify="left")
-    for part in (step, evaluation, reading, starting, demo):
+    for part in (step, evaluation, reading, starting, demo, real, *((many_samples,) if full else ())):
         with console.status(part.__doc__.splitlines()[0]):
             for what, measured, bar, met in part():
                 table.add_row(what, measured, bar, "" if not bar or met is None else "met" if met else "NOT MET")

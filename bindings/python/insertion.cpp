@@ -132,9 +132,13 @@ void bind_insertion(nb::module_& module) {
           nb::arg("depth"), nb::arg("velocity").none(), nb::arg("dt"),
           "One cycle: depth [m], velocity [m/s] or None for the change of depth, dt [s]. Never raises.")
       .def("run", &run, nb::arg("depth"), nb::arg("velocity").none(), nb::arg("dt"),
-           "A whole series, as the columns of its samples.")
+           "A whole series, (n,) each, as the columns of its samples: force, stiffness, friction, cutting "
+           "[N]; phase and status "
+           "as float64 indices into Phase and Status.")
       .def("reset", &Insertion::reset, "Back to before the first contact.")
-      .def("snapshot", &Insertion::snapshot, "A copy, state included.")
+      .def(
+          "restore", [](Insertion& self, const Insertion& saved) { self = saved; }, nb::arg("snapshot"),
+          "Back to a snapshot, state and model.")
       .def_prop_ro("deepest_cut", &Insertion::deepest_cut, "[m], 0 before the puncture");
 }
 

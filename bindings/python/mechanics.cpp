@@ -52,8 +52,12 @@ nb::dict needle_dict(const Needle& needle) {
 
 void bind_needle(nb::module_& module) {
   bind_values<Needle>(module, "Needle")
-      .def("__init__", [](Needle* self, const nb::args& args,
-                          const nb::kwargs& kwargs) { new (self) Needle(make_needle(args, kwargs)); })
+      .def(
+          "__init__",
+          [](Needle* self, const nb::args& args, const nb::kwargs& kwargs) {
+            new (self) Needle(make_needle(args, kwargs));
+          },
+          nb::sig(signature<Needle>(", tip: tips.Cone | None = None").c_str()))
       .def(
           "replace",
           [](const Needle& self, const nb::kwargs& changes) {

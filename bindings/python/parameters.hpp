@@ -119,6 +119,23 @@ bool equal(const T& left, const T& right) {
   return true;
 }
 
+/// The constructor's signature for type checkers; `more` are arguments beyond the table, each with a leading
+/// comma.
+template <class T>
+std::string signature(const std::string& more = "") {
+  std::string text = "def __init__(self";
+  bool optional = false;
+  for (const Parameter<T>& parameter : T::table) {
+    const bool has_default = parameter.initial == parameter.initial;
+    text += std::string(", ") + parameter.name + ": float";
+    // the table's order is the caller's; Python wants a default behind a default
+    if (has_default || optional)
+      text += " = " + (has_default ? number(parameter.initial) : std::string("..."));
+    optional = optional || has_default;
+  }
+  return text + more + ") -> None";
+}
+
 /// Binds T as `type` with everything but its constructor.
 template <class T>
 nb::class_<T> bind_values(nb::module_& module, const std::string& type) {
@@ -146,11 +163,14 @@ nb::class_<T> bind_values(nb::module_& module, const std::string& type) {
 template <class T>
 nb::class_<T> bind_parameters(nb::module_& module, const std::string& type) {
   nb::class_<T> bound = bind_values<T>(module, type);
-  bound.def("__init__", [](T* self, const nb::args& args, const nb::kwargs& kwargs) {
-    T value{};
-    fill(value, args, kwargs);
-    new (self) T(value);
-  });
+  bound.def(
+      "__init__",
+      [](T* self, const nb::args& args, const nb::kwargs& kwargs) {
+        T value{};
+        fill(value, args, kwargs);
+        new (self) T(value);
+      },
+      nb::sig(signature<T>().c_str()));
   bound.def(
       "replace",
       [](const T& self, const nb::kwargs& changes) {

@@ -20,19 +20,26 @@ struct Limits {
   double hold_time = 0.0;             ///< [s] for which a fault keeps the last force; after it the force is 0
 };
 
+/// True if no limit is NaN or negative; an infinite `max_speed` accepts every jump.
+inline bool valid(const Limits& limits) noexcept {
+  return limits.max_speed > 0.0 && limits.velocity_slack >= 0.0 && limits.velocity_slack_ratio >= 0.0 &&
+         limits.hold_time >= 0.0;
+}
+
 /// Pass as velocity where none is measured: the step takes the change of depth over dt.
-inline constexpr double no_velocity = std::numeric_limits<double>::infinity();
+inline constexpr double no_velocity = std::numeric_limits<double>::max();
 
 /// A needle going in and out of one layer. Trivially copyable: a snapshot is a copy, restoring is assignment.
 class Insertion {
  public:
   /// Checks and prepares the model; with an invalid one every step gives force 0 and `invalid_parameter`.
+  /// A first step that lies below the puncture depth counts as pierced and cuts there.
   explicit Insertion(const Model& model, const Limits& limits = {}) noexcept
       : stiffness_(prepare(model.stiffness)),
         friction_(prepare(model.friction)),
         cutting_(prepare(model.cutting)),
         limits_(limits),
-        valid_(valid(model)),
+        valid_(valid(model) && valid(limits)),
         puncture_depth_(puncture_depth(model.puncture, stiffness_)) {}
 
   /// One cycle: the tip is at `depth` [m], moves at `velocity` [m/s], `dt` [s] after the last call.
@@ -40,7 +47,8 @@ class Insertion {
   Sample step(double depth, double velocity, double dt) noexcept {
     const Status status = check(depth, velocity, dt);
     if (status != Status::ok) return refuse(status, dt);
-    if (velocity == no_velocity) velocity = state_.started ? (depth - state_.depth) / dt : 0.0;
+    if (velocity == no_velocity)
+      velocity = state_.started ? (depth - state_.depth) / (state_.waited + dt) : 0.0;
     const bool was_pierced = state_.pierced;
     move(depth);
     const Sample sample = force(depth, velocity, state_.pierced && !was_pierced);
@@ -71,8 +79,7 @@ class Insertion {
 
   Status check(double depth, double velocity, double dt) const noexcept {
     if (!valid_) return Status::invalid_parameter;
-    if (!std::isfinite(depth) || !std::isfinite(dt) || std::isnan(velocity) || velocity == -no_velocity)
-      return Status::not_finite;
+    if (!std::isfinite(depth) || !std::isfinite(dt) || !std::isfinite(velocity)) return Status::not_finite;
     if (!(dt > 0.0)) return Status::outside_range;
     if (!state_.started) return std::abs(depth) <= 1.0 ? Status::ok : Status::outside_range;
     const double elapsed = state_.waited + dt;
@@ -132,7 +139,7 @@ class Insertion {
   void pierced_force(Sample& sample) const noexcept {
     std::visit(
         [&](const auto& law) {
-          const double embedded = std::max(0.0, sample.depth - law.dimple_ratio * puncture_depth_);
+          const double embedded = std::max(0.0, sample.depth - law.surface(puncture_depth_));
           if (embedded > 0.0) sample.phase = moving_phase(sample.velocity);
           sample.friction = law.force(state_.bristle, embedded);
           sample.force_by_depth += law.by_depth(state_.bristle, embedded);

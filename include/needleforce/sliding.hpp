@@ -12,18 +12,20 @@ namespace needleforce {
 namespace detail {
 
 /// The paper's three phases with everything computed that does not change along the array.
-template <class Contact>
+template <class Contact, class Shaft>
 struct Sliding {
   Contact contact;
-  double puncture, surface, per_length, cutting;
+  Shaft shaft;
+  double puncture, surface, cutting;
 
+  // comparisons are so written that a depth that is not finite shows
+  double friction(double z) const noexcept { return shaft.sliding(z <= surface ? 0.0 : z - surface); }
   double inwards(double z) const noexcept {
-    const double embedded = z > surface ? z - surface : 0.0;
-    const double pierced = per_length * embedded + cutting;
-    const double pushed = contact.force(z > 0.0 ? z : 0.0);
+    const double pierced = friction(z) + cutting;
+    const double pushed = contact.force(z <= 0.0 ? 0.0 : z);
     return z > puncture ? pierced : pushed;
   }
-  double outwards(double z) const noexcept { return -per_length * (z > surface ? z - surface : 0.0); }
+  double outwards(double z) const noexcept { return -friction(z); }
 };
 
 }  // namespace detail
@@ -42,17 +44,24 @@ inline void sliding_force(const Model& model, const double* __restrict depth,
     for (std::size_t i = 0; i < n; ++i) {
       // both directions are computed and one is selected: a branch would keep the compiler from vectorising
       const double in = sliding.inwards(depth[i]), out = sliding.outwards(depth[i]);
-      force[i] = velocity[i] >= 0.0 ? in : out;
+      force[i] = (velocity[i] >= 0.0 ? in : out) + 0.0 * velocity[i];  // a velocity that is not finite shows
     }
   };
   const auto contact = prepare(model.stiffness);
   const double puncture = puncture_depth(model.puncture, contact);
+  const double cutting = std::visit([](const auto& law) { return law.steady(); }, prepare(model.cutting));
+  const auto shaft = prepare(model.friction);
+  // one visit inside the other: the compiler sees through them, and widens the loops as far as its caller
+  // asks
   std::visit(
-      [&](const auto& prepared, const auto& friction, const auto& cutting) {
-        loop(detail::Sliding{prepared, puncture, friction.dimple_ratio * puncture, friction.per_length,
-                             cutting.force});
+      [&](const auto& pushed) {
+        std::visit(
+            [&](const auto& friction) {
+              loop(detail::Sliding{pushed, friction, puncture, friction.surface(puncture), cutting});
+            },
+            shaft);
       },
-      contact, model.friction, model.cutting);
+      contact);
 }
 
 }  // namespace needleforce

@@ -38,3 +38,6 @@ def main() -> None:
         sys.exit(2)
     except BrokenPipeError:
         sys.exit(0)
+    except OSError as error:
+        print(f"needleforce: {error.strerror}: {error.filename or 'standard output'}", file=sys.stderr)
+        sys.exit(1)

@@ -53,7 +53,8 @@ class Model:
         memory.
 
         ``velocity`` (n,) [m/s] gives the direction, >= 0 inwards; None is insertion throughout. ``out`` (n,) float64 is
-        written and returned where given. For holds, reversals and second insertions run an ``Insertion``.
+        written and returned where given. For holds, reversals and second insertions run an ``Insertion``. Raises
+        InputError for unequal lengths; a depth or velocity that is NaN gives NaN.
         """
         depth = np.ascontiguousarray(depth, dtype=float)
         velocity = None if velocity is None else np.ascontiguousarray(velocity, dtype=float)
@@ -63,7 +64,8 @@ class Model:
 
 
 class Insertion(core.Insertion):
-    """The simulated insertion: ``step(depth, velocity, dt) -> Sample``, ``reset()``, ``snapshot()``, ``run(...)``.
+    """The simulated insertion: ``step(depth, velocity, dt) -> Sample``, ``reset()``, ``snapshot()``, ``restore()``,
+    ``run(...)``.
 
     ``max_speed`` [m/s]: a depth that moved faster is refused. ``hold_time`` [s]: how long a refused step keeps the
     last force before it falls to 0. A step never raises; its ``status`` says what was wrong.
@@ -71,3 +73,10 @@ class Insertion(core.Insertion):
 
     def __init__(self, model: Model, *, max_speed: float = 1.0, hold_time: float = 0.0):
         super().__init__(model.laws, max_speed, hold_time)
+        self.model = model
+
+    def snapshot(self) -> "Insertion":
+        """A copy, state included: step it on its own, or ``restore`` it later."""
+        copy = Insertion(self.model)
+        copy.restore(self)
+        return copy

@@ -71,9 +71,13 @@ class Motion:
 
 
 def _check(start: float, speed: float, depth: float, hold: float, acceleration: float) -> None:
-    limits = [("speed", speed, 0.0, "m/s"), ("acceleration", acceleration, 0.0, "m/s^2"), ("depth", depth, start, "m")]
-    for quantity, value, low, unit in limits:
-        if not (np.isfinite(value) and value > low):
-            raise InputError(f"motion.{quantity}", value, f"must be above {low} {unit}")
-    if not (np.isfinite(hold) and hold >= 0.0):
-        raise InputError("motion.hold", hold, "must be at least 0 s")
+    limits = [
+        ("start", start, -1.0, 1.0, "m"),
+        ("depth", depth, np.nextafter(start, 1.0), 1.0, "m"),
+        ("speed", speed, 1e-9, 10.0, "m/s"),
+        ("acceleration", acceleration, 1e-9, 1e4, "m/s^2"),
+        ("hold", hold, 0.0, 1e6, "s"),
+    ]
+    for quantity, value, low, high, unit in limits:
+        if not low <= value <= high:
+            raise InputError(f"motion.{quantity}", value, f"outside {low:.6g} to {high:g} {unit}")

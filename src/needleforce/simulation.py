@@ -8,6 +8,7 @@ from .model import Insertion, Model
 from .motion import Motion
 from .recording import Card, Recording
 
+MOST_SAMPLES = 50_000_000
 PARTS = ("stiffness", "friction", "cutting")
 
 
@@ -18,7 +19,10 @@ def simulate(model: Model, motion: Motion, rate: float = 1000.0) -> Recording:
     """
     if not (np.isfinite(rate) and 0.0 < rate <= 1e6):
         raise InputError("rate", rate, "outside 0 to 1e6 Hz")
-    time = np.arange(int(np.floor(motion.duration * rate)) + 1) / rate
+    count = int(np.floor(motion.duration * rate)) + 1
+    if not 2 <= count <= MOST_SAMPLES:
+        raise InputError("samples", count, f"outside 2 to {MOST_SAMPLES}", "simulation", "Change rate, speed or hold.")
+    time = np.arange(count) / rate
     depth, velocity = motion.at(time)
     columns = Insertion(model).run(depth, velocity, np.full(len(time), 1.0 / rate))
     card = Card(source=f"simulated: {model.name}", needle=repr(model.needle or ""), tissue=repr(model.tissue or ""))

@@ -16,8 +16,8 @@ def crossed_limits(model) -> tuple[str, ...]:
 
 def _slope(model) -> str:
     angle = getattr(model.stiffness, "half_angle", math.pi / 2)
-    # without a needle the angle is a stand-in: only its product with the modulus is known
-    if angle >= SMALL_SLOPE_ANGLE or model.needle is None:
+    # without a tip the angle is a stand-in: only its product with the modulus is known
+    if angle >= SMALL_SLOPE_ANGLE or model.needle is None or model.needle.tip is None:
         return ""
     strain = 0.2 / math.tan(angle)
     return (

@@ -153,3 +153,64 @@ def test_compare_laws_and_presets_speak_json(example):
 
 def test_version():
     assert run("--version").stdout.strip() == nf.__version__
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--report", "run.csv"],
+        ["--json", "run.csv"],
+        ["--save", "a.toml", "--json", "a.toml"],
+        ["--report", "nowhere/r.html"],
+        ["--save", "."],
+        ["--json", ""],
+        ["--unit", "force=furlong"],
+        ["--unit", "time=us", "--unit", "time=s"],
+        ["--column", "bogus=fx"],
+        ["--depth-inwards", "sideways"],
+        ["--filter-length", "0"],
+        ["run.csv"],
+    ],
+)
+def test_usage_is_refused_before_anything_is_written(example, tmp_path, arguments):
+    (tmp_path / "run.csv").write_bytes(example.read_bytes())
+    done = run("identify", "run.csv", *arguments, cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["run.csv"]
+    assert (tmp_path / "run.csv").read_bytes() == example.read_bytes()
+
+
+def test_an_old_file_stands_when_the_new_one_fails(example, tmp_path):
+    (tmp_path / "mine.toml").write_text("precious")
+    done = run("identify", tmp_path / "absent.csv", "--save", tmp_path / "mine.toml")
+    assert done.returncode == 1 and (tmp_path / "mine.toml").read_text() == "precious"
+    assert "not written" in done.stderr
+
+
+def test_one_bad_second_pass_does_not_stop_the_rest(tmp_path):
+    model = nf.preset("paper")
+    deep, shallow = (nf.Motion.insert(start=-2e-3, speed=3e-3, depth=z, hold=1.0) for z in (14e-3, 2e-3))
+    for k in range(3):
+        insertion = nf.Insertion(model)
+        for number, motion in ((1, deep), (2, shallow if k == 2 else deep)):
+            time = np.arange(int(motion.duration * 500)) / 500
+            depth, velocity = motion.at(time)
+            force = insertion.run(depth, None, np.full(len(time), 2e-3))["force"]
+            force = force + np.random.default_rng(10 * k + number).normal(0, 1e-3, len(time))
+            nf.write(nf.Recording(time, depth, velocity, force), tmp_path / f"site{k}_pass{number}.csv")
+    passes = [[tmp_path / f"site{k}_pass{number}.csv" for k in range(3)] for number in (1, 2)]
+    seconds = [word for path in passes[1] for word in ("--second-pass", path)]
+    done = run("identify", *passes[0], *seconds, "--json", "-")
+    document = json.loads(done.stdout)
+    assert done.returncode == 0 and len(document["two_pass"]["sites"]) == 2
+    assert any("second pass cannot be used" in note for note in document["recordings"][2]["notes"])
+    found = {p["name"]: p["value"] for p in document["parameters"]}
+    assert found["cutting_force"] == pytest.approx(0.0776, abs=2e-3)
+
+
+def test_demo_speaks_json(tmp_path):
+    done = run("demo", "--out", tmp_path / "demo", "--json", "-")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == json.loads((tmp_path / "demo" / "results.json").read_text())
+    assert (tmp_path / "demo" / "report.html").stat().st_size < 2e6

@@ -178,6 +178,7 @@ TEST(Insertion, BadInputGivesNoForceAndSaysWhy) {
                          {infinite, 0, 1e-3, Status::not_finite},
                          {6e-3, nan, 1e-3, Status::not_finite},
                          {6e-3, -infinite, 1e-3, Status::not_finite},
+                         {6.001e-3, infinite, 1e-3, Status::not_finite},
                          {6e-3, 0, nan, Status::not_finite},
                          {6e-3, 0, 0.0, Status::outside_range},
                          {6e-3, 0, -1e-3, Status::outside_range},
@@ -202,6 +203,18 @@ TEST(Insertion, AFaultHoldsTheForceForABoundedTimeWhereAsked) {
   int held = 0;
   for (int i = 0; i < 10; ++i) held += insertion.step(nan, 0.0, 1e-3).force > 0.0;
   EXPECT_EQ(held, 3);
+}
+
+TEST(Insertion, VelocityAfterAFaultIsThatOfTheTimePassed) {
+  Insertion insertion(paper::model());
+  paper::move(insertion, -1e-3, 6e-3);
+  for (int i = 0; i < 9; ++i) insertion.step(std::numeric_limits<double>::quiet_NaN(), 0.0, 1e-3);
+  EXPECT_NEAR(insertion.step(6.03e-3, no_velocity, 1e-3).velocity, 3e-3, 1e-12);
+}
+
+TEST(Insertion, LimitsAreChecked) {
+  Insertion insertion(paper::model(), Limits{.max_speed = std::numeric_limits<double>::quiet_NaN()});
+  EXPECT_EQ(insertion.step(1e-3, no_velocity, 1e-3).status, Status::invalid_parameter);
 }
 
 TEST(Insertion, AnInvalidModelNeverPushes) {

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The vocabulary is a test: a parameter name or a unit outside the glossary fails."""
 
+import re
+
 import needleforce as nf
 from needleforce import core
 from needleforce.preset_files.schema import FAMILIES, laws_of
@@ -42,3 +44,9 @@ def test_the_top_level_is_small_and_complete():
     assert len(nf.__all__) <= 30
     for name in nf.__all__:
         assert getattr(nf, name) is not None
+
+
+def test_type_checkers_see_the_same_names(root):
+    stub = (root / "src" / "needleforce" / "__init__.pyi").read_text(encoding="utf-8")
+    homes = {name: home for home, name in re.findall(r"from \.(\w+) import (\w+) as \2", stub)}
+    assert homes == nf._HOME

@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import curve_fit, minimize_scalar
 
 from needleforce.errors import InputError
-from needleforce.identification.breakpoint_fit import fit_cycle, predict_cycle
+from needleforce.identification.breakpoint_fit import fit_cycle
 
 TRUTH = {
     "stiffness_coefficient": 20051.0,
@@ -121,7 +121,11 @@ def test_covariance_is_that_of_scipy_with_the_puncture_known():
 def test_prediction_and_residual_make_the_measurement():
     arrays = cycle(noise=5e-3, saturation=2.05e-3)
     fit = fit_cycle(*arrays, law="cone_cylinder")
-    force_in, force_out = predict_cycle(fit, arrays[0], arrays[2])
+    v, h = fit.values, arrays[0] - fit.values["contact_depth"]
+    cone = np.clip(h, 0.0, v["saturation_depth"])
+    pushed = v["stiffness_coefficient"] * cone * (2.0 * np.maximum(h, 0.0) - cone)
+    force_in = np.where(arrays[0] > v["puncture_depth"], v["friction_per_length"] * h + v["cutting_force"], pushed)
+    force_out = -v["friction_per_length"] * np.maximum(arrays[2] - v["contact_depth"], 0.0)
     assert force_in + fit.residual_in == pytest.approx(arrays[1], abs=1e-12)
     assert force_out + fit.residual_out == pytest.approx(arrays[3], abs=1e-12)
     assert fit.sse == pytest.approx(np.sum(fit.residual_in**2) + np.sum(fit.residual_out**2))

@@ -12,7 +12,8 @@ from needleforce.identification.friction_break import friction_window
 
 PAPER = nf.preset("paper")
 MOTION = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, hold=1.0)
-TRUTH = {"puncture_indentation": 3.237e-3, "friction_per_length": 18.6, "cutting_force": 0.0776, "contact_depth": 0.0}
+TRUTH = {"puncture_indentation": 3.237e-3, "friction_per_length": 18.6, "cutting_force": 0.0776, "contact_depth": 0.0,
+         "puncture_force": 0.2101}  # fmt: skip
 
 
 def noisy(model=PAPER, noise=5e-3, seed=0, filter_length=1, motion=MOTION):

@@ -71,7 +71,7 @@ def test_snapshot_is_a_copy():
 
 
 @pytest.mark.parametrize(
-    "depth, velocity, dt", [(math.nan, 0.0, 1e-3), (0.0, math.inf, 1e-3), (0.0, 0.0, -1.0), (9.0, None, 1e-3)]
+    "depth, velocity, dt", [(math.nan, 0.0, 1e-3), (8e-3, math.inf, 1e-3), (8e-3, 0.0, -1.0), (9.0, None, 1e-3)]
 )
 def test_bad_steps_give_no_force(depth, velocity, dt):
     insertion = nf.Insertion(PAPER)
@@ -114,3 +114,25 @@ def test_motion_arrives_and_never_exceeds_its_speed():
 def test_a_short_move_is_a_triangle_of_speed():
     motion = nf.Motion.insert(start=0.0, speed=1.0, depth=1e-3, withdraw=False)
     assert motion.at(np.linspace(0, motion.duration, 1000))[1].max() == pytest.approx(math.sqrt(1e-3 * 10e-3), rel=1e-2)
+
+
+def test_nan_in_an_array_is_not_lost():
+    depth = np.array([1e-3, np.nan, 8e-3])
+    for law in ("paper", "physical"):
+        assert np.isnan(nf.preset(law).force(depth)).tolist() == [False, True, False]
+        assert np.isnan(nf.preset(law).force(depth, -np.ones(3))).tolist() == [False, True, False]
+        assert np.isnan(nf.preset(law).force(np.full(3, 8e-3), np.array([1.0, np.nan, -1.0]))).tolist() == [
+            False,
+            True,
+            False,
+        ]
+
+
+def test_snapshot_can_be_gone_back_to():
+    insertion = nf.Insertion(PAPER)
+    insertion.run(np.linspace(0, 8e-3, 1000), None, np.full(1000, 1e-3))
+    saved = insertion.snapshot()
+    assert isinstance(saved, nf.Insertion)
+    insertion.run(np.linspace(8e-3, 12e-3, 1000), None, np.full(1000, 1e-3))
+    insertion.restore(saved)
+    assert insertion.deepest_cut == pytest.approx(8e-3)

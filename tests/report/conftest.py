@@ -52,8 +52,8 @@ def site(number: int) -> Site:
     second = 18.6 * grid + noise[0]
     first = second + 0.0776 + noise[1]
     inside = grid < 10e-3
-    line = (grid[inside], second[inside], 18.6, 0.0, 10e-3, "the needle bends")
-    return Site(grid, first, second, first - second, *line, 0.0776)
+    line = (grid[inside], second[inside], 18.6, 0.1, 0.0, 10e-3, "the needle bends")
+    return Site(grid, first, second, first - second, *line, 0.0776, 1e-3)
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ def small(force, position, length=LENGTH, stiffness=STIFFNESS):
 
 
 def test_the_paper_s_needle_at_its_tip():
-    assert tip_deflection(0.1, LENGTH, LENGTH, STIFFNESS) / LENGTH == pytest.approx(0.662, abs=5e-4)  # MODEL, sec. 5
+    assert tip_deflection(0.1, LENGTH, LENGTH, STIFFNESS) / LENGTH == pytest.approx(0.662, abs=5e-4)  # the elastica's
     assert small(0.1, LENGTH) > LENGTH  # the formula leaves the needle
 
 
@@ -62,13 +62,11 @@ def test_impossible_loads_are_refused(bad):
         tip_deflection(*bad, LENGTH, STIFFNESS)
 
 
-def test_the_needle_s_modulus_is_in_its_small_deflections_and_biased_in_the_others():
+def test_the_readings_are_small_deflections_around_the_needle_s_modulus():
     second_moment = np.pi * 0.7e-3**4 / 64.0
     tests = [bend_needle(stream(seed)) for seed in range(200)]
     ratios = np.array([small(t.force, t.position, LENGTH, second_moment) / t.tip_deflection / e for t, e in tests])
-    mean = ratios.mean(axis=0)
-    np.testing.assert_allclose(mean[:3], 1.0, atol=0.03)
-    assert mean[3] > 1.1 and mean[4] > 1.8
+    np.testing.assert_allclose(ratios.mean(axis=0), 1.0, atol=0.03)
     drawn = np.concatenate([moduli for _, moduli in tests])
     assert drawn.mean() == pytest.approx(14.1e9, abs=4 * 1.6e9 / np.sqrt(1000))
     assert drawn.std() == pytest.approx(1.6e9, rel=0.1)
@@ -88,7 +86,7 @@ def test_the_tables_are_small_csv_files(tmp_path):
     assert bending.read_text().splitlines()[0] == "position_mm,force_N,tip_deflection_mm"
     assert tension.read_text().splitlines()[0] == "stretch,stress_kPa"
     table = np.loadtxt(bending, delimiter=",", skiprows=1)
-    np.testing.assert_allclose(table[:, 0], [10, 15, 20, 40, 80])
+    np.testing.assert_allclose(table[:, 0], [6, 9, 12, 16, 20])
 
 
 def test_a_table_is_never_half_written(tmp_path):

@@ -25,7 +25,7 @@ def test_the_peak_is_the_paper_s_and_the_modulus_follows_from_the_saturated_cont
     saturation = 0.5 * math.pi * R / math.tan(ALPHA)
     shape = 0.5 * math.pi * R**2 / math.tan(ALPHA) + 2.0 * R * (3.237e-3 - saturation)
     assert specimen.reduced_modulus == pytest.approx(0.2101 / shape, rel=1e-12)
-    assert specimen.reduced_modulus == pytest.approx(135_744, rel=1e-4)  # MODEL, contact larger than the needle
+    assert specimen.reduced_modulus == pytest.approx(135_744, rel=1e-4)  # F_p / (pi/2 R^2 cot(alpha) + 2 R (h - h_s))
     before = specimen.force(IN)[IN <= 3.237e-3]
     assert before.argmax() == len(before) - 1
     assert before[-1] == pytest.approx(0.2101, abs=2e-6 * 2.0 * specimen.reduced_modulus * R)
@@ -64,7 +64,7 @@ def test_the_second_pass_is_friction_and_the_spreading_force_up_to_twelve_millim
     force = Specimen().force(IN, hole=DEEPEST + 1e-3)
     opened = (IN > R / math.tan(ALPHA)) & (IN < 12e-3)
     spreading = 0.25 * math.pi * 116e3 / 0.75 * R**2
-    assert spreading == pytest.approx(0.0149, abs=5e-5)  # MODEL, Azar and Hayward
+    assert spreading == pytest.approx(0.0149, abs=5e-5)  # pi/4 E' R^2, after Azar and Hayward 2008
     np.testing.assert_allclose(force[opened], spreading + 18.6 * IN[opened], atol=1e-9)
     beyond = IN > 12e-3
     departure = 0.5 * 150.0 * 18.6 * (IN[beyond] - 12e-3) ** 2

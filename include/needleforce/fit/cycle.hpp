@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <span>
 
-#include "needleforce/fit/polish.hpp"
-#include "needleforce/fit/punctures.hpp"
+#include "polish.hpp"
+#include "punctures.hpp"
 
 namespace needleforce::fit {
 

@@ -12,7 +12,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "needleforce/fit/stroke.hpp"
+#include "stroke.hpp"
 
 namespace needleforce::fit {
 

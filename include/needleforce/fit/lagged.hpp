@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <span>
 
-#include "needleforce/fit/stroke.hpp"
+#include "stroke.hpp"
 
 namespace needleforce::fit {
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "needleforce/fit/normal.hpp"
-#include "needleforce/fit/stroke.hpp"
+#include "normal.hpp"
+#include "stroke.hpp"
 
 namespace needleforce::fit {
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <span>
 
-#include "needleforce/fit/search.hpp"
+#include "search.hpp"
 
 namespace needleforce::fit {
 

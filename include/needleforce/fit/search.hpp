@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <span>
 
-#include "needleforce/fit/gain.hpp"
+#include "gain.hpp"
 
 namespace needleforce::fit {
 

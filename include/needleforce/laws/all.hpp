@@ -18,4 +18,36 @@ using Puncture = std::variant<laws::PunctureDepth, laws::PunctureForce>;
 using Friction = std::variant<laws::Coulomb>;
 using Cutting = std::variant<laws::ConstantCutting>;
 
+namespace detail {
+
+// one struct a family, so that the compiler names the law and what it lacks
+template <class L>
+struct OffersStiffness {
+  static_assert(StiffnessLaw<L>, "a law on the list Stiffness lacks what StiffnessLaw in law.hpp asks");
+};
+template <class L>
+struct OffersPuncture {
+  static_assert(PunctureLaw<L>, "a law on the list Puncture lacks what PunctureLaw in law.hpp asks");
+};
+template <class L>
+struct OffersFriction {
+  static_assert(FrictionLaw<L>, "a law on the list Friction lacks what FrictionLaw in law.hpp asks");
+};
+template <class L>
+struct OffersCutting {
+  static_assert(CuttingLaw<L>, "a law on the list Cutting lacks what CuttingLaw in law.hpp asks");
+};
+
+template <template <class> class Offers, class... L>
+consteval bool all_of(const std::variant<L...>*) {
+  return (sizeof(Offers<L>) && ...);
+}
+
+static_assert(all_of<OffersStiffness>(static_cast<Stiffness*>(nullptr)));
+static_assert(all_of<OffersPuncture>(static_cast<Puncture*>(nullptr)));
+static_assert(all_of<OffersFriction>(static_cast<Friction*>(nullptr)));
+static_assert(all_of<OffersCutting>(static_cast<Cutting*>(nullptr)));
+
+}  // namespace detail
+
 }  // namespace needleforce

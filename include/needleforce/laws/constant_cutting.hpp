@@ -31,6 +31,7 @@ struct ConstantCutting {
   struct Prepared {
     double full;        // the force at the deepest cut [N]
     double per_travel;  // 1 / unloading [1/m]
+    double steady() const noexcept { return full; }
     /// `retreat` >= 0 [m] is the distance of the tip from the deepest cut.
     double force(double retreat) const noexcept { return full * std::max(0.0, 1.0 - retreat * per_travel); }
     double by_depth(double retreat) const noexcept {

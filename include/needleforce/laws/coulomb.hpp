@@ -36,6 +36,8 @@ struct Coulomb {
     double per_length;
     double per_travel;  // 1 / presliding [1/m]
     double dimple_ratio;
+    double surface(double puncture_depth) const noexcept { return dimple_ratio * puncture_depth; }
+    double sliding(double embedded) const noexcept { return per_length * embedded; }
     /// The element after a change of depth [m].
     double advance(double bristle, double travel) const noexcept {
       return std::clamp(bristle + travel * per_travel, -1.0, 1.0);

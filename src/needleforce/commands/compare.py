@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from .output import JSON_HELP, progress, say, table, write_json
+from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 from .reading import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, good, read_all
 
 NAME = "compare"
@@ -25,6 +25,7 @@ def run(
 
     import needleforce as nf
 
+    check_outputs([json], files)
     done = read_all(files, column, unit, inwards=depth_inwards)
     for file, problem in done:
         if isinstance(problem, nf.InputError):
@@ -32,7 +33,7 @@ def run(
     if not good(done):
         raise typer.Exit(1)
     rows = nf.compare(good(done), [name.strip() for name in models.split(",")], progress=progress)
-    write_json([_finite(dataclasses.asdict(row)) for row in rows], json)
+    write_json([dataclasses.asdict(row) for row in rows], json)
     if json != "-":
         table(
             "models, best BIC first",
@@ -41,7 +42,3 @@ def run(
         )
     if all(row.bic != row.bic for row in rows):
         raise typer.Exit(1)
-
-
-def _finite(row: dict) -> dict:
-    return {key: None if value != value else value for key, value in row.items()}

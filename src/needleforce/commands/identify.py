@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from .output import JSON_HELP, progress, say, table, write_json
-from .reading import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, good, read_all
+from .output import JSON_HELP, check_outputs, progress, say, table, write_json
+from .reading import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, read_all
 
 NAME = "identify"
 
@@ -17,7 +17,7 @@ def run(
     second_pass: Annotated[
         list[Path], typer.Option(help="Second insertion at the same site, one for each file; repeat it.")
     ] = [],  # noqa: B006
-    needle: Annotated[Path | None, typer.Option(help="TOML file with a [needle] section, such as a preset.")] = None,
+    needle: Annotated[Path | None, typer.Option(help="TOML file with a section needle, such as a preset.")] = None,
     model: Annotated[str | None, typer.Option(help="paper or cone_cylinder; else the one with the lower BIC.")] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
@@ -38,6 +38,7 @@ def run(
 
     from ..preset_files.needle_file import read_needle
 
+    check_outputs([json, report, save], [*files, *second_pass, *motion, needle, bending, tension])
     body = read_needle(needle) if needle else None
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
@@ -52,7 +53,7 @@ def run(
 
 
 def _identified(nf, done, seconds, **options):
-    """The fit of what could be read; pairs lose both sides if either is unreadable."""
+    """The fit of what could be read; a first pass stays without its second if that is unreadable."""
     from ..identification.unread import with_unread
 
     if seconds and len(seconds) != len(done):
@@ -62,11 +63,9 @@ def _identified(nf, done, seconds, **options):
             f"do not pair with {len(done)} files",
             next_step="Give one for each file, in the same order.",
         )
-    if seconds:
-        kept = [k for k in range(len(done)) if len(good([done[k], seconds[k]])) == 2]
-        firsts, others = [done[k][1] for k in kept], [seconds[k][1] for k in kept]
-    else:
-        firsts, others = good(done), []
+    kept = [k for k, (_, recording) in enumerate(done) if not isinstance(recording, nf.InputError)]
+    firsts = [done[k][1] for k in kept]
+    others = [None if isinstance(seconds[k][1], nf.InputError) else seconds[k][1] for k in kept] if seconds else []
     unread = [(str(file), problem) for file, problem in done + seconds if isinstance(problem, nf.InputError)]
     return with_unread(nf.identify(firsts, second_pass=others, **options) if firsts else None, unread)
 
@@ -89,6 +88,8 @@ def _write(fit, json, report, save) -> None:
     if save is not None and fit.model is not None:
         fit.save(save)
         say(f"model: {save}")
+    elif save is not None:
+        say(f"{save}: not written, there is no model")
 
 
 def _show(fit, quiet: bool) -> None:
@@ -108,6 +109,8 @@ def _show(fit, quiet: bool) -> None:
         table("identified", ["quantity", "value, 95 % interval", "identifiable", "how"], rows)
     for warning in fit.warnings:
         say(f"warning: {warning}")
+    for bias in fit.two_pass.biases if fit.two_pass else ():
+        say(f"two passes: {bias}")
 
 
 def _events(each) -> list[str]:

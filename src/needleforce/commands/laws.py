@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .output import JSON_HELP, table, write_json
+from .output import JSON_HELP, check_outputs, table, write_json
 
 NAME = "laws"
 
@@ -15,6 +15,7 @@ def run(json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None) -> Non
     from ..preset_files.schema import FAMILIES, laws_of
 
     laws = [law for family in FAMILIES for law in laws_of(family)]
+    check_outputs([json])
     write_json([_described(law) for law in laws], json)
     if json != "-":
         table(

@@ -2,10 +2,11 @@
 """What every command prints with: tables, JSON, progress on standard error."""
 
 import json
-import os
 import sys
-import tempfile
 from pathlib import Path
+
+from ..finite import finite
+from ..whole_file import checked_target, whole_file
 
 JSON_HELP = "Also write the result as JSON; - for standard output."
 
@@ -41,21 +42,26 @@ def write_json(document, path: str | None) -> None:
     """Writes a document where one is asked for; text is written as it is."""
     if path is None:
         return
-    text = document if isinstance(document, str) else json.dumps(document, indent=2)
+    text = document if isinstance(document, str) else json.dumps(finite(document), indent=2, allow_nan=False)
     if path == "-":
         print(text)
     else:
-        write_whole(Path(path), text + "\n")
+        with whole_file(path) as file:
+            file.write(text + "\n")
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Writes a file whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        file.write(text)
-    os.chmod(name, 0o644)
-    os.replace(name, path)
+def check_outputs(outputs: list, inputs: list = []) -> None:  # noqa: B006
+    """Refuses, before any work, an output that cannot be written, that is an input, or that is named twice."""
+    from ..errors import InputError
+
+    taken = {Path(path).resolve(): "read" for path in inputs if path is not None}
+    for path in outputs:
+        if path is None or str(path) == "-":
+            continue
+        target = checked_target(path)
+        if target in taken:
+            raise InputError("output", str(path), f"is also {taken[target]}", next_step="Name another file.")
+        taken[target] = "written by another option"
 
 
 def pairs(options: list[str], option: str) -> dict[str, str]:
@@ -70,4 +76,7 @@ def pairs(options: list[str], option: str) -> dict[str, str]:
                 "not of the form quantity=name",
                 next_step=f"Write for example --{option} " + ("force=fz." if option == "column" else "time=us."),
             )
-    return dict(text.split("=", 1) for text in options)
+    found = dict(text.split("=", 1) for text in options)
+    if len(found) < len(options):
+        raise InputError(f"--{option}", ", ".join(options), "names a quantity twice", next_step="Keep one of the two.")
+    return found

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from .output import JSON_HELP, table, write_json
+from .output import JSON_HELP, check_outputs, table, write_json
 
 NAME = "presets"
 
@@ -16,6 +16,7 @@ def run(json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None) -> Non
     from .. import presets as names
 
     models = [preset(name) for name in names()]
+    check_outputs([json])
     write_json([_described(model) for model in models], json)
     if json != "-":
         table(

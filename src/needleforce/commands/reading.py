@@ -20,6 +20,7 @@ def read_all(files: Sequence[Path], column: list[str], unit: list[str], motion: 
     import needleforce as nf
 
     options |= {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
+    _check_usage(options)
     motions = list(motion) or [None] * len(files)
     if len(motions) != len(files):
         raise InputError("--motion", len(motions), f"do not pair with {len(files)} files",
@@ -31,6 +32,25 @@ def read_all(files: Sequence[Path], column: list[str], unit: list[str], motion: 
         except InputError as error:
             done.append((file, error))
     return done
+
+
+def _check_usage(options: dict) -> None:
+    """What is wrong for every file is wrong usage, not an unreadable file."""
+    from ..recording.columns import QUANTITIES, dimension
+    from ..units import parse
+
+    known = {*QUANTITIES, *(f"motion.{quantity}" for quantity in ("time", "depth", "velocity"))}
+    for option in ("columns", "units"):
+        for quantity in options[option]:
+            if quantity not in known:
+                limit = f"known are {', '.join(sorted(known))}"
+                raise InputError(f"--{option.removesuffix('s')}", repr(quantity), limit)
+    for quantity, unit in options["units"].items():
+        parse(unit, dimension(quantity.removeprefix("motion.")), quantity)
+    if options["inwards"] not in ("increasing", "decreasing"):
+        raise InputError("--depth-inwards", repr(options["inwards"]), "known are increasing and decreasing")
+    if options.get("filter_length") is not None and options["filter_length"] < 1:
+        raise InputError("--filter-length", options["filter_length"], "must be at least 1")
 
 
 def good(done) -> list:

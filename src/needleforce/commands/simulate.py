@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from .output import say
+from .output import check_outputs, say
 
 NAME = "simulate"
 
@@ -24,6 +24,7 @@ def run(
     """Simulate an insertion and write it as a recording, without sensor, filter or noise."""
     import needleforce as nf
 
+    check_outputs([output], [preset])
     model = nf.preset(preset)
     motion = nf.Motion.insert(1e-3 * start_mm, 1e-3 * speed_mm_s, 1e-3 * depth_mm, hold_s, withdraw)
     recording = nf.simulate(model, motion, rate_hz)

@@ -3,8 +3,8 @@
 
 import dataclasses
 import json
-import math
 
+from ..finite import finite
 from ..segmentation import Events
 from .fit import Fit, RecordingFit
 
@@ -21,8 +21,9 @@ def as_json(fit: Fit) -> str:
         "held_fixed": list(fit.held_fixed),
         "unknown": list(fit.unknown),
         "settings": fit.settings,
+        "two_pass": _two_pass(fit.two_pass),
     }
-    return json.dumps(_finite(document), indent=2, allow_nan=False)
+    return json.dumps(finite(document), indent=2, allow_nan=False)
 
 
 def _recording(each: RecordingFit) -> dict:
@@ -51,20 +52,19 @@ def _events(events: Events) -> dict:
     }
 
 
+def _two_pass(two_pass) -> dict | None:
+    """Each site's numbers, without its curves, and what the procedure cannot separate."""
+    if two_pass is None:
+        return None
+    sites = [
+        {name: value for name, value in vars(site).items() if not hasattr(value, "shape")} for site in two_pass.sites
+    ]
+    return {"upper_bound": two_pass.upper_bound, "biases": list(two_pass.biases), "sites": sites}
+
+
 def _estimates(parameters: dict) -> list[dict]:
     return [dataclasses.asdict(estimate) for estimate in parameters.values()]
 
 
 def _quality(quality) -> dict | None:
     return None if quality is None else dataclasses.asdict(quality)
-
-
-def _finite(value):
-    """The same document with None for what JSON cannot say."""
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value.item() if hasattr(value, "item") else value

@@ -18,7 +18,10 @@ def needle_estimate(path, needle) -> Estimate:
     """``needle_young_modulus`` [Pa] from a table with the columns position, force and tip_deflection, units in the
     headers."""
     table = _table(path, {"position": "length", "force": "force", "tip_deflection": "length"})
-    found = needle_modulus(table["force"], table["position"], table["tip_deflection"], needle)
+    try:
+        found = needle_modulus(table["force"], table["position"], table["tip_deflection"], needle)
+    except InputError as error:
+        raise error.at(Path(path).name) from None
     source = f"cantilever, {int(found.used.sum())} of {len(found.used)} readings within small deflections"
     return Estimate("needle_young_modulus", found.young_modulus, "Pa", found.low, found.high, source=source)
 
@@ -26,7 +29,10 @@ def needle_estimate(path, needle) -> Estimate:
 def tissue_estimate(path, law: str = "neo_hookean") -> Estimate:
     """``tissue_young_modulus`` [Pa] from a table with the columns stretch and stress (nominal)."""
     table = _table(path, {"stretch": "ratio", "stress": "stress"})
-    found = tissue_modulus(table["stretch"], table["stress"], law=law)
+    try:
+        found = tissue_modulus(table["stretch"], table["stress"], law=law)
+    except InputError as error:
+        raise error.at(Path(path).name) from None
     source = f"initial slope of a tension curve, {law}, {int(found.used.sum())} readings; incompressible"
     return Estimate("tissue_young_modulus", found.young_modulus, "Pa", found.low, found.high, source=source)
 

@@ -8,8 +8,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording import Recording
+from ..segmentation import segment
 from .identify import identify
-from .laws_from_log import MODELS
+from .laws_from_log import MODELS, stiffness_law
+from .single import Single, fit_single
+from .strokes import strokes_of
 
 
 @dataclass(frozen=True)
@@ -28,31 +31,38 @@ class Row:
 
 
 def compare(recordings: Sequence[Recording], models: Sequence[str] = tuple(MODELS), progress=None) -> tuple[Row, ...]:
-    """Fits each named model to every recording and predicts each repeat from the others; the lowest BIC first."""
-    recordings = list(recordings)
-    work = [(name, progress) for name in models]
-    rows = [_row(recordings, name) for name, _ in (progress(work, "comparing") if progress else work)]
-    if not rows:
+    """Fits each named model to every recording and predicts each repeat from the others; the lowest BIC first.
+
+    BIC is summed over the recordings that all models fit. ``progress(iterable, text)`` wraps the models. Raises
+    InputError for an unknown model or none.
+    """
+    if not models:
         raise InputError("models", "none", "nothing to compare", next_step=f"Give some of {', '.join(MODELS)}.")
+    recordings = list(recordings)
+    laws = {name: stiffness_law(name) for name in models}
+    singles = [fit_single(each, tuple(dict.fromkeys(laws.values())), None) for each in recordings]
+    common = [single for single in singles if set(laws.values()) <= set(single.fits)]
+    rows = [
+        _row(recordings, name, laws[name], common) for name in (progress(models, "comparing") if progress else models)
+    ]
     return tuple(sorted(rows, key=lambda row: row.bic))
 
 
-def _row(recordings: list[Recording], name: str) -> Row:
+def _row(recordings: list[Recording], name: str, law: str, common: list[Single]) -> Row:
     fit = identify(recordings, model=name)
     nrmse = fit.quality.nrmse if fit.quality else np.nan
-    bic = fit.choice[0][1] if fit.choice else np.nan
-    answering = [i for i, each in enumerate(fit.recordings) if each.parameters]
-    errors = [_left_out(recordings, fit, name, i, answering) for i in answering] if len(answering) > 1 else [np.nan]
-    return Row(name, float(bic), float(nrmse), float(np.median(errors)))
+    bic = float(sum(single.loading[law].bic for single in common)) if common else np.nan
+    answering = [i for i, each in enumerate(fit.recordings) if each.quality is not None]
+    errors = [_left_out(recordings, name, i, answering) for i in answering] if len(answering) > 1 else [np.nan]
+    return Row(name, bic, float(nrmse), float(np.median(errors)) if errors else np.nan)
 
 
-def _left_out(recordings, fit, name: str, i: int, answering: list[int]) -> float:
+def _left_out(recordings, name: str, i: int, answering: list[int]) -> float:
     """Error of the model of the other repeats along the motion of repeat i, over its strokes."""
     others = identify([recordings[j] for j in answering if j != i], model=name)
-    left = fit.recordings[i]
     if others.model is None:
         return np.nan
-    predicted = others.predict(left.recording)
-    inside = left.predicted != 0.0
-    residual = (left.recording.force - predicted)[inside]
-    return float(np.sqrt(np.mean(residual**2)) / np.max(np.abs(left.recording.force)))
+    left = recordings[i]
+    inside = strokes_of(left, segment(left)).mask(len(left))
+    residual = (left.force - others.predict(left))[inside]
+    return float(np.sqrt(np.mean(residual**2)) / np.max(np.abs(left.force[inside])))

@@ -8,25 +8,25 @@ import numpy as np
 
 from ..errors import InputError
 from .covariance import noise_of
+from .loading_curve import gradient, shape
 from .regression import inverse
 
 STARTS = (0.2, 0.5, 0.9)  # saturation depths to start from, as shares of the indentation
 LEAST_SAMPLES = 20
+LEAST_SHARE = 0.002  # of the indentation: the least saturation depth sought
 
 
 @dataclass(frozen=True, eq=False)
 class DeformationFit:
     """c [N/m^2], contact depth [m] and, for a cone on a shank, saturation depth [m] (else inf), with their covariance.
 
-    ``order`` names the rows of ``covariance``; ``residual`` (n,) [N] is in the order of the samples given.
-    """
+    ``order`` names the rows of ``covariance``;"""
 
     stiffness_coefficient: float
     contact_depth: float
     saturation_depth: float
     order: tuple[str, ...]
     covariance: np.ndarray
-    residual: np.ndarray
     bic: float
 
 
@@ -49,13 +49,6 @@ def fit_deformation(
     return _told(depth, force, found.x, fixed, free, filter_length)
 
 
-def shape(h: np.ndarray, saturation: float) -> np.ndarray:
-    """g(h) [m^2]: h^2 up to the saturation depth, then 2 h_s h - h_s^2; 0 above the surface."""
-    h = np.maximum(h, 0.0)
-    cone = np.minimum(h, saturation)
-    return cone * (2.0 * h - cone)
-
-
 def _from(depth, force, contact, share, fixed, free):
     """One local search; lengths in units of the indentation, so that the unknowns are of order one."""
     from scipy.optimize import OptimizeResult, least_squares
@@ -67,7 +60,7 @@ def _from(depth, force, contact, share, fixed, free):
         basis = shape(depth - contact - span * x[0], span * x[1] if free else fixed)
         return (force - basis * (basis @ force) / max(float(basis @ basis), 1e-300)) / scale
 
-    start, low, high = ([0.0, share], [-1.0, 0.02], [0.9, 3.0]) if free else ([0.0], [-1.0], [0.9])
+    start, low, high = ([0.0, share], [-1.0, LEAST_SHARE], [0.9, 3.0]) if free else ([0.0], [-1.0], [0.9])
     result = least_squares(residual, start, bounds=(low, high), x_scale=0.1)
     x = contact + span * result.x[0], (span * result.x[1] if free else fixed)
     return OptimizeResult(x=x, cost=result.cost)
@@ -75,21 +68,15 @@ def _from(depth, force, contact, share, fixed, free):
 
 def _told(depth, force, x, fixed, free, filter_length) -> DeformationFit:
     contact, saturation = x
-    h = np.maximum(depth - contact, 0.0)
+    h = depth - contact
     basis = shape(h, saturation)
     c = float(basis @ force) / float(basis @ basis)
     residual = force - c * basis
-    columns = [basis, -2.0 * c * np.minimum(h, saturation)] + (
-        [2.0 * c * np.maximum(h - saturation, 0.0)] if free else []
-    )
-    jacobian, order = (
-        np.column_stack(columns),
-        ("stiffness_coefficient", "contact_depth", "saturation_depth")[: len(columns)],
-    )
+    jacobian = np.column_stack(gradient(h, c, saturation)[: 3 if free else 2])
+    order = ("stiffness_coefficient", "contact_depth", "saturation_depth")[: jacobian.shape[1]]
     gram = jacobian.T @ jacobian
-    noise = noise_of(residual, len(residual), filter_length, len(columns))
+    noise = noise_of(residual, len(residual), filter_length, len(order))
     covariance = noise.long_run * inverse(gram)
     n, variance = len(force), max(float(residual @ residual) / len(force), 1e-300)
-    return DeformationFit(
-        c, contact, saturation, order, covariance, residual, n * math.log(variance) + len(order) * math.log(n)
-    )
+    bic = n * math.log(variance) + len(order) * math.log(n)
+    return DeformationFit(c, contact, saturation, order, covariance, bic)

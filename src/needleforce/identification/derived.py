@@ -38,36 +38,43 @@ def _reduced_modulus(coefficient: Estimate, needle) -> Estimate:
 
 
 def _poisson(modulus: Estimate, needle, tissue: Estimate) -> dict[str, Estimate]:
-    bounds = [
-        implied_poisson_ratio(value, tissue.value, needle) for value in (modulus.value, modulus.low, modulus.high)
+    ratio = implied_poisson_ratio(modulus.value, tissue.value, needle)
+    corners = [
+        implied_poisson_ratio(reduced, young, needle)
+        for reduced in (modulus.low, modulus.high)
+        for young in (tissue.low, tissue.high)
     ]
-    source = f"implied by reduced modulus and E = {tissue.value / 1e3:.4g} kPa; no measurement of it"
-    return {
-        "implied_poisson_ratio": Estimate(
-            "implied_poisson_ratio", bounds[0], "1", bounds[1], bounds[2], None, False, source
-        )
-    }
+    source = f"implied by reduced modulus and {_stated(tissue)}; no measurement of it"
+    low, high = _span(corners, lowest=0.0)
+    return {"implied_poisson_ratio": Estimate("implied_poisson_ratio", ratio, "1", low, high, None, False, source)}
 
 
 def _friction(per_length: Estimate, found: dict, needle, tissue: Estimate) -> dict[str, Estimate]:
     implied = found["implied_poisson_ratio"].value
-    ratio = implied if 0.0 <= implied <= 0.5 else INCOMPRESSIBLE
-    body = Tissue(young_modulus=tissue.value, poisson_ratio=ratio)
-    bounds = [
-        implied_friction_coefficients(value, needle, body)
-        for value in (per_length.value, per_length.low, per_length.high)
-    ]
-    source = f"implied by friction per length with E = {tissue.value / 1e3:.4g} kPa, nu = {ratio:.3g}"
-    return {
-        f"friction_coefficient_{reading}": Estimate(
-            f"friction_coefficient_{reading}",
-            bounds[0][reading],
-            "1",
-            bounds[1][reading],
-            bounds[2][reading],
-            None,
-            False,
-            f"{source}, reading {reading}",
-        )
-        for reading in bounds[0]
-    }
+    ratio = implied if 0.0 <= implied <= INCOMPRESSIBLE else INCOMPRESSIBLE
+    source = f"implied by friction per length with {_stated(tissue)} and nu = {ratio:.3g}"
+
+    def coefficients(force: float, young: float) -> dict[str, float]:
+        body = Tissue(young_modulus=young, poisson_ratio=ratio)
+        return implied_friction_coefficients(force, needle, body)
+
+    middle = coefficients(per_length.value, tissue.value)
+    ends = [coefficients(f, e) for f in (per_length.low, per_length.high) for e in (tissue.low, tissue.high)]
+    made = [_coefficient(reading, middle, ends, source) for reading in middle]
+    return {estimate.name: estimate for estimate in made}
+
+
+def _coefficient(reading: str, middle: dict, ends: list[dict], source: str) -> Estimate:
+    low, high = _span([end[reading] for end in ends])
+    name = f"friction_coefficient_{reading}"
+    return Estimate(name, middle[reading], "1", low, high, None, False, f"{source}, reading {reading}")
+
+
+def _span(corners: list[float], lowest: float = math.nan) -> tuple[float, float]:
+    """Least and greatest of the corners of two intervals; ``lowest`` stands for a corner that has no value."""
+    known = [lowest if math.isnan(corner) else corner for corner in corners]
+    return min(known), max(known)
+
+
+def _stated(tissue: Estimate) -> str:
+    return f"E = {tissue.value / 1e3:.4g} kPa"

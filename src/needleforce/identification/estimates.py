@@ -2,8 +2,11 @@
 """Identified quantities with their intervals."""
 
 from dataclasses import dataclass
+from math import isfinite
 
-from .breakpoint_fit import CycleFit
+from .cycle_fit import CycleFit
+
+AT_ONCE = 0.05  # of the indentation
 
 UNITS = {
     "stiffness_coefficient": "N/m^2",
@@ -48,12 +51,23 @@ def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
     """The estimates of one cycle; without a withdrawal, friction and cutting rest on the insertion's slope alone."""
     source = f"complete fit, {fit.law}" + ("" if has_withdrawal else ", insertion only")
     names = [name for name in UNITS if name in fit.values and not _absent(name, fit)]
-    return {
-        name: Estimate(name, fit.values[name], UNITS[name], fit.low[name], fit.high[name], source=source)
-        for name in names
-    }
+    return {name: _estimate(name, fit, source) for name in names}
+
+
+def _estimate(name: str, fit: CycleFit, source: str) -> Estimate:
+    limits = fit.values[name], UNITS[name], fit.low[name], fit.high[name]
+    return Estimate(name, *limits, identifiable=_known(name, fit), source=source)
 
 
 def _absent(name: str, fit: CycleFit) -> bool:
     """A bare cone has no saturation depth."""
     return name == "saturation_depth" and fit.law == "cone"
+
+
+def _known(name: str, fit: CycleFit) -> bool:
+    """False without an interval, and for the two factors of a contact that saturates at once: their product is
+    known."""
+    if name in ("stiffness_coefficient", "saturation_depth") and fit.law == "cone_cylinder":
+        if fit.values["saturation_depth"] < AT_ONCE * fit.values["puncture_indentation"]:
+            return False
+    return isfinite(fit.low[name])

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..errors import InputError
 from ..model import Insertion, Model
 from ..recording import Recording
 from ..segmentation import Events
@@ -52,9 +53,10 @@ class Fit:
         """Force (n,) [N] of the identified model along the motion of ``recording``.
 
         The puncture is at the mean depth of the fit; with ``events`` (as from ``segment(recording)``) contact and
-        puncture are the recording's own, a replay.
+        puncture are the recording's own, a replay. Raises InputError for a fit without a model.
         """
-        contact, model = self.parameters["contact_depth"].value, self.model
+        model = self._identified()
+        contact = self.parameters["contact_depth"].value
         if events is not None and events.contact is not None:
             contact = events.contact.depth
             if events.punctures:
@@ -77,7 +79,15 @@ class Fit:
         """Writes the identified model as a preset file."""
         from ..preset_files.writing import save
 
-        save(self.model, path)
+        save(self._identified(), path)
+
+    def _identified(self) -> Model:
+        if self.model is None:
+            said = "; ".join(note for each in self.recordings for note in each.notes[:1]) or "there was no recording"
+            raise InputError(
+                "fit", "without a model", said, next_step="See the notes of fit.recordings and fit.warnings."
+            )
+        return self.model
 
 
 def with_puncture(model: Model, depth: float) -> Model:

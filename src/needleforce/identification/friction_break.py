@@ -14,19 +14,19 @@ PRACTICAL = 0.01  # of the force: what bends less is a line for friction's purpo
 def friction_window(depth: np.ndarray, force: np.ndarray, puncture: float) -> tuple[float, float, str]:
     """Start and end [m] of the window in which force is a line in depth, and why it ends there.
 
-    It starts at the ``puncture`` [m] of the first pass, or at a quarter of the way where that lies deeper, as tissue
-    may puncture beyond the window. It ends at 12 mm, beyond which the paper sees the needle bend, at the break that a
-    CUSUM of the line's residuals shows, or where the data do, whichever comes first.
+    It starts at the ``puncture`` [m] of the first pass, or at three tenths of the window where that lies deeper, as
+    tissue may puncture beyond the window. It ends at 12 mm, beyond which the paper sees the needle bend, at the break
+    that a CUSUM of the line's residuals shows, or where the data do, whichever comes first.
     """
     limit = min(FRICTION_LIMIT, float(depth.max()))
     reason = "the paper's 12 mm" if limit == FRICTION_LIMIT else "the end of the insertion"
     start, end = min(puncture, 0.3 * limit), limit
-    while (found := _break(*_means(depth, force, start, end))) is not None:
+    while (found := _break(*bin_means(depth, force, start, end))) is not None:
         end, reason = found, "a break that the CUSUM of the residuals shows"
     return start, end, reason
 
 
-def _means(depth: np.ndarray, force: np.ndarray, start: float, end: float) -> tuple[np.ndarray, np.ndarray]:
+def bin_means(depth: np.ndarray, force: np.ndarray, start: float, end: float) -> tuple[np.ndarray, np.ndarray]:
     """Mean depth and force of the whole bins between start and end."""
     count = max(int((end - start) / BIN), 0)
     index = np.floor((depth - start) / BIN).astype(int)

@@ -5,6 +5,7 @@ import math
 
 from .. import core
 from ..errors import InputError
+from ..indentation import contact
 from ..model import Model
 
 # what identify and compare take as a model's name -> its stiffness law
@@ -32,7 +33,7 @@ def needle_saturation(needle) -> float | None:
     """The depth [m] at which a cone on this needle's shank saturates, or None where tip or needle are unknown."""
     if needle is None or needle.tip is None:
         return None
-    return core.contact_at_radius(needle.tip, _one(needle.radius), 1.0)[0][0]
+    return contact(needle.tip, contact_radius=needle.radius, reduced_modulus=1.0).depth
 
 
 def model_of(values: dict[str, float], needle=None, name: str = "identified", reference: str = "") -> Model:
@@ -54,18 +55,12 @@ def model_of(values: dict[str, float], needle=None, name: str = "identified", re
         name=name,
         summary="Identified from recordings.",
         reference=reference or "identified by needleforce",
-        doubts=() if needle is not None else (UNKNOWN_TIP,),
+        doubts=() if needle is not None and needle.tip is not None else (UNKNOWN_TIP,),
         needle=needle,
     )
 
 
 UNKNOWN_TIP = (
-    "tip: no needle was given, so reduced modulus and radius are those of a cone with a half angle of 45 degrees; "
+    "tip: none was given, so reduced modulus and radius are those of a cone with a half angle of 45 degrees; "
     "only the products that set the force are identified"
 )
-
-
-def _one(value: float):
-    import numpy as np
-
-    return np.array([value])

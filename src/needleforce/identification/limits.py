@@ -47,7 +47,7 @@ def _lateral(single: Single) -> str:
     axes = single.recording.axes
     if "fx" not in axes or "fy" not in axes:
         return ""
-    if lateral_ratio(single) <= SMALL_LATERAL:
+    if not lateral_ratio(single) > SMALL_LATERAL:
         return ""
     return (
         "The lateral forces are not small beside the axial one (over a tenth): the paper neglects "

@@ -18,12 +18,13 @@ def pool(own: list[dict[str, Estimate]]) -> dict[str, Estimate]:
     return {name: _pooled([estimates[name] for estimates in own if name in estimates]) for name in names}
 
 
-def mean_estimate(name: str, values, unit: str, source: str) -> Estimate:
-    """Mean of independent values (n,) with Student's 95 % interval and their sd; NaN bounds for a single value."""
+def mean_estimate(name: str, values, unit: str, source: str, half: float = np.nan) -> Estimate:
+    """Mean of independent values (n,) with Student's 95 % interval and their sd; a single one has its own half
+    width."""
     values = np.asarray(values, float)
     mean, n = float(values.mean()), len(values)
     if n < 2:
-        return Estimate(name, mean, unit, np.nan, np.nan, None, True, source)
+        return Estimate(name, mean, unit, mean - half, mean + half, None, True, source)
     sd = float(values.std(ddof=1))
     half = student(n) * sd / np.sqrt(n)
     return Estimate(name, mean, unit, mean - half, mean + half, sd, True, source)

@@ -15,10 +15,15 @@ def line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float]:
 
 
 def least_squares(design: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Coefficients (p,), their covariance (p, p) and Student's t for 95 %, of y (n,) on design (n, p), n > p."""
+    """Coefficients (p,), their covariance (p, p) and Student's t for 95 %, of y (n,) on design (n, p), n > p.
+
+    Raises InputError where the readings do not tell the coefficients apart.
+    """
     from scipy.stats import t as student
 
     n, p = design.shape
+    if np.linalg.matrix_rank(design) < p:
+        raise InputError("readings", n, f"do not tell {p} unknowns apart", next_step="Give readings that differ.")
     scale = np.linalg.norm(design, axis=0)
     values = np.linalg.lstsq(design / scale, y, rcond=None)[0] / scale
     variance = float(np.sum((y - design @ values) ** 2)) / (n - p)

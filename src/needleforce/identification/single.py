@@ -10,7 +10,9 @@ from ..errors import InputError
 from ..recording import Recording
 from ..segmentation import Events, segment
 from ..vocabulary import Status
-from .breakpoint_fit import CycleFit, fit_cycle
+from .breakpoint_fit import fit_cycle
+from .cycle_fit import CycleFit
+from .deformation_fit import DeformationFit
 from .staged_fit import agrees, fit_by_stages
 from .strokes import Strokes, strokes_of
 
@@ -27,7 +29,7 @@ BY_STAGES = (
 class Single:
     """One recording's events, strokes, and the fit of each stiffness law; ``fits`` is empty where none could be made.
 
-    ``bic`` is that of each law's loading curve alone: what lies below the puncture does not tell stiffness laws apart.
+    ``loading`` is each law's fit of the loading curve alone.
     """
 
     recording: Recording
@@ -36,7 +38,7 @@ class Single:
     status: Status
     notes: tuple[str, ...]
     fits: dict[str, CycleFit] = field(default_factory=dict)
-    bic: dict[str, float] = field(default_factory=dict)
+    loading: dict[str, DeformationFit] = field(default_factory=dict)
 
 
 def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> Single:
@@ -46,14 +48,14 @@ def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | 
     if not events.punctures:
         status = Status.no_puncture if events.status is Status.ok else events.status
         return Single(recording, events, strokes, status, events.notes)
-    fits, bic, notes = {}, {}, list(events.notes)
+    fits, loading, notes = {}, {}, list(events.notes)
     for law in laws:
         try:
-            fits[law], bic[law], said = _fit(strokes, events, law, saturation, recording.card.filter_length)
+            fits[law], loading[law], said = _fit(strokes, events, law, saturation, recording.card.filter_length)
             notes += [sentence for sentence in said if sentence not in notes]
         except InputError as error:
             notes.append(f"The law {law} cannot be fitted: {error}")
-    return Single(recording, events, strokes, events.status if fits else Status.unreadable, tuple(notes), fits, bic)
+    return Single(recording, events, strokes, events.status if fits else Status.unreadable, tuple(notes), fits, loading)
 
 
 def _fit(strokes: Strokes, events: Events, law: str, saturation: float | None, filter_length: int):
@@ -64,8 +66,8 @@ def _fit(strokes: Strokes, events: Events, law: str, saturation: float | None, f
         saturation = None
     loading, staged = fit_by_stages(joint, strokes, events.contact.depth, saturation, filter_length)
     if len(events.punctures) == 1 and agrees(joint, loading):
-        return joint, loading.bic, [*said, *joint.warnings]
-    return staged, loading.bic, [*said, BY_STAGES, *staged.warnings]
+        return joint, loading, [*said, *joint.warnings]
+    return staged, loading, [*said, BY_STAGES, *staged.warnings]
 
 
 def _first_layer(strokes: Strokes, events: Events) -> Strokes:

@@ -11,9 +11,10 @@ import math
 
 import numpy as np
 
-from .breakpoint_fit import CycleFit
 from .covariance import Z_95, noise_of
-from .deformation_fit import DeformationFit, fit_deformation, shape
+from .cycle_fit import CycleFit
+from .deformation_fit import DeformationFit, fit_deformation
+from .loading_curve import gradient, shape
 from .regression import inverse
 from .strokes import Strokes
 
@@ -126,11 +127,11 @@ def _limits(values, joint: CycleFit, loading: DeformationFit, covariance: np.nda
 
 def _peak_limit(values, loading: DeformationFit, samples: float) -> float:
     """Half width for the force at the puncture, by the delta method."""
-    c, h, saturation = loading.stiffness_coefficient, values["puncture_indentation"], loading.saturation_depth
-    cone = min(h, saturation)
-    slope = 2.0 * c * cone
-    gradient = np.array([cone * (2.0 * h - cone), -slope, 2.0 * c * (h - cone)])[: len(loading.order)]
-    return math.hypot(Z_95 * math.sqrt(max(float(gradient @ loading.covariance @ gradient), 0.0)), slope * samples)
+    slopes = gradient(
+        np.float64(values["puncture_indentation"]), loading.stiffness_coefficient, loading.saturation_depth
+    )
+    by = np.array(slopes[: len(loading.order)])
+    return math.hypot(Z_95 * math.sqrt(max(float(by @ loading.covariance @ by), 0.0)), float(slopes[1]) * samples)
 
 
 def _insertion(depth: np.ndarray, before: int, values: dict[str, float]) -> np.ndarray:

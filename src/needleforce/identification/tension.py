@@ -62,7 +62,7 @@ def tissue_modulus(stretch, stress, *, law: str = "neo_hookean", largest_strain:
             "tension readings",
             int(used.sum()),
             f"too few with a strain below {largest_strain:g}",
-            next_step="Give more readings or a larger largest_strain.",
+            next_step="Give more readings at small strain.",
         )
     coefficients, covariance, t = least_squares(np.column_stack(basis(stretch[used])), stress[used])
     _stable(law, coefficients, stretch[used])

@@ -11,6 +11,7 @@ from .estimates import Estimate
 
 BIN = 0.25e-3  # [m]
 BINS_AHEAD = 8  # without a stronger pull: 2 mm, longer than ripples and shorter than a layer
+MOST_BINS = 10_000  # 2.5 m: more is a wrong unit, and memory is not spent on it
 WANDERS = 10.0  # so many times what the recorded depth strays at rest, or the model takes its noise for motion
 
 
@@ -34,8 +35,10 @@ def turning_of(depth: np.ndarray, force: np.ndarray, outwards: slice, holds: tup
     """
     if outwards.stop - outwards.start < 2:
         return None
-    slides = outwards.start + _slides(depth[outwards], force[outwards])
     rest = _rest(depth, outwards, holds)
+    if rest.stop >= outwards.stop:
+        return None
+    slides = outwards.start + _slides(depth[outwards], force[outwards])
     push, pull = float(np.mean(force[rest])), -float(np.mean(force[slides : slides + 5]))
     k = max(rest.stop + int(np.argmax(force[rest.stop : outwards.stop] <= 0.5 * (push - pull))), 1)
     travel = float(np.median(depth[rest])) - depth[[k - 1, k]]
@@ -54,7 +57,7 @@ def presliding_of(turning: Turning) -> Estimate:
 
 def _slides(depth: np.ndarray, force: np.ndarray) -> int:
     """Samples until the mean pull of a bin of travel is not exceeded in the bins ahead."""
-    bins = np.maximum.accumulate(np.maximum(np.floor((depth[0] - depth) / BIN).astype(int), 0))
+    bins = np.maximum.accumulate(np.floor(np.clip((depth[0] - depth) / BIN, 0, MOST_BINS)).astype(int))
     count = np.bincount(bins)
     mean = np.where(count > 0, np.bincount(bins, force) / np.maximum(count, 1), np.inf)
     ahead = np.lib.stride_tricks.sliding_window_view(np.append(mean, np.full(BINS_AHEAD, np.inf)), BINS_AHEAD + 1)

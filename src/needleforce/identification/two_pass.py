@@ -12,7 +12,8 @@ class Site:
 
     ``friction_depth`` (k,) [m] and ``friction_force`` (k,) [N] are the second pass; ``friction_slope`` [N/m] and
     ``friction_intercept`` [N] the line through it within the friction window, which ends at ``friction_end`` [m] for
-    ``friction_end_reason``. ``cutting`` [N] is the mean difference.
+    ``friction_end_reason``. ``cutting`` [N] is the mean difference. The ``_half`` are half widths of 95 % intervals
+    within the site, from means over stretches of travel longer than the filter's memory.
     """
 
     grid: np.ndarray
@@ -22,10 +23,12 @@ class Site:
     friction_depth: np.ndarray
     friction_force: np.ndarray
     friction_slope: float
+    friction_slope_half: float
     friction_intercept: float
     friction_end: float
     friction_end_reason: str
     cutting: float
+    cutting_half: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,6 +25,8 @@ def preset(name_or_path) -> Model:
         return _parse(path.read_bytes())
     except InputError as error:
         raise error.at(path.name) from None
+    except OSError as error:
+        raise InputError("preset", "not readable", error.strerror or "", str(path)) from None
 
 
 def _path(name_or_path) -> Path:
@@ -52,5 +54,5 @@ def _parse(text: bytes) -> Model:
 
     try:
         return build(msgspec.toml.decode(text, type=PresetFile))
-    except (msgspec.DecodeError, tomllib.TOMLDecodeError) as error:
+    except (msgspec.DecodeError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError("preset", limit=str(error), next_step="Mend the file at this place.") from None

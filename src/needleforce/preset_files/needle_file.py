@@ -7,7 +7,9 @@ import msgspec
 
 from ..errors import InputError
 from .build import make_needle
-from .schema import NeedleSection
+from .schema import NeedleSection, PresetFile
+
+OTHER_SECTIONS = {field.name for field in msgspec.structs.fields(PresetFile)} - {"needle", "reference"}
 
 
 class NeedleFile(msgspec.Struct, forbid_unknown_fields=True):
@@ -28,7 +30,7 @@ def read_needle(path):
     path = Path(path)
     try:
         document = tomllib.loads(path.read_text(encoding="utf-8"))
-        known = {key: document[key] for key in ("needle", "reference") if key in document}
+        known = {key: value for key, value in document.items() if key not in OTHER_SECTIONS}
         return make_needle(msgspec.convert(known, type=NeedleFile).needle)
     except InputError as error:
         raise error.at(path.name) from None

@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model becomes a preset file again, every number in SI and to the last digit."""
 
-from pathlib import Path
-
 from ..model import Model
+from ..whole_file import whole_file
 from .schema import FAMILIES
 from .units_in_keys import si_key
 
 
 def save(model: Model, path) -> None:
     """Writes ``model`` as a preset file that ``preset(path)`` reads back equal."""
-    Path(path).write_text(as_toml(model), encoding="utf-8")
+    with whole_file(path) as file:
+        file.write(as_toml(model))
 
 
 def as_toml(model: Model) -> str:
@@ -43,5 +43,5 @@ def _numbers(value) -> list[str]:
 
 
 def _text(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
-    return f'"{escaped}"'
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(f"\\u{ord(c):04X}" if ord(c) < 32 or ord(c) == 127 else c for c in escaped) + '"'

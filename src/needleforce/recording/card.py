@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """A card as comment lines above the table, ``# key: value``, and back."""
 
+import math
 import re
+from numbers import Integral
 
 from ..errors import InputError
 from .recording import Card, Note
 
+_LONGEST_FILTER = 1_000_000  # samples
+_WHOLE = f"a whole number of samples from 1 to {_LONGEST_FILTER} is needed"
+_SHOWN = 40  # characters of an entry that an error quotes
+_COUNT = re.compile("[0-9]{1,15}")
 _TEXTS = ("needle", "tissue", "rig")
 _ESCAPED = re.compile(r"\\x([0-9a-f]{2})")
 _TO_ESCAPE = re.compile(r"[\x00-\x1f\x7f\x85\\]")
@@ -21,31 +27,48 @@ def card_lines(card: Card, notes: tuple[Note, ...] = (), **more: str) -> list[st
     return [f"# {key}: {_TO_ESCAPE.sub(_escape, value)}" for key, value in entries if value]
 
 
+def check_filter_length(length: int | None) -> None:
+    """Raise InputError for what is neither None nor a number of samples."""
+    whole = isinstance(length, Integral) and not isinstance(length, bool) and 1 <= length <= _LONGEST_FILTER
+    if length is not None and not whole:
+        raise InputError("filter_length", repr(length), _WHOLE)
+
+
 class Preamble:
     """The card's entries found above a table; ``motion`` and ``start_depth_m`` are text, empty if absent."""
 
-    def __init__(self, comments: list[str], place: str = ""):
-        entries = [line.partition(": ") for line in comments]
+    def __init__(self, comments: list[tuple[int, str]], place: str = ""):
         self._place = place
         self._texts: dict[str, list[str]] = {}
-        for key, _, text in entries:
+        self._lines: dict[str, list[int]] = {}
+        for line, comment in comments:
+            key, _, text = comment.partition(": ")
             self._texts.setdefault(key, []).append(_ESCAPED.sub(lambda code: chr(int(code[1], 16)), text))
+            self._lines.setdefault(key, []).append(line)
 
     def text(self, key: str) -> str:
         """The first entry with this key, empty if there is none."""
         return self._texts.get(key, [""])[0]
 
     def number(self, key: str) -> float | None:
-        """The entry as a number, None if there is none. Raises InputError if it is no number."""
+        """The entry as a finite number, None if there is none. Raises InputError if it is no such number."""
         try:
-            return float(self.text(key)) if self.text(key) else None
+            number = float(self.text(key)) if self.text(key) else None
         except ValueError:
-            name = f"{key} in the file's card"
-            raise InputError(name, repr(self.text(key)), "a number is needed", self._place) from None
+            number = math.nan
+        if number is not None and not math.isfinite(number):
+            raise self.refusal(key, "a number is needed")
+        return number
+
+    def refusal(self, key: str, needed: str, entry: int = 0) -> InputError:
+        """The error for an entry that is not what is ``needed``, with its line."""
+        text, place = self._texts[key][entry], f"{self._place}, line {self._lines[key][entry]}"
+        shown = repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "…")
+        return InputError(f"{key} in the file's card", shown, needed, place, "Mend or remove the line.")
 
     def card(self, source: str, sha256: str, filter_length: int | None, assumptions: list[str]) -> Card:
         """The card of the recording: ``source`` and ``sha256`` name the file read, the rest is the file's own."""
-        length = filter_length or int(self.number("filter_length") or 1)
+        length = filter_length or self._filter_length()
         said = [*self._texts.get("assumption", []), *assumptions]
         return Card(source, sha256, *(self.text(key) for key in _TEXTS), length, tuple(dict.fromkeys(said)))
 
@@ -58,10 +81,20 @@ class Preamble:
             notes.append(Note("origin", origin))
         return notes
 
+    def _filter_length(self) -> int:
+        length = self.number("filter_length")
+        if length is None:
+            return 1
+        if length != int(length) or not 1 <= length <= _LONGEST_FILTER:
+            raise self.refusal("filter_length", _WHOLE)
+        return int(length)
+
     def _split_notes(self):
-        for text in self._texts.get("note", []):
+        for entry, text in enumerate(self._texts.get("note", [])):
             parts = text.split(" ", 2)
             if len(parts) == 3 and parts[1].isdigit():
+                if not _COUNT.fullmatch(parts[1]):
+                    raise self.refusal("note", "its second word is a count of at most 15 digits 0 to 9", entry)
                 yield parts
 
 

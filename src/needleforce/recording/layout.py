@@ -12,6 +12,7 @@ from ..errors import InputError
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _NOTHING = ("", "na", "n/a", "null", "none", "<na>")  # what pandas reads as a missing value
+_LONGEST = 100_000  # characters in one cell: csv has a limit, too
 WHITESPACE = r"\s+"
 
 
@@ -20,7 +21,8 @@ class Layout:
     """What is to be known of a file before its numbers are read.
 
     ``skip`` is the number of lines up to and including the header, ``above`` how often the delimiter stands in them,
-    ``comments`` the comment lines above the header without their ``#``; ``header_commented``: the header was one too.
+    ``comments`` the comment lines above the header without their ``#``, each after its number in the file;
+    ``header_commented``: the header was one too.
     """
 
     path: Path
@@ -30,7 +32,7 @@ class Layout:
     headers: list[str]
     skip: int
     above: int
-    comments: list[str]
+    comments: list[tuple[int, str]]
     header_commented: bool = False
 
     def cells(self, line: str) -> list[str]:
@@ -46,7 +48,7 @@ class Layout:
         with open(self.path, encoding=self.encoding, errors="replace") as lines:
             for number, line in islice(enumerate(lines, 1), self.skip, None):
                 if line.partition("#")[0].strip():
-                    yield number, self.cells(line)
+                    yield number, self.cells(_short(line, number, self.path))
 
 
 def find_layout(path: Path) -> Layout:
@@ -58,13 +60,14 @@ def find_layout(path: Path) -> Layout:
             skip += 1
             above += line
             if line.lstrip().startswith("#"):
-                comments.append(line.lstrip()[1:].removeprefix(" ").rstrip("\r\n"))
+                comments.append((skip, line.lstrip()[1:].removeprefix(" ").rstrip("\r\n")))
             elif line.strip():
-                header = line
+                header = _short(line, skip, path)
                 break
         if header is None:
             raise InputError("file", "empty", "a header and rows of numbers are needed", str(path))
-        data = [line for line in islice(lines, 100) if line.partition("#")[0].strip()]
+        below = enumerate(islice(lines, 100), skip + 1)
+        data = [_short(line, number, path) for number, line in below if line.partition("#")[0].strip()]
     delimiter = _delimiter(header)
     if all(_is_number(cell.replace(",", ".")) for cell in _cells(header, delimiter)):
         return _commented_header(path, encoding, comments, skip, above, [header, *data])
@@ -97,7 +100,8 @@ def _layout(path, encoding, comments, skip, above, header, data) -> Layout:
 def _commented_header(path, encoding, comments, skip, above, data) -> Layout:
     """The header NumPy writes: the last comment line, with as many cells as the numbers below it."""
     columns = len(_cells(data[0], _delimiter(data[0])))
-    if not comments or len(_cells(comments[-1], _delimiter(comments[-1]))) != columns or columns < 2:
+    header = _short(comments[-1][1], comments[-1][0], path) if comments else ""
+    if len(_cells(header, _delimiter(header))) != columns or columns < 2:
         raise InputError(
             "header",
             "missing",
@@ -106,7 +110,7 @@ def _commented_header(path, encoding, comments, skip, above, data) -> Layout:
             "Add a first line that names each column and its unit, such as time_s,depth_mm,force_N.",
         )
     above = above[: above.rindex(data[0])]
-    return replace(_layout(path, encoding, comments[:-1], skip - 1, above, comments[-1], data), header_commented=True)
+    return replace(_layout(path, encoding, comments[:-1], skip - 1, above, header, data), header_commented=True)
 
 
 def _any_decimal_comma(lines: list[str], delimiter: str) -> bool:
@@ -121,6 +125,16 @@ def _cells(line: str, delimiter: str) -> list[str]:
     if delimiter == WHITESPACE:
         return re.split(r"\s+(?![\[(])", line.strip())  # "Force [N]" is one header
     return [cell.strip() for cell in next(csv.reader([line.strip("\r\n")], delimiter=delimiter), [])]
+
+
+def _short(line: str, number: int, path: Path) -> str:
+    """The line as it is. Raises InputError where a cell is too long for ``_cells``."""
+    if len(line) > _LONGEST and max(map(len, re.split('"' if '"' in line else r"[\s;,]", line))) > _LONGEST:
+        limit = f"at most {_LONGEST} are read"
+        raise InputError(
+            "characters in one cell", f"over {_LONGEST}", limit, f"{path}, line {number}", "Mend the line."
+        )
+    return line
 
 
 def _is_number(cell: str) -> bool:

@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """From files to a recording: the one verb, ``read``."""
 
-import hashlib
 import os
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import InputError
 from .baseline import bias
-from .card import Preamble
+from .card import Preamble, check_filter_length
 from .clocks import unsteadiness
 from .columns import AXES
+from .glitches import glitch_notes
 from .layout import find_layout
 from .motion import check_direction, derivative, integral, overlap, signed
 from .recording import Note, Recording
@@ -53,26 +52,20 @@ def read(
     """
     if inwards not in _INWARDS:
         raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
+    check_filter_length(filter_length)
     layout = find_layout(Path(path))
-    with ThreadPoolExecutor(1) as beside:  # hashing costs a fifth of parsing: on another core
-        sha256 = beside.submit(_sha256, layout.path)
-        preamble = Preamble(layout.comments, str(layout.path))
-        motion = Path(motion) if motion is not None else _motion_beside(layout.path, preamble)
-        wanted = ("time", "force", *AXES) if motion else ("time", "force", "depth", "velocity", *AXES)
-        main = read_stream(layout, wanted, _of_main(columns), _of_main(units))
-        if motion:
-            _join(main, motion, start_depth, columns, units, _INWARDS[inwards])
-        else:
-            _settle_motion(main, start_depth, preamble, _INWARDS[inwards])
-        if baseline:
-            _remove_bias(main, before=any(note.kind == "baseline" for note in preamble.notes()))
-        main.notes += unsteadiness(main.values["time"])
-        return _recording(main, preamble, filter_length, sha256.result())
-
-
-def _sha256(path: Path) -> str:
-    with open(path, "rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    preamble = Preamble(layout.comments, str(layout.path))
+    motion = Path(motion) if motion is not None else _motion_beside(layout.path, preamble)
+    wanted = ("time", "force", *AXES) if motion else ("time", "force", "depth", "velocity", *AXES)
+    main = read_stream(layout, wanted, _of_main(columns), _of_main(units))
+    if motion:
+        _join(main, motion, start_depth, columns, units, _INWARDS[inwards])
+    else:
+        _settle_motion(main, start_depth, preamble, _INWARDS[inwards])
+    if baseline:
+        _remove_bias(main, before=any(note.kind == "baseline" for note in preamble.notes()))
+    main.notes += unsteadiness(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
+    return _recording(main, preamble, filter_length)
 
 
 def _of_main(options: Mapping[str, str] | None) -> dict[str, str]:
@@ -86,7 +79,12 @@ def _of_motion(options: Mapping[str, str] | None) -> dict[str, str]:
 def _motion_beside(path: Path, preamble: Preamble) -> Path | None:
     """The motion a file's card names: a file in the same folder, and in no other."""
     name = preamble.text("motion")
-    return path.with_name(Path(name).name) if name else None
+    if not name:
+        return None
+    beside = Path(name).name
+    if not beside or beside == ".." or "\0" in beside:
+        raise preamble.refusal("motion", "the name of a file in the same folder is needed")
+    return path.with_name(beside)
 
 
 def _settle_motion(stream: Stream, start_depth: float | None, preamble: Preamble, inwards: float) -> None:
@@ -143,7 +141,7 @@ def _join(main: Stream, path: Path, start_depth: float | None, columns, units, i
         what = f"{lost} samples of force lie outside the motion's times: left out"
         main.notes.append(Note("outside_motion", what, lost))
     main.said += [
-        f"depth and velocity come from {other.place} (SHA-256 {_sha256(path)}), interpolated onto the "
+        f"depth and velocity come from {other.place} (SHA-256 {other.sha256}), interpolated onto the "
         "force's clock; both clocks are taken to have the same zero",
         *other.said,
     ]
@@ -160,10 +158,10 @@ def _remove_bias(stream: Stream, before: bool) -> None:
         stream.notes.append(Note("baseline", f"no bias is removed from the force: {why}", 0))
 
 
-def _recording(stream: Stream, preamble: Preamble, filter_length: int | None, sha256: str) -> Recording:
+def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
     values = dict(stream.values)
     four = [values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")]
     signs = check_direction(four[1], four[3], stream.place)
     notes = dict.fromkeys([*preamble.notes(), *stream.notes, *signs])
-    card = preamble.card(stream.place, sha256, filter_length, stream.said)
+    card = preamble.card(stream.place, stream.sha256, filter_length, stream.said)
     return Recording(*four, axes=values, card=card, notes=tuple(notes))

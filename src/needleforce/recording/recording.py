@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..errors import InputError
+
 
 @dataclass(frozen=True)
 class Note:
@@ -43,6 +45,17 @@ class Recording:
     axes: dict[str, np.ndarray] = field(default_factory=dict)
     card: Card = Card()
     notes: tuple[Note, ...] = ()
+
+    def __post_init__(self):
+        """Makes the columns contiguous float64; InputError for lengths that differ."""
+        columns = {name: getattr(self, name) for name in ("time", "depth", "velocity", "force")}
+        checked = {name: np.ascontiguousarray(values, dtype=float) for name, values in (columns | self.axes).items()}
+        for name, values in checked.items():
+            if values.shape != checked["time"].shape or values.ndim != 1:
+                raise InputError(f"shape of {name}", values.shape, f"time has {checked['time'].shape}", "recording")
+        for name in columns:
+            object.__setattr__(self, name, checked.pop(name))
+        object.__setattr__(self, "axes", checked)
 
     def __len__(self) -> int:
         return len(self.time)

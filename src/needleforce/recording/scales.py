@@ -9,18 +9,15 @@ import numpy as np
 from ..errors import InputError
 from ..units import Unit, parse
 from .columns import check_known, dimension
+from .plausible import implausible, plausible, sizes_of
 from .table import Table
 
 _CANDIDATES = {"time": ("s", "ms", "us"), "depth": ("m", "mm"), "velocity": ("m/s", "mm/s")}
-_RATE = (10.0, 20e3)  # Hz
-_TRAVEL = (0.5e-3, 0.5)  # m
-_SPEED = 1.0  # m/s
-_AGREE = 3.0  # a velocity's integral and the depth differ by less than this factor
 _FORCE = 50.0  # N: above, a force without a unit is hardly in newtons
 
 
 def settle(table: Table, given: Mapping[str, str]) -> tuple[dict[str, Unit], list[str]]:
-    """The unit of every column of ``table``, and sentences on what was assumed.
+    """The unit of every column of ``table``, and sentences on what was assumed; implausible ones get a note there.
 
     Raises InputError where a unit is unknown and zero or several are plausible: rate 10 Hz to 20 kHz, travel 0.5 mm
     to 0.5 m, speed below 1 m/s, and a velocity that integrates to the travel.
@@ -34,7 +31,9 @@ def settle(table: Table, given: Mapping[str, str]) -> tuple[dict[str, Unit], lis
             said += _contradiction(quantity, units[quantity], column)
         elif column.unit is not None:
             units[quantity] = parse(column.unit, dimension(quantity), quantity, place)
-    said += _assume_motion(table, units)
+    assumed = _assume_motion(table, units)
+    table.notes += [] if assumed else implausible(table.values, units)
+    said += assumed
     said += _assume_forces(table, units)
     return {quantity: units[quantity] for quantity in table.values}, said
 
@@ -50,8 +49,8 @@ def _assume_motion(table: Table, units: dict[str, Unit]) -> list[str]:
     unknown = [quantity for quantity in _CANDIDATES if quantity in table.values and quantity not in units]
     if not unknown:
         return []
-    sizes = _sizes(table.values)
-    found = [choice for choice in _choices(unknown) if _plausible(sizes, units | choice)]
+    sizes = sizes_of(table.values)
+    found = [choice for choice in _choices(unknown) if plausible(sizes, units | choice)]
     if len(found) != 1:
         raise _unknown_unit(table, unknown, found)
     units |= found[0]
@@ -62,34 +61,6 @@ def _assume_motion(table: Table, units: dict[str, Unit]) -> list[str]:
 def _choices(unknown: list[str]):
     for symbols in product(*(_CANDIDATES[quantity] for quantity in unknown)):
         yield {q: parse(symbol, dimension(q), q) for q, symbol in zip(unknown, symbols, strict=True)}
-
-
-def _sizes(values: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """Median step, travels and 95 % speeds in the units of the file, whichever these are."""
-    steps = np.diff(values["time"])
-    some = slice(None, None, 1 + len(steps) // 5000)  # enough for a percentile
-    sizes = {"step": float(np.median(steps[some]))}
-    if "depth" in values:
-        sizes["travel"] = float(np.ptp(values["depth"]))
-        sizes["speed"] = float(np.percentile((np.abs(np.diff(values["depth"])) / steps)[some], 95))
-    if "velocity" in values:
-        velocity = values["velocity"]
-        sizes["integral"] = float(np.ptp(np.cumsum(0.5 * (velocity[1:] + velocity[:-1]) * steps)))
-        sizes["velocity"] = float(np.percentile(np.abs(velocity[some]), 95))
-    return sizes
-
-
-def _plausible(sizes: Mapping[str, float], units: Mapping[str, Unit]) -> bool:
-    second, travels, speeds = units["time"].to_si(1.0), [], []
-    if "travel" in sizes:
-        travels.append(units["depth"].to_si(sizes["travel"]))
-        speeds.append(units["depth"].to_si(sizes["speed"]) / second)
-    if "integral" in sizes:
-        travels.append(units["velocity"].to_si(sizes["integral"]) * second)
-        speeds.append(units["velocity"].to_si(sizes["velocity"]))
-    steady = _RATE[0] <= 1.0 / (sizes["step"] * second) <= _RATE[1] and max(speeds) <= _SPEED
-    moves = all(_TRAVEL[0] <= abs(travel) <= _TRAVEL[1] for travel in travels)
-    return steady and moves and max(travels) < _AGREE * min(travels)
 
 
 def _unknown_unit(table: Table, unknown: list[str], found: list[dict[str, Unit]]) -> InputError:

@@ -20,6 +20,7 @@ class Stream:
     """Quantity -> (n,) values in SI, what was assumed and what was found; ``place`` is the file."""
 
     place: str
+    sha256: str
     values: dict[str, np.ndarray]
     said: list[str]
     notes: list[Note]
@@ -49,7 +50,7 @@ def read_stream(
     settled, said = settle(table, {q: u for q, u in (units_else or {}).items() if q in bare} | dict(units))
     values = {quantity: unit.to_si(table.values[quantity]) for quantity, unit in settled.items()}
     _check_finer_than_clock(values["time"], table)
-    return Stream(place, values, said, table.notes)
+    return Stream(place, table.sha256, values, said, table.notes)
 
 
 def _leave_out_torques(chosen: dict[str, Column], units: Mapping[str, str]) -> list[Note]:

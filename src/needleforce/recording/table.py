@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers of a file: parsed fast, and searched slowly only when something is wrong."""
+"""The numbers of a file as a table, without the rows and columns that lack too much."""
 
 from dataclasses import dataclass, field
 
@@ -7,12 +7,10 @@ import numpy as np
 
 from ..errors import InputError
 from .columns import Column
-from .layout import WHITESPACE, Layout
+from .layout import Layout
+from .numbers import numbers, search_fault
 from .recording import Note
 
-_SEVERAL_CORES = 5 << 20  # bytes: from here on pandas can use several, but only in parts (low_memory)
-_LARGE = 1 << 28  # bytes: from here on in parts, so that memory holds the used columns and little more
-_ROWS_AT_ONCE = 500_000
 _LOST_AT_MOST = 0.01  # share of rows without a value that is left out, and told
 
 
@@ -25,6 +23,7 @@ class Table:
     values: dict[str, np.ndarray]
     notes: list[Note] = field(default_factory=list)
     rows: np.ndarray | None = None
+    sha256: str = ""
 
     def place(self, row: int) -> str:
         """Where a row of ``values`` stands: file and line."""
@@ -44,96 +43,17 @@ def parse(layout: Layout, columns: dict[str, Column], required: tuple[str, ...])
     Rows that lack a ``required`` value are left out, with a note, if they are below 1 % or a last line cut off;
     another column that lacks more is left out itself.
     """
-    values, sound = _numbers(layout, columns)
-    table = Table(layout, columns, values)
-    if not sound or not all(np.isfinite(each).all() for each in values.values()):
-        _drop_incomplete(table, required, cut_off=_search_fault(layout, columns))
+    values, sha256, sound = numbers(layout, columns)
+    table = Table(layout, columns, values, sha256=sha256)
+    if not sound or not all(map(_finite, values.values())):
+        _drop_incomplete(table, required, cut_off=search_fault(layout, columns))
     return table
 
 
-def _numbers(layout: Layout, columns: dict[str, Column]) -> tuple[dict[str, np.ndarray], bool]:
-    """The columns' numbers, and whether every row is sure to have as many cells as the header.
-
-    Fast, if the whole file is numbers: pandas takes several cores when no column is left out and no comment is
-    expected, and refuses surplus cells. Else with patience.
-    """
-    size = layout.path.stat().st_size
-    fast = {"dtype": np.float64, "low_memory": size >= _SEVERAL_CORES}
-    used = sorted(column.index for column in columns.values())
-    slow = {"dtype": dict.fromkeys(used, np.float64), "usecols": used, "comment": "#", "chunksize": _ROWS_AT_ONCE}
-    if size < _LARGE:
-        try:
-            return _parsed(layout, columns, fast), True
-        except ValueError:  # pandas' own parsing errors are ValueErrors too
-            pass
-    try:
-        values = _parsed(layout, columns, slow)
-    except ValueError as error:
-        _search_fault(layout, columns)
-        raise InputError("table", "not readable", str(error), str(layout.path)) from error
-    return values, _count_delimiters(layout) == layout.above + len(values["time"]) * (len(layout.headers) - 1)
-
-
-def _parsed(layout: Layout, columns: dict[str, Column], options: dict) -> dict[str, np.ndarray]:
-    import pandas  # late: importing needleforce stays fast
-
-    frames = pandas.read_csv(
-        layout.path,
-        sep=layout.delimiter,
-        decimal=layout.decimal,
-        compression=None,
-        encoding_errors="replace",
-        header=None if layout.header_commented else 0,
-        skiprows=layout.skip - (not layout.header_commented),
-        names=range(len(layout.headers)),
-        index_col=False,
-        **options,
-    )
-    frames = frames if "chunksize" in options else [frames]
-    chunks = [{q: frame[column.index].to_numpy() for q, column in columns.items()} for frame in frames]
-    return {quantity: np.concatenate([chunk.pop(quantity) for chunk in chunks]) for quantity in columns}
-
-
-def _count_delimiters(layout: Layout) -> int:
-    """How often the delimiter occurs in the file: with usecols, pandas lets surplus cells pass."""
-    if layout.delimiter == WHITESPACE:
-        return -1
-    with open(layout.path, "rb") as file:
-        return sum(block.count(layout.delimiter.encode()) for block in iter(lambda: file.read(1 << 20), b""))
-
-
-def _search_fault(layout: Layout, columns: dict[str, Column]) -> bool:
-    """Raise InputError for the first line with text or a wrong number of cells; True if the last line is cut off."""
-    pending = None
-    for number, cells in layout.data_lines():
-        if pending:
-            raise pending
-        place = f"{layout.path}, line {number}"
-        if len(cells) != len(layout.headers):
-            pending = _wrong_count(layout, cells, place)
-        for column in columns.values():
-            if column.index < len(cells) and not layout.is_number(cells[column.index]):
-                raise InputError(
-                    f"{column.quantity} (column {column.header!r})",
-                    repr(cells[column.index][:40]),
-                    "a number is needed",
-                    place,
-                    "Mend or remove the line.",
-                )
-    if pending and len(cells) > len(layout.headers):
-        raise pending
-    return pending is not None
-
-
-def _wrong_count(layout: Layout, cells: list[str], place: str) -> InputError:
-    advice = "Decimal commas need semicolons between the columns." if layout.delimiter == "," else ""
-    return InputError(
-        "number of cells",
-        len(cells),
-        f"the header has {len(layout.headers)}",
-        place,
-        f"Mend or remove the line. {advice}".strip(),
-    )
+def _finite(values: np.ndarray) -> bool:
+    """Whether all of (n,) values are: a finite sum says so faster than a look at each."""
+    with np.errstate(all="ignore"):
+        return bool(np.isfinite(values.sum()) or np.isfinite(values).all())
 
 
 def _drop_incomplete(table: Table, required: tuple[str, ...], cut_off: bool) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import symbols
+from ..whole_file import whole_file
 from .card import card_lines
 from .columns import QUANTITIES, dimension
 from .recording import Card, Note, Recording
@@ -66,16 +67,8 @@ def _check(columns: Mapping[str, np.ndarray], place: str) -> None:
 
 
 def _write_whole(target: Path, head: list[str], columns: list[np.ndarray]) -> None:
-    """Write beside the target and rename: a reader sees the old file or the new one."""
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        with open(part, "w", encoding="utf-8", newline="\n") as file:
-            file.writelines(line + "\n" for line in head)
-            for first in range(0, len(columns[0]), _ROWS_AT_ONCE):
-                block = [np.asarray(each[first : first + _ROWS_AT_ONCE], float).tolist() for each in columns]
-                file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*block, strict=True))
-        os.replace(part, target)
-    except OSError as error:
-        raise InputError("file", "not written", error.strerror or "", str(target), "Check the folder.") from None
-    finally:
-        part.unlink(missing_ok=True)
+    with whole_file(target) as file:
+        file.writelines(line + "\n" for line in head)
+        for first in range(0, len(columns[0]), _ROWS_AT_ONCE):
+            block = [np.asarray(each[first : first + _ROWS_AT_ONCE], float).tolist() for each in columns]
+            file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*block, strict=True))

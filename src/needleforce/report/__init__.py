@@ -11,9 +11,9 @@ def write_report(fit, path, *, title: str | None = None, table: list[dict] | Non
     {quantity, unit, paper, paper_sd, true, identified, low, high}, any value None or text such as "not yet".
     The same input gives the same bytes. Nothing is written if the page cannot be made.
     """
-    from pathlib import Path
-
+    from ..whole_file import whole_file
     from .page import page  # here, because drawing loads matplotlib, which importing needleforce must not cost
 
     text = page(fit, title, table)
-    Path(path).write_bytes(text.encode("utf-8", errors="replace"))
+    with whole_file(path) as file:
+        file.write(text)

@@ -29,7 +29,7 @@ _STATUS = {
     "ok": "identified",
     "no_contact": "no contact: the force never leaves its baseline",
     "no_puncture": "contact, but no puncture",
-    "incomplete": "incomplete: the recording stops before the cycle ends",
+    "incomplete": "incomplete: the cycle does not come to its end",
     "unreadable": "could not be read",
 }
 _PHASES = {"free": "free travel", "deformation": "deformation", "insertion": "insertion", "hold": "hold",

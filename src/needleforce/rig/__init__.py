@@ -5,6 +5,7 @@ from .bench import Bending, Tension
 from .clocks import SpeedClock
 from .example import example_recording
 from .experiment import Experiment, paper_experiment
+from .paper import PAPER, SWING
 from .run import Run
 from .sensor import Sensor
 from .site import Scatter, Site
@@ -13,6 +14,8 @@ from .truth import Truth
 
 __all__ = [
     "NOTHING_UNMODELLED",
+    "PAPER",
+    "SWING",
     "Bending",
     "Experiment",
     "Run",

@@ -9,12 +9,13 @@ import numpy as np
 
 from .. import core
 from .elastica import tip_deflection
+from .paper import PAPER
 from .table import write_table
 
-NEEDLE_MODULUS, NEEDLE_SPREAD = 14.1e9, 1.6e9  # [Pa] paper, sec. 2.1: mean and standard deviation of five tests
-TISSUE_MODULUS = 116e3  # [Pa] paper, sec. 2.1
+NEEDLE_MODULUS, NEEDLE_SPREAD = PAPER["needle_young_modulus"]
+TISSUE_MODULUS = PAPER["tissue_young_modulus"][0]
 _DIAMETER, _LENGTH = 0.7e-3, 80e-3  # [m] paper, sec. 1
-_POSITIONS = (10e-3, 15e-3, 20e-3, 40e-3, 80e-3)  # [m]; the paper gives none. F a^2/EI = 0.06 to 3.9: two are not small
+_POSITIONS = (6e-3, 9e-3, 12e-3, 16e-3, 20e-3)  # [m]; the paper gives none. F a^2/EI = 0.02 to 0.24: small
 _DIAL = 0.02e-3  # [m] standard deviation of the dial gauge
 _STRETCH = np.linspace(1.0, 1.2, 41)
 _STRESS_NOISE = 0.1e3  # [Pa]

@@ -12,6 +12,7 @@ from .. import core
 from ..errors import InputError
 from .bench import Bending, Tension, bend_needle, pull_tissue
 from .clocks import SpeedClock
+from .paper import PAPER
 from .run import Run, perform, way
 from .sensor import Sensor
 from .site import Scatter, Site, draw_site
@@ -53,26 +54,24 @@ class Experiment:
         """First and second pass of each site."""
         return list(zip(self.runs[::2], self.runs[1::2], strict=True))
 
-    def write(self, folder: str | os.PathLike, progress: Callable[[int, int], None] | None = None) -> list[Path]:
-        """Write two tables, and two files a run, into ``folder``, made if absent; ``progress(done, runs)`` is told."""
+    def write(self, folder: str | os.PathLike, progress: Callable | None = None) -> list[Path]:
+        """Write the two tables and two files a run into ``folder``, made if absent; ``progress(runs, text)`` wraps."""
         folder = Path(folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError("folder", "not made", error.strerror or "", str(folder), "Give another one.") from None
         written = [self.bending.write(folder), self.tension.write(folder)]
-        for done, run in enumerate(self.runs, 1):
+        for run in progress(self.runs, "recording") if progress else self.runs:
             written += run.write(folder)
-            if progress:
-                progress(done, len(self.runs))
         return written
 
 
 def paper_experiment(
     seed: int,
     *,
-    cutting_force: float = 0.0776,
-    friction_per_length: float = 18.6,
+    cutting_force: float = PAPER["cutting_force"][0],
+    friction_per_length: float = PAPER["friction_per_length"][0],
     sites: int = 5,
     speeds: Sequence[float] = (1e-3, 3e-3),
     depth: float = 16e-3,

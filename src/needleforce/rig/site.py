@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import InputError
+from .paper import PAPER
 from .specimen import Specimen
 
 
@@ -18,9 +19,9 @@ class Scatter:
     and ``friction_per_length`` are shares of the mean; ``surface`` [m] is where the surface is in the rig's zero.
     """
 
-    puncture_force: float = 0.0105
-    puncture_depth: float = 0.1347e-3
-    cutting_force: float = 0.0139 / 0.0776
+    puncture_force: float = PAPER["puncture_force"][1]
+    puncture_depth: float = PAPER["puncture_indentation"][1]
+    cutting_force: float = PAPER["cutting_force"][1] / PAPER["cutting_force"][0]
     friction_per_length: float = 0.05
     surface: float = 0.2e-3
 

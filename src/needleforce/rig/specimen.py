@@ -10,13 +10,14 @@ import numpy as np
 from .. import core
 from ..errors import InputError
 from ..model import Insertion, Model
+from .paper import PAPER
 
 RADIUS = 0.35e-3  # [m] paper, sec. 1
 HALF_ANGLE = math.radians(15.0)  # paper, sec. 2.1: the bevel's angle, taken as a cone's
 PRESLIDING = 20e-6  # [m] of travel from nothing to sliding
 # Opening a slit to the needle's radius in plane strain: pi/4 E' R^2 = 0.0149 N, with E = 116 kPa and an incompressible
 # tissue. It is the energy a length of slit takes, after Azar and Hayward 2008.
-SPREADING = 0.25 * math.pi * 116e3 / (1.0 - 0.5**2) * RADIUS**2
+SPREADING = 0.25 * math.pi * PAPER["tissue_young_modulus"][0] / (1.0 - 0.5**2) * RADIUS**2
 
 
 @dataclass(frozen=True)
@@ -57,10 +58,10 @@ class Specimen:
     of it, ``cutting(force=…)``: give another one where the force of cutting is no constant.
     """
 
-    puncture_force: float = 0.2101
-    puncture_depth: float = 3.237e-3
-    friction_per_length: float = 18.6
-    cutting_force: float = 0.0776
+    puncture_force: float = PAPER["puncture_force"][0]
+    puncture_depth: float = PAPER["puncture_indentation"][0]
+    friction_per_length: float = PAPER["friction_per_length"][0]
+    cutting_force: float = PAPER["cutting_force"][0]
     unmodelled: Unmodelled = _PAPER
     cutting: Callable = core.laws.ConstantCutting
 

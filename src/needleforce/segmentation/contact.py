@@ -147,7 +147,7 @@ def fit_origin(z: np.ndarray, f: np.ndarray, noise: float) -> Origin:
 
 def _squares(z: np.ndarray, f: np.ndarray, origins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Least residual sums of squares over the exponents, and the baselines, for (m,) origins."""
-    past = np.maximum(z - origins[:, None], 0.0) / (z[-1] - z[0])
+    past = np.maximum(z - origins[:, None], 0.0) / (float(np.ptp(z)) or 1.0)
     centred = f - f.mean()
     squares, bases = [], []
     for p in EXPONENTS:
@@ -155,7 +155,8 @@ def _squares(z: np.ndarray, f: np.ndarray, origins: np.ndarray) -> tuple[np.ndar
         mean = shape.mean(axis=1)
         shape -= mean[:, None]
         height = np.maximum(shape @ centred, 0.0) / np.maximum((shape * shape).sum(axis=1), 1e-300)
-        squares.append(centred @ centred - 2 * height * (shape @ centred) + height**2 * (shape * shape).sum(axis=1))
+        left = centred - height[:, None] * shape  # squared itself: a difference of sums could be negative
+        squares.append((left * left).sum(axis=1))
         bases.append(f.mean() - height * mean)
     best = np.argmin(squares, axis=0)
     pick = np.arange(len(origins))

@@ -20,13 +20,15 @@ SMALL_DRIFT = 1e-3  # of the greatest force: less is left alone
 
 @dataclass(frozen=True)
 class Insertion:
-    """What one cycle holds; ``exit`` is ``None`` if the force does not come back to its baseline."""
+    """What one cycle holds above ``baseline`` and ``noise`` [N]; ``exit`` is ``None`` where the force shows none."""
 
     cycle: Cycle
     contact: Event | None = None
     punctures: tuple[Puncture, ...] = ()
     exit: Event | None = None
     free: bool = True
+    baseline: float = 0.0
+    noise: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ def insertion(time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cyc
             Puncture(float(time[fall.peak]), place, fall.force, low, fall.high, fall.drop, place - contact.depth)
         )
     leaving = None if last is None else _event(time, depth, force, last, allowed.lag)
-    return Insertion(cycle, contact, tuple(punctures), leaving, begin.free)
+    return Insertion(cycle, contact, tuple(punctures), leaving, begin.free, begin.baseline, begin.noise)
 
 
 def _event(time: np.ndarray, depth: np.ndarray, force: np.ndarray, where: Onset, lag: int) -> Event:

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording cut into its events and phases."""
 
-import numpy as np
-
 from ..recording.recording import Recording
 from ..vocabulary import Status
 from .contact import CROSSING
 from .events import Events
-from .insertion import Insertion, insertion, limits
+from .insertion import insertion, limits
+from .judging import check, judge, no_contact, unreadable
 from .phases import phases
 from .punctures import FALL_PEAK
 from .strokes import cycles
@@ -33,10 +32,13 @@ def segment(
 
     ``cycle`` says which insertion the events are of, 0 for the first that touches; the phases are those of all.
     Nothing a recording may hold raises an error: what is missing is ``None``, told in ``status`` and ``notes``.
+    Raises InputError for options out of range alone.
     """
+    check(crossing, drop, within, cycle)
     time, depth, force = recording.time, recording.depth, recording.force
-    if not all(np.isfinite(values).all() for values in (time, depth, force)):
-        return Events(status=Status.unreadable, notes=("The recording holds values that are not finite.",))
+    wrong = unreadable(time, depth, force)
+    if wrong:
+        return Events(status=Status.unreadable, notes=(wrong,))
     strokes, length = cycles(time, depth), max(recording.card.filter_length, 1)
     found = [
         insertion(time, depth, force, each, limits(crossing, drop, within, recording.rate, each.speed, length))
@@ -45,21 +47,7 @@ def segment(
     touching = [each for each in found if each.contact is not None]
     spans = phases(time, touching)
     if not touching:
-        why = "The force never leaves its baseline." if found else "The depth never moves inwards."
-        return Events(phases=spans, status=Status.no_contact, notes=(why,))
+        return Events(phases=spans, status=Status.no_contact, notes=(no_contact(time, force, bool(found)),))
     chosen = touching[min(cycle, len(touching) - 1)]
-    status, notes = _judge(chosen, len(touching))
+    status, notes = judge(chosen, len(touching), depth, force)
     return Events(chosen.contact, chosen.punctures, chosen.exit, spans, status, notes)
-
-
-def _judge(chosen: Insertion, count: int) -> tuple[Status, tuple[str, ...]]:
-    """The status of one insertion, and what its reader should know."""
-    notes = [] if chosen.free else ["There is hardly any free travel before the contact: its depth is doubtful."]
-    if count > 1:
-        notes.append(f"There are {count} insertions; the events are those of one of them.")
-    if not chosen.punctures:
-        notes.append("There is no puncture.")
-    if chosen.exit is None:
-        kept = "The force does not come back to its baseline" if chosen.cycle.withdrawn else "There is no withdrawal"
-        return Status.incomplete, (*notes, f"{kept}: the recording is cut off.")
-    return (Status.ok if chosen.punctures else Status.no_puncture), tuple(notes)

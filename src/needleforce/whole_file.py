@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files that are written whole or not at all."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TextIO
+
+from .errors import InputError
+
+
+def checked_target(path) -> Path:
+    """The file that would be written, links followed; InputError if it cannot be: no folder, a folder itself, a
+    device."""
+    target = Path(path).resolve()
+    if str(path) in ("", "."):
+        raise InputError("file to write", repr(str(path)), "has no name", next_step="Give a file.")
+    if not target.parent.is_dir():
+        raise InputError("file", "not written", "there is no such folder", str(target), "Make the folder first.")
+    if target.exists() and not target.is_file():
+        raise InputError(
+            "file", "not written", "there is something that is no plain file", str(target), "Name another."
+        )
+    return target
+
+
+@contextmanager
+def whole_file(path) -> Iterator[TextIO]:
+    """A UTF-8 text file beside ``path`` that takes its place when the block ends: a reader sees the old file or the
+    new one.
+
+    Raises InputError where it cannot be written; after any error the old file stands as it was.
+    """
+    target = checked_target(path)
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        with open(part, "w", encoding="utf-8", newline="\n", errors="replace") as file:
+            yield file
+        os.replace(part, target)
+    except OSError as error:
+        raise InputError("file", "not written", error.strerror or "", str(target), "Check the folder.") from None
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
