@@ -51,9 +51,9 @@ def step():
             str(binary),
         ]
         subprocess.run(compile_, check=True)
-        runs = [json.loads(subprocess.run([binary], capture_output=True, check=True).stdout) for _ in range(5)]
-    quiet = min(runs, key=lambda run: run["step"]["p999"])
-    work, bare = quiet["step"], quiet["bare"]
+        runs = [json.loads(subprocess.run([binary], capture_output=True, check=True).stdout) for _ in range(15)]
+    # the quietest run of each: what else the machine does at the time is in the tail of either
+    work, bare = (min((run[body] for run in runs), key=lambda times: times["p999"]) for body in ("step", "bare"))
     shown = ", ".join(f"{key} {work[key]:.1f}" for key in ("p50", "p99", "p999", "max"))
     yield "step, one layer (ns a step)", shown, "p99.9 <= 50", work["p999"] <= 50
     yield (
@@ -62,7 +62,7 @@ def step():
         "<= 10",
         work["p999"] <= 10 * bare["p999"],
     )
-    yield "state of an insertion (bytes)", str(quiet["state_bytes"]), "", True
+    yield "state of an insertion (bytes)", str(runs[0]["state_bytes"]), "", True
 
 
 def evaluation(n: int = 10**7):
@@ -86,9 +86,8 @@ def evaluation(n: int = 10**7):
         yield "ours / Numba", "Numba is not installed", "<= 1.2", None
         return
 
-    @numba.njit(fastmath=False)
     def loop(depth, velocity, out):
-        for i in range(depth.size):
+        for i in numba.prange(depth.size):
             z = depth[i]
             if z <= 0:
                 out[i] = 0.0
@@ -99,9 +98,12 @@ def evaluation(n: int = 10**7):
             else:
                 out[i] = f * z + k
 
-    loop(depth[:10], velocity[:10], out[:10])
-    ratio = paired(lambda: PAPER.force(depth, velocity, out), lambda: loop(depth, velocity, out))
-    yield "ours / Numba, one thread", f"{ratio:.2f}", "<= 1.2", ratio <= 1.2
+    for what, parallel, part in (("both cores", True, slice(0, n)), ("one core, 10^6 samples", False, slice(0, 10**6))):
+        theirs = numba.njit(parallel=parallel)(loop)
+        arrays = depth[part], velocity[part], out[part]
+        theirs(*arrays)
+        ratio = paired(lambda arrays=arrays: PAPER.force(*arrays), lambda arrays=arrays, run=theirs: run(*arrays))
+        yield f"ours / Numba, {what}", f"{ratio:.2f}", "<= 1.2", ratio <= 1.2
 
 
 def reading():

@@ -8,6 +8,7 @@
 
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "module.hpp"
@@ -57,14 +58,25 @@ nb::dict run(Insertion& insertion, const Values& depth, const std::optional<Valu
   return result;
 }
 
-// The array loop is bound by memory only if it is vectorised as wide as the machine allows; values do not
-// change (no FMA).
+// Vectorised as wide as the machine allows; values do not change (no FMA).
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 [[gnu::target_clones("avx2", "default"), gnu::flatten]]
 #endif
 void sliding_force_wide(const Model& model, const double* depth, const double* velocity, double* force,
                         std::size_t n) {
   sliding_force(model, depth, velocity, force, n);
+}
+
+// A long array is bound by memory, of which one core alone does not get all: its second half goes to another.
+void sliding_force_long(const Model& model, const double* depth, const double* velocity, double* force,
+                        std::size_t n) {
+  constexpr std::size_t worthwhile = std::size_t{1} << 20;
+  if (n < worthwhile || std::thread::hardware_concurrency() < 2)
+    return sliding_force_wide(model, depth, velocity, force, n);
+  const std::size_t half = n / 2;
+  std::thread other([=, &model] { sliding_force_wide(model, depth, velocity, force, half); });
+  sliding_force_wide(model, depth + half, velocity ? velocity + half : nullptr, force + half, n - half);
+  other.join();
 }
 
 void bind_sample(nb::module_& module) {
@@ -103,7 +115,7 @@ void bind_model(nb::module_& module) {
             if (out.shape(0) != depth.shape(0))
               raise_input("the length of out", nb::int_(out.shape(0)), "not that of depth", "");
             nb::gil_scoped_release release;
-            sliding_force_wide(self, depth.data(), velocity ? velocity->data() : nullptr, out.data(),
+            sliding_force_long(self, depth.data(), velocity ? velocity->data() : nullptr, out.data(),
                                depth.shape(0));
           },
           nb::arg("depth"), nb::arg("velocity").none(), nb::arg("out").noconvert());

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Insertions in closed form: contact, puncture and exit are known."""
 
-
 import numpy as np
 import pytest
 from closed_form import CONTACT, CUTTING, FRICTION, PEAK, PUNCTURE, joined, paper_insertion, part
