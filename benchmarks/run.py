@@ -3,7 +3,6 @@
 bar."""
 
 import json
-import os
 import resource
 import subprocess
 import sys
@@ -133,7 +132,10 @@ def starting():
 
 def real():
     """The one-layer model on real recordings made by others, each fitted by itself."""
-    folder = Path(os.environ.get("NEEDLEFORCE_RECORDINGS", ROOT.parent / "shared" / "data")) / "needle-insertion-rig"
+    sys.path.insert(0, str(ROOT / "tests"))
+    from conftest import RECORDINGS  # the one place that says where they are
+
+    folder = RECORDINGS / "needle-insertion-rig"
     errors, times, outcomes = [], [], {}
     for path in sorted(folder.glob("*.csv")):
         try:

@@ -107,6 +107,9 @@ def _show(fit, quiet: bool) -> None:
     ]
     if rows:
         table("identified", ["quantity", "value, 95 % interval", "identifiable", "how"], rows)
+    ratio = fit.settings.get("lateral_over_axial_force")
+    if ratio is not None:
+        say(f"lateral forces: {100 * ratio:.0f} % of the axial one")
     for warning in fit.warnings:
         say(f"warning: {warning}")
     for bias in fit.two_pass.biases if fit.two_pass else ():

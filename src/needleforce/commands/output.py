@@ -31,7 +31,9 @@ def say(text: str) -> None:
 
 
 def progress(work, text: str):
-    """``work`` with a bar on standard error, gone when it is done."""
+    """``work`` with a bar on standard error, gone when it is done; nothing where no one watches."""
+    if not sys.stderr.isatty():
+        return work
     from rich.console import Console
     from rich.progress import track
 

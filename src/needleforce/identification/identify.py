@@ -86,7 +86,7 @@ def _own(single: Single, law: str, given: Given) -> dict[str, Estimate]:
     """The estimates of one recording; its puncture force is the measured one, what was given is not called
     identified."""
     fit, strokes = single.fits[law], single.strokes
-    peak = measured_peak(strokes, fit, single.recording.card.filter_length)
+    peak = measured_peak(strokes, fit, single.events.punctures[0], single.recording.card.filter_length)
     found = estimates_of(fit, len(strokes.depth_out) > 0)
     found |= {} if peak is None else {"puncture_force": peak}
     found |= {} if strokes.turning is None else {"presliding": presliding_of(strokes.turning)}

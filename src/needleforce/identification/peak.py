@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 
-from .covariance import Z_95, noise_of
+from ..segmentation import Puncture
+from .covariance import Z_95, Noise, noise_of
 from .cycle_fit import CycleFit
 from .estimates import Estimate
 from .regression import inverse, least_squares
@@ -14,40 +15,49 @@ from .strokes import Strokes
 REACH = 0.1e-3  # [m] of travel before the puncture
 LEAST_SAMPLES = 10
 LEAST_FREE = 50
+FELL = 5.0  # standard deviations of the noise: more than the largest of the samples near a peak
 CLEAR = 0.1  # of the indentation: the contact is not known better
 STRAIGHT = 0.03  # of the indentation: over a longer reach the loading curve bends
 
 
-def measured_peak(strokes: Strokes, fit: CycleFit, filter_length: int) -> Estimate | None:
+def measured_peak(strokes: Strokes, fit: CycleFit, puncture: Puncture, filter_length: int) -> Estimate | None:
     """``puncture_force`` [N]: a curve through the last 0.1 mm before the puncture, read at its depth.
 
     A line, or a parabola where the reach is more than a small share of the indentation; samples that a filter smears
-    are left out. The noise is that of the free travel before the contact: too few samples remain here to tell it, and
-    the residual of a law would be no noise. None with too few samples of either.
+    are left out. Tissue may give way gradually: where the peak that segmentation sees stands clear above what the curve
+    gives, the force fell before the fit's puncture, and the curve ends at the peak. The noise is that of the free
+    travel before the contact; None with too few samples of either.
     """
+    noise = _free_noise(strokes, fit, filter_length)
+    if noise is None:
+        return None
+    found = _read(strokes, fit, fit.samples_before_puncture - fit.left_out, fit.values["puncture_depth"], noise)
+    if found is not None and puncture.force - found.value > FELL * math.sqrt(noise.variance):
+        peak = int(np.argmax(strokes.depth_in >= puncture.depth)) + 1
+        return _read(strokes, fit, peak, puncture.depth, noise)
+    return found
+
+
+def _read(strokes: Strokes, fit: CycleFit, end: int, at: float, noise: Noise) -> Estimate | None:
+    """The curve through the last samples before ``end``, at the depth ``at`` [m]."""
     depth, force = strokes.depth_in, strokes.force_in
-    end = fit.samples_before_puncture - fit.left_out
     first = min(int(np.searchsorted(depth[:end], depth[end - 1] - REACH)) if end > 0 else 0, end - LEAST_SAMPLES)
     if first < 0 or not np.ptp(depth[first:end]) > 0.0:
         return None
-    x, y = depth[first:end] - fit.values["puncture_depth"], force[first:end]
-    bent = -x[0] > STRAIGHT * fit.values["puncture_indentation"]
-    design = np.vander(x / -x[0], 3 if bent else 2)
-    spread = _free_noise(depth, force, fit, filter_length)
-    if spread is None:
-        return None
+    x, y = depth[first:end] - at, force[first:end]
+    bent = np.ptp(x) > STRAIGHT * fit.values["puncture_indentation"]
+    design = np.vander(x / np.ptp(x), 3 if bent else 2)
     values, _, _ = least_squares(design, y)
-    half = Z_95 * math.sqrt(spread * float(inverse(design.T @ design)[-1, -1]))
+    half = Z_95 * math.sqrt(noise.long_run * float(inverse(design.T @ design)[-1, -1]))
+    value = float(values[-1])
     source = "measured, a curve through the last 0.1 mm before the puncture"
-    return Estimate(
-        "puncture_force", float(values[-1]), "N", float(values[-1]) - half, float(values[-1]) + half, source=source
-    )
+    return Estimate("puncture_force", value, "N", value - half, value + half, source=source)
 
 
-def _free_noise(depth: np.ndarray, force: np.ndarray, fit: CycleFit, filter_length: int) -> float | None:
-    """Long-run variance [N^2] of the force before the contact; None with too short a free travel."""
+def _free_noise(strokes: Strokes, fit: CycleFit, filter_length: int) -> Noise | None:
+    """The noise of the force before the contact; None with too short a free travel."""
     clear = fit.values["contact_depth"] - CLEAR * fit.values["puncture_indentation"]
-    free = force[: int(np.argmax(depth > clear))]
+    free = strokes.force_in[: int(np.argmax(strokes.depth_in > clear))]
     if len(free) < max(LEAST_FREE, 4 * filter_length):
         return None
-    return noise_of(free - free.mean(), len(free), filter_length, 1.0).long_run
+    return noise_of(free - free.mean(), len(free), filter_length, 1.0)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording import Recording
-from ..segmentation import Events, segment
+from ..segmentation import Events, Puncture, segment
 from ..vocabulary import Status
 from .breakpoint_fit import fit_cycle
 from .cycle_fit import CycleFit
@@ -16,8 +16,9 @@ from .deformation_fit import DeformationFit
 from .staged_fit import agrees, fit_by_stages
 from .strokes import Strokes, strokes_of
 
-DISAGREEMENT = 0.5e-3  # [m] between the fit's puncture and the first one that segmentation sees
-WINDOW = 0.3e-3  # [m] around the first puncture where the scan of the whole found another place
+WINDOW = 0.05e-3  # [m] beyond the samples between which segmentation sees the puncture
+MARGIN_SAMPLES = 2
+ROOM = 0.5e-3  # [m]
 BY_STAGES = (
     "The strokes below the puncture would move the contact depth away from the loading "
     "curve's: fitted by stages, the loading "
@@ -86,11 +87,32 @@ def _complete(strokes: Strokes, events: Events, law: str, saturation: float | No
         options["saturation_depth"] = saturation
     arrays = (strokes.depth_in, strokes.force_in, strokes.depth_out, strokes.force_out)
     first, count = events.punctures[0], len(events.punctures)
+    low, high = _bracket(strokes, first)
     fit = _or_none(arrays, options)
-    if fit is not None and abs(fit.values["puncture_depth"] - first.depth) <= DISAGREEMENT:
-        return fit, [_why(count, first.depth)] if count > 1 else []
-    fit = fit_cycle(*arrays, **options, puncture_window=(first.depth - WINDOW, first.depth + WINDOW))
-    return fit, [_why(count, first.depth)]
+    if fit is not None and low <= fit.values["puncture_depth"] <= high:
+        return _within(fit, low, high), [_why(count, first.depth)] if count > 1 else []
+    bound = _or_none(arrays, options | {"puncture_window": (low, high)})
+    if bound is None:  # so near an end of the stroke that the fit needs more room
+        low, high = low - ROOM, high + ROOM
+        bound = fit_cycle(*arrays, **options, puncture_window=(low, high))
+    return _within(bound, low, high), [_why(count, first.depth)]
+
+
+def _bracket(strokes: Strokes, puncture: Puncture) -> tuple[float, float]:
+    """The depths [m] between which segmentation sees the puncture, a little wider: by the travel of a few samples."""
+    first, last = (min(k - strokes.inwards.start, len(strokes.depth_in) - 1) for k in (puncture.low, puncture.high))
+    margin = max(WINDOW, MARGIN_SAMPLES * float(np.ptp(strokes.depth_in)) / len(strokes.depth_in))
+    return float(strokes.depth_in[first]) - margin, float(strokes.depth_in[last]) + margin
+
+
+def _within(fit: CycleFit, low: float, high: float) -> CycleFit:
+    """The fit with the puncture's interval inside the bracket: there the drop is seen, whatever the model's misfit
+    says."""
+    name = "puncture_depth"
+    lows = fit.low | {name: max(fit.low[name], low)}
+    highs = fit.high | {name: min(fit.high[name], high)}
+    kept = tuple(sentence for sentence in fit.warnings if "admitted" not in sentence)
+    return dataclasses.replace(fit, low=lows, high=highs, warnings=kept)
 
 
 def _or_none(arrays: tuple, options: dict) -> CycleFit | None:
