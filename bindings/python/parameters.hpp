@@ -48,6 +48,15 @@ void check_range(const T& value) {
               std::string("It is the ") + bad->meaning + ".");
 }
 
+/// A Python number as a double; anything else is told with the parameter's name.
+template <class T>
+double as_number(nb::handle object, const Parameter<T>& parameter) {
+  double number = 0.0;
+  if (nb::try_cast(object, number)) return number;
+  raise_input(std::string(T::name) + "." + parameter.name, nb::repr(object), "not a number",
+              std::string("Give the ") + parameter.meaning + " in " + parameter.unit + ".");
+}
+
 /// Fills `value` from positional arguments in table order, then keywords, then defaults.
 template <class T>
 void fill(T& value, const nb::tuple& args, const nb::dict& kwargs) {
@@ -56,9 +65,9 @@ void fill(T& value, const nb::tuple& args, const nb::dict& kwargs) {
     const bool by_name = kwargs.contains(parameter.name);
     if (position < args.size()) {
       if (by_name) throw nb::type_error(parameter.name);
-      value.*parameter.member = nb::cast<double>(args[position++]);
+      value.*parameter.member = as_number(args[position++], parameter);
     } else if (by_name) {
-      value.*parameter.member = nb::cast<double>(kwargs[parameter.name]);
+      value.*parameter.member = as_number(kwargs[parameter.name], parameter);
       ++used;
     } else if (parameter.initial == parameter.initial) {
       value.*parameter.member = parameter.initial;

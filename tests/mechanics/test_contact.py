@@ -88,3 +88,9 @@ def test_bad_input(arguments):
 def test_angle_limits(angle):
     with pytest.raises(nf.InputError, match="half_angle"):
         nf.tips.Cone(half_angle=angle)
+
+
+@pytest.mark.parametrize("argument", ["a", None, [0.3]])
+def test_what_is_no_number_is_told(argument):
+    with pytest.raises(nf.InputError, match=r"cone\.half_angle .* not a number"):
+        nf.tips.Cone(half_angle=argument)

@@ -1,0 +1,359 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How each reference value is computed through the public names.
+
+A rule is found by the quantity an entry computes (its group, formula and inputs), never by the entry's name.
+"""
+
+import math
+import re
+
+import numpy as np
+
+import needleforce as nf
+from needleforce.foundation import READINGS
+from needleforce.identification import bending, implied, tension
+from needleforce.identification.regression import least_squares
+from needleforce.needle_mechanics import tube_of_equal_stiffness
+
+PAPER = {"D": 0.7e-3, "E_n": 14.1e9, "E_s": 116e3, "F": 0.2101, "h": 3.237e-3, "alpha_deg": 15.0, "R": 0.35e-3,
+         "E2": 116e3, "E1": 14.1e9, "nu1": 0.3, "L": 0.08, "sF": 0.0105, "sh": 0.1347e-3}  # fmt: skip
+RULES = []
+
+
+def computes(group: str, formula: str, *inputs: str):
+    """Maps entries of a group whose formula matches and which have all the named inputs."""
+
+    def register(function):
+        RULES.append((group, re.compile(formula), set(inputs), function))
+        return function
+
+    return register
+
+
+class Given(dict):
+    """The inputs of an entry; what it leaves out are the paper's numbers."""
+
+    def __missing__(self, key):
+        return PAPER[key]
+
+
+def tip(given):
+    return nf.tips.Cone(half_angle=math.radians(given["alpha_deg"]))
+
+
+def needle(given, modulus="E_n"):
+    inner = given.get("d", 0.0)
+    return nf.Needle(given["D"], inner, given["L"], given.get("E", given[modulus]), given.get("nu1", 0.3))
+
+
+def tissue(given):
+    return nf.Tissue(given["E_s"], given["nu"])
+
+
+def modulus(given):
+    if "E_r" in given:
+        return given["E_r"]
+    if "E1" in given or "E_1" in given:
+        body = nf.Needle(0.7e-3, 0.0, 0.08, given["E1"], given["nu1"])
+        return nf.reduced_modulus(body, nf.Tissue(given["E2"], given["nu2"]))
+    return nf.Tissue(given["E2"], given.get("nu2", 0.5)).plane_strain_modulus
+
+
+def cone(given, shank=None):
+    return nf.contact(tip(given), depth=given["h"], reduced_modulus=modulus(given), shank_radius=shank)
+
+
+@computes("sneddon", r"2/pi\*E_r\*tan|eq\.\(4\)\+\(6\)", "h", "alpha_deg")
+def cone_force(given):
+    return cone(given).force
+
+
+@computes("sneddon", r"^2 h tan\(alpha\)/pi", "h")
+def cone_radius(given):
+    return nf.contact(tip(given), depth=given["h"], reduced_modulus=1.0).contact_radius
+
+
+@computes("sneddon", r"h_c = a cot", "h")
+def cone_contact_depth(given):
+    return tip(given).length(cone_radius(given))
+
+
+@computes("sneddon", r"dF/dh = 2 E_r a", "h", "alpha_deg")
+def cone_slope(given):
+    return cone(given).slope
+
+
+@computes("sneddon", r"E_r cot\(alpha\)/2", "E_r")
+def cone_mean_pressure(given):
+    return tip(given).mean_pressure(given["E_r"])
+
+
+@computes("reduced_modulus", r"1/\(\(1-nu1", "E1", "nu1", "E2", "nu2")
+def reduced_modulus(given):
+    return modulus(given)
+
+
+@computes("paper_arithmetic", r"pi F/\(2 tan", "F", "h")
+def implied_modulus_cone(given):
+    return implied.implied_reduced_modulus(given["F"], given["h"], tip(given))
+
+
+@computes("paper_arithmetic", r"F/\(pi/2 R\^2 cot", "F", "h", "R")
+def implied_modulus_shank(given):
+    return implied.implied_reduced_modulus(given["F"], given["h"], tip(given), given["R"])
+
+
+@computes("paper_arithmetic", r"sqrt\(1-E2/E_r\)", "F", "h", "E2")
+def implied_ratio_rigid(given):
+    found = implied.implied_reduced_modulus(given["F"], given["h"], tip(given), given.get("R"))
+    return implied.implied_poisson_ratio(found, given["E2"])
+
+
+@computes("paper_arithmetic", r"eq\.\(4\) solved for nu2", "F", "h", "E1")
+def implied_ratio(given):
+    found = implied.implied_reduced_modulus(given["F"], given["h"], tip(given), given.get("R"))
+    return implied.implied_poisson_ratio(found, given["E2"], needle(given, "E1"))
+
+
+@computes("paper_arithmetic", r"E_r\*sqrt\(\(sF/F\)\^2\+\(2 sh/h\)\^2\)", "sF", "sh")
+def implied_modulus_sd(given):
+    found = implied_modulus_cone(given)
+    slope = nf.contact(tip(given), depth=given["h"], reduced_modulus=found).slope
+    return found * math.hypot(given["sF"] / given["F"], slope * given["sh"] / given["F"])
+
+
+@computes("paper_arithmetic", r"\(E2/0\.75-E_r\)/sd")
+def half_ratio_score_cone(given):
+    incompressible = nf.Tissue(given["E2"], 0.5).plane_strain_modulus
+    return (incompressible - implied_modulus_cone(given)) / implied_modulus_sd(given)
+
+
+@computes("paper_arithmetic", r"^2 F sh/h$", "E_r", "h", "sh")
+def peak_sd_from_depth(given):
+    return cone(given).slope * given["sh"]
+
+
+@computes("paper_arithmetic", r"\(F_model-F_peak\)/sqrt", "sF", "sh", "E2")
+def half_ratio_score_shank(given):
+    contact = cone(given, given["R"])
+    return (contact.force - given["F"]) / math.hypot(given["sF"], contact.slope * given["sh"])
+
+
+@computes("cone_cylinder", r"^pi R cot\(alpha\)/2", "R")
+def saturation_depth(given):
+    return nf.contact(tip(given), contact_radius=given["R"], reduced_modulus=1.0).depth
+
+
+@computes("cone_cylinder", r"pi/2 E_r R\^2 cot", "E_r", "R")
+def saturation_force(given):
+    return nf.contact(tip(given), contact_radius=given["R"], reduced_modulus=modulus(given)).force
+
+
+@computes("cone_cylinder", r"F_s \+ 2 E_r R|F_s\+2", "R", "h")
+def shank_force(given):
+    return cone(given, given["R"]).force
+
+
+@computes("cone_cylinder", r"F_s h_s/3|energy|U", "R", "h")
+def shank_energy(given):
+    return cone(given, given["R"]).energy
+
+
+@computes("energy", r"^F h/3", "h")
+def stored_energy(given):
+    return cone(given).energy
+
+
+def paper_model(given, ratio=0.0, peak=None):
+    depth = given["z1"]
+    found = given.get("E_r") or implied.implied_reduced_modulus(peak or PAPER["F"], depth, tip(given))
+    return nf.preset("paper").replace(
+        stiffness=nf.laws.Cone(found, math.radians(given["alpha_deg"])),
+        puncture=nf.laws.PunctureDepth(depth),
+        friction=nf.laws.Coulomb(given.get("f_density", 18.6), dimple_ratio=ratio),
+        cutting=nf.laws.ConstantCutting(given.get("f_cut", 0.0776)),
+    )
+
+
+@computes("energy", r"\[stiffness, cutting, friction in, friction out\]", "z1", "z2")
+def cycle_terms(given):
+    return list(nf.cycle_work(paper_model(given), given["z2"]).values())
+
+
+@computes("energy", r"all >= 0", "z1", "z2")
+def cycle_total(given):
+    return sum(cycle_terms(given))
+
+
+@computes("geometry", r"^R cot\(alpha\)", "D")
+def tip_length(given):
+    return tip(given).length(0.5 * given["D"])
+
+
+@computes("validity", r"Johnson 0\.2", "alpha_deg")
+def representative_strain(given):
+    return tip(given).representative_strain
+
+
+@computes("needle", r"^pi D\^4/64|pi \(D\^4", "D")
+def second_moment(given):
+    return needle(given).second_moment
+
+
+@computes("needle", r"^E I$", "E", "D")
+def bending_stiffness(given):
+    return needle(given).bending_stiffness
+
+
+@computes("needle", r"^F a\^2\(3L-a\)/\(6EI\)", "F", "a", "L", "E")
+def cantilever(given):
+    return bending.cantilever_deflection(given["F"], given["a"], needle(given))
+
+
+@computes("needle", r"pi\^2 EI/\(2L\)\^2", "E", "D", "L")
+def buckling_free(given):
+    return nf.buckling_force(needle(given))
+
+
+@computes("needle", r"4\.4934", "E", "D", "L")
+def buckling_pinned(given):
+    return nf.buckling_force(needle(given), "clamped_pinned")
+
+
+@computes("needle", r"\(D\^4-64 EI/\(pi E\)\)", "E_steel", "D")
+def tube(given):
+    return tube_of_equal_stiffness(nf.Needle(given["D"], 0.0, 0.08, PAPER["E_n"]), given["E_steel"])
+
+
+@computes("winkler", r"^\(64 pi\^3 E_s/E_n\)", "E_s", "E_n")
+def twelfth_root(given):
+    return nf.foundation_modulus(needle(given), nf.Tissue(given["E_s"], 0.0)) / (0.65 * given["E_s"])
+
+
+@computes("winkler", r"0\.65 E_s|^hollow I$|^b=D$|^steel tube$", "E_s", "nu", "b")
+def vesic(given):
+    return nf.foundation_modulus(needle(given), tissue(given), width=width(given))
+
+
+def width(given):
+    return math.pi * given["D"] if given["b"].replace(" ", "") in ("pi*D", "piD") else given["D"]
+
+
+@computes("winkler", r"Biot", "E_s", "nu", "b_half")
+def biot(given):
+    return nf.foundation_modulus(needle(given), tissue(given), width=2.0 * given["b_half"], formula="biot")
+
+
+@computes("winkler", r"E_n\^\(-1/12\)", "E1", "E2")
+def needle_scaling(given):
+    soft, stiff = (
+        nf.foundation_modulus(needle({"E": given[key]} | PAPER), nf.Tissue(1e5, 0.5)) for key in ("E2", "E1")
+    )
+    return stiff / soft
+
+
+@computes("winkler", r"E_t\^\(13/12\)", "ratio")
+def tissue_scaling(given):
+    values = [nf.foundation_modulus(needle(given), nf.Tissue(scale * 1e5, 0.5)) for scale in (1.0, given["ratio"])]
+    return values[1] / values[0]
+
+
+@computes("winkler", r"^k_s=K/b")
+def subgrade(given):
+    return nf.foundation_modulus(needle(given), nf.Tissue(given["E_s"], 0.5)) / (math.pi * given["D"])
+
+
+@computes("winkler", r"^(A|B|C|L)?:|literal|Lame hole: mu|mu pi D E", "nu")
+def implied_coefficient(given):
+    formula = given["formula"]
+    reading = next((name for name in READINGS if formula.startswith(f"{name}:")), None)
+    reading = reading or ("literal_mm" if "literal" in formula else "lame")
+    per_length = given.get("f_density", 1e3 * given.get("f_density_N_per_mm", 0.0186))
+    found = nf.friction_coefficient(per_length, needle(given), tissue(given), reading=reading)
+    # as printed, (11) changes by 1000 with the unit of length: the finding that this entry states
+    return 1e3 * found if "N-m-Pa" in formula else found
+
+
+@computes("winkler", r"p=E/\(1\+nu\)", "E", "nu")
+def lame_pressure(given):
+    body = nf.Needle(PAPER["D"], 0.0, 0.08, PAPER["E_n"])
+    force = nf.friction_per_length(body, nf.Tissue(given["E"], given["nu"]), 1.0, reading="lame")
+    return given["u_over_a"] * force / (math.pi * PAPER["D"])
+
+
+@computes("winkler", r"^K/\(2 pi\)", "nu")
+def wall_pressure(given):
+    force = nf.friction_per_length(needle(given), tissue(given), 1.0, reading="A")
+    return force / (math.pi * given["D"])
+
+
+@computes("winkler", r"^reading [ABC]|^lame", "mu", "length")
+def friction_force(given):
+    reading = given["formula"].removeprefix("reading ")[:4].strip()
+    return given["length"] * nf.friction_per_length(needle(given), tissue(given), given["mu"], reading=reading)
+
+
+@computes("complete", r"^f' z1 \+ f_c", "z1")
+def after_puncture(given):
+    return after(given, 0.0)
+
+
+def after(given, ratio):
+    depth = np.nextafter(given["z1"], 1.0)
+    return paper_model(given, ratio).force([depth])[0]
+
+
+@computes("complete", r"^F_peak - \(f' z1", "F_peak", "z1")
+def drop_undeformed(given):
+    return given["F_peak"] - after(given, 0.0)
+
+
+@computes("complete", r"^F_peak - f_c", "F_peak")
+def drop_deformed(given):
+    return given["F_peak"] - after(Given(given | {"z1": PAPER["h"]}), 1.0)
+
+
+@computes("complete", r"^f' z \+ f_c", "z")
+def force_at(given):
+    return paper_model(Given(given | {"z1": PAPER["h"]})).force([given["z"]])[0]
+
+
+@computes("complete", r"two-insertion difference", "z1", "f_density")
+def dimple_bias(given):
+    depth = [given["z1"] + 5e-3]
+    return paper_model(given).force(depth)[0] - paper_model(given, 1.0).force(depth)[0]
+
+
+@computes("hyperelastic", r"^mu\(l-l\^-2\)", "mu", "stretch")
+def neo_hookean(given):
+    return tension.nominal_stress("neo_hookean", given["stretch"], [given["mu"]])
+
+
+@computes("hyperelastic", r"2\(l-l\^-2\)\(C10\+C01/l\)", "C10", "C01")
+def mooney(given):
+    return tension.nominal_stress("mooney", given["stretch"], [given["C10"], given["C01"]])
+
+
+@computes("hyperelastic", r"i C_?i0|C10.*I1-3|[Yy]eoh", "C10", "C20", "C30")
+def yeoh(given):
+    return tension.nominal_stress("yeoh", given["stretch"], [given["C10"], given["C20"], given["C30"]])
+
+
+@computes("hyperelastic", r"mu\(l\^\(a-1\)", "mu", "alpha")
+def ogden(given):
+    return tension.nominal_stress("ogden", given["stretch"], [given["mu"], given["alpha"]])
+
+
+@computes("identification", r"F a\^2\(3L-a\)/\(6 I delta\)", "F", "a", "delta")
+def cantilever_modulus(given):
+    return bending.cantilever_modulus(given["F"], given["a"], given["delta"], needle(given))
+
+
+@computes("identification", r"d ln E/d ln x", "a", "L")
+def cantilever_sensitivities(given):
+    return list(bending.cantilever_sensitivities(given["a"], needle(given)).values())
+
+
+@computes("identification", r"^sum zF/sum z\^2", "z_mm", "F")
+def slope_through_origin(given):
+    return least_squares(np.array(given["z_mm"])[:, None], np.array(given["F"]))[0][0]
