@@ -130,7 +130,7 @@ def test_all_that_a_fit_says_is_told(make_fit, report):
 def test_comparison_with_known_truth(make_fit, report):
     text = report(make_fit(1), table=TABLE)
     words = plain(text)
-    assert figures(text)[-1] == "ratio"
+    assert figures(text)[0] == "ratio"
     for said in ("116.0 kPa", "110.2 kPa", "108.0 to 112.4", "−5.0 %", "0.078 ± 0.014 N", "+0.5 %", "not yet"):
         assert said in words, said
 

@@ -36,6 +36,7 @@ def _sections(fit, table: list[dict]) -> list[Markup]:
     figures = "Measured against model" if fit.model is not None else "What was measured"
     compared = (comparison_table(table), ratio_figure(table)) if table else ()
     return [
+        section("Paper, truth and identified", *compared, name="comparison"),
         section("What was identified", parameter_table(fit.parameters), name="parameters"),
         section("What to keep in mind", warnings(fit), notes(fit), name="warnings"),
         section(figures, gallery(fit, drawn), name="figures"),
@@ -44,7 +45,6 @@ def _sections(fit, table: list[dict]) -> list[Markup]:
         section("Held fixed", listing(fit.held_fixed) if fit.held_fixed else "", name="fixed"),
         section("What these logs cannot tell", listing(fit.unknown) if fit.unknown else "", name="unknown"),
         section("Choice of law", choice_table(fit.choice), _choice_note(fit), name="choice"),
-        section("Paper, truth and identified", *compared, name="comparison"),
         section("Provenance", provenance(fit), name="provenance"),
     ]
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names in words, and the outcome in one sentence."""
 
+from ..foundation import READINGS
 from .markup import Markup, element, join
 from .numbers import plain, quantity
 
@@ -9,22 +10,18 @@ _QUANTITIES = {
     "puncture_depth": "depth of the puncture",
     "puncture_indentation": "indentation at puncture",
     "puncture_force": "force at puncture",
-    "puncture_drop": "drop of the force at puncture",
     "stiffness_coefficient": "stiffness coefficient (force over indentation²)",
     "saturation_depth": "indentation at which the contact reaches the needle's radius",
     "reduced_modulus": "reduced modulus of needle and tissue",
     "tissue_young_modulus": "Young's modulus of the tissue",
     "needle_young_modulus": "Young's modulus of the needle",
     "friction_per_length": "friction per embedded length",
-    "friction_intercept": "friction at the surface (intercept)",
-    "friction_coefficient": "friction coefficient",
     "cutting_force": "cutting force",
     "cutting_force_low_1mm_s": "cutting force at 1 mm/s, lower end",
     "cutting_force_high_1mm_s": "cutting force at 1 mm/s, upper end",
-    "exit_depth": "depth at which the tip leaves the tissue",
     "implied_poisson_ratio": "implied Poisson ratio of the tissue",
-    "lateral_ratio": "lateral force over axial force",
-}
+    "presliding": "elastic travel of the friction before it slides",
+} | {f"friction_coefficient_{reading}": f"friction coefficient, reading {reading}" for reading in READINGS}
 _STATUS = {
     "ok": "identified",
     "no_contact": "no contact: the force never leaves its baseline",
