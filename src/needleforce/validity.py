@@ -48,7 +48,7 @@ def _buckling(model) -> str:
     if peak <= critical:
         return ""
     return (
-        f"The puncture force of {peak:.3g} N exceeds the buckling load of a clamped needle with a "
+        f"The model's force at puncture, {peak:.3g} N, exceeds the buckling load of a clamped needle with a "
         f"free tip, {critical:.3g} N: "
         "the needle must be guided."
     )

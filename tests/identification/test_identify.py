@@ -151,3 +151,38 @@ def test_the_existing_hole_gives_an_upper_bound_only(recordings):
     # published with the data's description: 1.15 to 1.75 N between 17.5 and 22 mm
     assert 0.5 < fit.parameters["cutting_force"].value < 1.8
     assert "upper bound" in fit.two_pass.biases[0]
+
+
+def test_what_is_no_recording_or_needle_is_told():
+    for bad in ("run.csv", [None]):
+        with pytest.raises(nf.InputError, match="not a Recording"):
+            nf.identify(bad)
+    with pytest.raises(nf.InputError, match="not a Needle"):
+        nf.identify(noisy(), needle="paper")
+    assert nf.identify(noisy(), needle=PAPER, model="paper").parameters["reduced_modulus"].identifiable
+
+
+def test_impossible_numbers_in_one_recording_do_not_stop_the_rest():
+    good = noisy()
+    huge = dataclasses.replace(good, depth=good.depth * 1e150)
+    empty = nf.Recording(*4 * (np.empty(0),))
+    fit = nf.identify([huge, good, empty], model="paper")
+    assert [bool(each.parameters) for each in fit.recordings] == [False, True, False]
+    assert fit.recordings[0].notes and fit.recordings[2].status == "unreadable"
+
+
+def test_the_puncture_force_knows_that_the_puncture_lies_between_samples():
+    inside = 0
+    for seed in range(60):
+        motion = nf.Motion.insert(start=-3e-3, speed=5e-3, depth=14e-3, hold=1.0)
+        run = nf.simulate(PAPER, motion, rate=200.0)
+        force = run.force + np.random.default_rng(seed).normal(0, 1e-3, len(run))
+        found = nf.identify(dataclasses.replace(run, force=force), model="paper").parameters["puncture_force"]
+        inside += found.low <= 0.2101 <= found.high
+    assert inside >= 53
+
+
+def test_a_filter_that_bends_the_loading_curve_is_told():
+    fast = nf.Motion.insert(start=-3e-3, speed=10e-3, depth=14e-3, hold=1.0)
+    assert any("smears" in warning for warning in nf.identify(noisy(filter_length=20, motion=fast)).warnings)
+    assert not any("smears" in warning for warning in nf.identify(noisy(filter_length=10)).warnings)

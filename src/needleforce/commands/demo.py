@@ -48,7 +48,7 @@ def _cells(row) -> list[str]:
     if row.identified is None:
         return [row.quantity, str(paper), "not yet", "not yet", "not yet"]
     identified = quantity(row.identified, row.low, row.high, row.unit)
-    bias = f"{100 * (row.identified / row.true - 1):+.1f} %"
+    bias = f"{100 * (row.identified / row.true - 1):+.1f} %".replace("-0.0 %", "0.0 %").replace("+0.0 %", "0.0 %")
     return [row.quantity, str(paper), str(quantity(row.true, None, None, row.unit)), str(identified), bias]
 
 

@@ -65,9 +65,11 @@ def _absent(name: str, fit: CycleFit) -> bool:
 
 
 def _known(name: str, fit: CycleFit) -> bool:
-    """False without an interval, and for the two factors of a contact that saturates at once: their product is
-    known."""
+    """False without an interval, for a stiffness that may be none, and for the two factors of a contact that saturates
+    at once: their product is known."""
     if name in ("stiffness_coefficient", "saturation_depth") and fit.law == "cone_cylinder":
         if fit.values["saturation_depth"] < AT_ONCE * fit.values["puncture_indentation"]:
             return False
+    if name == "stiffness_coefficient" and not fit.low[name] > 0.0:
+        return False
     return isfinite(fit.low[name])

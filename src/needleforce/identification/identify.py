@@ -5,7 +5,9 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from ..core import Needle
 from ..errors import InputError
+from ..model import Model
 from ..recording import Recording
 from .bench_tests import needle_estimate, tissue_estimate
 from .derived import derived
@@ -46,6 +48,9 @@ def identify(
     model or second passes that do not pair with the recordings.
     """
     recordings, seconds = _paired(recordings, second_pass)
+    needle = needle.needle if isinstance(needle, Model) else needle
+    if not isinstance(needle, Needle | None):
+        raise InputError("needle", repr(needle), "not a Needle", next_step="Give nf.Needle(...) or a preset's .needle.")
     bench = _bench(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
@@ -100,6 +105,9 @@ def _paired(recordings, seconds) -> tuple[list[Recording], list]:
     """Both as lists; the second empty, or as long as the first."""
     recordings = [recordings] if isinstance(recordings, Recording) else list(recordings)
     seconds = [seconds] if isinstance(seconds, Recording) else list(seconds)
+    for each in [*recordings, *(second for second in seconds if second is not None)]:
+        if not isinstance(each, Recording):
+            raise InputError("recording", repr(each), "not a Recording", next_step="Give what nf.read(path) returns.")
     if not recordings:
         raise InputError("recordings", "none", "nothing to identify", next_step="Give at least one recording.")
     if seconds and len(seconds) != len(recordings):

@@ -10,12 +10,13 @@ from .single import Single, peak_force
 
 SMALL_LATERAL = 0.1
 RELAXED = 0.1
+SMEARED = 0.02  # of the indentation, travelled within the filter's length
 LEAST_HOLD = 1.0  # [s]; what is shorter is the turn between the strokes
 
 
 def crossed(single: Single) -> list[str]:
     """Every limit that one recording crosses."""
-    said = [_layers(single.events), _relaxation(single), _lateral(single), _deep(single)]
+    said = [_layers(single.events), _relaxation(single), _lateral(single), _deep(single), _smeared(single)]
     return [sentence for sentence in said if sentence]
 
 
@@ -41,6 +42,19 @@ def _relaxation(single: Single) -> str:
     if not fall > RELAXED:
         return ""
     return "The force relaxes by more than a tenth during the hold: the tissue is viscous, the model is not."
+
+
+def _smeared(single: Single) -> str:
+    recording = single.recording
+    if not single.fits or recording.card.filter_length == 1:
+        return ""
+    travel = float(np.abs(recording.velocity).max()) * recording.card.filter_length / recording.rate
+    if travel <= SMEARED * next(iter(single.fits.values())).values["puncture_indentation"]:
+        return ""
+    return (
+        "The average filter smears the force over more than a fiftieth of the indentation: its delay is undone, "
+        "its bending of the loading curve is not, and the intervals of contact and stiffness are too narrow."
+    )
 
 
 def _lateral(single: Single) -> str:

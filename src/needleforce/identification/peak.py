@@ -48,7 +48,9 @@ def _read(strokes: Strokes, fit: CycleFit, end: int, at: float, noise: Noise) ->
     bent = np.ptp(x) > STRAIGHT * fit.values["puncture_indentation"]
     design = np.vander(x / np.ptp(x), 3 if bent else 2)
     values, _, _ = least_squares(design, y)
-    half = Z_95 * math.sqrt(noise.long_run * float(inverse(design.T @ design)[-1, -1]))
+    # the puncture lies between samples: what the force grows by meanwhile is not known
+    between = abs(float(values[-2])) / np.ptp(x) * 0.5 * (fit.high["puncture_depth"] - fit.low["puncture_depth"])
+    half = math.hypot(Z_95 * math.sqrt(noise.long_run * float(inverse(design.T @ design)[-1, -1])), between)
     value = float(values[-1])
     source = "measured, a curve through the last 0.1 mm before the puncture"
     return Estimate("puncture_force", value, "N", value - half, value + half, source=source)

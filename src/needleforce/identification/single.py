@@ -18,6 +18,8 @@ from .strokes import Strokes, strokes_of
 
 WINDOW = 0.05e-3  # [m] beyond the samples between which segmentation sees the puncture
 MARGIN_SAMPLES = 2
+LARGEST = {"time": 1e7, "depth": 10.0, "force": 1e5}
+UNIT = {"time": "s", "depth": "m", "force": "N"}
 ROOM = 0.5e-3  # [m]
 BY_STAGES = (
     "The strokes below the puncture would move the contact depth away from the loading "
@@ -44,7 +46,11 @@ class Single:
 
 def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> Single:
     """Segments and fits one recording with each stiffness law. Never raises: what went wrong is in status and notes."""
-    events = segment(recording)
+    impossible = _impossible(recording)
+    events = Events(status=Status.unreadable, notes=(impossible,)) if impossible else segment(recording)
+    if events.status is Status.unreadable:
+        nothing = Strokes(*4 * (np.empty(0),), slice(0, 0), slice(0, 0), None)
+        return Single(recording, events, nothing, Status.unreadable, events.notes)
     strokes = strokes_of(recording, events)
     if not events.punctures:
         status = Status.no_puncture if events.status is Status.ok else events.status
@@ -54,7 +60,7 @@ def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | 
         try:
             fits[law], loading[law], said = _fit(strokes, events, law, saturation, recording.card.filter_length)
             notes += [sentence for sentence in said if sentence not in notes]
-        except InputError as error:
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # InputError is a ValueError
             notes.append(f"The law {law} cannot be fitted: {error}")
     return Single(recording, events, strokes, events.status if fits else Status.unreadable, tuple(notes), fits, loading)
 
@@ -69,6 +75,17 @@ def _fit(strokes: Strokes, events: Events, law: str, saturation: float | None, f
     if len(events.punctures) == 1 and agrees(joint, loading):
         return joint, loading, [*said, *joint.warnings]
     return staged, loading, [*said, BY_STAGES, *staged.warnings]
+
+
+def _impossible(recording: Recording) -> str:
+    """What no insertion has, in words; empty for a possible one."""
+    if len(recording) < 2:
+        return "There are no samples."
+    for name, largest in LARGEST.items():
+        values = getattr(recording, name)
+        if not float(values.max() / largest) - float(values.min() / largest) <= 1.0:
+            return f"The {name} spans more than {largest:g} {UNIT[name]}, or is not finite: check its unit."
+    return ""
 
 
 def _first_layer(strokes: Strokes, events: Events) -> Strokes:

@@ -95,7 +95,8 @@ def _bias(row: dict) -> str:
 
 
 def _percent(ratio: float) -> str:
-    return f"{100.0 * (ratio - 1.0):+.1f}\N{NO-BREAK SPACE}%".replace("-", "−")
+    percent = round(100.0 * (ratio - 1.0), 1) or 0.0  # no minus before a zero
+    return f"{percent:+.1f}\N{NO-BREAK SPACE}%".replace("-", "−")
 
 
 def _over(row: dict, key: str) -> float:

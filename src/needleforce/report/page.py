@@ -35,18 +35,27 @@ def _sections(fit, table: list[dict]) -> list[Markup]:
     drawn, odd = repeats(fit), odd_ones(fit)
     figures = "Measured against model" if fit.model is not None else "What was measured"
     compared = (comparison_table(table), ratio_figure(table)) if table else ()
+    recordings = (_own_note(fit), recording_table(fit, odd), event_table(fit))
     return [
         section("Paper, truth and identified", *compared, name="comparison"),
         section("What was identified", parameter_table(fit.parameters), name="parameters"),
         section("What to keep in mind", warnings(fit), notes(fit), name="warnings"),
         section(figures, gallery(fit, drawn), name="figures"),
-        section("Recordings and events", recording_table(fit, odd), event_table(fit), name="recordings"),
+        section("Recordings and events", *recordings, name="recordings"),
         section("The model", law_list(fit.model) if fit.model is not None else "", name="model"),
         section("Held fixed", listing(fit.held_fixed) if fit.held_fixed else "", name="fixed"),
         section("What these logs cannot tell", listing(fit.unknown) if fit.unknown else "", name="unknown"),
         section("Choice of law", choice_table(fit.choice), _choice_note(fit), name="choice"),
         section("Provenance", provenance(fit), name="provenance"),
     ]
+
+
+def _own_note(fit) -> object:
+    note = (
+        "Each recording by its own complete fit; the friction and cutting force above are those of the two passes. "
+        "Events count from the contact that is seen, the fit from the contact that its law implies."
+    )
+    return element("p", note, class_="note") if fit.two_pass is not None else ""
 
 
 def _choice_note(fit) -> object:
