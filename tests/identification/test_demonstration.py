@@ -76,3 +76,11 @@ def test_the_recordings_are_ordinary_files(done, tmp_path):
     source = done.fit.recordings[0].recording.card.source
     recording = nf.read(source)
     assert recording.card.filter_length == 10 and np.median(np.diff(recording.time)) == pytest.approx(1e-3)
+
+
+def test_the_models_hold_is_as_level_as_the_measured_one(done):
+    for each in done.fit.recordings:
+        (hold,) = each.events.spans("hold")
+        margin = (hold.last - hold.first) // 5
+        force = each.predicted[hold.first + margin : hold.last - margin]
+        assert np.ptp(force) < 0.06 * force.max()
