@@ -96,3 +96,9 @@ def test_a_needle_file(tmp_path):
     (tmp_path / "needle.toml").write_text("[needle]\ngauge = 22\n")
     with pytest.raises(nf.InputError, match="gauge"):
         read_needle(tmp_path / "needle.toml")
+
+
+def test_a_byte_order_mark_is_no_text(tmp_path, text):
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8-sig")
+    assert nf.preset(tmp_path / "mine.toml") == nf.preset("physical")
+    assert read_needle(tmp_path / "mine.toml") == nf.preset("physical").needle

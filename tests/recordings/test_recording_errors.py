@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Every error says quantity, value, limit, place and next step."""
 
+import os
+
 import numpy as np
 import pytest
 from plain_insertion import insertion, text
@@ -130,3 +132,11 @@ def test_a_force_with_the_other_sign_is_told_and_turned_by_its_unit(file):
     path = file(with_values(force_N=-FORCE))
     assert any(note.kind == "sign" and "--unit force=-N" in note.message for note in read(path).notes)
     np.testing.assert_array_equal(read(path, units={"force": "-N"}).force, FORCE)
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "pipe.csv")
+    with pytest.raises(InputError, match="no plain file"):
+        read(tmp_path / "pipe.csv")
+    with pytest.raises(InputError, match="null"):
+        read("a\0b.csv")

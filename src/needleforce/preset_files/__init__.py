@@ -6,6 +6,7 @@ from pathlib import Path
 from ..errors import InputError
 from ..model import Model
 
+BOM = b"\xef\xbb\xbf"  # what some editors put before UTF-8
 FOLDER = Path(__file__).parents[1] / "presets"
 
 
@@ -22,7 +23,7 @@ def preset(name_or_path) -> Model:
     """
     path = _path(name_or_path)
     try:
-        return _parse(path.read_bytes())
+        return _parse(path.read_bytes().removeprefix(BOM))
     except InputError as error:
         raise error.at(path.name) from None
     except OSError as error:

@@ -29,7 +29,7 @@ def read_needle(path):
 
     path = Path(path)
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         document = document if "needle" in document else {"needle": document}
         known = {key: value for key, value in document.items() if key not in OTHER_SECTIONS}
         return make_needle(msgspec.convert(known, type=NeedleFile).needle)

@@ -157,6 +157,8 @@ def _encoding(path: Path) -> str:
 
 def _first_bytes(path: Path) -> bytes:
     try:
+        if path.exists() and not path.is_file() and not path.is_dir():  # a pipe would keep its reader waiting
+            raise InputError("file", "no plain file", "a recording is a file", str(path), "Write it to one first.")
         with open(path, "rb") as file:
             return file.read(65536)
     except FileNotFoundError:
@@ -165,3 +167,7 @@ def _first_bytes(path: Path) -> bytes:
         raise InputError("file", "a folder", "one recording is needed", str(path), "Name the files in it.") from None
     except OSError as error:
         raise InputError("file", "not readable", error.strerror or "", str(path)) from None
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError("file", repr(str(path)), str(error)) from None
