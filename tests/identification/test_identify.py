@@ -186,3 +186,13 @@ def test_a_filter_that_bends_the_loading_curve_is_told():
     fast = nf.Motion.insert(start=-3e-3, speed=10e-3, depth=14e-3, hold=1.0)
     assert any("smears" in warning for warning in nf.identify(noisy(filter_length=20, motion=fast)).warnings)
     assert not any("smears" in warning for warning in nf.identify(noisy(filter_length=10)).warnings)
+
+
+def test_a_turn_too_short_to_see_is_not_called_identified():
+    seen = nf.identify(noisy(), model="paper").parameters["presliding"]
+    # friction turns over twice 20 um; the cutting force lets go over 20 um of it
+    assert seen.identifiable and seen.low <= 20e-6 <= seen.high
+    run = noisy()
+    strayed = run.depth + 3e-6 * np.sin(7.0 * run.time)
+    hidden = nf.identify(dataclasses.replace(run, depth=strayed), model="paper").parameters["presliding"]
+    assert not hidden.identifiable and "too short to see" in hidden.source

@@ -128,8 +128,7 @@ def _within(fit: CycleFit, low: float, high: float) -> CycleFit:
     name = "puncture_depth"
     lows = fit.low | {name: max(fit.low[name], low)}
     highs = fit.high | {name: min(fit.high[name], high)}
-    kept = tuple(sentence for sentence in fit.warnings if "admitted" not in sentence)
-    return dataclasses.replace(fit, low=lows, high=highs, warnings=kept)
+    return dataclasses.replace(fit, low=lows, high=highs)
 
 
 def _or_none(arrays: tuple, options: dict) -> CycleFit | None:

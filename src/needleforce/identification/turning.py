@@ -12,18 +12,21 @@ from .estimates import Estimate
 BIN = 0.25e-3  # [m]
 BINS_AHEAD = 8  # without a stronger pull: 2 mm, longer than ripples and shorter than a layer
 MOST_BINS = 10_000  # 2.5 m: more is a wrong unit, and memory is not spent on it
-WANDERS = 50.0  # so many times what the recorded depth strays at rest: the force of a hold then strays by 2 %
+WANDERS = (
+    50.0  # so many times what the recorded depth strays at rest: the force then strays by 2 % over the middle of a hold
+)
 
 
 @dataclass(frozen=True)
 class Turning:
     """``samples`` of the withdrawal until the needle slides, and the travel [m] to half of the turn, within low and
-    high."""
+    high; ``seen`` is False where that is the least that the noise of the depth at rest allows, not a travel seen."""
 
     samples: int
     half: float
     low: float
     high: float
+    seen: bool
 
 
 def turning_of(depth: np.ndarray, force: np.ndarray, outwards: slice, holds: tuple[Span, ...]) -> Turning | None:
@@ -43,16 +46,20 @@ def turning_of(depth: np.ndarray, force: np.ndarray, outwards: slice, holds: tup
     k = max(rest.stop + int(np.argmax(force[rest.stop : outwards.stop] <= 0.5 * (push - pull))), 1)
     travel = float(np.median(depth[rest])) - depth[[k - 1, k]]
     wander = WANDERS * float(np.ptp(depth[rest]))
+    seen = float(travel.mean()) >= wander
     half = max(float(travel.mean()), wander, 0.0)
     at_once = max(0.5 * (push + pull) / pull, 1.0) if pull > 0.0 else 1.0
     low, high = max(float(travel.min()) - wander, 0.0), max(float(travel.max()) * at_once + wander, half)
-    return Turning(slides - outwards.start, half, low, high)
+    return Turning(slides - outwards.start, half, low, high, seen)
 
 
 def presliding_of(turning: Turning) -> Estimate:
     """``presliding`` [m] of the friction law."""
     source = "travel from the start of the withdrawal to half of the turn from push to pull"
-    return Estimate("presliding", turning.half, "m", turning.low, turning.high, source=source)
+    if not turning.seen:
+        source = f"the turn is too short to see: {WANDERS:g} times what the recorded depth strays at rest"
+    half, low, high = turning.half, turning.low, turning.high
+    return Estimate("presliding", half, "m", low, high, identifiable=turning.seen, source=source)
 
 
 def _slides(depth: np.ndarray, force: np.ndarray) -> int:
