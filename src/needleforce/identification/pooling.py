@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Own estimates of repeats become pooled ones: the mean, with the scatter between repeats."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from .estimates import Estimate
@@ -46,15 +48,10 @@ def _pooled(repeats: list[Estimate]) -> Estimate:
     if not np.isfinite(values).all():
         return Estimate(first.name, float(values.mean()), first.unit, np.nan, np.nan, None, first.identifiable, source)
     pooled = mean_estimate(first.name, values, first.unit, source)
+    if not all(estimate.identifiable for estimate in repeats):
+        # a bound that all repeats share does not scatter: the mean is no better known than each
+        low, high = min(estimate.low for estimate in repeats), max(estimate.high for estimate in repeats)
+        return replace(pooled, low=low, high=high, identifiable=False)
     within = np.nanmean([0.5 * (estimate.high - estimate.low) for estimate in repeats]) / np.sqrt(n)
     half = max(pooled.high - pooled.value, within if np.isfinite(within) else 0.0)
-    return Estimate(
-        first.name,
-        pooled.value,
-        first.unit,
-        pooled.value - half,
-        pooled.value + half,
-        pooled.between_repeats_sd,
-        all(e.identifiable for e in repeats),
-        source,
-    )
+    return replace(pooled, low=pooled.value - half, high=pooled.value + half)
