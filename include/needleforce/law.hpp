@@ -28,13 +28,15 @@ concept Preparable = Law<L> && std::is_trivially_copyable_v<typename L::Prepared
 };
 
 /// A contact at a depth >= 0 [m]: force [N], zero at depth 0 and convex; its slope dF/dh [N/m]; the energy
-/// [J] stored, its integral; and the indentation [m] at which a force is reached, its inverse.
+/// [J] stored, its integral; the indentation [m] at which a force is reached, its inverse; and the depth [m]
+/// its formula reaches, beyond which it goes on straight and a step says `outside_range`.
 template <class P>
 concept PreparedStiffness = requires(const P& prepared, double depth, double force) {
   { prepared.force(depth) } noexcept -> std::same_as<double>;
   { prepared.slope(depth) } noexcept -> std::same_as<double>;
   { prepared.energy(depth) } noexcept -> std::same_as<double>;
   { prepared.indentation(force) } noexcept -> std::same_as<double>;
+  { prepared.reach() } noexcept -> std::same_as<double>;
 };
 
 /// Friction along the shaft. It remembers one state in [-1, 1], 0 at first, which `advance` takes over a
@@ -67,6 +69,7 @@ struct AnyStiffness {
   double slope(double depth) const noexcept;
   double energy(double depth) const noexcept;
   double indentation(double force) const noexcept;
+  double reach() const noexcept;
 };
 static_assert(PreparedStiffness<AnyStiffness>);
 }  // namespace detail

@@ -11,6 +11,7 @@ from needleforce.preset_files.units_in_keys import ENDINGS
 GLOSSARY = {
     "outer_diameter", "inner_diameter", "length", "young_modulus", "poisson_ratio", "half_angle",
     "reduced_modulus", "radius", "depth", "force", "per_length", "presliding", "dimple_ratio", "unloading",
+    "linear", "quadratic", "rate", "exponent", "energy", "scale", "reference_force", "reference_depth",
 }  # fmt: skip
 
 

@@ -8,13 +8,18 @@
 #include "cone_cylinder.hpp"
 #include "constant_cutting.hpp"
 #include "coulomb.hpp"
+#include "exponential.hpp"
+#include "polynomial.hpp"
+#include "power_law.hpp"
 #include "puncture_depth.hpp"
+#include "puncture_energy.hpp"
 #include "puncture_force.hpp"
 
 namespace needleforce {
 
-using Stiffness = std::variant<laws::Cone, laws::ConeCylinder>;
-using Puncture = std::variant<laws::PunctureDepth, laws::PunctureForce>;
+using Stiffness =
+    std::variant<laws::Cone, laws::ConeCylinder, laws::PowerLaw, laws::Polynomial, laws::Exponential>;
+using Puncture = std::variant<laws::PunctureDepth, laws::PunctureForce, laws::PunctureEnergy>;
 using Friction = std::variant<laws::Coulomb>;
 using Cutting = std::variant<laws::ConstantCutting>;
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "../contact.hpp"
@@ -34,6 +35,7 @@ struct Cone {
 
   struct Prepared {
     double coefficient;  // F = coefficient h^2 [N/m^2]
+    double reach() const noexcept { return std::numeric_limits<double>::infinity(); }
     double force(double h) const noexcept { return coefficient * h * h; }
     double slope(double h) const noexcept { return 2.0 * coefficient * h; }
     double energy(double h) const noexcept { return coefficient * h * h * h / 3.0; }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "../law.hpp"
@@ -35,6 +36,7 @@ struct ConeCylinder {
   struct Prepared {
     double coefficient;  // F = coefficient h^2 up to saturation [N/m^2]
     double saturation;   // depth at which the contact reaches the shank [m]
+    double reach() const noexcept { return std::numeric_limits<double>::infinity(); }
     double force(double h) const noexcept {
       return h <= saturation ? coefficient * h * h : coefficient * saturation * (2.0 * h - saturation);
     }
