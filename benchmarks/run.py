@@ -105,6 +105,40 @@ def evaluation(n: int = 10**7):
         yield f"ours / Numba, {what}", f"{ratio:.2f}", "<= 1.2", ratio <= 1.2
 
 
+def tips(n: int = 100_000):
+    """Tip profiles by quadrature, beside SciPy's with the same substitution."""
+    from scipy.integrate import quad
+
+    shank = 0.35e-3
+    radius = np.linspace(1e-3, 0.9, n) * shank
+    ogive = nf.tips.TangentOgive(shank, 1.3e-3)
+    broken = nf.tips.Profile([0, 0.2 * shank, shank], [0, 0.2 * shank, 3 * shank])
+
+    def theirs(tip, a, at):
+        points = [np.arcsin(at / a)] if 0 < at < a else None
+        options = {"points": points, "epsabs": 0, "epsrel": 1e-12}
+        depth = quad(lambda t: a * tip.slope(a * np.sin(t)), 0, np.pi / 2, **options)[0]
+        return depth, quad(lambda t: 2 * a**2 * np.sin(t) ** 2 * tip.slope(a * np.sin(t)), 0, np.pi / 2, **options)[0]
+
+    for what, tip, at in (("ogive", ogive, 0.0), ("one slope break", broken, 0.2 * shank)):
+        few = radius[:: n // 50]
+        slow = best(lambda tip=tip, at=at, few=few: [theirs(tip, a, at) for a in few], 3) / len(few)
+        ours = best(lambda tip=tip: nf.contact(tip, contact_radius=radius, reduced_modulus=1.0)) / n
+        found = nf.contact(tip, contact_radius=few, reduced_modulus=1.0)
+        wanted = np.array([theirs(tip, a, at) for a in few])
+        error = np.abs(np.column_stack([found.depth, found.force]) / wanted - 1).max()
+        shown = f"{1e9 * ours:.0f} ns, SciPy {1e6 * slow:.0f} us, apart {error:.0e}"
+        yield f"tip by radius, {what} (a point)", shown, "<= 300 ns, 1e-12", ours <= 300e-9 and error <= 1e-12
+    depth = nf.contact(ogive, contact_radius=radius, reduced_modulus=1.0).depth
+    ours = best(lambda: nf.contact(ogive, depth=depth, reduced_modulus=1.0), 3) / n
+    yield "tip by depth, ogive (ns a point)", f"{1e9 * ours:.0f}", "", True
+    law = nf.laws.TipContact(1e5, shank, ogive)
+    model = PAPER.replace(stiffness=law, puncture=nf.laws.PunctureDepth(0.5))
+    ours = best(lambda: model.force(depth)) / n
+    yield "tip in the loop's table, ogive (ns a point)", f"{1e9 * ours:.1f}", "", True
+    yield "its preparation, ogive (ms)", f"{1e3 * best(lambda: law.force(1e-3)):.2f}", "", True
+
+
 def reading():
     """60 s at 1 kHz from CSV, beside pandas on the same file."""
     import pandas as pd
@@ -190,15 +224,17 @@ def demo():
 
 
 def main(full: bool) -> None:
-    """Runs every part and prints one table; the fit's own tables follow."""
+    """Runs every part and prints one table; those of the fit and of the loading curves follow."""
     console = Console(width=110)
     table = Table("what", "measured", "bar", "", title="needleforce, bars", title_justify="left")
-    for part in (step, evaluation, reading, starting, demo, real, *((many_samples,) if full else ())):
+    for part in (step, evaluation, tips, reading, starting, demo, real, *((many_samples,) if full else ())):
         with console.status(part.__doc__.splitlines()[0]):
             for what, measured, bar, met in part():
                 table.add_row(what, measured, bar, "" if not bar or met is None else "met" if met else "NOT MET")
     console.print(table)
     subprocess.run([sys.executable, ROOT / "benchmarks" / "fit.py", *(["--full"] if full else [])], check=True)
+    figure = ROOT / "build" / "loading_curves.svg"
+    subprocess.run([sys.executable, ROOT / "benchmarks" / "loading_curves.py", "--figure", figure], check=True)
 
 
 if __name__ == "__main__":

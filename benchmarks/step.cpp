@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <string>
 #include <vector>
 
 #include "needleforce/insertion.hpp"
@@ -72,17 +73,82 @@ struct Empty {
   }
 };
 
+/// The paper's model, whose laws a row replaces one at a time.
+Model paper() {
+  return {laws::Cone{117546.06, 15.0 * tips::degree}, laws::PunctureDepth{3.237e-3},
+          laws::Coulomb{18.6, 20e-6, 0.0}, laws::ConstantCutting{0.0776, 20e-6}};
+}
+
+/// Every number of a law at its default, else at the geometric middle of its range.
+template <Law L>
+L typical() {
+  L law{};
+  for (const auto& parameter : L::table) {
+    const double low = std::max(parameter.low, 1e-9 * parameter.high);
+    const bool negative = parameter.high <= 0.0;
+    const double middle = negative ? -1e-2 : std::sqrt(low * parameter.high);
+    law.*parameter.member = parameter.initial == parameter.initial ? parameter.initial : middle;
+  }
+  return law;
+}
+
+/// One row for every law of a family in place of the paper's.
+template <class Laws, class Put>
+void rows(double nothing, Put put) {
+  [&]<class... L>(std::variant<L...>*) {
+    const auto row = [&]<class Law>(const Law& law) {
+      Model model = paper();
+      put(model, law);
+      if (valid(model)) print(Law::name, measure(Step{Insertion(model)}), nothing, ",");
+    };
+    (row(typical<L>()), ...);
+  }(static_cast<Laws*>(nullptr));
+}
+
+void every_law(double nothing) {
+  rows<Stiffness>(nothing, [](Model& model, const auto& law) { model.stiffness = law; });
+  rows<Friction>(nothing, [](Model& model, const auto& law) {
+    model.friction = law;
+    if (!valid(model)) model.cutting = laws::NoCutting{};  // it counts the tip itself
+  });
+  rows<Cutting>(nothing, [](Model& model, const auto& law) { model.cutting = law; });
+  rows<Relaxation>(nothing, [](Model& model, const auto& law) { model.relaxation = law; });
+}
+
+/// Layers every 3 mm: bristle friction, relaxation with two time constants, stick-slip.
+std::vector<Layer> full(int count) {
+  std::vector<Layer> layers;
+  for (int i = 0; i < count; ++i)
+    layers.push_back({3e-3 * i,
+                      {laws::ConeCylinder{117546.06, 15.0 * tips::degree, 0.35e-3}, laws::PunctureDepth{2e-3},
+                       laws::LuGre{2e5, 5.0, 8.0, 18.6, 25.0, 1e-3, 2.0},
+                       laws::StickSlip{0.1, 0.04, 1.5e-3, 25.07, 200.0}, laws::Prony{0.3, 0.7, 0.2, 5.0}}});
+  return layers;
+}
+
+/// The same with a clock that wavers, so that no exponential can be kept from the step before.
+struct WaveringStep {
+  Insertion insertion;
+  double dt = 1e-3;
+  [[gnu::noinline]] double operator()(double z) {
+    dt = 2e-3 - dt + 1e-9;
+    return insertion.step(z, no_velocity, dt).force;
+  }
+};
+
 }  // namespace
 
 int main() {
-  const Model model{laws::Cone{117546.06, 15.0 * tips::degree}, laws::PunctureDepth{3.237e-3},
-                    laws::Coulomb{18.6, 20e-6, 0.0}, laws::ConstantCutting{0.0776, 20e-6}};
   const auto empty = measure(Empty{});
-  const auto bare = measure(Bare{});
-  const auto step = measure(Step{Insertion(model)});
   const double nothing = at(empty, 0.5);
   std::printf("{\n");
-  print("bare", bare, nothing, ",");
-  print("step", step, nothing, ",");
+  print("bare", measure(Bare{}), nothing, ",");
+  print("step", measure(Step{Insertion(paper())}), nothing, ",");
+  every_law(nothing);
+  for (const int count : {1, 2, 4, 8}) {
+    const std::string name = std::to_string(count) + " layers, bristles, relaxation, stick-slip";
+    print(name.c_str(), measure(Step{Insertion(full(count))}), nothing, ",");
+  }
+  print("4 layers, wavering clock", measure(WaveringStep{Insertion(full(4))}), nothing, ",");
   std::printf("\"state_bytes\": %zu\n}\n", sizeof(Insertion));
 }

@@ -1,11 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sphinx: the pages of this folder, without anything from the network."""
+"""Sphinx: the pages of this folder and those made from the laws, without anything from the network."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))  # for law_pages
 
 project = "needleforce"
 author = "The needleforce developers"
-extensions = ["myst_parser"]
+extensions = ["myst_parser", "law_pages"]
 html_theme = "furo"
 html_title = "needleforce"
+html_static_path = ["_static"]
+html_css_files = ["law_pages.css"]
 exclude_patterns = ["figures"]
 myst_heading_anchors = 2
+smartquotes = False  # f' is a force per length and no quotation
 suppress_warnings = ["myst.xref_missing"]

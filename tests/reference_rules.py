@@ -88,6 +88,71 @@ def cone_mean_pressure(given):
     return tip(given).mean_pressure(given["E_r"])
 
 
+def at_depth(shape, given):
+    return nf.contact(shape, depth=given["h"], reduced_modulus=given.get("E_r", 1.0))
+
+
+def at_radius(shape, given):
+    return nf.contact(shape, contact_radius=given["a"], reduced_modulus=given.get("E_r", 1.0))
+
+
+@computes("sneddon", r"4/3 E_r sqrt\(R\) h\^1\.5", "E_r", "R", "h")
+def paraboloid_force(given):
+    return at_depth(nf.tips.Paraboloid(given["R"]), given).force
+
+
+@computes("sneddon", r"root of h=a/2 ln", "R", "h")
+def sphere_radius(given):
+    return at_depth(nf.tips.Sphere(given["R"]), given).contact_radius
+
+
+@computes("sneddon", r"^E_r\[\(a\^2\+R\^2\)/2 ln", "E_r", "R", "h")
+def sphere_force(given):
+    return at_depth(nf.tips.Sphere(given["R"]), given).force
+
+
+@computes("sneddon", r"^2 E_r R h", "E_r", "R", "h")
+def flat_force(given):
+    return at_depth(nf.tips.Flat(given["R"]), given).force
+
+
+@computes("sneddon", r"2n/\(n\+1\) E_r a h", "E_r", "n", "c", "a")
+def power_force(given):
+    profile = nf.tips.PowerProfile(given["n"], given["a"], given["c"] * given["a"] ** given["n"])
+    return at_radius(profile, given).force
+
+
+@computes("sneddon", r"E_r cot\(alpha\) a\^2 \[arccos", "E_r", "b", "a", "alpha_deg")
+def truncated_force(given):
+    return at_radius(nf.tips.TruncatedCone(math.radians(given["alpha_deg"]), given["b"]), given).force
+
+
+@computes("sneddon", r"^\(a/R\)\(a-sqrt\(a\^2-b\^2\)\)\+a cot\(alpha\) arccos", "R_tip", "a", "alpha_deg")
+def blunted_depth(given):
+    transition = given["b"] if isinstance(given.get("b"), float) else 0.0
+    tip_ = nf.tips.BluntedCone(math.radians(given["alpha_deg"]), given["R_tip"], transition)
+    return at_radius(tip_, given).depth
+
+
+@computes("sneddon", r"quadrature, f'=\(r\+rho-R\)/sqrt", "R", "L_tip", "a")
+def ogive_depth(given):
+    return at_radius(nf.tips.TangentOgive(given["R"], given["L_tip"]), given).depth
+
+
+def bevel(given, equivalence):
+    return nf.tips.LancetBevel(math.radians(given["alpha_deg"]), equivalence)
+
+
+@computes("geometry", r"^atan\(tan\(alpha\)/2\)", "alpha_deg")
+def equal_length_angle(given):
+    return math.degrees(bevel(given, "equal_length").equivalent_cone().half_angle)
+
+
+@computes("geometry", r"paper cone formula with tan\(alpha\)/2", "alpha_deg", "h")
+def equal_length_force(given):
+    return nf.contact(bevel(given, "equal_length"), depth=given["h"], reduced_modulus=modulus(given)).force
+
+
 @computes("reduced_modulus", r"1/\(\(1-nu1", "E1", "nu1", "E2", "nu2")
 def reduced_modulus(given):
     return modulus(given)
@@ -357,3 +422,133 @@ def cantilever_sensitivities(given):
 @computes("identification", r"^sum zF/sum z\^2", "z_mm", "F")
 def slope_through_origin(given):
     return least_squares(np.array(given["z_mm"])[:, None], np.array(given["F"]))[0][0]
+
+
+def layered(given):
+    """Layers of constant friction and cutting without resistance, the first punctured at its surface."""
+    laws = [
+        nf.Layer(each["top"], nf.laws.Cone(1e5, math.radians(15.0)), nf.laws.PunctureDepth(0.0),
+                 nf.laws.Coulomb(each["f_density"], dimple_ratio=float(given.get("origin") == "deformed")),
+                 nf.laws.ConstantCutting(each["f_cut"]))
+        for each in given["layers"]
+    ]  # fmt: skip
+    first = laws[0]
+    return nf.Model(first.stiffness, first.puncture, first.friction, first.cutting, deeper=tuple(laws[1:]))
+
+
+@computes("layers", r"sum_i f'_i l_i", "layers", "z")
+def force_in_layers(given):
+    insertion, model, forces = None, layered(given), []
+    for depth in np.atleast_1d(given["z"]):
+        insertion = nf.Insertion(model)
+        forces.append(insertion.run(np.linspace(-1e-3, depth, 2001), None, np.full(2001, 1e-2))["force"][-1])
+    return forces
+
+
+CRACKS = {"D": 1.0, "pi D/2": math.pi / 2.0, "pi D": math.pi}  # lengths of the crack over the diameter
+
+
+@computes("fracture", r"J=\(F1-F2\)/a_c", "F1_minus_F2")
+def toughness(given):
+    told = given.get("crack_length", "D")
+    length = CRACKS[told] * given["D"] if isinstance(told, str) else told
+    unit = nf.laws.Fracture(toughness=1.0, crack_length=length)
+    force = nf.Model(nf.laws.Cone(1e5, 0.3), nf.laws.PunctureDepth(0.0), nf.laws.Coulomb(0.0), unit).force([1e-2])[0]
+    return given["F1_minus_F2"] / force
+
+
+@computes("fracture", r"pi/4\) E' R\^2", "E", "nu", "R")
+def spreading(given):
+    modulus = nf.Tissue(given["E"], given["nu"]).plane_strain_modulus
+    return nf.laws.Fracture(0.0, 1e-3, plane_strain_modulus=modulus, radius=given["R"]).spreading
+
+
+@computes("empirical", r"^b=F/\(exp", "a", "z", "F")
+def maurin_scale(given):
+    return given["F"] / nf.laws.Exponential(rate=given["a"], scale=1.0).force(given["z"])
+
+
+@computes("empirical", r"b\(exp\(a z\)-1\)", "a", "b", "z")
+def maurin_force(given):
+    return nf.laws.Exponential(rate=given["a"], scale=given["b"]).force(given["z"])
+
+
+@computes("empirical", r"a1 ?\*? ?[zx].*a2|a_1.*a_2", "a1", "a2", "z")
+def polynomial_force(given):
+    return given.get("a0", 0.0) + nf.laws.Polynomial(given["a1"], given["a2"]).force(given["z"])
+
+
+@computes("empirical", r"^-?\(?C_[pn] ?\+ ?b_[pn] v\)? ?l", "v", "length")
+def karnopp_sliding(given):
+    law = nf.laws.Karnopp(given.get("C_p", 0.0), -abs(given.get("C_n", 0.0)), given.get("b_p", 0.0),
+                          abs(given.get("b_n", 0.0)), given.get("D_p", 0.0), -abs(given.get("D_n", 0.0)))  # fmt: skip
+    return law.sliding(given["length"], given["v"])
+
+
+def lugre(given, stiffness, damping, viscous):
+    return nf.laws.Lugre(stiffness, damping, viscous, given["Fc"], given["Fs"], given.get("vs", 1e-3),
+                         given.get("gamma", 2.0))  # fmt: skip
+
+
+@computes("lugre", r"^g\(v\)", "s0", "s1", "s2", "Fc", "Fs", "vs", "v")
+def lugre_steady(given):
+    return lugre(given, given["s0"], given["s1"], given["s2"]).sliding(1.0, given["v"])
+
+
+@computes("lugre", r"passive", "s1", "Fc", "Fs")
+def lugre_passive(given):
+    return lugre(given, 1e3, given["s1"], 0.0).least_passive_viscous
+
+
+@computes("lugre", r"exact-exponential predict, h\(x\)", "x", "v", "dt", "Fc", "Fs", "vs")
+def lugre_predicted(given):
+    deflection, stiffness, damping, viscous = given["x"]
+    law = lugre(given, stiffness, damping, viscous)
+    return law.traction(law.deflected(deflection, given["v"], given["dt"]), given["v"])
+
+
+def stick_slip(given):
+    damping = (given["F_at_3mm_s"] - given["F_arrest"]) / (3e-3 - given["v_arrest"])
+    return nf.laws.StickSlip(given["F_break"], given["F_arrest"], given["v_arrest"], damping, given["k"])
+
+
+@computes("stick_slip", r"^F_arrest - c v_arrest", "k", "F_break", "F_arrest", "v_arrest", "F_at_3mm_s")
+def force_of_a_still_crack(given):
+    law = stick_slip(given)
+    return law.arrest_force - law.damping * law.arrest_speed
+
+
+@computes("stick_slip", r"ln\[", "V", "k", "F_break", "F_arrest", "v_arrest", "F_at_3mm_s")
+def slip_time(given):
+    return stick_slip(given).slip_time(given["V"])
+
+
+@computes("stick_slip", r"^\(F_b-F_a\)/\(k ?V\)", "V", "k", "F_break", "F_arrest", "v_arrest", "F_at_3mm_s")
+def stick_time(given):
+    return stick_slip(given).stick_time(given["V"])
+
+
+@computes("stick_slip", r"^(V ?\*? ?\()?T_stick ?\+ ?T_slip", "V", "k", "F_break", "F_arrest", "v_arrest", "F_at_3mm_s")
+def period(given):
+    law, speed = stick_slip(given), given["V"]
+    return (law.stick_time(speed) + law.slip_time(speed)) * (speed if given["formula"].startswith("V") else 1.0)
+
+
+@computes("stick_slip", r"time average|^steady", "V", "k", "F_break", "F_arrest", "v_arrest", "F_at_3mm_s")
+def stick_slip_mean(given):
+    return stick_slip(given).mean_force(given["V"])
+
+
+def stribeck(given):
+    return nf.laws.StribeckCutting(given["F_s"], given["F_k"], given["v_s"], given["c"])
+
+
+@computes("stick_slip", r"v_s ln", "F_s", "F_k", "v_s", "c")
+def critical_speed(given):
+    return stribeck(given).critical_speed
+
+
+@computes("stick_slip", r"^F_ss\(", "F_s", "F_k", "v_s", "c")
+def stribeck_force(given):
+    told = re.search(r"F_ss\(([\d.]+) mm/s\)", given["formula"])
+    return stribeck(given).steady_force(given.get("V", given.get("v", 1e-3 * float(told[1]) if told else math.nan)))

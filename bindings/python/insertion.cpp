@@ -2,6 +2,7 @@
 #include "needleforce/insertion.hpp"
 
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
@@ -95,30 +96,51 @@ void bind_sample(nb::module_& module) {
       .def_prop_ro("status", [](const Sample& self) { return status_names[static_cast<int>(self.status)]; });
 }
 
+using Stack = std::vector<std::pair<double, Model>>;
+
+/// Layers as the core takes them; the first fault is raised with its layer.
+std::vector<Layer> stacked(const Stack& stack) {
+  std::vector<Layer> layers;
+  for (const auto& [top, laws] : stack) layers.push_back({top, laws});
+  const Fault fault = first_fault(layers);
+  if (fault.reason)
+    raise_input("layer " + std::to_string(fault.layer + 1) + ", " + fault.quantity, nb::str("refused"),
+                fault.reason, "Change it or the layer above; depths count from the undeformed surface.");
+  return layers;
+}
+
+void sliding_force_of(const Model& self, const Values& depth, const std::optional<Values>& velocity,
+                      nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu> out) {
+  if (velocity) require_length(*velocity, depth.shape(0), "velocity");
+  if (out.shape(0) != depth.shape(0))
+    raise_input("the length of out", nb::int_(out.shape(0)), "not that of depth", "");
+  if (!slides_steadily(self))
+    raise_input("the model's friction or relaxation", nb::str("a law with memory"),
+                "without a force while sliding that depends on depth alone", "Run an Insertion.");
+  nb::gil_scoped_release release;
+  sliding_force_long(self, depth.data(), velocity ? velocity->data() : nullptr, out.data(), depth.shape(0));
+}
+
 void bind_model(nb::module_& module) {
-  nb::class_<Model>(module, "Laws", "One law for each part of the force.")
+  nb::class_<Model>(module, "Laws", "One law for each part of the force, in one layer.")
       .def(
           "__init__",
-          [](Model* self, Stiffness stiffness, Puncture puncture, Friction friction, Cutting cutting) {
-            new (self) Model{stiffness, puncture, friction, cutting};
+          [](Model* self, Stiffness stiffness, Puncture puncture, Friction friction, Cutting cutting,
+             Relaxation relaxation) {
+            new (self) Model{stiffness, puncture, friction, cutting, relaxation};
+            stacked({{0.0, *self}});
           },
-          nb::arg("stiffness"), nb::arg("puncture"), nb::arg("friction"), nb::arg("cutting"))
+          nb::arg("stiffness"), nb::arg("puncture"), nb::arg("friction"), nb::arg("cutting"),
+          nb::arg("relaxation") = Relaxation{})
       .def_prop_ro(
           "puncture_depth",
           [](const Model& self) { return puncture_depth(self.puncture, prepare(self.stiffness)); },
-          "Depth [m] of the tip at puncture, whatever the criterion.")
-      .def(
-          "sliding_force",
-          [](const Model& self, const Values& depth, const std::optional<Values>& velocity,
-             nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu> out) {
-            if (velocity) require_length(*velocity, depth.shape(0), "velocity");
-            if (out.shape(0) != depth.shape(0))
-              raise_input("the length of out", nb::int_(out.shape(0)), "not that of depth", "");
-            nb::gil_scoped_release release;
-            sliding_force_long(self, depth.data(), velocity ? velocity->data() : nullptr, out.data(),
-                               depth.shape(0));
-          },
-          nb::arg("depth"), nb::arg("velocity").none(), nb::arg("out").noconvert());
+          "Depth [m] of the tip at puncture, whatever the criterion; where the contact relaxes, the least.")
+      .def("sliding_force", &sliding_force_of, nb::arg("depth"), nb::arg("velocity").none(),
+           nb::arg("out").noconvert());
+  module.def(
+      "check_layers", [](const Stack& layers) { stacked(layers); }, nb::arg("layers"),
+      "Raises InputError for the first fault in layers (top [m], laws) from the surface down.");
 }
 
 }  // namespace
@@ -131,10 +153,11 @@ void bind_insertion(nb::module_& module) {
   nb::class_<Insertion>(module, "Insertion", "The simulated insertion, one cycle at a time.")
       .def(
           "__init__",
-          [](Insertion* self, const Model& laws, double max_speed, double hold_time) {
-            new (self) Insertion(laws, Limits{.max_speed = max_speed, .hold_time = hold_time});
+          [](Insertion* self, const Stack& layers, double max_speed, double hold_time) {
+            const Limits limits{.max_speed = max_speed, .hold_time = hold_time};
+            new (self) Insertion(std::span<const Layer>(stacked(layers)), limits);
           },
-          nb::arg("laws"), nb::arg("max_speed") = Limits{}.max_speed,
+          nb::arg("layers"), nb::arg("max_speed") = Limits{}.max_speed,
           nb::arg("hold_time") = Limits{}.hold_time)
       .def(
           "step",
@@ -151,7 +174,8 @@ void bind_insertion(nb::module_& module) {
       .def(
           "restore", [](Insertion& self, const Insertion& saved) { self = saved; }, nb::arg("snapshot"),
           "Back to a snapshot, state and model.")
-      .def_prop_ro("deepest_cut", &Insertion::deepest_cut, "[m], 0 before the puncture");
+      .def_prop_ro("deepest_cut", &Insertion::deepest_cut, "[m], 0 before the puncture")
+      .def_prop_ro("pierced_layers", &Insertion::pierced_layers, "how many, from the surface down");
 }
 
 }  // namespace needleforce::python

@@ -1,7 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/variant.h>
-
 #include "module.hpp"
 #include "needleforce/foundation.hpp"
 #include "parameters.hpp"
@@ -10,70 +7,8 @@ namespace needleforce::python {
 
 namespace {
 
-void bind_tips(nb::module_& module) {
-  nb::module_ tips = module.def_submodule("tips", "Tips of needles: axisymmetric profiles.");
-  bind_parameters<tips::Cone>(tips, "Cone")
-      .def("length", &tips::Cone::length, nb::arg("radius"),
-           "Length [m] from the apex to the section of a given radius [m].")
-      .def_prop_ro(
-          "representative_strain", [](const tips::Cone& tip) { return 0.2 * tip.cotangent(); },
-          "Johnson's 0.2 cot(half_angle): far above 0.1 the linear theory is a scaling law.")
-      .def(
-          "mean_pressure",
-          [](const tips::Cone& tip, double modulus) { return 0.5 * modulus * tip.cotangent(); },
-          nb::arg("reduced_modulus"), "Mean contact pressure [Pa], the same at every depth.");
-}
-
-Needle make_needle(const nb::tuple& args, const nb::dict& kwargs) {
-  Needle needle{};
-  nb::dict numbers;
-  std::size_t position = 0;
-  for (const Parameter<Needle>& parameter : Needle::table)
-    if (position < args.size()) numbers[parameter.name] = args[position++];
-  numbers.update(kwargs);
-  if (position < args.size()) numbers["tip"] = args[position];
-  if (numbers.contains("tip")) {
-    needle.tip = nb::cast<std::optional<Tip>>(numbers["tip"]);
-    nb::del(numbers["tip"]);
-  }
-  fill(needle, nb::tuple(), numbers);
-  if (needle.inner_diameter >= needle.outer_diameter)
-    raise_input("needle.inner_diameter", nb::float_(needle.inner_diameter),
-                "not below the outer diameter " + number(needle.outer_diameter) + " m",
-                "Give the lumen's diameter, 0 for a solid needle.");
-  return needle;
-}
-
-nb::dict needle_dict(const Needle& needle) {
-  nb::dict result = as_dict(needle);
-  result["tip"] = nb::cast(needle.tip);
-  return result;
-}
-
 void bind_needle(nb::module_& module) {
-  bind_values<Needle>(module, "Needle")
-      .def(
-          "__init__",
-          [](Needle* self, const nb::args& args, const nb::kwargs& kwargs) {
-            new (self) Needle(make_needle(args, kwargs));
-          },
-          nb::sig(signature<Needle>(", tip: tips.Cone | None = None").c_str()))
-      .def(
-          "replace",
-          [](const Needle& self, const nb::kwargs& changes) {
-            nb::dict merged = needle_dict(self);
-            merged.update(changes);
-            return make_needle(nb::tuple(), merged);
-          },
-          "A copy with the given numbers or tip changed.")
-      .def("__eq__",
-           [](const Needle& self, const Needle& other) {
-             return equal(self, other) && nb::cast(self.tip).equal(nb::cast(other.tip));
-           })
-      .def("__getstate__", &needle_dict)
-      .def("__setstate__",
-           [](Needle& self, const nb::dict& state) { new (&self) Needle(make_needle(nb::tuple(), state)); })
-      .def_prop_ro("tip", [](const Needle& self) { return self.tip; })
+  bind_parameters<Needle>(module, "Needle")
       .def_prop_ro(
           "radius", [](const Needle& self) { return 0.5 * self.outer_diameter; }, "[m]")
       .def_prop_ro("second_moment", &Needle::second_moment, "Second moment of area [m^4].")
@@ -99,7 +34,6 @@ void bind_foundation(nb::module_& module) {
 }  // namespace
 
 void bind_mechanics(nb::module_& module) {
-  bind_tips(module);
   bind_needle(module);
   bind_parameters<Tissue>(module, "Tissue")
       .def_prop_ro(

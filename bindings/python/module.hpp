@@ -17,7 +17,8 @@ inline Output new_array(std::size_t n, double*& data) {
   return Output(data, {n}, owner);
 }
 
-void bind_mechanics(nanobind::module_& module);  // tips, needle, tissue, foundation
+void bind_tips(nanobind::module_& module);
+void bind_mechanics(nanobind::module_& module);  // needle, tissue, foundation
 void bind_laws(nanobind::module_& module);
 void bind_contact(nanobind::module_& module);
 void bind_insertion(nanobind::module_& module);

@@ -3,12 +3,18 @@
 #pragma once
 
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/variant.h>
 
+#include <optional>
 #include <string>
+#include <tuple>
 #include <type_traits>
+#include <variant>
 
 #include "needleforce/law.hpp"
+#include "needleforce/tip.hpp"
 
 namespace nb = nanobind;
 
@@ -39,13 +45,74 @@ inline std::string class_name(const std::string& name) {
 
 inline std::string number(double value) { return nb::cast<std::string>(nb::repr(nb::float_(value))); }
 
+/// Calls `visit` with each member of T that is no number; nothing where T lists none.
+template <class T, class Visit>
+void for_each_part(Visit visit) {
+  if constexpr (requires { T::parts; })
+    std::apply([&](const auto&... part) { (visit(part), ...); }, T::parts);
+}
+
+/// How a part looks to Python: words for a choice, the value itself for anything else. Overloaded for each
+/// choice, with `has_words`.
+template <class Value>
+inline constexpr bool has_words = false;
+template <>
+inline constexpr bool has_words<tips::BevelEquivalence> = true;
+inline const auto& words_of(tips::BevelEquivalence) { return tips::bevel_equivalence_names; }
+
+template <class Value>
+nb::object to_python(const Value& value) {
+  if constexpr (has_words<Value>)
+    return nb::str(words_of(value)[static_cast<std::size_t>(value)]);
+  else
+    return nb::cast(value);
+}
+
+/// False if the object is none of the words, or of another type.
+template <class Value>
+bool from_python(nb::handle object, Value& value) {
+  if constexpr (has_words<Value>) {
+    const auto& words = words_of(value);
+    for (std::size_t i = 0; i < words.size(); ++i)
+      if (nb::isinstance<nb::str>(object) && nb::cast<std::string>(object) == words[i]) {
+        value = static_cast<Value>(i);
+        return true;
+      }
+    return false;
+  } else {
+    return nb::try_cast(object, value);
+  }
+}
+
+/// What a part may be, for a message.
+template <class Value>
+std::string choices(const Value& value) {
+  std::string text;
+  if constexpr (has_words<Value>)
+    for (const char* word : words_of(value)) text += (text.empty() ? " One of " : ", ") + std::string(word);
+  return text.empty() ? text : text + ".";
+}
+
+template <class T>
+void check_flaw(const T& value) {
+  const tips::Flaw flaw = flaw_of(value);
+  if (!flaw.limit) return;
+  const std::string place = flaw.index < 0 ? "" : "[" + std::to_string(flaw.index) + "]";
+  raise_input(std::string(T::name) + "." + flaw.quantity + place, nb::float_(flaw.value), flaw.limit,
+              flaw.next_step);
+}
+
 template <class T>
 void check_range(const T& value) {
-  const Parameter<T>* bad = first_invalid(value);
-  if (!bad) return;
-  raise_input(std::string(T::name) + "." + bad->name, nb::float_(value.*bad->member),
-              "outside " + number(bad->low) + " to " + number(bad->high) + " " + bad->unit,
-              std::string("It is the ") + bad->meaning + ".");
+  if (const Parameter<T>* bad = first_invalid(value))
+    raise_input(std::string(T::name) + "." + bad->name, nb::float_(value.*bad->member),
+                "outside " + number(bad->low) + " to " + number(bad->high) + " " + bad->unit,
+                std::string("It is the ") + bad->meaning + ".");
+  check_flaw(value);
+  if constexpr (Law<T>) {
+    if (const char* words = contradiction(value))
+      raise_input(T::name, nb::str("its numbers"), words, "Change one of the two.");
+  }
 }
 
 /// A Python number as a double; anything else is told with the parameter's name.
@@ -77,9 +144,23 @@ void fill(T& value, const nb::tuple& args, const nb::dict& kwargs) {
                   std::string("Give the ") + parameter.meaning + ".");
     }
   }
+  for_each_part<T>([&](const auto& part) {
+    const bool by_name = kwargs.contains(part.name);
+    if (position < args.size() && by_name) throw nb::type_error(part.name);
+    nb::object given = nb::none();
+    if (position < args.size()) given = args[position++];
+    if (by_name) given = kwargs[part.name];
+    used += by_name;
+    if (from_python(given, value.*part.member) || (given.is_none() && part.optional)) return;
+    raise_input(std::string(T::name) + "." + part.name,
+                given.is_none() ? nb::str("missing") : nb::repr(given),
+                given.is_none() ? "needed" : "not one of those it may be",
+                std::string("Give the ") + part.meaning + "." + choices(value.*part.member));
+  });
   if (position < args.size() || used < kwargs.size()) {
     std::string known;
     for (const Parameter<T>& parameter : T::table) known += std::string(" ") + parameter.name;
+    for_each_part<T>([&](const auto& part) { known += std::string(" ") + part.name; });
     raise_input(std::string("an argument of ") + T::name, nb::repr(kwargs), "not all known",
                 "It takes:" + known + ".");
   }
@@ -111,6 +192,14 @@ nb::dict as_dict(const T& value) {
   return result;
 }
 
+/// Every number and part by name: what makes the value again.
+template <class T>
+nb::dict whole_dict(const T& value) {
+  nb::dict result = as_dict(value);
+  for_each_part<T>([&](const auto& part) { result[part.name] = to_python(value.*part.member); });
+  return result;
+}
+
 template <class T>
 std::string described(const T& value, const std::string& type) {
   std::string text = type + "(";
@@ -118,6 +207,10 @@ std::string described(const T& value, const std::string& type) {
     if (text.back() != '(') text += ", ";
     text += std::string(parameter.name) + "=" + number(value.*parameter.member);
   }
+  for_each_part<T>([&](const auto& part) {
+    text +=
+        std::string(", ") + part.name + "=" + nb::cast<std::string>(nb::repr(to_python(value.*part.member)));
+  });
   return text + ")";
 }
 
@@ -125,13 +218,34 @@ template <class T>
 bool equal(const T& left, const T& right) {
   for (const Parameter<T>& parameter : T::table)
     if (left.*parameter.member != right.*parameter.member) return false;
-  return true;
+  bool same = true;
+  for_each_part<T>([&](const auto& part) {
+    same = same && to_python(left.*part.member).equal(to_python(right.*part.member));
+  });
+  return same;
 }
 
-/// The constructor's signature for type checkers; `more` are arguments beyond the table, each with a leading
-/// comma.
+/// How type checkers read a part: "tips.Cone | tips.Sphere | None", or str for a word.
+template <class Value>
+struct Annotation {
+  static std::string text() { return "str"; }
+};
+template <class... Shape>
+struct Annotation<std::variant<Shape...>> {
+  static std::string text() {
+    std::string all;
+    ((all += (all.empty() ? "tips." : " | tips.") + class_name(Shape::name)), ...);
+    return all;
+  }
+};
+template <class Value>
+struct Annotation<std::optional<Value>> {
+  static std::string text() { return Annotation<Value>::text() + " | None"; }
+};
+
+/// The constructor's signature for type checkers.
 template <class T>
-std::string signature(const std::string& more = "") {
+std::string signature() {
   std::string text = "def __init__(self";
   bool optional = false;
   for (const Parameter<T>& parameter : T::table) {
@@ -142,7 +256,11 @@ std::string signature(const std::string& more = "") {
       text += " = " + (has_default ? number(parameter.initial) : std::string("..."));
     optional = optional || has_default;
   }
-  return text + more + ") -> None";
+  for_each_part<T>([&]<class Value>(const Part<T, Value>& part) {
+    text += std::string(", ") + part.name + ": " + Annotation<Value>::text();
+    if (part.optional || optional) text += " = ...";
+  });
+  return text + ") -> None";
 }
 
 /// Binds T as `type` with everything but its constructor.
@@ -155,6 +273,15 @@ nb::class_<T> bind_values(nb::module_& module, const std::string& type) {
         parameter.name, [member = parameter.member](const T& self) { return self.*member; },
         nb::sig(("def " + std::string(parameter.name) + "(self) -> float").c_str()), text.c_str());
   }
+  nb::list parts;
+  for_each_part<T>([&]<class Value>(const Part<T, Value>& part) {
+    parts.append(part.name);
+    bound.def_prop_ro(
+        part.name, [member = part.member](const T& self) { return to_python(self.*member); },
+        nb::sig(("def " + std::string(part.name) + "(self) -> " + Annotation<Value>::text()).c_str()),
+        part.meaning);
+  });
+  bound.attr("parts") = nb::tuple(parts);
   bound.def("parameters", &as_dict<T>, "Every number by name, in SI.");
   bound.def_static("table", &table_rows<T>, "The parameter table: name, unit, range, meaning, source.");
   bound.def("__repr__", [type](const T& self) { return described(self, type); });
@@ -183,15 +310,15 @@ nb::class_<T> bind_parameters(nb::module_& module, const std::string& type) {
   bound.def(
       "replace",
       [](const T& self, const nb::kwargs& changes) {
-        nb::dict merged = as_dict(self);
+        nb::dict merged = whole_dict(self);
         merged.update(changes);
         T value{};
         fill(value, nb::tuple(), merged);
         return value;
       },
-      "A copy with the given numbers changed.");
-  bound.def("__eq__", [](const T& self, const T& other) { return equal(self, other); });
-  bound.def("__getstate__", &as_dict<T>);
+      "A copy with the given values changed.");
+  bound.def("__eq__", [](const T& self, const T& other) { return equal(self, other); }, nb::is_operator());
+  bound.def("__getstate__", &whole_dict<T>);
   bound.def("__setstate__", [](T& self, const nb::dict& state) {
     T value{};
     fill(value, nb::tuple(), state);

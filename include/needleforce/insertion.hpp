@@ -3,10 +3,15 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <span>
 #include <type_traits>
+#include <utility>
 
+#include "layer.hpp"
 #include "model.hpp"
 #include "sample.hpp"
 
@@ -29,31 +34,35 @@ inline bool valid(const Limits& limits) noexcept {
 /// Pass as velocity where none is measured: the step takes the change of depth over dt.
 inline constexpr double no_velocity = std::numeric_limits<double>::max();
 
-/// A needle going in and out of one layer. Trivially copyable: a snapshot is a copy, restoring is assignment.
+/// No needle goes deeper, or stands further above [m].
+inline constexpr double farthest = 1.0;
+/// No needle is faster [m/s], even where every jump is accepted: rates beyond have no finite force.
+inline constexpr double fastest = 1e9;
+
+/// A needle going in and out of up to eight layers. Trivially copyable: a snapshot is a copy, restoring is
+/// assignment.
 class Insertion {
  public:
   /// Checks and prepares the model; with an invalid one every step gives force 0 and `invalid_parameter`.
-  /// A first step that lies below the puncture depth counts as pierced and cuts there.
+  /// A first step that lies below a puncture depth counts as pierced and cuts there.
   explicit Insertion(const Model& model, const Limits& limits = {}) noexcept
-      : stiffness_(prepare(model.stiffness)),
-        friction_(prepare(model.friction)),
-        cutting_(prepare(model.cutting)),
-        limits_(limits),
-        valid_(valid(model) && valid(limits)),
-        puncture_depth_(puncture_depth(model.puncture, stiffness_)) {}
+      : Insertion(std::span<const Layer>(std::array{Layer{0.0, model}}), limits) {}
+
+  /// The same for a stack of layers, from the surface down.
+  explicit Insertion(std::span<const Layer> layers, const Limits& limits = {}) noexcept
+      : limits_(limits),
+        valid_(!first_fault(layers).reason && valid(limits)),
+        count_(valid_ ? layers.size() : 1) {
+    if (!valid_) return;
+    for (std::size_t i = 0; i < count_; ++i) layers_[i] = PreparedLayer(layers[i]);
+  }
 
   /// One cycle: the tip is at `depth` [m], moves at `velocity` [m/s], `dt` [s] after the last call.
   /// Wait-free: no allocation, lock, system call or exception; the cost does not depend on depth or history.
   Sample step(double depth, double velocity, double dt) noexcept {
     const Status status = check(depth, velocity, dt);
     if (status != Status::ok) return refuse(status, dt);
-    if (velocity == no_velocity)
-      velocity = state_.started ? (depth - state_.depth) / (state_.waited + dt) : 0.0;
-    const bool was_pierced = state_.pierced;
-    move(depth);
-    const Sample sample = force(depth, velocity, state_.pierced && !was_pierced);
-    if (limits_.hold_time > 0.0) state_.last = sample;  // else never shown again
-    return sample;
+    return accept(depth, velocity, dt);
   }
 
   /// Back to before the first contact.
@@ -62,29 +71,36 @@ class Insertion {
   /// The whole object; assign it back to restore.
   Insertion snapshot() const noexcept { return *this; }
 
-  double puncture_depth_in_model() const noexcept { return puncture_depth_; }
+  double puncture_depth_in_model() const noexcept { return layers_[0].puncture; }
   /// Deepest cut so far [m], 0 before the puncture.
-  double deepest_cut() const noexcept { return state_.deepest; }
+  double deepest_cut() const noexcept { return state_.pierced > 0 ? state_.cut.front : 0.0; }
+  /// How many layers are pierced, from the surface down.
+  std::size_t pierced_layers() const noexcept { return state_.pierced; }
+  /// How many layers there are.
+  std::size_t layers() const noexcept { return count_; }
 
  private:
   struct State {
     Sample last{};
-    double depth = 0.0;    // of the last accepted step
-    double waited = 0.0;   // time since the last accepted step
-    double deepest = 0.0;  // the cut
-    double bristle = 0.0;  // of the friction
-    bool pierced = false;
+    double depth = 0.0;   // of the last accepted step
+    double waited = 0.0;  // time since the last accepted step
+    double deepest = -farthest;
+    double faded_over = 0.0;  // the step [s] whose exponentials the layers keep
+    Cut cut{};
+    std::size_t pierced = 0;
     bool started = false;
+    std::array<LayerState, most_layers> layers{};
   };
 
   Status check(double depth, double velocity, double dt) const noexcept {
     if (!valid_) return Status::invalid_parameter;
     if (!std::isfinite(depth) || !std::isfinite(dt) || !std::isfinite(velocity)) return Status::not_finite;
-    if (!(dt > 0.0)) return Status::outside_range;
-    if (!state_.started) return std::abs(depth) <= 1.0 ? Status::ok : Status::outside_range;
+    if (!(dt > 0.0) || std::abs(depth) > farthest) return Status::outside_range;
+    if (velocity != no_velocity && std::abs(velocity) > fastest) return Status::outside_range;
+    if (!state_.started) return Status::ok;
     const double elapsed = state_.waited + dt;
     const double travel = depth - state_.depth;
-    if (std::abs(travel) > limits_.max_speed * elapsed) return Status::outside_range;
+    if (std::abs(travel) > std::min(limits_.max_speed, fastest) * elapsed) return Status::outside_range;
     return velocity == no_velocity || agrees(velocity, travel / elapsed) ? Status::ok : Status::outside_range;
   }
 
@@ -94,7 +110,7 @@ class Insertion {
   }
 
   /// The last force for a bounded time, then none; depth and memory stay as they were.
-  Sample refuse(Status status, double dt) noexcept {
+  [[gnu::noinline]] Sample refuse(Status status, double dt) noexcept {
     if (dt > 0.0 && std::isfinite(dt)) state_.waited += dt;
     const bool holding = valid_ && dt > 0.0 && state_.waited <= limits_.hold_time;
     Sample sample = holding ? state_.last : Sample{};
@@ -105,67 +121,114 @@ class Insertion {
     return sample;
   }
 
-  void move(double depth) noexcept {
-    const double travel = state_.started ? depth - state_.depth : 0.0;
-    state_.bristle =
-        std::visit([&](const auto& law) { return law.advance(state_.bristle, travel); }, friction_);
-    state_.pierced = state_.pierced || depth > puncture_depth_;
-    if (state_.pierced) state_.deepest = std::max(state_.deepest, depth);
+  Move moved(double depth, double travel, double velocity, double elapsed) const noexcept {
+    const bool withdrawing = depth < state_.deepest - noise_of_depth;
+    const bool advancing = !withdrawing && travel > speed_at_rest * elapsed;
+    return {depth, travel, velocity, elapsed, state_.deepest, advancing, withdrawing};
+  }
+
+  [[gnu::always_inline]] Sample accept(double depth, double velocity, double dt) noexcept {
+    const bool first = !state_.started;
+    const double travel = first ? 0.0 : depth - state_.depth;
+    const double elapsed = state_.waited + dt;
+    if (velocity == no_velocity) velocity = travel / elapsed;
+    state_.deepest = std::max(state_.deepest, depth);
     state_.depth = depth;
     state_.waited = 0.0;
     state_.started = true;
+    return move(moved(depth, travel, velocity, elapsed), first);
   }
 
-  Sample force(double depth, double velocity, bool punctured) const noexcept {
-    Sample sample{.depth = depth, .velocity = velocity, .punctured = punctured};
-    if (state_.pierced)
-      pierced_force(sample);
-    else if (depth > 0.0)
-      contact_force(sample);
-    sample.force = sample.stiffness + sample.friction + sample.cutting;
+  /// Cut, contacts from the surface down, shafts from the bottom up, then what they add up to. Small values
+  /// go by value, so that they stay in registers.
+  [[gnu::always_inline]] Sample move(const Move& move, bool first) noexcept {
+    if (move.dt != state_.faded_over) fade(move.dt);
+    TipForce tip{};
+    if (state_.pierced > 0) tip = front().cut(state_.cut, move);
+    Contacts contacts{};
+    for (std::size_t i = 0; i < count_; ++i) {
+      LayerState& layer = state_.layers[i];
+      if (layer.pierced) continue;
+      if (!layers_[i].press(layer, move, first)) {
+        contacts.add(layers_[i], layer, move.depth);
+        continue;
+      }
+      contacts.punctured |= pierce(i, move, tip.force);
+      tip = front().cut(std::as_const(state_.cut), move.depth);
+    }
+    Dragged shafts{};
+    double bottom = std::numeric_limits<double>::infinity();
+    for (std::size_t i = count_; i-- > 0;) {
+      shafts += layers_[i].drag(state_.layers[i], move, bottom);
+      bottom = state_.layers[i].shaft.surface;
+    }
+    return total(move, contacts, shafts, tip);
+  }
+
+  /// The contacts of layers that are whole, together.
+  struct Contacts {
+    double force = 0.0, slope = 0.0;
+    bool touched = false, beyond = false, punctured = false;
+    void add(const PreparedLayer& layer, const LayerState& state, double depth) noexcept {
+      force += state.contact_force;
+      slope += state.contact_slope;
+      touched |= depth > layer.top;
+      beyond |= layer.beyond(depth);
+    }
+  };
+
+  /// At the next interface the tip feels the cut or the contact, whichever is more: they share one tip.
+  [[gnu::always_inline]] Sample total(const Move& move, const Contacts& contacts, const Dragged& shafts,
+                                      const TipForce& tip) noexcept {
+    const bool pushes = contacts.force > tip.force;
+    const double stiffness = pushes ? contacts.force - tip.force : 0.0;
+    Sample sample{.depth = move.depth,
+                  .velocity = move.velocity,
+                  .force = stiffness + shafts.force + tip.force,
+                  .stiffness = stiffness,
+                  .friction = shafts.force,
+                  .cutting = tip.force,
+                  .force_by_depth = shafts.by_depth + (pushes ? contacts.slope : tip.by_depth),
+                  .force_by_velocity = shafts.by_velocity,
+                  .phase = phase(contacts, shafts, move.velocity),
+                  .status = contacts.beyond ? Status::outside_range : Status::ok,
+                  .punctured = contacts.punctured};
+    if (limits_.hold_time > 0.0) state_.last = sample;  // else never shown again
     return sample;
   }
 
-  void contact_force(Sample& sample) const noexcept {
-    sample.phase = Phase::deformation;
-    std::visit(
-        [&](const auto& law) {
-          sample.stiffness = law.force(sample.depth);
-          sample.force_by_depth = law.slope(sample.depth);
-        },
-        stiffness_);
-  }
-
-  void pierced_force(Sample& sample) const noexcept {
-    std::visit(
-        [&](const auto& law) {
-          const double embedded = std::max(0.0, sample.depth - law.surface(puncture_depth_));
-          if (embedded > 0.0) sample.phase = moving_phase(sample.velocity);
-          sample.friction = law.force(state_.bristle, embedded);
-          sample.force_by_depth += law.by_depth(state_.bristle, embedded);
-        },
-        friction_);
-    std::visit(
-        [&](const auto& law) {
-          const double retreat = state_.deepest - sample.depth;
-          sample.cutting = law.force(retreat);
-          sample.force_by_depth += law.by_depth(retreat);
-        },
-        cutting_);
-  }
-
-  static Phase moving_phase(double velocity) noexcept {
-    constexpr double at_rest = 1e-4;  // 0.1 mm/s: slower is a hold, whatever the velocity's noise
-    if (std::abs(velocity) < at_rest) return Phase::hold;
+  Phase phase(const Contacts& contacts, const Dragged& shafts, double velocity) const noexcept {
+    if (state_.pierced == 0) return contacts.touched ? Phase::deformation : Phase::free;
+    if (!shafts.hold) return Phase::free;
+    if (std::abs(velocity) < speed_at_rest) return Phase::hold;
     return velocity > 0.0 ? Phase::insertion : Phase::extraction;
   }
 
-  Prepared<Stiffness> stiffness_;
-  Prepared<Friction> friction_;
-  Prepared<Cutting> cutting_;
+  /// The exponentials of relaxation, where the step's length changed.
+  [[gnu::noinline]] void fade(double dt) noexcept {
+    state_.faded_over = dt;
+    for (std::size_t i = 0; i < count_; ++i) state_.layers[i].relaxing = layers_[i].relaxing(dt);
+  }
+
+  /// The layer gives way: its friction takes over what the contact held, and the cut goes on in it. Through
+  /// an interface that does not resist the cut goes on as if it were not there; false for such a one.
+  [[gnu::noinline]] bool pierce(std::size_t i, const Move& move, double cutting) noexcept {
+    const bool carries_on = state_.pierced > 0 && !layers_[i].resists();
+    layers_[i].pierce(state_.layers[i], move);
+    state_.pierced = std::max(state_.pierced, i + 1);
+    front().enter(state_.cut, move.depth, carries_on ? cutting : -1.0);
+    return !carries_on;
+  }
+
+  const PreparedLayer& front() const noexcept { return layers_[state_.pierced - 1]; }
+
+  static constexpr double speed_at_rest = 1e-4;   // 0.1 mm/s: slower is a hold, whatever the velocity's noise
+  static constexpr double noise_of_depth = 3e-5;  // [m] behind the deepest point that is no withdrawal yet
+
+  std::array<PreparedLayer, most_layers> layers_{};
   Limits limits_;
   bool valid_;
-  double puncture_depth_;
+  std::size_t count_;
   State state_{};
 };
 

@@ -6,13 +6,15 @@
 #include <concepts>
 #include <type_traits>
 
+#include "memory.hpp"
 #include "parameter.hpp"
+#include "relaxation.hpp"
 
 namespace needleforce {
 
-/// The part of the force a law gives.
-enum class Family { stiffness, puncture, friction, cutting };
-inline constexpr const char* family_names[] = {"stiffness", "puncture", "friction", "cutting"};
+/// The part of the force a law gives; relaxation acts on the elastic parts of the others.
+enum class Family { stiffness, puncture, friction, cutting, relaxation };
+inline constexpr const char* family_names[] = {"stiffness", "puncture", "friction", "cutting", "relaxation"};
 
 template <class L>
 concept Law = Parameterised<L> && std::is_trivially_copyable_v<L> && requires {
@@ -39,27 +41,45 @@ concept PreparedStiffness = requires(const P& prepared, double depth, double for
   { prepared.reach() } noexcept -> std::same_as<double>;
 };
 
-/// Friction along the shaft. It remembers one state in [-1, 1], 0 at first, which `advance` takes over a
-/// travel [m], in whatever steps; force [N] odd in the state, and its derivative by depth [N/m], state and
-/// embedded length >= 0 [m] moving along. `surface` is the depth where embedding starts, of a puncture depth;
-/// `sliding` the force after long travel inwards, whose negative is that outwards.
+/// Friction along the shaft in one layer. `advance` moves its memory with the tip, also above the tissue and
+/// in layers not reached yet; `pierce` hands over what the contact held when the layer gave way. Then force
+/// [N], and its derivatives by depth [N/m] and by velocity [N s/m].
 template <class P>
-concept PreparedFriction = requires(const P& prepared, double state, double travel, double embedded) {
-  { prepared.advance(state, travel) } noexcept -> std::same_as<double>;
-  { prepared.force(state, embedded) } noexcept -> std::same_as<double>;
-  { prepared.by_depth(state, embedded) } noexcept -> std::same_as<double>;
-  { prepared.surface(embedded) } noexcept -> std::same_as<double>;
-  { prepared.sliding(embedded) } noexcept -> std::same_as<double>;
+concept PreparedFriction =
+    requires(const P& prepared, Shaft& shaft, const Shaft& held, const Move& move, const Bed& bed,
+             const Relaxing& relaxing, const Held& contact, double number) {
+      { prepared.advance(shaft, move, bed, relaxing) } noexcept -> std::same_as<void>;
+      { prepared.pierce(shaft, contact) } noexcept -> std::same_as<void>;
+      { prepared.force(held, number) } noexcept -> std::same_as<double>;
+      { prepared.by_depth(held, number) } noexcept -> std::same_as<double>;
+      { prepared.by_velocity(held, number) } noexcept -> std::same_as<double>;
+    };
+
+/// Friction that has a force while sliding without memory: where embedding starts, of top and puncture depth
+/// [m], and the force [N] over an embedded length [m] at a velocity [m/s].
+template <class P>
+concept SlidesSteadily = requires(const P& prepared, double number) {
+  { prepared.surface(number, number) } noexcept -> std::same_as<double>;
+  { prepared.sliding(number, number) } noexcept -> std::same_as<double>;
 };
 
-/// Cutting, `retreat` >= 0 [m] behind the deepest cut: force [N], falling continuously to zero, its
-/// derivative by depth [N/m] (minus that by retreat), and the steady force while it cuts, which is that at
-/// retreat 0.
+/// Cutting at the tip. `enter` starts it at the depth where a layer gave way, with the force [N] it takes
+/// over through a transparent interface, else with a negative one; `advance` moves it with the tip. Force [N]
+/// at a depth [m], its derivative by depth [N/m], and the mean force [N] of a long way at a speed [m/s].
 template <class P>
-concept PreparedCutting = requires(const P& prepared, double retreat) {
-  { prepared.force(retreat) } noexcept -> std::same_as<double>;
-  { prepared.by_depth(retreat) } noexcept -> std::same_as<double>;
-  { prepared.steady() } noexcept -> std::same_as<double>;
+concept PreparedCutting =
+    requires(const P& prepared, Cut& cut, const Cut& held, const Move& move, double number) {
+      { prepared.enter(cut, number, number) } noexcept -> std::same_as<void>;
+      { prepared.advance(cut, move) } noexcept -> std::same_as<void>;
+      { prepared.force(held, number) } noexcept -> std::same_as<double>;
+      { prepared.by_depth(held, number) } noexcept -> std::same_as<double>;
+      { prepared.steady(number) } noexcept -> std::same_as<double>;
+    };
+
+/// Relaxation: the numbers of a step of dt > 0 [s].
+template <class P>
+concept PreparedRelaxation = requires(const P& prepared, double dt) {
+  { prepared.over(dt) } noexcept -> std::same_as<Relaxing>;
 };
 
 namespace detail {
@@ -78,12 +98,14 @@ template <class L>
 concept StiffnessLaw =
     Preparable<L> && L::family == Family::stiffness && PreparedStiffness<typename L::Prepared>;
 
-/// A puncture law gives the depth [m] at which a contact breaks, before the loop.
+/// A puncture law gives the depth [m] at which an elastic contact breaks, before the loop; and in the loop,
+/// whether a contact that relaxed on the way breaks at its force [N] and work [J] so far.
 template <class L>
-concept PunctureLaw =
-    Law<L> && L::family == Family::puncture && requires(const L& law, const detail::AnyStiffness& stiffness) {
-      { law.puncture_depth(stiffness) } noexcept -> std::same_as<double>;
-    };
+concept PunctureLaw = Law<L> && L::family == Family::puncture &&
+                      requires(const L& law, const detail::AnyStiffness& stiffness, double number) {
+                        { law.puncture_depth(stiffness) } noexcept -> std::same_as<double>;
+                        { law.breaks(number, number) } noexcept -> std::same_as<bool>;
+                      };
 
 template <class L>
 concept FrictionLaw =
@@ -91,5 +113,34 @@ concept FrictionLaw =
 
 template <class L>
 concept CuttingLaw = Preparable<L> && L::family == Family::cutting && PreparedCutting<typename L::Prepared>;
+
+template <class L>
+concept RelaxationLaw =
+    Preparable<L> && L::family == Family::relaxation && PreparedRelaxation<typename L::Prepared>;
+
+/// What two numbers of a law contradict each other about, in words, or nullptr; most laws have nothing to
+/// say.
+template <Law L>
+constexpr const char* contradiction(const L& law) noexcept {
+  if constexpr (requires { law.contradiction(); })
+    return law.contradiction();
+  else
+    return nullptr;
+}
+
+/// False for a law in a form fitted to recordings that may return energy over a closed path: it says so with
+/// `may_return_energy`.
+template <Law L>
+constexpr bool is_passive = [] {
+  if constexpr (requires { L::may_return_energy; })
+    return !L::may_return_energy;
+  else
+    return true;
+}();
+
+/// False for a law whose error falls with the step, to first order, as it says with `first_order`; the others
+/// give the same at constant velocity in one step or in many.
+template <Law L>
+constexpr bool steps_exactly = !requires { L::first_order; };
 
 }  // namespace needleforce

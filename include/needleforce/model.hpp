@@ -1,20 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// A model: one law for each part of the force, checked and prepared before the loop.
+// A model: one law for each part of the force in each layer, checked and prepared before the loop.
 #pragma once
 
+#include <cstddef>
+#include <limits>
+#include <span>
 #include <variant>
 
 #include "laws/all.hpp"
 
 namespace needleforce {
 
-/// One law of each family. Plain values: what an insertion needs, and nothing else.
+/// One law of each family. Plain values: what an insertion into one layer needs, and nothing else.
 struct Model {
   Stiffness stiffness;
   Puncture puncture;
   Friction friction;
   Cutting cutting;
+  Relaxation relaxation{};
 };
+
+/// A layer from a depth `top` [m] below the undeformed surface on, with the laws of its own. Its puncture is
+/// counted from its top.
+struct Layer {
+  double top = 0.0;
+  Model laws;
+};
+
+/// The most layers of an insertion.
+inline constexpr std::size_t most_layers = 8;
 
 namespace detail {
 template <class Variant>
@@ -23,28 +37,93 @@ template <class... L>
 struct prepared_variant<std::variant<L...>> {
   using type = std::variant<typename L::Prepared...>;
 };
+
+template <class L>
+constexpr bool counts_cutting = requires { L::cuts; };
+/// Layers of such laws add up; of others, the tip can stand in one interface alone.
+template <class L>
+constexpr bool stands_alone = requires { L::stands_alone; };
 }  // namespace detail
 
 /// A family's laws with everything computed that does not change in the loop.
 template <class Laws>
 using Prepared = typename detail::prepared_variant<Laws>::type;
 
-/// True if every number of every law lies in its range.
-inline bool valid(const Model& model) noexcept {
-  const auto inside = [](const auto& law) { return first_invalid(law) == nullptr; };
-  return std::visit(inside, model.stiffness) && std::visit(inside, model.puncture) &&
-         std::visit(inside, model.friction) && std::visit(inside, model.cutting);
-}
-
 template <class... L>
 Prepared<std::variant<L...>> prepare(const std::variant<L...>& laws) noexcept {
   return std::visit([](const auto& law) { return Prepared<std::variant<L...>>{law.prepare()}; }, laws);
 }
 
-/// The depth [m] at which the model punctures, whatever its criterion.
+/// The depth [m] from the top of its layer at which an elastic contact punctures, whatever its criterion.
 inline double puncture_depth(const Puncture& puncture, const Prepared<Stiffness>& stiffness) noexcept {
   return std::visit([](const auto& law, const auto& contact) { return law.puncture_depth(contact); },
                     puncture, stiffness);
 }
+
+/// What is wrong with a model: in which layer, which quantity, and why; `reason` is nullptr if nothing is.
+struct Fault {
+  std::size_t layer = 0;
+  const char* quantity = nullptr;
+  const char* reason = nullptr;
+};
+
+namespace detail {
+
+template <class Laws>
+Fault fault_of(const Laws& laws) noexcept {
+  return std::visit(
+      [](const auto& law) -> Fault {
+        if (const auto* parameter = first_invalid(law)) return {0, parameter->name, "outside its range"};
+        if (const tips::Flaw flaw = flaw_of(law); flaw.limit) return {0, flaw.quantity, flaw.limit};
+        return {0, law.name, contradiction(law)};
+      },
+      laws);
+}
+
+inline Fault counted_twice(const Model& model) noexcept {
+  const bool twice =
+      std::visit([]<class F, class C>(const F&, const C&) { return counts_cutting<F> && counts_cutting<C>; },
+                 model.friction, model.cutting);
+  return {0, "cutting",
+          twice ? "the friction law counts the force at the tip already: take no_cutting" : nullptr};
+}
+
+inline Fault fault_of_laws(const Model& model) noexcept {
+  for (const Fault& fault : {fault_of(model.stiffness), fault_of(model.puncture), fault_of(model.friction),
+                             fault_of(model.cutting), fault_of(model.relaxation), counted_twice(model)})
+    if (fault.reason) return fault;
+  return {};
+}
+
+inline bool adds(const Model& model) noexcept {
+  return std::visit([]<class F>(const F&) { return stands_alone<F>; }, model.friction);
+}
+
+inline const char* fault_of_place(const Layer& layer, const Layer* above) noexcept {
+  if (!above) return layer.top == 0.0 ? nullptr : "the first layer's top is the undeformed surface, depth 0";
+  if (!(layer.top > above->top && layer.top <= 1.0)) return "layers overlap or are out of order";
+  const double punctures = above->top + puncture_depth(above->laws.puncture, prepare(above->laws.stiffness));
+  if (punctures > layer.top && !(adds(above->laws) && adds(layer.laws)))
+    return "the layer above punctures below this top: the tip would stand in two interfaces";
+  return nullptr;
+}
+
+}  // namespace detail
+
+/// The first fault of a stack of layers from the surface down, or one without a reason. For use before the
+/// loop.
+inline Fault first_fault(std::span<const Layer> layers) noexcept {
+  if (layers.empty() || layers.size() > most_layers) return {0, "layers", "not between 1 and 8"};
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    Fault fault = detail::fault_of_laws(layers[i].laws);
+    if (!fault.reason) fault = {i, "top", detail::fault_of_place(layers[i], i ? &layers[i - 1] : nullptr)};
+    fault.layer = i;
+    if (fault.reason) return fault;
+  }
+  return {};
+}
+
+/// True if every number of every law lies in its range, and the laws go together.
+inline bool valid(const Model& model) noexcept { return detail::fault_of_laws(model).reason == nullptr; }
 
 }  // namespace needleforce

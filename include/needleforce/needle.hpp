@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <tuple>
 
 #include "parameter.hpp"
 #include "tip.hpp"
@@ -35,6 +36,14 @@ struct Needle {
       {&Needle::poisson_ratio, "poisson_ratio", "1", 0.0, 0.5, 0.3, "nu_1", "Poisson ratio of the needle",
        "eq. (4)"},
   }};
+
+  static constexpr std::tuple parts{Part{&Needle::tip, "tip", "tip of the needle", true}};
+
+  tips::Flaw flaw() const noexcept {
+    if (inner_diameter < outer_diameter) return {};
+    return {"inner_diameter", -1, inner_diameter, "not below the outer diameter",
+            "Give the lumen's diameter, 0 for a solid needle."};
+  }
 
   /// Second moment of area [m^4].
   double second_moment() const noexcept {

@@ -26,6 +26,16 @@ struct Parameter {
   const char* source;
 };
 
+/// A member of T that is no number: a tip, or a choice among words. T lists its own in a tuple `parts`; one
+/// that may be left out keeps what a new T has.
+template <class T, class Value>
+struct Part {
+  Value T::* member;
+  const char* name;
+  const char* meaning;
+  bool optional = false;
+};
+
 /// A struct of SI doubles with a name, a sentence and a parameter table.
 template <class T>
 concept Parameterised = requires {

@@ -12,52 +12,72 @@ namespace needleforce {
 namespace detail {
 
 /// The paper's three phases with everything computed that does not change along the array.
-template <class Contact, class Shaft>
+template <class Contact, class Shaft, class Tip>
 struct Sliding {
   Contact contact;
   Shaft shaft;
-  double puncture, surface, cutting;
+  Tip tip;
+  double puncture, surface;
 
   // comparisons are so written that a depth that is not finite shows
-  double friction(double z) const noexcept { return shaft.sliding(z <= surface ? 0.0 : z - surface); }
-  double inwards(double z) const noexcept {
-    const double pierced = friction(z) + cutting;
+  double friction(double z, double v) const noexcept {
+    return shaft.sliding(z <= surface ? 0.0 : z - surface, v);
+  }
+  double inwards(double z, double v) const noexcept {
+    const double pierced = friction(z, v) + tip.steady(v);
     const double pushed = contact.force(z <= 0.0 ? 0.0 : z);
     return z > puncture ? pierced : pushed;
   }
-  double outwards(double z) const noexcept { return -friction(z); }
 };
+
+template <class Sliding>
+void slide(const Sliding& sliding, const double* __restrict depth, const double* __restrict velocity,
+           double* __restrict force, std::size_t n) noexcept {
+  if (velocity == nullptr) {
+    for (std::size_t i = 0; i < n; ++i) force[i] = sliding.inwards(depth[i], 0.0);
+    return;
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const double z = depth[i], v = velocity[i];
+    // both directions are computed and one is selected: a branch would keep the compiler from vectorising
+    const double in = sliding.inwards(z, v), out = sliding.friction(z, v < 0.0 ? v : -0.0);
+    force[i] = (v >= 0.0 ? in : out) + 0.0 * v;  // a velocity that is not finite shows
+  }
+}
 
 }  // namespace detail
 
-/// Writes the force [N] at each of n depths [m] to `force`: the paper's complete model. `velocity` gives the
-/// direction (>= 0 inwards) or is nullptr for insertion throughout. The arrays may not overlap. Allocates
-/// nothing.
+/// True if the model has a force while sliding that needs no memory.
+inline bool slides_steadily(const Model& model) noexcept {
+  const auto steady = []<class L>(const L&) { return SlidesSteadily<typename L::Prepared>; };
+  return std::visit(steady, model.friction) && std::holds_alternative<laws::NoRelaxation>(model.relaxation);
+}
+
+/// Writes the force [N] at each of n depths [m] to `force`: the paper's complete model. `velocity` [m/s]
+/// gives the direction (>= 0 inwards) and the rate terms, or is nullptr for slow insertion throughout. The
+/// arrays may not overlap. Allocates nothing; writes nothing unless `slides_steadily(model)`.
 inline void sliding_force(const Model& model, const double* __restrict depth,
                           const double* __restrict velocity, double* __restrict force,
                           std::size_t n) noexcept {
-  const auto loop = [=](const auto sliding) {
-    if (velocity == nullptr) {
-      for (std::size_t i = 0; i < n; ++i) force[i] = sliding.inwards(depth[i]);
-      return;
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-      // both directions are computed and one is selected: a branch would keep the compiler from vectorising
-      const double in = sliding.inwards(depth[i]), out = sliding.outwards(depth[i]);
-      force[i] = (velocity[i] >= 0.0 ? in : out) + 0.0 * velocity[i];  // a velocity that is not finite shows
-    }
-  };
   const auto contact = prepare(model.stiffness);
   const double puncture = puncture_depth(model.puncture, contact);
-  const double cutting = std::visit([](const auto& law) { return law.steady(); }, prepare(model.cutting));
   const auto shaft = prepare(model.friction);
+  const auto tip = prepare(model.cutting);
   // one visit inside the other: the compiler sees through them, and widens the loops as far as its caller
   // asks
+  const auto with_tip = [&](const auto& pushed, const auto& friction) {
+    std::visit(
+        [&](const auto& cut) {
+          const double surface = friction.surface(0.0, puncture);
+          detail::slide(detail::Sliding{pushed, friction, cut, puncture, surface}, depth, velocity, force, n);
+        },
+        tip);
+  };
   std::visit(
       [&](const auto& pushed) {
         std::visit(
-            [&](const auto& friction) {
-              loop(detail::Sliding{pushed, friction, puncture, friction.surface(puncture), cutting});
+            [&]<class F>(const F& friction) {
+              if constexpr (SlidesSteadily<F>) with_tip(pushed, friction);
             },
             shaft);
       },

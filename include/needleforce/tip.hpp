@@ -1,47 +1,46 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tips: rigid axisymmetric profiles with Sneddon's closed forms for a reduced modulus of 1.
+// The one list of tips: rigid axisymmetric profiles with Sneddon's contact for a reduced modulus of 1.
 #pragma once
 
-#include <array>
-#include <cmath>
-#include <numbers>
 #include <variant>
 
 #include "parameter.hpp"
-
-namespace needleforce::tips {
-
-inline constexpr double degree = std::numbers::pi / 180.0;
-
-/// A cone. `half_angle` is measured from the needle's axis, so the generator rises by cot(half_angle).
-struct Cone {
-  double half_angle;
-
-  static constexpr const char* name = "cone";
-  static constexpr const char* summary = "Cone with its apex on the needle's axis.";
-  static constexpr std::array<Parameter<Cone>, 1> table{{
-      {&Cone::half_angle, "half_angle", "rad", 0.1 * degree, 89.9 * degree, required, "alpha",
-       "angle between the axis and the generator", "Sneddon 1965, sec. 5"},
-  }};
-
-  double cotangent() const noexcept { return 1.0 / std::tan(half_angle); }
-  /// Depth of the apex below the undeformed surface at contact radius a [m]: Sneddon's h(a).
-  double depth(double a) const noexcept { return 0.5 * std::numbers::pi * a * cotangent(); }
-  /// Contact radius [m] at depth h >= 0 [m]: the inverse of depth().
-  double contact_radius(double h) const noexcept { return 2.0 * h * std::tan(half_angle) / std::numbers::pi; }
-  /// Force over reduced modulus [m^2] at contact radius a.
-  double force(double a) const noexcept { return 0.5 * std::numbers::pi * a * a * cotangent(); }
-  /// Stored energy over reduced modulus [m^3] at contact radius a.
-  double energy(double a) const noexcept { return force(a) * depth(a) / 3.0; }
-  /// Length [m] from the apex to the section of radius r.
-  double length(double r) const noexcept { return r * cotangent(); }
-};
-
-}  // namespace needleforce::tips
+#include "tips/blunted_cone.hpp"
+#include "tips/cone.hpp"
+#include "tips/flat.hpp"
+#include "tips/lancet_bevel.hpp"
+#include "tips/paraboloid.hpp"
+#include "tips/power_profile.hpp"
+#include "tips/profile.hpp"
+#include "tips/sphere.hpp"
+#include "tips/tangent_ogive.hpp"
+#include "tips/truncated_cone.hpp"
 
 namespace needleforce {
 
 /// Every tip. A new one is added here and nowhere else.
-using Tip = std::variant<tips::Cone>;
+using Tip = std::variant<tips::Cone, tips::Paraboloid, tips::Sphere, tips::Flat, tips::PowerProfile,
+                         tips::TruncatedCone, tips::BluntedCone, tips::TangentOgive, tips::LancetBevel,
+                         tips::Profile>;
+
+/// What does not fit together in the numbers of a tip, or of whatever holds one as `tip`.
+template <class T>
+tips::Flaw flaw_of(const T& value) noexcept {
+  if constexpr (requires { value.flaw(); })
+    return value.flaw();
+  else
+    return {};
+}
+
+/// True if every number of a tip lies in its range and fits the others.
+inline bool valid(const Tip& tip) noexcept {
+  return std::visit(
+      [](const auto& shape) {
+        if constexpr (requires { shape.table; })
+          if (first_invalid(shape)) return false;
+        return flaw_of(shape).limit == nullptr;
+      },
+      tip);
+}
 
 }  // namespace needleforce

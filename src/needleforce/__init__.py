@@ -19,6 +19,7 @@ _HOME = {
     "Needle": "core",
     "Tissue": "core",
     "Sample": "core",
+    "Layer": "layer",
     "Model": "model",
     "Insertion": "model",
     "preset": "preset_files",

@@ -13,6 +13,7 @@ from .identification import Fit as Fit
 from .identification import compare as compare
 from .identification import identify as identify
 from .indentation import contact as contact
+from .layer import Layer as Layer
 from .model import Insertion as Insertion
 from .model import Model as Model
 from .motion import Motion as Motion

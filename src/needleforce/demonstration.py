@@ -44,15 +44,16 @@ def demonstrate(folder, *, seed: int = 1, progress=None, **experiment) -> Demons
     """Simulates the campaign, writes it into ``folder``/recordings, reads the files back and identifies them.
 
     The specimen has what the identified model does not know: contact that stops at the needle's radius, a dimple that
-    stays on the first pass, a spreading force, friction that grows beyond 12 mm, the filter. ``experiment`` goes to
-    ``paper_experiment``; ``progress(iterable, text)`` wraps the work.
+    stays on the first pass, a spreading force, friction that grows beyond 12 mm, cutting that sticks and slips, the
+    filter. ``experiment`` goes to ``paper_experiment``; ``progress(iterable, text)`` wraps the work.
     """
     progress = progress or (lambda work, text: work)
     recordings = Path(folder) / "recordings"
     campaign = paper_experiment(seed, speeds=SPEEDS, **experiment)
     campaign.write(recordings, progress)
     fits = [_identified(campaign.at(speed), recordings, speed, progress) for speed in SPEEDS]
-    return Demonstration(_rows(campaign.at(SPEEDS[0]).truth, fits[0]), *fits)
+    rows = _rows(campaign.at(SPEEDS[0]).truth, fits[0]) + _swing(campaign.at(SPEEDS[1]).truth, fits[1])
+    return Demonstration(rows, *fits)
 
 
 def _identified(campaign, folder: Path, speed: float, progress) -> Fit:
@@ -75,5 +76,14 @@ def _rows(truth: dict, fit: Fit) -> tuple[Row, ...]:
     for quantity, (mean, sd) in PAPER.items():
         true, found = truth[quantity], fit.parameters[quantity]
         rows.append(Row(quantity, true.unit, mean, sd, true.drawn, found.value, found.low, found.high))
-    rows += [Row(quantity, "N", value, None, None, None, None, None) for quantity, value in SWING.items()]
+    return tuple(rows)
+
+
+def _swing(truth: dict, fit: Fit) -> tuple[Row, ...]:
+    """The range of the cutting force at 1 mm/s; the truth is the law's, to the scale of the sites' cutting force."""
+    scale, rows = truth["cutting_force"].drawn / PAPER["cutting_force"][0], []
+    for quantity, value in SWING.items():
+        found = fit.parameters.get(quantity.removesuffix("_1mm_s"))
+        identified = (None, None, None) if found is None else (found.value, found.low, found.high)
+        rows.append(Row(quantity, "N", value, None, scale * value, *identified))
     return tuple(rows)

@@ -1,21 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model with values: one law for each part of the force, beside the needle and tissue they come from."""
+"""A model with values: one law for each part of the force in each layer, beside the needle and tissue they come
+from."""
 
 import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from . import core
+from .bibliography import citations
+from .errors import InputError
+from .layer import Layer
+from .named_models import laws_with_values, named_model
 from .validity import crossed_limits
 
 
 @dataclass(frozen=True)
 class Model:
-    """Laws for stiffness, puncture, friction and cutting; where they come from; and what is doubtful about them.
+    """Laws for stiffness, puncture, friction, cutting and relaxation; where they come from; and what is doubtful.
 
-    ``needle`` and ``tissue`` are None where the laws were given without them, as after identification from a log alone.
+    ``needle`` and ``tissue`` are None where the laws were given without them, as after identification from a log
+    alone. ``deeper`` are further layers, from the second down. Raises InputError for laws that contradict each other
+    or count a mechanism twice, and for layers that overlap or are out of order.
     """
 
     stiffness: Any
@@ -28,21 +35,56 @@ class Model:
     doubts: tuple[str, ...] = ()
     needle: Any = None
     tissue: Any = None
+    relaxation: Any = field(default_factory=core.laws.NoRelaxation)
+    deeper: tuple[Layer, ...] = ()
+    unverified: tuple[str, ...] = ()
+
+    def __post_init__(self):
+        core.check_layers(self.stack)
+
+    @classmethod
+    def named(cls, name: str, *, needle=None, tissue=None, deeper: tuple[Layer, ...] = (), **values) -> "Model":
+        """A model by its name, as ``maurin``, with values: ``stiffness={"rate": 500.0, "scale": 0.05}`` and so on for
+        puncture, friction, cutting, relaxation, in SI.
+
+        Parameters not given are taken from ``needle`` and ``tissue`` as in preset files, else from the law's defaults.
+        ``deeper`` are further layers. Raises InputError for an unknown name, part or parameter, and for a value that
+        is missing or outside its range.
+        """
+        laws = laws_with_values(name, values, needle, tissue)
+        summary = named_model(name).summary
+        return cls(**laws, name=name, summary=summary, needle=needle, tissue=tissue, deeper=deeper)
+
+    @property
+    def layers(self) -> tuple[Layer, ...]:
+        """Every layer from the surface down, the first at depth 0."""
+        first = Layer(0.0, self.stiffness, self.puncture, self.friction, self.cutting, self.relaxation)
+        return (first, *self.deeper)
+
+    @property
+    def stack(self) -> list:
+        """The layers as the core takes them: (top [m], laws)."""
+        return [(layer.top, layer.laws) for layer in self.layers]
 
     @property
     def laws(self):
-        """The four laws as the core takes them."""
-        return core.Laws(self.stiffness, self.puncture, self.friction, self.cutting)
+        """The first layer's laws as the core takes them."""
+        return self.layers[0].laws
 
     @property
     def puncture_depth(self) -> float:
-        """Depth of the tip at puncture [m], whatever the criterion."""
+        """Depth of the tip at the first puncture [m], whatever the criterion; where the contact relaxes, the least."""
         return self.laws.puncture_depth
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The limits of validity this model crosses, in plain words."""
+        """The limits of validity this model crosses, and what in it is unverified, in plain words."""
         return crossed_limits(self)
+
+    @property
+    def citations(self) -> tuple[str, ...]:
+        """Full references of every law and parameter used, after the model's own reference."""
+        return citations(self)
 
     def replace(self, **changes) -> "Model":
         """A copy with the given laws or values changed."""
@@ -52,10 +94,13 @@ class Model:
         """Force [N] while sliding at each depth (n,) [m]: the paper's complete model of a first insertion, without
         memory.
 
-        ``velocity`` (n,) [m/s] gives the direction, >= 0 inwards; None is insertion throughout. ``out`` (n,) float64 is
-        written and returned where given. For holds, reversals and second insertions run an ``Insertion``. Raises
-        InputError for unequal lengths; a depth or velocity that is NaN gives NaN.
+        ``velocity`` (n,) [m/s] gives the direction, >= 0 inwards, and the rate terms; None is slow insertion
+        throughout. ``out`` (n,) float64 is written and returned where given. For holds, reversals, second insertions,
+        relaxation and layers run an ``Insertion``. Raises InputError for unequal lengths and for models whose force
+        needs memory; a depth or velocity that is NaN gives NaN.
         """
+        if self.deeper:
+            raise InputError("layers", len(self.layers), "more than one", next_step="Run an Insertion.")
         depth = np.ascontiguousarray(depth, dtype=float)
         velocity = None if velocity is None else np.ascontiguousarray(velocity, dtype=float)
         out = np.empty_like(depth) if out is None else out
@@ -72,7 +117,7 @@ class Insertion(core.Insertion):
     """
 
     def __init__(self, model: Model, *, max_speed: float = 1.0, hold_time: float = 0.0):
-        super().__init__(model.laws, max_speed, hold_time)
+        super().__init__(model.stack, max_speed, hold_time)
         self.model = model
 
     def snapshot(self) -> "Insertion":

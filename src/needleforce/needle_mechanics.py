@@ -25,3 +25,15 @@ def tube_of_equal_stiffness(needle, young_modulus: float) -> float:
     if fourth < 0.0:
         raise InputError("young_modulus", young_modulus, "too soft for the needle's stiffness even as a solid rod")
     return fourth**0.25
+
+
+def equivalent_half_angle(tip) -> float:
+    """Half angle [rad] of the cone that a tip is, or that stands for it; InputError for a tip that is no cone."""
+    if hasattr(tip, "equivalent_cone"):
+        return tip.equivalent_cone().half_angle
+    raise InputError(
+        "tip.shape",
+        tip.name,
+        "not a cone and without an equivalent one",
+        next_step="Give the law's half_angle itself, or use the law tip_contact, which takes every tip.",
+    )

@@ -145,10 +145,77 @@ def test_simulate_then_identify(tmp_path):
 def test_compare_laws_and_presets_speak_json(example):
     rows = json.loads(run("compare", example, "--models", "paper,cone_cylinder", "--json", "-").stdout)
     assert {row["model"] for row in rows} == {"paper", "cone_cylinder"} and rows[0]["bic"] <= rows[1]["bic"]
+    everything = json.loads(run("compare", example, "--json", "-").stdout)
+    assert {row["model"] for row in everything} == {"paper", "cone_cylinder", "power_law", "okamura", "maurin"}
+    assert sum(row["wins"] for row in everything) == 1 == everything[0]["wins"]
     laws = json.loads(run("laws", "--json", "-").stdout)
     assert {"cone", "cone_cylinder", "coulomb", "constant_cutting"} <= {law["name"] for law in laws}
     presets = json.loads(run("presets", "--json", "-").stdout)
     assert [p["name"] for p in presets] == list(nf.presets()) and all(p["reference"] for p in presets)
+
+
+def test_laws_for_a_needle_come_with_a_verdict():
+    rows = json.loads(run("laws", "--needle", "physical", "--indentation-mm", "3", "--json", "-").stdout)
+    verdicts = {row["law"]: row["verdict"] for row in rows}
+    assert verdicts["cone"] == "not applicable" and verdicts["cone_cylinder"] == "scaling law only"
+    # the preset paper has a needle and no tissue
+    rows = json.loads(run("laws", "--needle", "paper", "--json", "-").stdout)
+    assert "no tissue" in next(row["reason"] for row in rows if row["law"] == "cone")
+    rows = json.loads(run("laws", "--needle", "paper", "--tissue", "physical", "--json", "-").stdout)
+    assert next(row["verdict"] for row in rows if row["law"] == "cone") == "scaling law only"
+
+
+def test_named_models_references_and_published_values_speak_json():
+    models = json.loads(run("laws", "--models", "--json", "-").stdout)
+    assert {"paper", "okamura", "maurin", "azar", "layered"} <= {model["name"] for model in models}
+    references = json.loads(run("laws", "--citations", "--json", "-").stdout)
+    assert any(work["key"] == "Sneddon 1965" and "Boussinesq" in work["reference"] for work in references)
+    values = json.loads(run("presets", "--published", "--json", "-").stdout)
+    assert {value["status"] for value in values} == {"verified", "secondary"}
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (["laws"], ["cone_cylinder", "N s/m^2", "free: elastic"]),
+        (["laws", "--models"], ["layered_as_fitted"]),
+        (["presets"], ["unverified", "okamura_liver"]),
+        (["presets", "--published"], ["secondary", "J/m^2"]),
+        (["laws", "--needle", "physical"], ["scaling law only"]),
+    ],
+)
+def test_tables_show_what_they_are_for(arguments, words):
+    done = run(*arguments)
+    assert done.returncode == 0 and all(word in done.stdout for word in words)
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["laws", "--needle", "nowhere.toml"], "nowhere.toml"),
+        (["laws", "--tissue", "paper"], "[tissue]"),
+        (["laws", "--needle", "okamura_liver"], "needle"),
+        (["laws", "--needle", "paper", "--depth-mm", "0"], "depth"),
+    ],
+)
+def test_a_case_that_cannot_be_judged_is_refused(arguments, said):
+    done = run(*arguments)
+    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+
+
+def test_simulate_tells_what_is_unverified_and_outside(tmp_path):
+    done = run("simulate", "--preset", "okamura_liver", "--citations", "-o", tmp_path / "run.csv")
+    assert done.returncode == 0 and "Unverified" in done.stderr and "831542" in done.stdout
+    assert "831542" not in run("simulate", "--preset", "okamura_liver", "-o", tmp_path / "run.csv").stdout
+    (tmp_path / "far.toml").write_text(
+        'name = "far"\nsummary = "x"\nreference = "by hand"\n'
+        '[stiffness]\nlaw = "exponential"\nrate_per_m = 5000\nscale_N = 1e-9\n'
+        '[puncture]\nlaw = "puncture_depth"\ndepth_mm = 100\n'
+        '[friction]\nlaw = "coulomb"\nper_length_N_per_m = 1\n[cutting]\nlaw = "no_cutting"\n'
+    )
+    done = run("simulate", "--preset", tmp_path / "far.toml", "-o", tmp_path / "far.csv")
+    assert done.returncode == 0 and "outside the range of the model" in done.stderr
+    assert "outside_range" in (tmp_path / "far.csv").read_text()[:2000]
 
 
 def test_version():

@@ -6,7 +6,7 @@ namespace {
 
 template <class L>
 struct EveryLaw : ::testing::Test {};
-using AllLaws = AsTypes<Joined<Stiffness, Puncture, Friction, Cutting>::type>::type;
+using AllLaws = AsTypes<Joined<Stiffness, Puncture, Friction, Cutting, Relaxation>::type>::type;
 TYPED_TEST_SUITE(EveryLaw, AllLaws);
 
 TYPED_TEST(EveryLaw, IsALawWithATableInOrder) {
@@ -22,6 +22,11 @@ TYPED_TEST(EveryLaw, IsALawWithATableInOrder) {
   }
 }
 
+TYPED_TEST(EveryLaw, HasUnitsThatFollowLengthsAndStresses) {
+  for (const auto& parameter : TypeParam::table)
+    EXPECT_TRUE(std::isfinite(unit_factor(parameter.unit, s, m))) << parameter.unit;
+}
+
 TYPED_TEST(EveryLaw, RefusesWhatIsOutsideItsRange) {
   EXPECT_EQ(first_invalid(middle<TypeParam>()), nullptr);
   for (const auto& parameter : TypeParam::table) {
@@ -33,6 +38,41 @@ TYPED_TEST(EveryLaw, RefusesWhatIsOutsideItsRange) {
       EXPECT_EQ(first_invalid(law), &parameter) << parameter.name;
     }
   }
+}
+
+TYPED_TEST(EveryLaw, SaysInWordsWhatContradictsWhat) {
+  EXPECT_EQ(contradiction(middle<TypeParam>()), nullptr);
+  if constexpr (requires(const TypeParam& law) { law.contradiction(); }) {
+    // some numbers within their ranges do contradict each other, and the words name one of them
+    int contradictory = 0;
+    std::mt19937_64 generator{1};
+    std::uniform_real_distribution<double> place{0.0, 1.0};
+    for (int i = 0; i < 1000; ++i) {
+      TypeParam law{};
+      for (const auto& parameter : TypeParam::table)
+        law.*parameter.member = along(parameter.low, parameter.high, place(generator));
+      const char* words = law.contradiction();
+      if (!words) continue;
+      ++contradictory;
+      const bool named =
+          std::any_of(TypeParam::table.begin(), TypeParam::table.end(), [&](const auto& parameter) {
+            return std::string(words).find(parameter.name) != std::string::npos;
+          });
+      EXPECT_TRUE(named) << words;
+    }
+    EXPECT_GT(contradictory, 0);
+  }
+}
+
+TEST(Contradictions, AreThoseOfTheSources) {
+  EXPECT_NE(contradiction(laws::StickSlip{0.04, 0.04, 1.5e-3, 25.0, 200.0}), nullptr);
+  EXPECT_NE(contradiction(laws::StickSlip{0.10, 0.04, 1.5e-3, 27.0, 200.0}), nullptr);  // c v_a > F_a
+  EXPECT_EQ(contradiction(laws::StickSlip{0.10, 0.04, 1.5e-3, 25.0, 200.0}), nullptr);
+  EXPECT_NE(contradiction(laws::StribeckCutting{0.05, 0.05, 1e-3, 20.0, 200.0, 2e-3}), nullptr);
+  EXPECT_NE(contradiction(laws::LuGre{1e6, 0.0, 0.0, 20.0, 19.0, 1e-3, 2.0}), nullptr);
+  EXPECT_EQ(contradiction(laws::LuGre{1e6, 0.0, 0.0, 20.0, 20.0, 1e-3, 2.0}), nullptr);
+  EXPECT_NE(contradiction(laws::Prony{0.5, 0.7, 0.5, 5.0}), nullptr);
+  EXPECT_EQ(contradiction(laws::PronyAtRest{0.31, 0.7, 0.26, 5.0}), nullptr);
 }
 
 }  // namespace

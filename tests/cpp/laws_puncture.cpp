@@ -31,12 +31,40 @@ TYPED_TEST(EveryPuncture, ComesNoDeeperInAStifferTissueAndScales) {
   });
 }
 
-TEST(Puncture, ADepthStandsAndAForceIsReached) {
+TYPED_TEST(EveryPuncture, BreaksAContactThatDidNotRelaxBeyondItsDepthAndNotBefore) {
+  const TypeParam puncture = middle<TypeParam>();
+  with_each<Stiffness>([&](const auto& contact) {
+    const auto elastic = contact.prepare();
+    const double depth = puncture.puncture_depth(elastic);
+    const auto breaks = [&](double h) { return puncture.breaks(elastic.force(h), elastic.energy(h)); };
+    EXPECT_TRUE(breaks(1.001 * depth));
+    // a depth is asked for by the loop itself
+    EXPECT_EQ(breaks(0.999 * depth), (std::is_same_v<TypeParam, laws::PunctureDepth>));
+  });
+}
+
+TYPED_TEST(EveryPuncture, OfNothingIsASurfaceThatLetsThrough) {
+  TypeParam puncture{};
+  for (const auto& parameter : TypeParam::table) puncture.*parameter.member = 0.0;
+  EXPECT_EQ(first_invalid(puncture), nullptr);
+  with_each<Stiffness>(
+      [&](const auto& contact) { EXPECT_EQ(puncture.puncture_depth(contact.prepare()), 0.0); });
+  EXPECT_TRUE(puncture.breaks(0.0, 0.0));
+}
+
+TEST(Puncture, ADepthStandsAForceIsReachedAndAnEnergyIsSpent) {
   with_each<Stiffness>([](const auto& contact) {
     const auto prepared = contact.prepare();
     EXPECT_EQ(laws::PunctureDepth{3e-3}.puncture_depth(prepared), 3e-3);
     EXPECT_NEAR(prepared.force(laws::PunctureForce{0.2}.puncture_depth(prepared)), 0.2, 1e-12);
+    EXPECT_NEAR(prepared.energy(laws::PunctureEnergy{2e-4}.puncture_depth(prepared)), 2e-4, 1e-15);
   });
+}
+
+TEST(Puncture, TheEnergyOfTheConeAtThePapersDepthIsAThirdOfForceTimesDepth) {
+  const auto cone = laws::Cone{116e3, 15.0 * tips::degree}.prepare();
+  const laws::PunctureEnergy third{cone.force(3.237e-3) * 3.237e-3 / 3.0};
+  EXPECT_NEAR(third.puncture_depth(cone), 3.237e-3, 1e-14);
 }
 
 }  // namespace

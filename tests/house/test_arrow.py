@@ -14,12 +14,16 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "src" / "needleforce"
 
 # each place with what it may see of the package beside itself; the order is the arrow's
-CORE = {"core", "errors", "finite", "whole_file", "vocabulary", "version", "units"}
+CORE = {"core", "errors", "finite", "whole_file", "vocabulary", "version", "units", "law_list", "bibliography"}
 MECHANICS = CORE | {
     "indentation",
+    "slope_contact",
     "foundation",
     "needle_mechanics",
     "validity",
+    "layer",
+    "derived_parameters",
+    "named_models",
     "model",
     "energy",
     "motion",
@@ -32,10 +36,18 @@ ALLOWED = {
     "simulation": MECHANICS | {"recording"},
     "rig": MECHANICS | {"recording", "simulation"},
     "report": MECHANICS | {"recording", "segmentation", "identification"},
-    "model": CORE | {"validity"},
+    "model": CORE | {"validity", "layer", "named_models"},
+    "named_models": CORE | {"derived_parameters"},
+    "derived_parameters": CORE | {"foundation", "needle_mechanics"},
+    "layer": CORE,
+    "law_list": {"core"},
+    "bibliography": set(),
+    "published": set(),
+    "applicability": CORE | {"indentation", "validity"},
     "validity": CORE | {"needle_mechanics"},
     "preset_files": MECHANICS,
-    "indentation": CORE,
+    "indentation": CORE | {"slope_contact"},
+    "slope_contact": CORE,
     "foundation": CORE,
     "needle_mechanics": CORE,
     "energy": CORE,
@@ -85,17 +97,19 @@ def test_heavy_libraries_are_loaded_when_used():
     assert not SLOW & set(done.stdout.split())
 
 
-# each file of the core with what it may see: what stands before it in its row; laws/ is one place but for its list
-SIMULATED = ["version", "parameter", "tip", "needle", "tissue", "contact", "foundation", "law", "laws", "laws/all",
-             "model", "sample", "insertion", "sliding"]  # fmt: skip
+# each file of the core with what it may see: what stands before it in its row; laws/ is one place but for its
+# list, tips/ is one
+SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
+             "relaxation", "memory", "law", "laws", "laws/all", "chosen", "model", "sample", "layer", "insertion",
+             "sliding"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle"]  # fmt: skip
 
 
 def place(path: Path, include: Path) -> str:
-    """Where a header of ``include`` stands: its name without ending, of a law its folder."""
+    """Where a header of ``include`` stands: its name without ending, of a law or tip its folder."""
     name = str(path.relative_to(include).with_suffix(""))
-    return "laws" if name.startswith("laws/") and name != "laws/all" else name
+    return name.split("/")[0] if name.startswith(("laws/", "tips/")) and name != "laws/all" else name
 
 
 def included(path: Path, include: Path) -> list[Path]:

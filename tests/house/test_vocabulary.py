@@ -5,18 +5,26 @@ import re
 
 import needleforce as nf
 from needleforce import core
-from needleforce.preset_files.schema import FAMILIES, laws_of
+from needleforce.law_list import FAMILIES, laws_of
+from needleforce.preset_files.schema import tips
 from needleforce.preset_files.units_in_keys import ENDINGS
 
 GLOSSARY = {
     "outer_diameter", "inner_diameter", "length", "young_modulus", "poisson_ratio", "half_angle",
     "reduced_modulus", "radius", "depth", "force", "per_length", "presliding", "dimple_ratio", "unloading",
     "linear", "quadratic", "rate", "exponent", "energy", "scale", "reference_force", "reference_depth",
+    "tip_radius", "flat_radius", "transition_radius", "reference_radius", "reference_height", "radii", "heights",
+    "coulomb_in", "coulomb_out", "viscous_in", "viscous_out", "static_in", "static_out", "static_band",
+    "bristle_stiffness", "bristle_damping", "viscous", "coulomb", "static_friction", "stribeck_speed",
+    "stribeck_exponent",
+    "recovery_time", "surface_stiffness", "tip_force", "stiffness", "rupture_length", "resting_surface",
+    "toughness", "crack_length", "plane_strain_modulus", "recovered", "break_force", "arrest_force", "arrest_speed",
+    "damping", "static_force", "kinetic_force", "mass", "share_1", "time_1", "share_2", "time_2",
 }  # fmt: skip
 
 
 def tables():
-    yield from (core.Needle, core.Tissue, core.tips.Cone)
+    yield from (core.Needle, core.Tissue, *tips())
     yield from (law for family in FAMILIES for law in laws_of(family))
 
 

@@ -57,6 +57,54 @@ def test_the_law_that_made_the_recording_wins(name, law):
     assert rows[0].left_out < 0.03
 
 
+STIFFNESS = {
+    "power_law": lambda: nf.laws.PowerLaw(0.035, 1.7),
+    "okamura": lambda: nf.laws.Polynomial(25.0, 12e3),
+    "maurin": lambda: nf.laws.Exponential(500.0, 0.06),
+}
+
+
+@pytest.mark.parametrize("name", STIFFNESS)
+def test_other_loading_curves_make_full_models(name, tmp_path):
+    law = STIFFNESS[name]()
+    truth = PAPER.replace(stiffness=law)
+    runs = [noisy(truth, noise=2e-3, seed=seed) for seed in range(3)]
+    fit = nf.identify(runs, model=name, needle=PAPER.needle)
+    assert type(fit.model.stiffness) is type(law) and fit.choice[0][0] == law.name
+    for row in law.table():
+        expected = getattr(law, row["name"])
+        assert getattr(fit.model.stiffness, row["name"]) == pytest.approx(expected, rel=0.15), row["name"]
+    found = fit.parameters
+    assert found["friction_per_length"].value == pytest.approx(18.6, rel=0.02)
+    assert found["cutting_force"].value == pytest.approx(0.0776, abs=3e-3)
+    assert "reduced_modulus" not in found and any("knows no modulus" in sentence for sentence in fit.unknown)
+    fit.save(tmp_path / "mine.toml")
+    assert nf.preset(tmp_path / "mine.toml") == fit.model
+    assert np.sqrt(np.mean((fit.predict(runs[0]) - runs[0].force) ** 2)) < 6e-3
+    rows = nf.compare(runs)
+    assert rows[0].model == name and rows[0].wins == 3 and rows[0].residual < 0.02
+    assert all(row.bic > rows[0].bic + 6 for row in rows[1:])
+
+
+def test_an_alias_is_the_same_model():
+    first, second = nf.compare([noisy()], ["okamura", "simone"])
+    assert first.bic == second.bic and {first.model, second.model} == {"okamura", "simone"}
+
+
+def test_comparing_what_cannot_answer_gives_rows_without_numbers():
+    blank = noisy(motion=nf.Motion.insert(start=-9e-3, speed=3e-3, depth=-1e-3))
+    rows = nf.compare([blank])
+    assert len(rows) == 5
+    assert all(np.isnan(row.bic) and np.isnan(row.left_out) and row.wins == 0 for row in rows)
+    with_one = nf.compare([blank, noisy()], ["paper", "maurin"])
+    assert [row.wins for row in with_one] == [1, 0] and np.isnan(with_one[0].left_out)
+
+
+def test_the_default_choice_is_between_the_laws_that_tell_a_modulus():
+    laws = {law for law, _ in nf.identify(noisy(PAPER.replace(stiffness=STIFFNESS["maurin"]()))).choice}
+    assert laws == {"cone", "cone_cylinder"}
+
+
 def test_repeats_are_pooled_with_their_scatter():
     punctures = (3.1e-3, 3.2e-3, 3.35e-3)
     runs = [noisy(PAPER.replace(puncture=nf.laws.PunctureDepth(p)), seed=k) for k, p in enumerate(punctures)]

@@ -102,3 +102,54 @@ def test_a_byte_order_mark_is_no_text(tmp_path, text):
     (tmp_path / "mine.toml").write_text(text, encoding="utf-8-sig")
     assert nf.preset(tmp_path / "mine.toml") == nf.preset("physical")
     assert read_needle(tmp_path / "mine.toml") == nf.preset("physical").needle
+
+
+SHAPES = {
+    'shape = "sphere"\nradius_mm = 0.35': nf.tips.Sphere(0.35e-3),
+    'shape = "lancet_bevel"\nhalf_angle_rad = 0.25\nequivalence = "equal_length"': nf.tips.LancetBevel(
+        0.25, "equal_length"
+    ),
+    'shape = "profile"\nradii_mm = [0, 0.1, 0.35]\nheights_mm = [0, 0.1, 0.5]': nf.tips.Profile(
+        [0, 1e-4, 0.35e-3], [0, 1e-4, 5e-4]
+    ),
+    'shape = "tangent_ogive"\nradius_mm = 0.35\nlength_mm = 1.3': nf.tips.TangentOgive(0.35e-3, 1.3e-3),
+}
+
+
+def with_tip(text, shape, law):
+    text = re.sub(r'shape = "cone"\nhalf_angle_rad = .*', shape, text)
+    return re.sub(r'law = "cone_cylinder"\n(.*)\nhalf_angle_rad = .*\nradius_m = .*', rf'law = "{law}"\n\1', text)
+
+
+@pytest.mark.parametrize("shape, tip", SHAPES.items(), ids=lambda each: getattr(each, "name", ""))
+def test_every_tip_in_a_file_and_back(text, tmp_path, shape, tip):
+    (tmp_path / "mine.toml").write_text(with_tip(text, shape, "tip_contact"), encoding="utf-8")
+    model = nf.preset(tmp_path / "mine.toml")
+    assert model.needle.tip == model.stiffness.tip == tip and model.stiffness.radius == 0.35e-3
+    save(model, tmp_path / "again.toml")
+    assert nf.preset(tmp_path / "again.toml") == model
+    alone = model.replace(needle=None)
+    save(alone, tmp_path / "alone.toml")
+    assert nf.preset(tmp_path / "alone.toml").stiffness == model.stiffness
+    assert any("scaling law" in warning for warning in model.warnings)
+
+
+def test_a_cone_law_takes_the_cone_of_a_bevel_and_refuses_a_sphere(text, tmp_path):
+    shapes = list(SHAPES)
+    (tmp_path / "mine.toml").write_text(with_tip(text, shapes[1], "cone_cylinder"), encoding="utf-8")
+    half_angle = nf.preset(tmp_path / "mine.toml").stiffness.half_angle
+    assert half_angle == nf.tips.LancetBevel(0.25, "equal_length").equivalent_cone().half_angle
+    refused(with_tip(text, shapes[0], "cone_cylinder"), tmp_path, r"\$\.stiffness.*tip\.shape.*sphere.*tip_contact")
+    refused(with_tip(text, 'shape = "wedge"', "tip_contact"), tmp_path, r"wedge.*\$\.needle\.tip")
+    bad = 'shape = "profile"\nradii_mm = [0, 0.1]\nheights_mm = [0, -0.1]'
+    refused(with_tip(text, bad, "tip_contact"), tmp_path, r"\$\.needle\.tip: profile\.heights\[1\]")
+
+
+def test_warnings_of_tips(text, tmp_path):
+    (tmp_path / "mine.toml").write_text(with_tip(text, next(iter(SHAPES)), "tip_contact"), encoding="utf-8")
+    model = nf.preset(tmp_path / "mine.toml")
+    shallow = model.replace(puncture=nf.laws.PunctureDepth(2e-5))
+    assert any("slope at the edge" in warning for warning in model.warnings)
+    assert not any("scaling law" in warning for warning in shallow.warnings)
+    wide = model.replace(stiffness=model.stiffness.replace(radius=1e-3))
+    assert any("stops growing at 1 mm" in warning for warning in wide.warnings)

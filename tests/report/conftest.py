@@ -53,7 +53,7 @@ def site(number: int) -> Site:
     first = second + 0.0776 + noise[1]
     inside = grid < 10e-3
     line = (grid[inside], second[inside], 18.6, 0.1, 0.0, 10e-3, "the needle bends")
-    return Site(grid, first, second, first - second, *line, 0.0776, 1e-3)
+    return Site(grid, first, second, first - second, first - second, 1e-3, *line, 0.0776, 1e-3)
 
 
 @pytest.fixture

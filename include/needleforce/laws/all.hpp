@@ -8,20 +8,34 @@
 #include "cone_cylinder.hpp"
 #include "constant_cutting.hpp"
 #include "coulomb.hpp"
+#include "dragged_tissue.hpp"
 #include "exponential.hpp"
+#include "fracture.hpp"
+#include "karnopp.hpp"
+#include "lugre.hpp"
+#include "no_cutting.hpp"
+#include "no_relaxation.hpp"
 #include "polynomial.hpp"
 #include "power_law.hpp"
+#include "prony.hpp"
 #include "puncture_depth.hpp"
 #include "puncture_energy.hpp"
 #include "puncture_force.hpp"
+#include "relaxing_surface.hpp"
+#include "stick_slip.hpp"
+#include "stribeck_cutting.hpp"
+#include "tip_contact.hpp"
 
 namespace needleforce {
 
-using Stiffness =
-    std::variant<laws::Cone, laws::ConeCylinder, laws::PowerLaw, laws::Polynomial, laws::Exponential>;
+using Stiffness = std::variant<laws::Cone, laws::ConeCylinder, laws::PowerLaw, laws::Polynomial,
+                               laws::Exponential, laws::TipContact>;
 using Puncture = std::variant<laws::PunctureDepth, laws::PunctureForce, laws::PunctureEnergy>;
-using Friction = std::variant<laws::Coulomb>;
-using Cutting = std::variant<laws::ConstantCutting>;
+using Friction = std::variant<laws::Coulomb, laws::RelaxingSurface, laws::Karnopp, laws::LuGre,
+                              laws::DraggedTissuePassive, laws::DraggedTissueAsFitted>;
+using Cutting = std::variant<laws::ConstantCutting, laws::Fracture, laws::StickSlip, laws::StribeckCutting,
+                             laws::NoCutting>;
+using Relaxation = std::variant<laws::NoRelaxation, laws::Prony, laws::PronyAtRest>;
 
 namespace detail {
 
@@ -43,6 +57,11 @@ struct OffersCutting {
   static_assert(CuttingLaw<L>, "a law on the list Cutting lacks what CuttingLaw in law.hpp asks");
 };
 
+template <class L>
+struct OffersRelaxation {
+  static_assert(RelaxationLaw<L>, "a law on the list Relaxation lacks what RelaxationLaw in law.hpp asks");
+};
+
 template <template <class> class Offers, class... L>
 consteval bool all_of(const std::variant<L...>*) {
   return (sizeof(Offers<L>) && ...);
@@ -52,6 +71,7 @@ static_assert(all_of<OffersStiffness>(static_cast<Stiffness*>(nullptr)));
 static_assert(all_of<OffersPuncture>(static_cast<Puncture*>(nullptr)));
 static_assert(all_of<OffersFriction>(static_cast<Friction*>(nullptr)));
 static_assert(all_of<OffersCutting>(static_cast<Cutting*>(nullptr)));
+static_assert(all_of<OffersRelaxation>(static_cast<Relaxation*>(nullptr)));
 
 }  // namespace detail
 

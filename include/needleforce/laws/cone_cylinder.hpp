@@ -21,7 +21,7 @@ struct ConeCylinder {
   static constexpr Family family = Family::stiffness;
   static constexpr const char* summary =
       "Cone on a cylindrical shank: the contact stops growing at the needle's radius.";
-  static constexpr const char* source = "Sneddon 1965; Galin's form with a fixed contact edge";
+  static constexpr const char* source = "Sneddon 1965; Galin 1953, fixed contact edge";
   static constexpr const char* validity =
       "Small slopes (half angle above 60 degrees): with a sharp needle a scaling law, not a prediction.";
   static constexpr std::array<Parameter<ConeCylinder>, 3> table{{
@@ -30,7 +30,7 @@ struct ConeCylinder {
       {&ConeCylinder::half_angle, "half_angle", "rad", 0.1 * tips::degree, 89.9 * tips::degree, required,
        "alpha", "angle between the needle's axis and the generator of the cone", "eq. (5)"},
       {&ConeCylinder::radius, "radius", "m", 1e-6, 1e-1, required, "R",
-       "radius of the shank, where the contact stops growing", "Galin's form"},
+       "radius of the shank, where the contact stops growing", "Galin 1953"},
   }};
 
   struct Prepared {

@@ -17,6 +17,7 @@ struct ConstantCutting {
 
   static constexpr const char* name = "constant_cutting";
   static constexpr Family family = Family::cutting;
+  static constexpr bool cuts = true;
   static constexpr const char* summary = "Constant cutting force at the deepest cut.";
   static constexpr const char* source = "sec. 2.3";
   static constexpr const char* validity =
@@ -25,17 +26,22 @@ struct ConstantCutting {
       {&ConstantCutting::force, "force", "N", 0.0, 1e3, required, "f_c",
        "cutting force while the tip advances in fresh tissue", "sec. 2.3"},
       {&ConstantCutting::unloading, "unloading", "m", 1e-9, 5e-2, 20e-6, "s_c",
-       "travel away from the deepest cut over which the force falls to zero", "elastic unloading"},
+       "travel away from the deepest cut over which the force falls to zero", "free: elastic unloading"},
   }};
 
   struct Prepared {
     double full;        // the force at the deepest cut [N]
     double per_travel;  // 1 / unloading [1/m]
-    double steady() const noexcept { return full; }
-    /// `retreat` >= 0 [m] is the distance of the tip from the deepest cut.
-    double force(double retreat) const noexcept { return full * std::max(0.0, 1.0 - retreat * per_travel); }
-    double by_depth(double retreat) const noexcept {
-      return retreat > 0.0 && retreat * per_travel < 1.0 ? full * per_travel : 0.0;
+    double steady(double) const noexcept { return full; }
+    void enter(Cut& cut, double depth, double) const noexcept { cut.front = depth; }
+    void advance(Cut& cut, const Move& move) const noexcept { cut.front = std::max(cut.front, move.depth); }
+    /// The share of the force that is left `cut.front - depth` behind the deepest cut.
+    double loaded(const Cut& cut, double depth) const noexcept {
+      return std::max(0.0, 1.0 - (cut.front - depth) * per_travel);
+    }
+    double force(const Cut& cut, double depth) const noexcept { return full * loaded(cut, depth); }
+    double by_depth(const Cut& cut, double depth) const noexcept {
+      return depth < cut.front && loaded(cut, depth) > 0.0 ? full * per_travel : 0.0;
     }
   };
   Prepared prepare() const noexcept { return {force, 1.0 / unloading}; }

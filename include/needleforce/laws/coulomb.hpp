@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "../law.hpp"
 
@@ -10,7 +10,7 @@ namespace needleforce::laws {
 
 /// f = f' l s: Coulomb friction per embedded length l, with an elastic-slip state s in [-1, 1] that follows
 /// the change of depth. Sliding gives s = +-1, the paper's law; at rest s keeps its value, so a hold keeps
-/// its friction.
+/// its friction, but for what relaxes. Long presliding is tissue dragged along before it slides.
 struct Coulomb {
   double per_length;
   double presliding;
@@ -20,7 +20,7 @@ struct Coulomb {
   static constexpr Family family = Family::friction;
   static constexpr const char* summary =
       "Coulomb friction per embedded length, reversing over a short elastic travel.";
-  static constexpr const char* source = "eqs. (7)-(11); elastic-slip element after Dahl 1968";
+  static constexpr const char* source = "eqs. (7)-(11); Dahl 1968, elastic-slip element";
   static constexpr const char* validity =
       "A straight needle: the paper sees it break down beyond 12 mm. No dependence on speed.";
   static constexpr std::array<Parameter<Coulomb>, 3> table{{
@@ -34,22 +34,27 @@ struct Coulomb {
 
   struct Prepared {
     double per_length;
-    double per_travel;  // 1 / presliding [1/m]
+    double stiffness;  // of the element per length [N/m^2]
     double dimple_ratio;
-    double surface(double puncture_depth) const noexcept { return dimple_ratio * puncture_depth; }
-    double sliding(double embedded) const noexcept { return per_length * embedded; }
-    /// The element after a change of depth [m].
-    double advance(double bristle, double travel) const noexcept {
-      return std::clamp(bristle + travel * per_travel, -1.0, 1.0);
+    double surface(double top, double puncture) const noexcept {
+      return top + dimple_ratio * (puncture - top);
     }
-    double force(double bristle, double embedded) const noexcept { return per_length * embedded * bristle; }
-    double by_depth(double bristle, double embedded) const noexcept {
-      if (embedded <= 0.0) return 0.0;
-      const double turning = bristle > -1.0 && bristle < 1.0 ? per_length * embedded * per_travel : 0.0;
-      return per_length * bristle + turning;
+    double sliding(double embedded, double v) const noexcept {
+      return (std::signbit(v) ? -per_length : per_length) * embedded;
     }
+    void advance(Shaft& shaft, const Move& move, const Bed& bed, const Relaxing& relaxing) const noexcept {
+      shaft.traction =
+          shaft.element.load(stiffness * move.travel, -per_length, per_length, relaxing, move.advancing);
+      shaft.embed(bed, move.depth, surface(bed.top, bed.puncture));
+    }
+    void pierce(Shaft&, const Held&) const noexcept {}
+    double force(const Shaft& shaft, double) const noexcept { return shaft.traction * shaft.embedded; }
+    double by_depth(const Shaft& shaft, double) const noexcept {
+      return shaft.traction * shaft.growing + stiffness * shaft.element.stiffening * shaft.embedded;
+    }
+    double by_velocity(const Shaft&, double) const noexcept { return 0.0; }
   };
-  Prepared prepare() const noexcept { return {per_length, 1.0 / presliding, dimple_ratio}; }
+  Prepared prepare() const noexcept { return {per_length, per_length / presliding, dimple_ratio}; }
 };
 
 }  // namespace needleforce::laws

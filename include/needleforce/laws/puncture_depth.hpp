@@ -25,6 +25,7 @@ struct PunctureDepth {
   double puncture_depth(const Stiffness&) const noexcept {
     return depth;
   }
+  bool breaks(double, double) const noexcept { return true; }
 };
 
 }  // namespace needleforce::laws

@@ -32,6 +32,7 @@ struct PunctureEnergy {
     }
     return energy > 0.0 ? high : 0.0;
   }
+  bool breaks(double, double work) const noexcept { return work >= energy; }
 };
 
 }  // namespace needleforce::laws

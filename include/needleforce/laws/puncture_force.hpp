@@ -25,6 +25,7 @@ struct PunctureForce {
   double puncture_depth(const Stiffness& stiffness) const noexcept {
     return stiffness.indentation(force);
   }
+  bool breaks(double force, double) const noexcept { return force >= this->force; }
 };
 
 }  // namespace needleforce::laws

@@ -10,6 +10,10 @@ from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 from .reading import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, read_all
 
 NAME = "identify"
+MODEL_HELP = (
+    "paper, cone_cylinder, power_law, okamura (or simone) or maurin; without it, paper or cone_cylinder, by the BIC of "
+    "the loading curve."
+)
 
 
 def run(
@@ -18,7 +22,7 @@ def run(
         list[Path], typer.Option(help="Second insertion at the same site, one for each file; repeat it.")
     ] = [],  # noqa: B006
     needle: Annotated[Path | None, typer.Option(help="TOML file with a section needle, such as a preset.")] = None,
-    model: Annotated[str | None, typer.Option(help="paper or cone_cylinder; else the one with the lower BIC.")] = None,
+    model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",

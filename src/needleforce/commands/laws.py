@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce laws``: every law with its parameters, ranges, units and sources."""
+"""``needleforce laws``: every law with its parameters, ranges, units and sources; those that hold; named models."""
 
 from typing import Annotated
 
@@ -8,21 +8,97 @@ import typer
 from .output import JSON_HELP, check_outputs, table, write_json
 
 NAME = "laws"
+COLUMNS = ["law", "part", "parameter", "unit", "range", "default", "meaning", "source"]
 
 
-def run(json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None) -> None:
-    """List every law with its parameters, ranges, units and sources."""
-    from ..preset_files.schema import FAMILIES, laws_of
+def run(
+    models: Annotated[bool, typer.Option("--models", help="List the named models in place of the laws.")] = False,
+    citations: Annotated[bool, typer.Option("--citations", help="List the full references behind the laws.")] = False,
+    needle: Annotated[str | None, typer.Option(help="A needle's file or a preset: which laws hold for it.")] = None,
+    tissue: Annotated[str | None, typer.Option(help="A tissue's file or a preset; else that of --needle.")] = None,
+    indentation_mm: Annotated[float | None, typer.Option(help="Depth of the tip at the puncture.")] = None,
+    depth_mm: Annotated[float | None, typer.Option(help="How deep the tip goes.")] = None,
+    thickness_mm: Annotated[float | None, typer.Option(help="Thickness of the specimen.")] = None,
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+) -> None:
+    """List every law with its parameters, ranges, units and sources, or which of them hold for a needle and tissue."""
+    check_outputs([json], [needle, tissue])
+    lengths = {"indentation": indentation_mm, "depth": depth_mm, "thickness": thickness_mm}
+    if models:
+        _tell("named models", *_models(), json)
+    elif citations:
+        _tell("references", *_references(), json)
+    elif any(value is not None for value in (needle, tissue, *lengths.values())):
+        _tell("which laws hold", *_holding(needle, tissue, lengths), json)
+    else:
+        _tell("laws", *_laws(), json)
 
-    laws = [law for family in FAMILIES for law in laws_of(family)]
-    check_outputs([json])
-    write_json([_described(law) for law in laws], json)
+
+def _tell(title: str, columns: list[str], rows: list[list[str]], document: list, json: str | None) -> None:
+    write_json(document, json)
     if json != "-":
-        table(
-            "laws",
-            ["law", "part", "parameter", "unit", "range", "default", "meaning", "source"],
-            [row for law in laws for row in _rows(law)],
-        )
+        table(title, columns, rows)
+
+
+def _every_law() -> list[type]:
+    from ..law_list import FAMILIES, laws_of
+
+    return [law for family in FAMILIES for law in laws_of(family)]
+
+
+def _laws() -> tuple:
+    laws = _every_law()
+    return COLUMNS, [row for law in laws for row in _rows(law)], [_described(law) for law in laws]
+
+
+def _models() -> tuple:
+    from dataclasses import asdict
+
+    from ..law_list import FAMILIES
+    from ..named_models import NAMED_MODELS
+
+    named = list(NAMED_MODELS.values())
+    columns = ["model", *FAMILIES, "what it is", "source"]
+    return columns, [[m.name, *m.choice.values(), m.summary, m.source] for m in named], [asdict(m) for m in named]
+
+
+def _references() -> tuple:
+    from ..bibliography import keys_in, works
+
+    sources = [source for law in _every_law() for source in (law.source, *(row["source"] for row in law.table()))]
+    cited = [works()[key] for key in dict.fromkeys(key for source in sources for key in keys_in(source))]
+    document = [{"key": w.key, "reference": w.reference, "unconfirmed": w.unconfirmed} for w in cited]
+    return ["key", "reference"], [[work.key, str(work)] for work in cited], document
+
+
+def _holding(needle: str | None, tissue: str | None, lengths: dict[str, float | None]) -> tuple:
+    from ..applicability import applicable_laws
+
+    in_metres = {name: None if length is None else 1e-3 * length for name, length in lengths.items()}
+    found = applicable_laws(_needle(needle), _tissue(tissue, needle), **in_metres)
+    rows = [[one.law.name, one.law.family, one.verdict, one.reason] for one in found]
+    keys = ["law", "part", "verdict", "reason"]
+    return keys, rows, [dict(zip(keys, row)) for row in rows]
+
+
+def _file(name_or_path: str):
+    from ..preset_files import FOLDER, presets
+
+    return FOLDER / f"{name_or_path}.toml" if name_or_path in presets() else name_or_path
+
+
+def _needle(name_or_path: str | None):
+    from ..preset_files.needle_file import read_needle
+
+    return None if name_or_path is None else read_needle(_file(name_or_path))
+
+
+def _tissue(name_or_path: str | None, beside: str | None):
+    from ..preset_files.tissue_file import read_tissue
+
+    if name_or_path is not None:
+        return read_tissue(_file(name_or_path))
+    return None if beside is None else read_tissue(_file(beside), required=False)
 
 
 def _described(law) -> dict:
@@ -31,19 +107,12 @@ def _described(law) -> dict:
 
 
 def _rows(law) -> list[list[str]]:
-    rows = []
-    for k, parameter in enumerate(law.table()):
-        default = "" if parameter["default"] is None else f"{parameter['default']:g}"
-        rows.append(
-            [
-                law.name if k == 0 else "",
-                law.family if k == 0 else "",
-                parameter["name"],
-                parameter["unit"],
-                f"{parameter['low']:g} to {parameter['high']:g}",
-                default,
-                parameter["meaning"],
-                parameter["source"],
-            ]
-        )
-    return rows
+    """One row for each parameter; a law without has one row of its own."""
+    first = [[law.name, law.family, "", "", "", "", law.summary, law.source]]
+    return first + [["", "", *_parameter(row)] for row in law.table()]
+
+
+def _parameter(row: dict) -> list[str]:
+    default = "" if row["default"] is None else f"{row['default']:g}"
+    limits = f"{row['low']:g} to {row['high']:g}"
+    return [row["name"], row["unit"], limits, default, row["meaning"], row["source"]]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce presets``: every shipped parameter set with its source and doubts."""
+"""``needleforce presets``: every shipped parameter set with its source and doubts, and published single values."""
 
 from typing import Annotated
 
@@ -8,33 +8,64 @@ import typer
 from .output import JSON_HELP, check_outputs, table, write_json
 
 NAME = "presets"
+PUBLISHED_HELP = "List published values that make no complete model in place of the presets."
 
 
-def run(json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None) -> None:
-    """List the shipped parameter sets with their sources and doubts."""
+def run(
+    published: Annotated[bool, typer.Option("--published", help=PUBLISHED_HELP)] = False,
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+) -> None:
+    """List the shipped parameter sets with their sources and doubts, or published single values."""
+    check_outputs([json])
+    title, columns, rows, document = _published() if published else _presets()
+    write_json(document, json)
+    if json != "-":
+        table(title, columns, rows)
+
+
+def _presets() -> tuple:
     from .. import preset
     from .. import presets as names
+    from ..named_models import names_of
 
     models = [preset(name) for name in names()]
-    check_outputs([json])
-    write_json([_described(model) for model in models], json)
-    if json != "-":
-        table(
-            "presets",
-            ["preset", "summary", "reference", "doubts"],
-            [[model.name, model.summary, model.reference, str(len(model.doubts))] for model in models],
-        )
+    rows = [_row(model, names_of(model)) for model in models]
+    columns = ["preset", "model", "summary", "reference", "doubts", "state"]
+    return "presets", columns, rows, [_described(model) | {"models": list(names_of(model))} for model in models]
+
+
+def _published() -> tuple:
+    from dataclasses import asdict
+
+    from ..bibliography import works
+    from ..published import published_values
+
+    values = published_values()
+    columns = ["tissue", "quantity", "value", "unit", "method", "state", "source", "note"]
+    rows = [[v.tissue, v.quantity, v.value, v.unit, v.method, v.status, v.source, v.note] for v in values]
+    document = [asdict(v) | {"status": v.status, "reference": works()[v.source].reference} for v in values]
+    return "published values", columns, rows, document
+
+
+def _row(model, names: tuple[str, ...]) -> list[str]:
+    doubts = str(len(model.doubts))
+    return [model.name, " or ".join(names), model.summary, model.reference, doubts, _state(model)]
+
+
+def _state(model) -> str:
+    return "unverified" if model.unverified else "verified"
 
 
 def _described(model) -> dict:
-    laws = {
-        part: {"law": getattr(model, part).name, **getattr(model, part).parameters()}
-        for part in ("stiffness", "puncture", "friction", "cutting")
-    }
-    return {
-        "name": model.name,
-        "summary": model.summary,
-        "reference": model.reference,
-        "doubts": list(model.doubts),
-        **laws,
-    }
+    first, *deeper = [_laws(layer) for layer in model.layers]
+    about = {"name": model.name, "summary": model.summary, "reference": model.reference}
+    doubts = {"doubts": list(model.doubts), "unverified": list(model.unverified), "citations": list(model.citations)}
+    return about | doubts | first | ({"layers": deeper} if deeper else {})
+
+
+def _laws(layer) -> dict:
+    from ..law_list import FAMILIES
+
+    laws = {part: getattr(layer, part) for part in FAMILIES}
+    told = {part: {"law": law.name, **law.parameters()} for part, law in laws.items()}
+    return told | ({"top": layer.top} if layer.top else {})

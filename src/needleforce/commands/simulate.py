@@ -20,6 +20,7 @@ def run(
     hold_s: Annotated[float, typer.Option(help="Rest at the deepest point.")] = 0.0,
     withdraw: Annotated[bool, typer.Option(help="Come out again.")] = True,
     rate_hz: Annotated[float, typer.Option(help="Samples per second.")] = 1000.0,
+    citations: Annotated[bool, typer.Option("--citations", help="Also print the references of what was used.")] = False,
 ) -> None:
     """Simulate an insertion and write it as a recording, without sensor, filter or noise."""
     import needleforce as nf
@@ -29,6 +30,10 @@ def run(
     motion = nf.Motion.insert(1e-3 * start_mm, 1e-3 * speed_mm_s, 1e-3 * depth_mm, hold_s, withdraw)
     recording = nf.simulate(model, motion, rate_hz)
     nf.write(recording, output)
-    for warning in model.warnings:
-        say(f"note: {warning}")
+    for assumption in recording.card.assumptions:
+        say(f"note: {assumption}")
+    for note in recording.notes:
+        say(f"warning: {note.message}")
     say(f"{output}: {len(recording)} samples, largest force {recording.force.max():.3f} N")
+    for reference in model.citations if citations else ():
+        print(reference)

@@ -8,61 +8,87 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording import Recording
-from ..segmentation import segment
-from .identify import identify
-from .laws_from_log import MODELS, stiffness_law
+from .curves import CURVES
+from .deformation_fit import DeformationFit
+from .identify import assemble
+from .information import criterion, independent_samples
+from .laws_from_log import COMPARED, MODELS, stiffness_law
 from .single import Single, fit_single
-from .strokes import strokes_of
+from .telling import Given
 
 
 @dataclass(frozen=True)
 class Row:
-    """One model: BIC summed over the recordings, residual of its own fits, and of repeats that were left out (rms /
-    peak).
+    """One model: its loading curve up to the first puncture, and its whole cycle.
 
-    ``left_out`` is the median over repeats of the error of the model fitted to the others, with their mean contact and
-    puncture depth; NaN with fewer than two repeats that answer.
+    ``bic`` is summed over the recordings that all models fit, each with a contact depth of its own, with the same
+    samples for every model; ``bic_correlated`` is the same where samples that are alike count as one. ``numbers`` are
+    those sought in each loading curve, ``wins`` the recordings where no model has a lower BIC, ``residual`` the median
+    rms of the loading curves over their peaks. ``nrmse`` is the residual of the whole cycles (rms / peak), ``left_out``
+    the median over repeats of the error of the model fitted to the others, with their mean contact and puncture depth.
+    NaN where nothing answers, ``left_out`` with fewer than two repeats that do. ``notes`` say which numbers were held.
     """
 
     model: str
     bic: float
     nrmse: float
     left_out: float
+    bic_correlated: float
+    numbers: int
+    wins: int
+    residual: float
+    notes: tuple[str, ...] = ()
 
 
-def compare(recordings: Sequence[Recording], models: Sequence[str] = tuple(MODELS), progress=None) -> tuple[Row, ...]:
+def compare(recordings: Sequence[Recording], models: Sequence[str] = COMPARED, progress=None) -> tuple[Row, ...]:
     """Fits each named model to every recording and predicts each repeat from the others; the lowest BIC first.
 
-    BIC is summed over the recordings that all models fit. ``progress(iterable, text)`` wraps the models. Raises
-    InputError for an unknown model or none.
+    ``progress(iterable, text)`` wraps the recordings. Raises InputError for an unknown model or none.
     """
     if not models:
         raise InputError("models", "none", "nothing to compare", next_step=f"Give some of {', '.join(MODELS)}.")
-    recordings = list(recordings)
     laws = {name: stiffness_law(name) for name in models}
-    singles = [fit_single(each, tuple(dict.fromkeys(laws.values())), None) for each in recordings]
-    common = [single for single in singles if set(laws.values()) <= set(single.fits)]
-    rows = [
-        _row(recordings, name, laws[name], common) for name in (progress(models, "comparing") if progress else models)
-    ]
+    different = tuple(dict.fromkeys(laws.values()))
+    watched = progress(recordings, "comparing") if progress else recordings
+    singles = [fit_single(each, different, None) for each in watched]
+    common = [single.loading for single in singles if set(different) <= set(single.fits)]
+    rows = [_row(name, law, singles, common) for name, law in laws.items()]
     return tuple(sorted(rows, key=lambda row: row.bic))
 
 
-def _row(recordings: list[Recording], name: str, law: str, common: list[Single]) -> Row:
-    fit = identify(recordings, model=name)
-    nrmse = fit.quality.nrmse if fit.quality else np.nan
-    bic = float(sum(single.loading[law].bic for single in common)) if common else np.nan
-    answering = [i for i, each in enumerate(fit.recordings) if each.quality is not None]
-    errors = [_left_out(recordings, name, i, answering) for i in answering] if len(answering) > 1 else [np.nan]
-    return Row(name, bic, float(nrmse), float(np.median(errors)) if errors else np.nan)
+def correlated(loading: dict[str, DeformationFit]) -> dict[str, float]:
+    """The BIC of each law's fit to the same samples, where neighbours that are alike count as one."""
+    samples = independent_samples([fit.noise for fit in loading.values()])
+    return {law: criterion(fit.noise, len(fit.order), samples) for law, fit in loading.items()}
 
 
-def _left_out(recordings, name: str, i: int, answering: list[int]) -> float:
-    """Error of the model of the other repeats along the motion of repeat i, over its strokes."""
-    others = identify([recordings[j] for j in answering if j != i], model=name)
+def _row(name: str, law: str, singles: list[Single], common: list[dict[str, DeformationFit]]) -> Row:
+    fit = _identified(singles, law)
+    answering = [single for single, each in zip(singles, fit.recordings) if each.quality is not None]
+    errors = [_left_out(answering, k, law) for k in range(len(answering))] if len(answering) > 1 else []
+    return Row(
+        name,
+        sum(loading[law].bic for loading in common) if common else np.nan,
+        fit.quality.nrmse if fit.quality else np.nan,
+        float(np.median(errors)) if errors else np.nan,
+        sum(correlated(loading)[law] for loading in common) if common else np.nan,
+        len(CURVES[law].units) + 1,
+        sum(loading[law].bic <= min(each.bic for each in loading.values()) for loading in common),
+        float(np.median([loading[law].nrmse for loading in common])) if common else np.nan,
+        tuple(dict.fromkeys(sentence for loading in common for sentence in loading[law].held)),
+    )
+
+
+def _identified(singles: list[Single], law: str):
+    return assemble(Given(None, None, {}), singles, [], law, ())
+
+
+def _left_out(answering: list[Single], k: int, law: str) -> float:
+    """Error of the model of the other repeats along the motion of repeat k, over its strokes."""
+    others = _identified(answering[:k] + answering[k + 1 :], law)
     if others.model is None:
         return np.nan
-    left = recordings[i]
-    inside = strokes_of(left, segment(left)).mask(len(left))
+    left = answering[k].recording
+    inside = answering[k].strokes.mask(len(left))
     residual = (left.force - others.predict(left))[inside]
     return float(np.sqrt(np.mean(residual**2)) / np.max(np.abs(left.force[inside])))

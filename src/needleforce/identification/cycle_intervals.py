@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from .covariance import Z_95, Noise, likely_punctures, noise_of, sandwich
+from .curves import CURVES
 from .cycle_fit import CycleFit
-from .loading_curve import gradient
 
 UNKNOWNS = ("stiffness_coefficient", "contact_depth", "friction_per_length", "cutting_force", "saturation_depth")
 """Order of the unknowns in the compiled core: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m]."""
@@ -75,8 +75,9 @@ class Told:
         """Values and 95 % limits (delta method) of all quantities; the puncture depth's limits are samples, see fit."""
         x, depth, before = self.x, self.strokes[0], self.before
         puncture = 0.5 * float(depth[before - 1] + depth[before])
-        h, c, saturation = puncture - x["contact_depth"], x["stiffness_coefficient"], x["saturation_depth"]
-        by_c, by_contact, by_saturation = (float(slope) for slope in gradient(np.float64(h), c, saturation))
+        h, c = puncture - x["contact_depth"], x["stiffness_coefficient"]
+        slopes = CURVES["cone_cylinder"].gradient(np.float64(h), x)
+        by_c, by_contact, by_saturation = (float(slopes[UNKNOWNS[k]]) for k in (0, 1, 4))
         values = x | {"puncture_depth": puncture, "puncture_indentation": h, "puncture_force": c * by_c}
         force_by = np.array((by_c, by_contact, 0.0, 0.0, by_saturation)[: len(self.order)])
         drop = values["puncture_force"] - x["friction_per_length"] * h - x["cutting_force"]

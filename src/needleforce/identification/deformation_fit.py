@@ -1,82 +1,105 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loading curve alone: stiffness and contact depth from what was recorded up to the puncture."""
 
-import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import InputError
-from .covariance import noise_of
-from .loading_curve import gradient, shape
+from .covariance import Noise, noise_of
+from .curves import CURVES
+from .information import criterion
+from .loading_curve import LoadingCurve
+from .projection import Search
 from .regression import inverse
 
-STARTS = (0.2, 0.5, 0.9)  # saturation depths to start from, as shares of the indentation
 LEAST_SAMPLES = 20
-LEAST_SHARE = 0.002  # of the indentation: the least saturation depth sought
 
 
 @dataclass(frozen=True, eq=False)
 class DeformationFit:
-    """c [N/m^2], contact depth [m] and, for a cone on a shank, saturation depth [m] (else inf), with their covariance.
+    """The numbers of one loading curve with ``contact_depth`` [m], SI: ``values``, and the covariance of those sought.
 
-    ``order`` names the rows of ``covariance``;"""
+    ``order`` names the rows of ``covariance``; as many numbers are counted, also where one is ``held`` at the edge of
+    what is allowed, which the sentences say.
+    """
 
-    stiffness_coefficient: float
-    contact_depth: float
-    saturation_depth: float
+    law: str
+    values: dict[str, float]
     order: tuple[str, ...]
     covariance: np.ndarray
-    bic: float
+    noise: Noise
+    """Of the residual: ``sse`` [N^2] over ``count`` samples, and how far neighbours are alike."""
+    peak: float
+    """Largest force [N] of the samples."""
+    held: tuple[str, ...]
+
+    @property
+    def curve(self) -> LoadingCurve:
+        """The curve of the law."""
+        return CURVES[self.law]
+
+    @property
+    def bic(self) -> float:
+        """Schwarz's criterion, each sample counting as one."""
+        return criterion(self.noise, len(self.order), self.noise.count)
+
+    @property
+    def nrmse(self) -> float:
+        """Residual rms over the largest force."""
+        return (self.noise.sse / self.noise.count) ** 0.5 / self.peak
 
 
 def fit_deformation(
-    depth: np.ndarray, force: np.ndarray, contact: float, law: str, saturation: float | None, filter_length: int = 1
+    depth: np.ndarray,
+    force: np.ndarray,
+    contact: float,
+    law: str,
+    known: Mapping[str, float | None] = {},
+    filter_length: int = 1,
 ) -> DeformationFit:
-    """Least squares of F = c g(z - z0) to the samples (n,) of free travel and loading, in the order of time.
+    """Least squares of a loading curve F(z - z0) to the samples (n,) of free travel and loading, in the order of time.
 
-    ``contact`` [m] is where to start. c is linear and projected out (Golub & Pereyra 1973); z0, and the saturation
-    depth of a ``cone_cylinder`` unless given, are sought from several starts. Raises InputError with too few samples.
+    ``contact`` [m] is where to start. z0 and the shape numbers that are not ``known`` are sought from several starts,
+    the amplitudes, none below 0, are projected out. Raises InputError with too few samples, or where no curve rises.
     """
     if len(depth) < LEAST_SAMPLES or not depth.max() > contact:
         raise InputError("samples before the puncture", len(depth), f"fewer than {LEAST_SAMPLES}, or none in contact")
-    free = law == "cone_cylinder" and saturation is None
-    fixed = math.inf if law == "cone" else saturation
-    found = min(
-        (_from(depth, force, contact, share, fixed, free) for share in (STARTS if free else STARTS[:1])),
-        key=lambda result: result.cost,
+    curve = CURVES[law]
+    given = tuple(known[name] for name in curve.shape if known.get(name) is not None)
+    sought = Search(curve, depth, force, contact, given if given or not curve.shape else None)
+    best = sought.best()
+    values = sought.values(best)
+    if not any(values[name] for name in curve.amplitudes):
+        raise InputError("force before the puncture", "does not rise with depth", "no loading curve", next_step=SIGN)
+    order = (*curve.amplitudes, "contact_depth", *(() if given else curve.shape))
+    h = depth - values["contact_depth"]
+    gradient = curve.gradient(h, values)
+    noise = noise_of(force - curve.force(h, values), len(force), filter_length, len(order))
+    told = [values[name] > 0.0 or name not in curve.amplitudes for name in order]
+    covariance = noise.long_run * _inverse(np.array([gradient[name] for name in order]), np.array(told))
+    held = tuple(_held(name, values[name], curve) for name in sought.held(best))
+    return DeformationFit(law, values, order, covariance, noise, float(np.abs(force).max()), held)
+
+
+def _held(name: str, value: float, curve: LoadingCurve) -> str:
+    unit = f" {curve.units.get(name, 'm')}".removesuffix(" 1")
+    return (
+        f"The number {name} of the law {curve.law.name} is held at {value:.4g}{unit}, the edge of what is "
+        "allowed: the data would take it further."
     )
-    return _told(depth, force, found.x, fixed, free, filter_length)
 
 
-def _from(depth, force, contact, share, fixed, free):
-    """One local search; lengths in units of the indentation, so that the unknowns are of order one."""
-    from scipy.optimize import OptimizeResult, least_squares
-
-    span = float(depth.max() - contact)
-    scale = float(np.abs(force).max()) or 1.0
-
-    def residual(x):
-        basis = shape(depth - contact - span * x[0], span * x[1] if free else fixed)
-        return (force - basis * (basis @ force) / max(float(basis @ basis), 1e-300)) / scale
-
-    start, low, high = ([0.0, share], [-1.0, LEAST_SHARE], [0.9, 3.0]) if free else ([0.0], [-1.0], [0.9])
-    result = least_squares(residual, start, bounds=(low, high), x_scale=0.1)
-    x = contact + span * result.x[0], (span * result.x[1] if free else fixed)
-    return OptimizeResult(x=x, cost=result.cost)
+SIGN = "Force is positive against insertion: flip its sign if it is not."
 
 
-def _told(depth, force, x, fixed, free, filter_length) -> DeformationFit:
-    contact, saturation = x
-    h = depth - contact
-    basis = shape(h, saturation)
-    c = float(basis @ force) / float(basis @ basis)
-    residual = force - c * basis
-    jacobian = np.column_stack(gradient(h, c, saturation)[: 3 if free else 2])
-    order = ("stiffness_coefficient", "contact_depth", "saturation_depth")[: jacobian.shape[1]]
-    gram = jacobian.T @ jacobian
-    noise = noise_of(residual, len(residual), filter_length, len(order))
-    covariance = noise.long_run * inverse(gram)
-    n, variance = len(force), max(float(residual @ residual) / len(force), 1e-300)
-    bic = n * math.log(variance) + len(order) * math.log(n)
-    return DeformationFit(c, contact, saturation, order, covariance, bic)
+def _inverse(jacobian: np.ndarray, told: np.ndarray) -> np.ndarray:
+    """Inverse of J'J for a jacobian (p, n); infinite variance for a number held at 0 or that the samples do not feel.
+
+    Without its linear part a polynomial feels a shift of its contact and a linear part alike.
+    """
+    felt = np.flatnonzero(told & (np.einsum("pn,pn->p", jacobian, jacobian) > 0.0))
+    found = np.diag(np.full(len(jacobian), np.inf))
+    found[np.ix_(felt, felt)] = inverse(jacobian[felt] @ jacobian[felt].T)
+    return found

@@ -4,6 +4,7 @@
 import math
 
 from ..core import Tissue
+from ..needle_mechanics import equivalent_half_angle
 from .estimates import Estimate
 from .implied import implied_friction_coefficients, implied_poisson_ratio
 
@@ -11,9 +12,9 @@ INCOMPRESSIBLE = 0.5
 
 
 def derived(parameters: dict[str, Estimate], needle, tissue: Estimate | None) -> dict[str, Estimate]:
-    """``reduced_modulus`` with a tip; with the tissue's modulus too, the Poisson ratio and friction coefficients it
-    implies."""
-    if needle is None or needle.tip is None:
+    """``reduced_modulus`` with a tip, of a law that has one; with the tissue's modulus too, the Poisson ratio and
+    friction coefficients it implies."""
+    if needle is None or needle.tip is None or "stiffness_coefficient" not in parameters:
         return {}
     found = {"reduced_modulus": _reduced_modulus(parameters["stiffness_coefficient"], needle)}
     if tissue is not None:
@@ -23,7 +24,7 @@ def derived(parameters: dict[str, Estimate], needle, tissue: Estimate | None) ->
 
 
 def _reduced_modulus(coefficient: Estimate, needle) -> Estimate:
-    factor = 0.5 * math.pi / math.tan(needle.tip.half_angle)
+    factor = 0.5 * math.pi / math.tan(equivalent_half_angle(needle.tip))
     sd = coefficient.between_repeats_sd
     return Estimate(
         "reduced_modulus",
@@ -33,7 +34,7 @@ def _reduced_modulus(coefficient: Estimate, needle) -> Estimate:
         factor * coefficient.high,
         None if sd is None else factor * sd,
         True,
-        f"stiffness coefficient and a tip of half angle {math.degrees(needle.tip.half_angle):.3g} degrees",
+        f"stiffness coefficient and a tip of half angle {math.degrees(equivalent_half_angle(needle.tip)):.3g} degrees",
     )
 
 

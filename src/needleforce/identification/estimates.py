@@ -2,16 +2,13 @@
 """Identified quantities with their intervals."""
 
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 
+from .curves import CURVES
 from .cycle_fit import CycleFit
 
-AT_ONCE = 0.05  # of the indentation
-
-UNITS = {
-    "stiffness_coefficient": "N/m^2",
+UNITS = {name: unit for curve in CURVES.values() for name, unit in curve.units.items()} | {
     "contact_depth": "m",
-    "saturation_depth": "m",
     "puncture_depth": "m",
     "puncture_indentation": "m",
     "puncture_force": "N",
@@ -49,7 +46,8 @@ class Quality:
 
 def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
     """The estimates of one cycle; without a withdrawal, friction and cutting rest on the insertion's slope alone."""
-    source = f"complete fit, {fit.law}" + ("" if has_withdrawal else ", insertion only")
+    complete = "complete fit" if CURVES[fit.law].complete == fit.law else "fit by stages"
+    source = f"{complete}, {fit.law}" + ("" if has_withdrawal else ", insertion only")
     names = [name for name in UNITS if name in fit.values and not _absent(name, fit)]
     return {name: _estimate(name, fit, source) for name in names}
 
@@ -60,16 +58,17 @@ def _estimate(name: str, fit: CycleFit, source: str) -> Estimate:
 
 
 def _absent(name: str, fit: CycleFit) -> bool:
-    """A bare cone has no saturation depth."""
-    return name == "saturation_depth" and fit.law == "cone"
+    """The complete fit gives an infinite saturation depth for a bare cone, which has none."""
+    return any(name in curve.units for curve in CURVES.values()) and name not in CURVES[fit.law].units
 
 
 def _known(name: str, fit: CycleFit) -> bool:
-    """False without an interval, for a stiffness that may be none, and for the two factors of a contact that saturates
-    at once: their product is known."""
-    if name in ("stiffness_coefficient", "saturation_depth") and fit.law == "cone_cylinder":
-        if fit.values["saturation_depth"] < AT_ONCE * fit.values["puncture_indentation"]:
-            return False
-    if name == "stiffness_coefficient" and not fit.low[name] > 0.0:
+    """False without an interval, for a stiffness that may be none, and for factors of which only the product is
+    known."""
+    curve = CURVES[fit.law]
+    if name in curve.not_told_apart(fit.values):
         return False
-    return isfinite(fit.low[name])
+    if [name] == list(curve.amplitudes) and not fit.low[name] > 0.0:
+        return False
+    anything = fit.low[name] == 0.0 and fit.high[name] == inf
+    return isfinite(fit.low[name]) and not anything

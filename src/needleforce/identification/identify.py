@@ -13,11 +13,12 @@ from .bench_tests import needle_estimate, tissue_estimate
 from .derived import derived
 from .estimates import Estimate, estimates_of
 from .fit import Fit
-from .laws_from_log import MODELS, model_of, needle_saturation, stiffness_law
+from .laws_from_log import MECHANICAL, model_of, needle_saturation, stiffness_law
 from .peak import measured_peak
 from .pooling import mean_estimate, pool
 from .single import Single, fit_single
 from .subtraction import Pair, subtract
+from .swing import swing
 from .telling import Given, held_fixed, pooled_quality, recording_fit, settings, unknown, warnings_of
 from .turning import presliding_of
 from .two_pass import TwoPass
@@ -40,9 +41,10 @@ def identify(
 
     ``second_pass`` holds, in the same order, the second insertion at each site, None where there is none: friction then
     comes from it and cutting from the subtraction, as in the paper. ``model`` is a name that ``MODELS`` lists; None
-    takes the one with the lower BIC. With ``needle`` (and its tip) the reduced modulus follows. ``bending`` and
-    ``tension`` are CSV tables of the paper's two bench tests: the needle's modulus (needs ``needle``) and the tissue's.
-    ``progress(iterable, text)`` wraps the work over recordings.
+    takes ``paper`` or ``cone_cylinder``, whichever has loading curves of lower BIC: the two from which a modulus
+    follows. With ``needle`` (and its tip) it is told. ``bending`` and ``tension`` are CSV tables of the paper's two
+    bench tests: the needle's modulus (needs ``needle``) and the tissue's. ``progress(iterable, text)`` wraps the work
+    over recordings.
 
     A recording that cannot answer is kept with its status and does not stop the rest. Raises InputError for an unknown
     model or second passes that do not pair with the recordings.
@@ -54,16 +56,17 @@ def identify(
     bench = _bench(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
-    laws = tuple(MODELS.values()) if model is None else (stiffness_law(model),)
+    laws = tuple(stiffness_law(name) for name in (MECHANICAL if model is None else (model,)))
     saturation = needle_saturation(needle)
     watched = progress(recordings, "identifying") if progress else recordings
     singles = [fit_single(each, laws, saturation) for each in watched]
     choice = _choice(singles, laws)
     law = choice[0][0] if choice else laws[0]
-    return _assemble(Given(needle, saturation, bench), singles, seconds, law, choice)
+    return assemble(Given(needle, saturation, bench), singles, seconds, law, choice)
 
 
-def _assemble(given: Given, singles: list[Single], seconds: list, law: str, choice: tuple) -> Fit:
+def assemble(given: Given, singles: list[Single], seconds: list, law: str, choice: tuple) -> Fit:
+    """The fit of one law from recordings that are segmented and fitted, each by itself."""
     answering = [single for single in singles if law in single.fits]
     own = {id(single): _own(single, law, given) for single in answering}
     parameters = pool(list(own.values()))
@@ -72,7 +75,7 @@ def _assemble(given: Given, singles: list[Single], seconds: list, law: str, choi
     if parameters:
         parameters |= derived(parameters, given.needle, given.bench.get("tissue_young_modulus")) | given.bench
     model, trouble = _model(parameters, law, given.needle, singles)
-    told = tuple(recording_fit(s, own.get(id(s), {}), given.needle, refused.get(id(s), "")) for s in singles)
+    told = tuple(recording_fit(s, own.get(id(s), {}), law, given.needle, refused.get(id(s), "")) for s in singles)
     return Fit(
         told,
         parameters,
@@ -80,7 +83,7 @@ def _assemble(given: Given, singles: list[Single], seconds: list, law: str, choi
         pooled_quality(told),
         warnings_of(singles, model) + trouble,
         held_fixed(given, law, parameters),
-        unknown(given, two_pass is not None),
+        unknown(given, law, two_pass is not None),
         choice,
         settings(law, given.needle, singles),
         two_pass,
@@ -95,7 +98,7 @@ def _own(single: Single, law: str, given: Given) -> dict[str, Estimate]:
     found = estimates_of(fit, len(strokes.depth_out) > 0)
     found |= {} if peak is None else {"puncture_force": peak}
     found |= {} if strokes.turning is None else {"presliding": presliding_of(strokes.turning)}
-    if law == "cone_cylinder" and given.saturation is not None:
+    if "saturation_depth" in found and given.saturation is not None:
         held = "from the needle's tip and radius, held fixed"
         found["saturation_depth"] = dataclasses.replace(found["saturation_depth"], identifiable=False, source=held)
     return found
@@ -170,7 +173,8 @@ def _replaced(two_pass: TwoPass) -> dict[str, Estimate]:
     friction = mean_estimate("friction_per_length", slopes, "N/m", by_slope, sites[0].friction_slope_half)
     cutting = mean_estimate("cutting_force", forces, "N", f"first minus {TWO_PASS}{bound}", sites[0].cutting_half)
     cutting = dataclasses.replace(cutting, identifiable=not two_pass.upper_bound)
-    return {"friction_per_length": friction, "cutting_force": cutting}
+    swings = {} if two_pass.upper_bound else {end.name: end for end in swing(two_pass) or ()}
+    return {"friction_per_length": friction, "cutting_force": cutting} | swings
 
 
 def _model(parameters: dict, law: str, needle, singles: list[Single]):
@@ -180,6 +184,6 @@ def _model(parameters: dict, law: str, needle, singles: list[Single]):
     values = {name: estimate.value for name, estimate in parameters.items()}
     sources = ", ".join(single.recording.card.source for single in singles[:3]) + (" ..." if len(singles) > 3 else "")
     try:
-        return model_of(values, needle, f"identified_{law}", f"identified by needleforce from {sources}"), ()
+        return model_of(values, law, needle, f"identified_{law}", f"identified by needleforce from {sources}"), ()
     except InputError as error:
         return None, (f"The identified values make no model: {error}",)

@@ -7,9 +7,22 @@ from .. import core
 from ..errors import InputError
 from ..indentation import contact
 from ..model import Model
+from ..needle_mechanics import equivalent_half_angle
+from .curves import CURVES
 
 # what identify and compare take as a model's name -> its stiffness law
-MODELS = {"paper": "cone", "cone_cylinder": "cone_cylinder"}
+MODELS = {
+    "paper": "cone",
+    "cone_cylinder": "cone_cylinder",
+    "power_law": "power_law",
+    "okamura": "polynomial",
+    "simone": "polynomial",
+    "maurin": "exponential",
+}
+MECHANICAL = ("paper", "cone_cylinder")
+"""What ``identify`` chooses from unasked: a modulus, and so another tip or tissue, follows from these alone."""
+COMPARED = ("paper", "cone_cylinder", "power_law", "okamura", "maurin")
+"""Each loading curve once."""
 NOMINAL_HALF_ANGLE = math.radians(45.0)
 LEAST_PRESLIDING = 1e-6  # [m]; shorter than any recorded depth tells
 
@@ -26,7 +39,7 @@ def stiffness_law(name: str) -> str:
 def half_angle(needle) -> float:
     """The tip's half angle [rad], or 45 degrees where no tip is known: a log tells only its product with the
     modulus."""
-    return needle.tip.half_angle if needle is not None and needle.tip is not None else NOMINAL_HALF_ANGLE
+    return equivalent_half_angle(needle.tip) if needle is not None and needle.tip is not None else NOMINAL_HALF_ANGLE
 
 
 def needle_saturation(needle) -> float | None:
@@ -36,26 +49,21 @@ def needle_saturation(needle) -> float | None:
     return contact(needle.tip, contact_radius=needle.radius, reduced_modulus=1.0).depth
 
 
-def model_of(values: dict[str, float], needle=None, name: str = "identified", reference: str = "") -> Model:
-    """The model of fitted values (names as in ``CycleFit``); InputError where a value lies outside a law's range."""
-    angle = half_angle(needle)
-    modulus = 0.5 * math.pi * values["stiffness_coefficient"] / math.tan(angle)
-    saturation = values.get("saturation_depth", math.inf)
+def model_of(values: dict[str, float], law: str, needle=None, name: str = "identified", reference: str = "") -> Model:
+    """The model of a stiffness law's fitted values (names as in ``CycleFit``); InputError where a value lies outside a
+    law's range."""
+    curve = CURVES[law]
     # friction turns over twice its elastic travel; the cutting force unloads meanwhile
     presliding = max(values.get("presliding", 0.0), LEAST_PRESLIDING)
-    if math.isfinite(saturation):
-        stiffness = core.laws.ConeCylinder(modulus, angle, 2.0 * saturation * math.tan(angle) / math.pi)
-    else:
-        stiffness = core.laws.Cone(modulus, angle)
     return Model(
-        stiffness=stiffness,
+        stiffness=curve.stiffness(values, half_angle(needle)),
         puncture=core.laws.PunctureDepth(values["puncture_indentation"]),
         friction=core.laws.Coulomb(values["friction_per_length"], presliding),
         cutting=core.laws.ConstantCutting(values["cutting_force"], 2.0 * presliding),
         name=name,
         summary="Identified from recordings.",
         reference=reference or "identified by needleforce",
-        doubts=() if needle is not None and needle.tip is not None else (UNKNOWN_TIP,),
+        doubts=(UNKNOWN_TIP,) if curve.tells_modulus and (needle is None or needle.tip is None) else (),
         needle=needle,
     )
 

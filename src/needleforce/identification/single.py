@@ -2,6 +2,7 @@
 """One recording through segmentation and the complete fit."""
 
 import dataclasses
+import functools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,8 +12,9 @@ from ..recording import Recording
 from ..segmentation import Events, Puncture, segment
 from ..vocabulary import Status
 from .breakpoint_fit import fit_cycle
+from .curves import CURVES
 from .cycle_fit import CycleFit
-from .deformation_fit import DeformationFit
+from .deformation_fit import DeformationFit, fit_deformation
 from .staged_fit import agrees, fit_by_stages
 from .strokes import Strokes, strokes_of
 
@@ -22,10 +24,10 @@ LARGEST = {"time": 1e7, "depth": 10.0, "force": 1e5}
 UNIT = {"time": "s", "depth": "m", "force": "N"}
 ROOM = 0.5e-3  # [m]
 BY_STAGES = (
-    "The strokes below the puncture would move the contact depth away from the loading "
-    "curve's: fitted by stages, the loading "
-    "curve first, then friction and cutting."
+    "The strokes below the puncture would move the contact depth away from the loading curve's: fitted by stages, the "
+    "loading curve first, then friction and cutting."
 )
+ONLY_BY_STAGES = "The law {} is fitted by stages: the loading curve first, then friction and cutting."
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,25 +58,37 @@ def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | 
         status = Status.no_puncture if events.status is Status.ok else events.status
         return Single(recording, events, strokes, status, events.notes)
     fits, loading, notes = {}, {}, list(events.notes)
+    given = saturation, recording.card.filter_length
+    complete = functools.cache(lambda law: _complete(_first_layer(strokes, events), events, law, *given))
+    before = loading_samples(recording, strokes, events)
     for law in laws:
         try:
-            fits[law], loading[law], said = _fit(strokes, events, law, saturation, recording.card.filter_length)
+            fits[law], loading[law], said = _fit(strokes, events, law, given, before, complete)
             notes += [sentence for sentence in said if sentence not in notes]
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # InputError is a ValueError
             notes.append(f"The law {law} cannot be fitted: {error}")
     return Single(recording, events, strokes, events.status if fits else Status.unreadable, tuple(notes), fits, loading)
 
 
-def _fit(strokes: Strokes, events: Events, law: str, saturation: float | None, filter_length: int):
-    """The complete fit, or the one by stages where the strokes disagree; the loading curve's BIC; what is to be
-    said."""
-    joint, said = _complete(_first_layer(strokes, events), events, law, saturation, filter_length)
-    if law == "cone":
-        saturation = None
-    loading, staged = fit_by_stages(joint, strokes, events.contact.depth, saturation, filter_length)
-    if len(events.punctures) == 1 and agrees(joint, loading):
+def _fit(strokes: Strokes, events: Events, law: str, given: tuple, before: slice, complete):
+    """The complete fit, or the one by stages where the strokes disagree or the law has no other; the loading curve's
+    fit; what is to be said."""
+    saturation, filter_length = given
+    joint, said = complete(CURVES[law].complete)
+    depth, force = strokes.depth_in[before], strokes.force_in[before]
+    known = {"saturation_depth": saturation}
+    loading = fit_deformation(depth, force, events.contact.depth, law, known, filter_length)
+    if law == joint.law and len(events.punctures) == 1 and agrees(joint, loading):
         return joint, loading, [*said, *joint.warnings]
-    return staged, loading, [*said, BY_STAGES, *staged.warnings]
+    staged = fit_by_stages(joint, loading, strokes, filter_length)
+    return staged, loading, [*said, BY_STAGES if law == joint.law else ONLY_BY_STAGES.format(law), *staged.warnings]
+
+
+def loading_samples(recording: Recording, strokes: Strokes, events: Events) -> slice:
+    """Samples of the insertion up to the first puncture's peak, the same for every law; a filter smears the last."""
+    smeared = recording.card.filter_length if recording.card.filter_length > 1 else 0
+    peak = int(np.searchsorted(recording.time, events.punctures[0].time)) + 1 - strokes.inwards.start
+    return slice(0, max(peak - smeared, 1))
 
 
 def _impossible(recording: Recording) -> str:

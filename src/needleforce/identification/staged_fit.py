@@ -13,21 +13,11 @@ import numpy as np
 
 from .covariance import Z_95, noise_of
 from .cycle_fit import CycleFit
-from .deformation_fit import DeformationFit, fit_deformation
-from .loading_curve import gradient, shape
+from .deformation_fit import DeformationFit
 from .regression import inverse
 from .strokes import Strokes
 
 DISAGREES = 3.0  # standard errors of the loading curve's contact depth: Hausman's test of the shared one
-
-
-def fit_by_stages(joint: CycleFit, strokes: Strokes, contact: float, saturation: float | None, filter_length: int):
-    """(DeformationFit, CycleFit) with the puncture of ``joint``; ``contact`` [m] is where the search starts."""
-    before = max(joint.samples_before_puncture - joint.left_out, 1)
-    loading = fit_deformation(
-        strokes.depth_in[:before], strokes.force_in[:before], contact, joint.law, saturation, filter_length
-    )
-    return loading, _completed(joint, loading, strokes, filter_length)
 
 
 def agrees(joint: CycleFit, loading: DeformationFit) -> bool:
@@ -35,14 +25,18 @@ def agrees(joint: CycleFit, loading: DeformationFit) -> bool:
     error."""
     if joint.values["cutting_force"] < 0.0 or joint.values["stiffness_coefficient"] <= 0.0:
         return False
-    error = math.sqrt(max(float(loading.covariance[1, 1]), 0.0))
+    place = loading.order.index("contact_depth")
+    error = math.sqrt(max(float(loading.covariance[place, place]), 0.0))
     resolution = 1e-6  # [m]; without noise the errors are those of rounding
-    return abs(joint.values["contact_depth"] - loading.contact_depth) <= DISAGREES * error + resolution
+    difference = abs(joint.values["contact_depth"] - loading.values["contact_depth"])
+    return difference <= DISAGREES * error + resolution
 
 
-def _completed(joint: CycleFit, loading: DeformationFit, strokes: Strokes, filter_length: int) -> CycleFit:
+def fit_by_stages(joint: CycleFit, loading: DeformationFit, strokes: Strokes, filter_length: int) -> CycleFit:
+    """The cycle with the loading curve as it is, the puncture of ``joint``, and friction and cutting fitted anew."""
     after = joint.samples_before_puncture + joint.left_out
-    pushed, pulled = strokes.depth_in[after:] - loading.contact_depth, strokes.depth_out - loading.contact_depth
+    contact = loading.values["contact_depth"]
+    pushed, pulled = strokes.depth_in[after:] - contact, strokes.depth_out - contact
     design = np.vstack(
         [
             np.column_stack([pushed, np.ones_like(pushed)]),
@@ -54,11 +48,12 @@ def _completed(joint: CycleFit, loading: DeformationFit, strokes: Strokes, filte
     covariance = _covariance(design, force - design @ (friction, cutting), len(pushed), filter_length)
     values = _values(joint, loading, friction, cutting)
     low, high = _limits(values, joint, loading, covariance)
-    residual_in = strokes.force_in - _insertion(strokes.depth_in, joint.samples_before_puncture, values)
+    residual_in = strokes.force_in - _insertion(strokes.depth_in, joint.samples_before_puncture, loading, values)
     residual_out = strokes.force_out + friction * np.maximum(pulled, 0.0)
     sse, n = float(residual_in @ residual_in + residual_out @ residual_out), len(residual_in) + len(residual_out)
     return dataclasses.replace(
         joint,
+        law=loading.law,
         values=values,
         low=low,
         high=high,
@@ -67,7 +62,7 @@ def _completed(joint: CycleFit, loading: DeformationFit, strokes: Strokes, filte
         sse=sse,
         n=n,
         rmse=math.sqrt(sse / n),
-        warnings=held,
+        warnings=(*loading.held, *held),
     )
 
 
@@ -95,22 +90,18 @@ def _covariance(design: np.ndarray, residual: np.ndarray, pushed: int, filter_le
 
 
 def _values(joint: CycleFit, loading: DeformationFit, friction: float, cutting: float) -> dict[str, float]:
-    indentation = joint.values["puncture_depth"] - loading.contact_depth
-    peak = loading.stiffness_coefficient * float(shape(np.array(indentation), loading.saturation_depth))
-    new = {
-        "stiffness_coefficient": loading.stiffness_coefficient,
-        "contact_depth": loading.contact_depth,
-        "saturation_depth": loading.saturation_depth,
+    indentation = joint.values["puncture_depth"] - loading.values["contact_depth"]
+    return loading.values | {
         "friction_per_length": float(friction),
         "cutting_force": float(cutting),
+        "puncture_depth": joint.values["puncture_depth"],
         "puncture_indentation": indentation,
-        "puncture_force": peak,
+        "puncture_force": float(loading.curve.force(np.float64(indentation), loading.values)),
     }
-    return joint.values | new
 
 
 def _limits(values, joint: CycleFit, loading: DeformationFit, covariance: np.ndarray) -> tuple[dict, dict]:
-    """95 % limits; the puncture's own are the joint fit's samples."""
+    """95 % limits; the puncture's own are the joint fit's samples. No number of a curve is negative."""
     half = dict(zip(loading.order, Z_95 * np.sqrt(np.maximum(loading.covariance.diagonal(), 0.0))))
     half |= dict(zip(("friction_per_length", "cutting_force"), Z_95 * np.sqrt(np.maximum(covariance.diagonal(), 0.0))))
     samples = 0.5 * (joint.high["puncture_depth"] - joint.low["puncture_depth"])
@@ -118,24 +109,23 @@ def _limits(values, joint: CycleFit, loading: DeformationFit, covariance: np.nda
     half["puncture_force"] = _peak_limit(values, loading, samples)
     low = {name: value - float(half.get(name, 0.0)) for name, value in values.items()}
     high = {name: value + float(half.get(name, 0.0)) for name, value in values.items()}
-    for name in ("friction_per_length", "cutting_force"):
+    for name in ("friction_per_length", "cutting_force", *loading.curve.units):
         low[name] = max(low[name], 0.0)
-    return low | {"puncture_depth": joint.low["puncture_depth"]}, high | {
-        "puncture_depth": joint.high["puncture_depth"]
-    }
+    puncture = "puncture_depth"
+    return low | {puncture: joint.low[puncture]}, high | {puncture: joint.high[puncture]}
 
 
 def _peak_limit(values, loading: DeformationFit, samples: float) -> float:
     """Half width for the force at the puncture, by the delta method."""
-    slopes = gradient(
-        np.float64(values["puncture_indentation"]), loading.stiffness_coefficient, loading.saturation_depth
-    )
-    by = np.array(slopes[: len(loading.order)])
-    return math.hypot(Z_95 * math.sqrt(max(float(by @ loading.covariance @ by), 0.0)), float(slopes[1]) * samples)
+    gradient = loading.curve.gradient(np.float64(values["puncture_indentation"]), values)
+    by = np.array([gradient[name] for name in loading.order])
+    felt = ~np.isinf(loading.covariance.diagonal())
+    variance = float(by[felt] @ loading.covariance[np.ix_(felt, felt)] @ by[felt])
+    return math.hypot(Z_95 * math.sqrt(max(variance, 0.0)), float(gradient["contact_depth"]) * samples)
 
 
-def _insertion(depth: np.ndarray, before: int, values: dict[str, float]) -> np.ndarray:
+def _insertion(depth: np.ndarray, before: int, loading: DeformationFit, values: dict[str, float]) -> np.ndarray:
     """The fitted force of the insertion, (n,) [N]; the first ``before`` samples lie before the puncture."""
     h = depth - values["contact_depth"]
-    pushed = values["stiffness_coefficient"] * shape(h, values["saturation_depth"])
+    pushed = loading.curve.force(h, values)
     return np.where(np.arange(len(h)) < before, pushed, values["friction_per_length"] * h + values["cutting_force"])

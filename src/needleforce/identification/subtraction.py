@@ -17,6 +17,7 @@ from .two_pass import Site, TwoPass
 
 CUTTING_WINDOW = 8e-3  # [m] after the puncture, as in the paper's Fig. 7
 GRID = 0.05e-3  # [m]
+FINE = 0.01e-3  # [m]; of the first pass alone, the second is smooth
 BLOCK = 10  # grid points that count as one: 0.5 mm of travel outlasts the filter
 SLOPING = 2.0  # standard errors of the difference's slope between sites
 
@@ -54,14 +55,30 @@ def subtract(pairs: list[Pair]) -> tuple[TwoPass | None, dict[int, str]]:
 def _site(pair: Pair, depth_2: np.ndarray, force_2: np.ndarray) -> Site:
     depth_1, force_1 = pair.first.strokes.depth_in - pair.contact, pair.first.strokes.force_in
     grid = _grid(pair, min(depth_1.max(), depth_2.max()))
-    on_grid = [_binned(grid, depth, force) for depth, force in ((depth_1, force_1), (depth_2, force_2))]
+    on_grid = [_binned(grid, depth, force, GRID) for depth, force in ((depth_1, force_1), (depth_2, force_2))]
     start, stop, reason = friction_window(depth_2, force_2, pair.puncture)
     slope, intercept, error, t = line(*bin_means(depth_2, force_2, start, stop))
     window = (slope, t * error, intercept, stop, reason)
     difference = on_grid[0] - on_grid[1]
+    fine = np.arange(grid[0], grid[-1], FINE)
+    smooth = np.interp(fine, grid, on_grid[1])
+    swinging = _binned(fine, depth_1, force_1, FINE) - smooth
+    uncut = _binned(fine, depth_2, force_2, FINE)
+    noise = float(np.std(uncut - np.polyval(np.polyfit(fine, uncut, 2), fine)))
     blocks = [block.mean() for block in np.array_split(difference, len(grid) // BLOCK)]
     cutting = mean_estimate("cutting_force", blocks, "N", "")
-    return Site(grid, *on_grid, difference, depth_2, force_2, *window, cutting.value, cutting.high - cutting.value)
+    return Site(
+        grid,
+        *on_grid,
+        difference,
+        swinging,
+        noise,
+        depth_2,
+        force_2,
+        *window,
+        cutting.value,
+        cutting.high - cutting.value,
+    )
 
 
 def _grid(pair: Pair, deepest: float) -> np.ndarray:
@@ -93,10 +110,10 @@ def _smear(recording: Recording) -> float:
     return float(np.max(np.abs(recording.velocity))) * recording.card.filter_length / recording.rate
 
 
-def _binned(grid: np.ndarray, depth: np.ndarray, force: np.ndarray) -> np.ndarray:
+def _binned(grid: np.ndarray, depth: np.ndarray, force: np.ndarray, step: float) -> np.ndarray:
     """Mean force within half a grid step of each grid point; interpolated where a step holds no sample."""
-    bins = np.searchsorted(grid + 0.5 * GRID, depth)
-    inside = (depth >= grid[0] - 0.5 * GRID) & (bins < len(grid))
+    bins = np.searchsorted(grid + 0.5 * step, depth)
+    inside = (depth >= grid[0] - 0.5 * step) & (bins < len(grid))
     count = np.bincount(bins[inside], minlength=len(grid))
     total = np.bincount(bins[inside], force[inside], minlength=len(grid))
     order = np.argsort(depth, kind="stable")

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..needle_mechanics import equivalent_half_angle
+from .curves import CURVES
 from .estimates import Estimate, Quality
 from .fit import RecordingFit, run_model
 from .laws_from_log import UNKNOWN_TIP, model_of
@@ -24,14 +26,14 @@ class Given:
     bench: dict[str, Estimate]
 
 
-def recording_fit(single: Single, own: dict[str, Estimate], needle, refused: str) -> RecordingFit:
+def recording_fit(single: Single, own: dict[str, Estimate], law: str, needle, refused: str) -> RecordingFit:
     """One recording's outcome with its own model along its own motion; ``refused`` is about its second pass."""
     notes = single.notes + ((refused,) if refused else ()) + tuple(note.message for note in single.recording.notes)
     base = RecordingFit(single.recording.card.source, single.status, single.recording, single.events, own, notes=notes)
     if not own:
         return base
     try:
-        model = model_of({name: estimate.value for name, estimate in own.items()}, needle)
+        model = model_of({name: estimate.value for name, estimate in own.items()}, law, needle)
     except InputError as error:
         return dataclasses.replace(base, notes=(*notes, f"These values make no model: {error}"))
     predicted = run_model(model, single.recording, own["contact_depth"].value)
@@ -70,18 +72,23 @@ def held_fixed(given: Given, law: str, parameters: dict[str, Estimate]) -> tuple
         "embedded length: counted from the undeformed surface, the paper's origin; it trades against the cutting force"
     ]
     held.append("unloading of the cutting force: over the travel in which friction turns round")
+    if not CURVES[law].tells_modulus:
+        return tuple(held)
     if given.needle is None or given.needle.tip is None:
         return (UNKNOWN_TIP, *held)
-    held.insert(0, f"tip: a cone of half angle {np.degrees(given.needle.tip.half_angle):.3g} degrees, as given")
-    if law == "cone_cylinder":
+    angle = np.degrees(equivalent_half_angle(given.needle.tip))
+    held.insert(0, f"tip: a cone of half angle {angle:.3g} degrees, as given")
+    if "saturation_depth" in parameters:
         held.append(f"saturation depth: {1e3 * given.saturation:.3g} mm, from tip and shank radius")
     return tuple(held)
 
 
-def unknown(given: Given, two_pass: bool) -> tuple[str, ...]:
+def unknown(given: Given, law: str, two_pass: bool) -> tuple[str, ...]:
     """What these logs cannot tell, whatever their number."""
     said = ["Poisson ratio of the tissue: a log tells only the reduced modulus, and that only with the tip's angle."]
-    if given.needle is None:
+    if not CURVES[law].tells_modulus:
+        said = [f"Moduli and Poisson ratio of the tissue: the law {law} describes its curve and knows no modulus."]
+    elif given.needle is None:
         said.append("Reduced modulus: a log tells its product with the tangent of the tip's half angle.")
     if "tissue_young_modulus" not in given.bench:
         said.append(

@@ -10,6 +10,8 @@ import numpy as np
 class Site:
     """One site, both passes on one grid of indentation (m,) [m]: forces [N] and their difference.
 
+    ``swinging`` (s,) [N] is the difference in steps too fine for a swing of the cutting force to be averaged away, and
+    ``noise`` [N] the standard deviation of a pass that does not cut, in such steps.
     ``friction_depth`` (k,) [m] and ``friction_force`` (k,) [N] are the second pass; ``friction_slope`` [N/m] and
     ``friction_intercept`` [N] the line through it within the friction window, which ends at ``friction_end`` [m] for
     ``friction_end_reason``. ``cutting`` [N] is the mean difference. The ``_half`` are half widths of 95 % intervals
@@ -20,6 +22,8 @@ class Site:
     first: np.ndarray
     second: np.ndarray
     difference: np.ndarray
+    swinging: np.ndarray
+    noise: float
     friction_depth: np.ndarray
     friction_force: np.ndarray
     friction_slope: float

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..model import Model
+from ..named_models import NAMED_MODELS, names_of
 
 BOM = b"\xef\xbb\xbf"  # what some editors put before UTF-8
 FOLDER = Path(__file__).parents[1] / "presets"
@@ -36,13 +37,16 @@ def _path(name_or_path) -> Path:
     path = Path(name_or_path)
     if path.suffix == ".toml" and path.is_file():
         return path
-    reason = "not a file" if path.suffix == ".toml" else "not known"
-    raise InputError(
-        "preset",
-        repr(str(name_or_path)),
-        reason,
-        next_step=f"Give a path ending in .toml, or one of {', '.join(presets())}.",
-    )
+    raise _not_found(str(name_or_path), path.suffix == ".toml")
+
+
+def _not_found(text: str, is_path: bool) -> InputError:
+    if text in NAMED_MODELS:
+        shipped = ", ".join(name for name in presets() if text in names_of(preset(name)))
+        next_step = f"Give Model.named its values, or take a preset of it: {shipped}."
+        return InputError("preset", repr(text), "a named model without values", next_step=next_step)
+    next_step = f"Give a path ending in .toml, or one of {', '.join(presets())}."
+    return InputError("preset", repr(text), "not a file" if is_path else "not known", next_step=next_step)
 
 
 def _parse(text: bytes) -> Model:

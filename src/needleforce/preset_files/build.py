@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A checked preset file becomes a model; laws take what they lack from needle, tissue and foundation."""
 
+import re
+
 from .. import core
+from ..derived_parameters import Surroundings, make_laws
 from ..errors import InputError
-from ..foundation import friction_per_length
+from ..law_list import FAMILIES, law_called
+from ..layer import Layer
 from ..model import Model
-from .schema import FAMILIES, laws_of
+from .schema import TOP, tips
 from .units_in_keys import keys, to_si
 
 NO_POISSON = (
@@ -18,10 +22,41 @@ NO_POISSON = (
 def build(file) -> Model:
     """The model of a preset file; InputError with the path inside the file for what is missing or impossible."""
     needle = make_needle(file.needle)
-    parts = {family: _law(family, getattr(file, family), file, needle) for family in FAMILIES}
-    tissue = _tissue(file.tissue) if file.tissue is not None and file.tissue.poisson_ratio is not None else None
-    about = {"name": file.name, "summary": file.summary, "reference": file.reference, "doubts": file.doubts}
-    return Model(**parts, **about, needle=needle, tissue=tissue)
+    parts = _laws(file, file, needle, "$")
+    deeper = tuple(_layer(section, file, needle, f"$.layers[{i}]") for i, section in enumerate(file.layers))
+    tissue = make_tissue(file.tissue) if file.tissue is not None and file.tissue.poisson_ratio is not None else None
+    about = {key: getattr(file, key) for key in ("name", "summary", "reference", "doubts", "unverified")}
+    try:
+        return Model(**parts, **about, needle=needle, tissue=tissue, deeper=deeper)
+    except InputError as error:
+        raise error.at(_place_of_layer(error)) from None
+
+
+def _place_of_layer(error: InputError) -> str:
+    """Where in the file a fault of "layer 1", "layer 2" … stands: the first layer is the file's own sections."""
+    found = re.match(r"layer ([2-9]),", error.quantity)
+    return f"$.layers[{int(found[1]) - 2}]" if found else "$"
+
+
+def _laws(section, file, needle, place: str) -> dict:
+    tissue = None if file.tissue is None else lambda: make_tissue(file.tissue)
+    chosen = {}
+    for family in FAMILIES:
+        numbers = getattr(section, family)
+        if numbers is not None:
+            law = law_called(family, numbers.__struct_config__.tag)
+            values = given(numbers, law.table(), f"{place}.{family}")
+            if getattr(numbers, "tip", None) is not None:
+                values["tip"] = make_tip(numbers.tip, f"{place}.{family}.tip")
+            chosen[family] = (law, values)
+    return make_laws(chosen, Surroundings(needle, tissue, file.foundation), f"{place}.")
+
+
+def _layer(section, file, needle, place: str) -> Layer:
+    top = given(section, TOP, place)
+    if not top:
+        raise InputError("top", "missing", "needed in m", place, "Give the depth where the layer begins.")
+    return Layer(**top, **_laws(section, file, needle, place))
 
 
 def given(section, table: list[dict], place: str) -> dict[str, float]:
@@ -50,56 +85,26 @@ def make_needle(section):
     """The needle of a checked section, or None for no section."""
     if section is None:
         return None
-    tip = None
-    if section.tip is not None:
-        tip = _make(core.tips.Cone, given(section.tip, core.tips.Cone.table(), "$.needle.tip"), "$.needle.tip")
+    tip = make_tip(section.tip, "$.needle.tip")
     return _make(core.Needle, given(section, core.Needle.table(), "$.needle") | {"tip": tip}, "$.needle")
 
 
-def _tissue(section):
+def make_tip(section, place: str):
+    """The tip of a checked section, or None for no section."""
+    if section is None:
+        return None
+    shape = next(tip for tip in tips() if tip.name == section.__struct_config__.tag)
+    words = {part: getattr(section, part) for part in shape.parts if getattr(section, part) is not None}
+    values = given(section, shape.table(), place)
+    missing = [row["name"] for row in shape.table() if row["name"] not in values] if hasattr(shape, "columns") else []
+    if missing:
+        raise InputError(f"{shape.name}.{missing[0]}", "missing", "needed in m", place, "Give a column of knots.")
+    return _make(shape, values | words, place)
+
+
+def make_tissue(section):
+    """The tissue of a checked section; InputError where the Poisson ratio is missing."""
     values = given(section, core.Tissue.table(), "$.tissue")
     if "poisson_ratio" not in values:
         raise InputError("tissue.poisson_ratio", "missing", "needed for the reduced modulus", "$.tissue", NO_POISSON)
     return _make(core.Tissue, values, "$.tissue")
-
-
-def _law(family: str, section, file, needle):
-    place = f"$.{family}"
-    law = next(law for law in laws_of(family) if law.name == section.__struct_config__.tag)
-    values = given(section, law.table(), place)
-    for row in law.table():
-        if row["name"] not in values and row["name"] in DERIVED:
-            values |= DERIVED[row["name"]](file, needle)
-    return _make(law, values, place)
-
-
-def _reduced_modulus(file, needle) -> dict:
-    if needle is None or file.tissue is None:
-        return {}
-    return {"reduced_modulus": core.reduced_modulus(needle, _tissue(file.tissue))}
-
-
-def _half_angle(file, needle) -> dict:
-    return {"half_angle": needle.tip.half_angle} if needle is not None and needle.tip is not None else {}
-
-
-def _radius(file, needle) -> dict:
-    return {"radius": needle.radius} if needle is not None else {}
-
-
-def _per_length(file, needle) -> dict:
-    source = file.foundation
-    if source is None or needle is None or file.tissue is None:
-        return {}
-    value = friction_per_length(
-        needle,
-        _tissue(file.tissue),
-        source.friction_coefficient,
-        reading=source.reading,
-        embedment_factor=source.embedment_factor,
-    )
-    return {"per_length": value}
-
-
-# what a law may take from elsewhere in the file when its own section does not give it
-DERIVED = {"reduced_modulus": _reduced_modulus, "half_angle": _half_angle, "radius": _radius, "per_length": _per_length}

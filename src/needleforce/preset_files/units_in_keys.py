@@ -31,9 +31,11 @@ def keys(name: str, unit: str) -> dict[str, str]:
     return {f"{name}_{ending}": factor for ending, factor in ENDINGS[unit].items()}
 
 
-def to_si(value: float, factor: str) -> float:
+def to_si(value, factor: str):
     """``value`` in SI as the decimal it was written: 3.237 mm are 3.237e-3 m to the last bit, which 3.237 * 1e-3 is
-    not."""
+    not. Of a column each."""
+    if isinstance(value, tuple):
+        return tuple(to_si(each, factor) for each in value)
     if factor == "pi/180":
         return math.radians(value)
     return float(Fraction(repr(value)) * Fraction(factor)) if math.isfinite(value) else value

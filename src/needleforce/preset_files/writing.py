@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model becomes a preset file again, every number in SI and to the last digit."""
 
+from ..law_list import FAMILIES
 from ..model import Model
 from ..whole_file import whole_file
-from .schema import FAMILIES
 from .units_in_keys import si_key
 
 
@@ -19,27 +19,51 @@ def as_toml(model: Model) -> str:
         f"name = {_text(model.name)}",
         f"summary = {_text(model.summary)}",
         f"reference = {_text(model.reference)}",
-        "doubts = [" + "".join(f"\n  {_text(doubt)}," for doubt in model.doubts) + ("\n]" if model.doubts else "]"),
+        f"doubts = {_list(model.doubts)}",
+        f"unverified = {_list(model.unverified)}",
     ]
     sections = [_needle(model.needle)] if model.needle is not None else []
     if model.tissue is not None:
         sections.append(["[tissue]", *_numbers(model.tissue)])
-    for family in FAMILIES:
-        law = getattr(model, family)
-        sections.append([f"[{family}]", f'law = "{law.name}"', *_numbers(law)])
+    sections += _laws(model, "")
+    for layer in model.deeper:
+        sections += [["[[layers]]", f"top_m = {float(layer.top)!r}"], *_laws(layer, "layers.")]
     return "\n\n".join("\n".join(lines) for lines in [head, *sections]) + "\n"
+
+
+def _laws(owner, path: str) -> list[list[str]]:
+    sections = []
+    for family in FAMILIES:
+        law = getattr(owner, family)
+        sections.append([f"[{path}{family}]", f'law = "{law.name}"', *_numbers(law)])
+        if "tip" in law.parts:
+            sections.append(_tip(law.tip, f"{path}{family}"))
+    return sections
+
+
+def _list(texts) -> str:
+    return "[" + "".join(f"\n  {_text(text)}," for text in texts) + ("\n]" if texts else "]")
 
 
 def _needle(needle) -> list[str]:
     lines = ["[needle]", *_numbers(needle)]
     if needle.tip is not None:
-        lines += ["", "[needle.tip]", f'shape = "{needle.tip.name}"', *_numbers(needle.tip)]
+        lines += ["", *_tip(needle.tip, "needle")]
     return lines
+
+
+def _tip(tip, owner: str) -> list[str]:
+    words = [f"{part} = {_text(getattr(tip, part))}" for part in tip.parts]
+    return [f"[{owner}.tip]", f'shape = "{tip.name}"', *_numbers(tip), *words]
 
 
 def _numbers(value) -> list[str]:
     numbers = value.parameters()
-    return [f"{si_key(row['name'], row['unit'])} = {numbers[row['name']]!r}" for row in value.table()]
+    return [f"{si_key(row['name'], row['unit'])} = {_number(numbers[row['name']])}" for row in value.table()]
+
+
+def _number(value) -> str:
+    return f"[{', '.join(repr(each) for each in value)}]" if isinstance(value, tuple) else repr(value)
 
 
 def _text(text: str) -> str:

@@ -8,19 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import core
 from ..errors import InputError
 from .bench import Bending, Tension, bend_needle, pull_tissue
 from .clocks import SpeedClock
-from .paper import PAPER
+from .paper import PAPER, stick_slip
 from .run import Run, perform, way
 from .sensor import Sensor
 from .site import Scatter, Site, draw_site
-from .specimen import Specimen, Unmodelled
+from .specimen import HOLD, Specimen, Unmodelled
 from .truth import Truth, truth
 
 START = -4e-3  # [m] in the rig's zero
-_HOLD = 1.0  # [s]
 _SHORT = 0.3e-3  # [m] by which the second pass stops short of the first: at the end of the hole it would cut again
 _BENCH = (1 << 16,)  # spawn key of the bench tests, beside those of the sites
 _UNMODELLED, _SCATTER, _SENSOR, _CLOCK = Unmodelled(), Scatter(), Sensor(), SpeedClock()
@@ -79,13 +77,14 @@ def paper_experiment(
     scatter: Scatter = _SCATTER,
     sensor: Sensor = _SENSOR,
     clock: SpeedClock = _CLOCK,
-    cutting: Callable = core.laws.ConstantCutting,
+    cutting: Callable = stick_slip,
 ) -> Experiment:
     """The experiment of the paper's section 1 on a simulated phantom; the same seed gives the same bytes.
 
     ``cutting_force`` [N] and ``friction_per_length`` [N/m] are means over sites; there are ``sites`` of them at each
     of ``speeds`` [m/s]; ``depth`` [m], 6 to 60 mm in the rig's zero, is deeper than the paper's 12 mm so that the
-    departure of friction shows. ``cutting(force=…)`` makes the law of cutting. What is drawn for a site, the noise of a
+    departure of friction shows. ``cutting(force=…)`` makes the law of
+    cutting, by default one that swings at 1 mm/s. What is drawn for a site, the noise of a
     run and the bench tests each have a stream of their own: changing a mean leaves all draws as they are.
     """
     _check(seed, sites, speeds, depth)
@@ -104,8 +103,8 @@ def paper_experiment(
 
 
 def _two_passes(site: Site, depth: float, sensor: Sensor, clock: SpeedClock, noises: list) -> list[Run]:
-    first = way(START, site.speed, depth, _HOLD)
-    second = way(START, site.speed, depth - _SHORT, _HOLD)
+    first = way(START, site.speed, depth, HOLD)
+    second = way(START, site.speed, depth - _SHORT, HOLD)
     return [
         perform(site, first, sensor, clock, noises[0]),
         perform(site, second, sensor, clock, noises[1], hole=depth),

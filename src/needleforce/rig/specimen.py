@@ -14,6 +14,7 @@ from .paper import PAPER
 
 RADIUS = 0.35e-3  # [m] paper, sec. 1
 HALF_ANGLE = math.radians(15.0)  # paper, sec. 2.1: the bevel's angle, taken as a cone's
+HOLD = 1.0  # [s] at the deepest point
 PRESLIDING = 20e-6  # [m] of travel from nothing to sliding
 # Opening a slit to the needle's radius in plane strain: pi/4 E' R^2 = 0.0149 N, with E = 116 kPa and an incompressible
 # tissue. It is the energy a length of slit takes, after Azar and Hayward 2008.
@@ -94,7 +95,7 @@ class Specimen:
         second = hole != 0.0
         insertion = Insertion(self.model(second))
         if second:
-            self._pierce(insertion, hole, min(depth[0], 0.0))
+            self._pierce(insertion, hole, min(depth[0], 0.0), float(np.abs(np.diff(depth)).max()), dt)
         columns = insertion.run(depth, None, np.full(len(depth), dt))
         _check(columns["status"])
         parts = {part: columns[part] for part in ("stiffness", "friction", "cutting")}
@@ -104,11 +105,14 @@ class Specimen:
         """The axial force (n,) [N], + opposes insertion: the sum of ``parts``."""
         return sum(self.parts(depth, hole=hole, dt=dt).values())
 
-    def _pierce(self, insertion: Insertion, hole: float, outside: float) -> None:
-        """The first pass, in three steps: what the law keeps of it does not depend on how many."""
+    def _pierce(self, insertion: Insertion, hole: float, outside: float, step: float, dt: float) -> None:
+        """The first pass, as fast as the second and with a hold: how deep the crack stands depends on both."""
         if not hole > self.puncture_depth:
             raise InputError("hole", hole, f"must be deeper than the puncture at {self.puncture_depth:.4g} m")
-        insertion.run(np.array([outside, hole, outside]), None, np.ones(3))
+        stroke = np.linspace(outside, hole, max(2, int(np.ceil((hole - outside) / max(step, 1e-7)))))
+        depth, times = np.concatenate([stroke, [hole], stroke[::-1]]), np.full(2 * len(stroke) + 1, dt)
+        times[len(stroke)] = HOLD
+        insertion.run(depth, None, times)
 
     def _unmodelled_parts(self, depth: np.ndarray, second: bool) -> dict[str, np.ndarray]:
         more, deepest = self.unmodelled, np.maximum.accumulate(depth)

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a law's C++ header says: the comment with its formula, and the name of its struct."""
+
+import re
+from functools import cache
+from pathlib import Path
+
+HEADERS = Path(__file__).resolve().parents[2] / "include" / "needleforce" / "laws"
+NAMES = re.compile(r'const char\* name\s*=\s*(?:\w+\s*\?\s*)?"(\w+)"(?:\s*:\s*"(\w+)")?;')
+STRUCT = re.compile(r"((?:^///.*\n)+)(?:^template.*\n)?^struct (\w+) \{", re.MULTILINE)
+FORMULAS = re.compile(r"(?:^ {4}.*\n?)+", re.MULTILINE)
+
+
+def comment(law: type) -> str:
+    """The comment above the law's struct, as Markdown; its indented lines are formulas."""
+    block, _ = _documented(header(law.name).read_text(encoding="utf-8"))
+    return FORMULAS.sub(_one_a_line, re.sub("^/// ?", "", block, flags=re.MULTILINE)).strip()
+
+
+def cpp_name(law: type) -> str:
+    """The law's name in C++; of a template with a switch, the name that was given to its side."""
+    text = header(law.name).read_text(encoding="utf-8")
+    _, struct = _documented(text)
+    side = "true" if NAMES.search(text)[1] == law.name else "false"
+    given = re.search(rf"^using (\w+) = {struct}<{side}>;", text, re.MULTILINE)
+    return f"laws::{given[1] if given else struct}"
+
+
+def _one_a_line(block: re.Match) -> str:
+    """Formulas that stand beside each other below each other, and those that were broken in a bracket whole again."""
+    lines: list[str] = []
+    for line in block[0].splitlines():
+        if lines and lines[-1].count("(") > lines[-1].count(")"):
+            lines[-1] += " " + line.strip()
+        else:
+            lines += re.split(r" {4,}", line.strip())
+    return "".join(f"    {line}\n" for line in lines)
+
+
+@cache
+def header(name: str) -> Path:
+    """The header in which a law of this name stands."""
+    for path in sorted(HEADERS.glob("*.hpp")):
+        found = NAMES.search(path.read_text(encoding="utf-8"))
+        if found and name in found.groups():
+            return path
+    raise LookupError(f"no header below {HEADERS} names a law {name}")
+
+
+def _documented(text: str) -> tuple[str, str]:
+    """The comment and the name of the struct that holds the law's name."""
+    return next(STRUCT.finditer(text)).groups()

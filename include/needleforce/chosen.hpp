@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The law that was chosen at run time, without virtual calls and without std::visit's table.
+#pragma once
+
+#include <cstddef>
+#include <variant>
+
+namespace needleforce {
+
+/// Calls `f` with the law that the variant holds. A chain of comparisons, the first of the list first: a loop
+/// takes the same branch every time, and the compiler sees through it.
+template <std::size_t index = 0, class F, class... L>
+[[gnu::always_inline]] inline decltype(auto) with_chosen(const std::variant<L...>& laws, F&& f) noexcept {
+  if constexpr (index + 1 < sizeof...(L)) {
+    if (laws.index() != index) return with_chosen<index + 1>(laws, f);
+  }
+  return f(*std::get_if<index>(&laws));
+}
+
+}  // namespace needleforce

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "../law.hpp"
+
+namespace needleforce::laws {
+
+/// The layer that real recordings support: after the puncture the tissue hangs on the shaft by one spring k_t
+/// with a Coulomb limit, and its surface follows:
+///
+///     u = F_e / k_t        l = z - z_r - u        -f' l <= F <= f' l + (F_p - f' l)+ exp(-(z_max - z_1) /
+///     delta)
+///
+/// The rupture is gradual, and when the embedded length l is gone on the way out the layer lets go at once.
+/// `z_r` is the resting surface, a dimple that stays. Passive: the spring takes over no more energy than the
+/// contact held, which a force taken over as it is (as fitted to recordings) does not respect.
+template <bool passive>
+struct DraggedTissue {
+  double per_length;
+  double stiffness;
+  double rupture_length;
+  double resting_surface;
+
+  static constexpr const char* name = passive ? "dragged_tissue" : "dragged_tissue_as_fitted";
+  static constexpr Family family = Family::friction;
+  static constexpr bool cuts = true;                   // its gradual rupture is the force at the tip
+  static constexpr bool stands_alone = true;           // layers add, wherever the tip of another stands
+  static constexpr bool first_order = true;            // the surface follows the spring of the step before
+  static constexpr bool may_return_energy = !passive;  // spring and contact need not hold the same energy
+  static constexpr const char* summary =
+      passive ? "Tissue dragged by a spring with a Coulomb limit, gradual rupture, moving surface; passive."
+              : "Tissue dragged by a spring with a Coulomb limit, in the form fitted to recordings; may "
+                "return energy.";
+  static constexpr const char* source = "layered law; eqs. (7)-(11), the Coulomb limit";
+  static constexpr const char* validity =
+      "Skin on muscle and gelatine at 1 to 3 mm/s, in, hold, out; other motions are extrapolation.";
+  static constexpr std::array<Parameter<DraggedTissue>, 4> table{{
+      {&DraggedTissue::per_length, "per_length", "N/m", 0.0, 1e5, required, "f'",
+       "friction force per embedded length while sliding", "layered law"},
+      {&DraggedTissue::stiffness, "stiffness", "N/m", 1e-2, 1e6, required, "k_t",
+       "stiffness of the tissue dragged along", "layered law"},
+      {&DraggedTissue::rupture_length, "rupture_length", "m", 1e-7, 1e-1, required, "delta",
+       "advance over which the force of the puncture falls to that of friction", "layered law"},
+      {&DraggedTissue::resting_surface, "resting_surface", "m", -5e-2, 2e-1, 0.0, "z_r - z_0",
+       "depth of the dimple that stays, from the layer's undeformed top", "layered law"},
+  }};
+
+  const char* contradiction() const noexcept {
+    return per_length < stiffness
+               ? nullptr
+               : "per_length reaches stiffness: on the way out the surface would follow for ever";
+  }
+
+  struct Prepared {
+    double per_length, stiffness, per_rupture, resting_surface;
+
+    [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+                                   const Relaxing& relaxing) const noexcept {
+      shaft.surface = bed.top + resting_surface + shaft.element.elastic / stiffness;
+      if (!bed.pierced) return;
+      const double length = move.depth - shaft.surface;
+      if (length <= 0.0 && move.withdrawing) return leave(shaft);
+      shaft.embedded = std::max(0.0, length);
+      const double grip = per_length * shaft.embedded;
+      const double torn = std::exp(-(move.deepest - bed.puncture) * per_rupture);
+      const double high = grip + std::max(0.0, shaft.peak - grip) * torn;
+      shaft.traction = shaft.element.load(stiffness * move.travel, -grip, high, relaxing, move.advancing);
+      shaft.growing = slope(shaft, grip, torn, move);
+    }
+    void pierce(Shaft& shaft, const Held& held) const noexcept {
+      shaft.element = held.element;
+      shaft.peak = held.force;
+      if constexpr (passive) weaken(shaft.element, held);
+    }
+    double force(const Shaft& shaft, double) const noexcept { return shaft.traction; }
+    double by_depth(const Shaft& shaft, double) const noexcept { return shaft.growing; }
+    double by_velocity(const Shaft&, double) const noexcept { return 0.0; }
+
+   private:
+    /// No more energy than the contact held: F_e^2 / 2 k_t <= U, and for what fades, where the contact is
+    /// stiffer than the spring, by the ratio of the two.
+    void weaken(Element& element, const Held& held) const noexcept {
+      const double most = std::sqrt(2.0 * stiffness * held.energy);
+      const double share = element.elastic > most ? most / element.elastic : 1.0;
+      const double fading = held.slope > stiffness ? std::sqrt(stiffness / held.slope) : 1.0;
+      element.elastic *= share;
+      for (double& memory : element.memory) memory *= std::min(share, fading);
+    }
+    static void leave(Shaft& shaft) noexcept {
+      shaft.element = Element{};
+      shaft.embedded = shaft.traction = shaft.growing = 0.0;
+    }
+    /// d(force)/d(depth): the spring, or the limit it slides along.
+    double slope(const Shaft& shaft, double grip, double torn, const Move& move) const noexcept {
+      if (shaft.element.stiffening > 0.0) return stiffness * shaft.element.stiffening;
+      if (shaft.embedded <= 0.0 && shaft.traction <= 0.0) return 0.0;
+      if (shaft.traction < 0.0) return -per_length;
+      const double above = std::max(0.0, shaft.peak - grip) * torn;
+      const double tears = move.depth >= move.deepest ? above * per_rupture : 0.0;
+      return per_length * (above > 0.0 ? 1.0 - torn : 1.0) - tears;
+    }
+  };
+  Prepared prepare() const noexcept { return {per_length, stiffness, 1.0 / rupture_length, resting_surface}; }
+};
+
+using DraggedTissuePassive = DraggedTissue<true>;
+using DraggedTissueAsFitted = DraggedTissue<false>;
+
+}  // namespace needleforce::laws

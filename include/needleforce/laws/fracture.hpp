@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <numbers>
+
+#include "constant_cutting.hpp"
+
+namespace needleforce::laws {
+
+/// F = J a_c + (pi/4) E' R^2: the energy of the crack that the tip opens, and of holding the slit open for
+/// the shaft. The second part is a state: it acts on the way in, also in an existing hole, and of it the
+/// share `recovered` comes back on the way out as the slit closes behind the tip.
+struct Fracture {
+  double toughness;
+  double crack_length;
+  double plane_strain_modulus;
+  double radius;
+  double recovered;
+  double unloading;
+
+  static constexpr const char* name = "fracture";
+  static constexpr Family family = Family::cutting;
+  static constexpr bool cuts = true;
+  static constexpr const char* summary = "Fracture work of the crack at the tip and work of spreading it.";
+  static constexpr const char* source = "Azar & Hayward 2008; Sneddon 1946, pressurised crack";
+  static constexpr const char* validity =
+      "A sharp rigid needle in quasi-static steady cutting; spreading in linear elasticity.";
+  static constexpr std::array<Parameter<Fracture>, 6> table{{
+      {&Fracture::toughness, "toughness", "J/m^2", 0.0, 1e6, required, "J",
+       "fracture toughness of the tissue", "Azar & Hayward 2008"},
+      {&Fracture::crack_length, "crack_length", "m", 1e-6, 1e-1, required, "a_c",
+       "width of the crack across the needle: D for a slit, pi D / 2 for half the perimeter",
+       "Azar & Hayward 2008"},
+      {&Fracture::plane_strain_modulus, "plane_strain_modulus", "Pa", 0.0, 1e10, 0.0, "E'",
+       "E / (1 - nu^2) of the tissue that is spread; 0 leaves spreading out", "Sneddon 1946"},
+      {&Fracture::radius, "radius", "m", 0.0, 1e-1, 0.0, "R", "half width to which the slit is spread",
+       "Sneddon 1946"},
+      {&Fracture::recovered, "recovered", "1", 0.0, 1.0, 0.0, "Lambda",
+       "share of the work of spreading that comes back on withdrawal", "Azar & Hayward 2008"},
+      {&Fracture::unloading, "unloading", "m", 1e-9, 5e-2, 20e-6, "s_c",
+       "travel over which either force turns", "free: elastic unloading"},
+  }};
+
+  /// Work of spreading over advance [N].
+  double spreading() const noexcept {
+    return 0.25 * std::numbers::pi * plane_strain_modulus * radius * radius;
+  }
+
+  struct Prepared {
+    ConstantCutting::Prepared crack;
+    double spread, recovered;
+
+    double steady(double) const noexcept { return crack.full + spread; }
+    void enter(Cut& cut, double depth, double carried) const noexcept {
+      if (carried < 0.0) cut.entry = depth, cut.opened = 1.0;
+      cut.front = depth;
+    }
+    [[gnu::noinline]] void advance(Cut& cut, const Move& move) const noexcept {
+      crack.advance(cut, move);
+      cut.opened = std::clamp(cut.opened + move.travel * crack.per_travel, 0.0, 1.0);
+    }
+    /// Between 0 above the entry and 1 in the hole, so that no work is won by going round it.
+    double inside(const Cut& cut, double depth) const noexcept {
+      return std::clamp((depth - cut.entry) * crack.per_travel, 0.0, 1.0);
+    }
+    double force(const Cut& cut, double depth) const noexcept {
+      const double in = inside(cut, depth);
+      return crack.force(cut, depth) +
+             spread * (recovered * in + (1.0 - recovered) * std::min(cut.opened, in));
+    }
+    double by_depth(const Cut& cut, double depth) const noexcept {
+      const double in = inside(cut, depth);
+      const double entering = in > 0.0 && in < 1.0 ? 1.0 : 0.0;
+      const double turning = cut.opened < in ? (cut.opened > 0.0 ? 1.0 : 0.0) : entering;
+      return crack.by_depth(cut, depth) +
+             spread * crack.per_travel * (recovered * entering + (1.0 - recovered) * turning);
+    }
+  };
+  Prepared prepare() const noexcept {
+    return {ConstantCutting{toughness * crack_length, unloading}.prepare(), spreading(), recovered};
+  }
+};
+
+}  // namespace needleforce::laws

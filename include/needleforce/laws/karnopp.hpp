@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "../law.hpp"
+
+namespace needleforce::laws {
+
+/// Modified Karnopp friction per embedded length, asymmetric (p inwards, n outwards):
+///
+///     v >= dv/2: C_p + b_p v        v <= -dv/2: C_n + b_n v        between: at most D_p, at least D_n
+///
+/// In the band the source balances the other forces on the needle, which a prescribed motion does not know:
+/// an elastic element in series takes their place. The constants outwards are negative, so friction
+/// dissipates.
+struct Karnopp {
+  double coulomb_in;
+  double coulomb_out;
+  double viscous_in;
+  double viscous_out;
+  double static_in;
+  double static_out;
+  double static_band;
+  double presliding;
+
+  static constexpr const char* name = "karnopp";
+  static constexpr Family family = Family::friction;
+  static constexpr const char* summary =
+      "Modified Karnopp friction per embedded length: Coulomb, viscous and static, other inwards than "
+      "outwards.";
+  static constexpr const char* source = "Simone & Okamura 2002; Okamura, Simone & O'Leary 2004; Karnopp 1985";
+  static constexpr const char* validity = "Needle and tissue of its fit, speeds between those of its fit.";
+  static constexpr std::array<Parameter<Karnopp>, 8> table{{
+      {&Karnopp::coulomb_in, "coulomb_in", "N/m", 0.0, 1e5, required, "C_p",
+       "sliding friction per length inwards, without its viscous part", "Okamura, Simone & O'Leary 2004"},
+      {&Karnopp::coulomb_out, "coulomb_out", "N/m", -1e5, 0.0, required, "C_n", "the same outwards, negative",
+       "Okamura, Simone & O'Leary 2004"},
+      {&Karnopp::viscous_in, "viscous_in", "N s/m^2", 0.0, 1e7, required, "b_p",
+       "viscous friction per length inwards", "Okamura, Simone & O'Leary 2004"},
+      {&Karnopp::viscous_out, "viscous_out", "N s/m^2", 0.0, 1e7, required, "b_n",
+       "the same outwards, positive", "Okamura, Simone & O'Leary 2004"},
+      {&Karnopp::static_in, "static_in", "N/m", 0.0, 1e5, required, "D_p",
+       "greatest friction per length at rest, against going in", "Okamura, Simone & O'Leary 2004"},
+      {&Karnopp::static_out, "static_out", "N/m", -1e5, 0.0, required, "D_n",
+       "the same against going out, negative", "Okamura, Simone & O'Leary 2004"},
+      {&Karnopp::static_band, "static_band", "m/s", 1e-9, 1e-1, 1e-4, "dv",
+       "width of the band of velocity that counts as rest", "Karnopp 1985"},
+      {&Karnopp::presliding, "presliding", "m", 1e-9, 5e-2, 20e-6, "s_0",
+       "travel that takes the friction from nothing to its limit at rest", "free: elastic element in series"},
+  }};
+
+  struct Prepared;
+  Prepared prepare() const noexcept;
+};
+
+struct Karnopp::Prepared {
+  Karnopp law;
+  double stiffness;  // of the element per length [N/m^2]
+
+  bool inwards(double v) const noexcept { return v >= 0.5 * law.static_band; }
+  bool outwards(double v) const noexcept { return v <= -0.5 * law.static_band; }
+  double high(double v) const noexcept {
+    return inwards(v) ? law.coulomb_in + law.viscous_in * v : law.static_in;
+  }
+  double low(double v) const noexcept {
+    return outwards(v) ? law.coulomb_out + law.viscous_out * v : law.static_out;
+  }
+  double surface(double top, double) const noexcept { return top; }
+  double sliding(double embedded, double v) const noexcept {
+    return embedded *
+           (std::signbit(v) ? law.coulomb_out + law.viscous_out * v : law.coulomb_in + law.viscous_in * v);
+  }
+  /// The element alone, between limits that may have fallen below its force.
+  void load(Shaft& shaft, const Move& move, double least, double most,
+            const Relaxing& relaxing) const noexcept {
+    shaft.element.yield(shaft.traction, least, most, relaxing);
+    shaft.traction = shaft.element.load(stiffness * move.travel, least, most, relaxing, move.advancing);
+  }
+  /// Sticks until the limit at rest is reached, whatever the needle's speed: it is the slip that has none.
+  /// Then slides until the needle rests or turns.
+  [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+                                 const Relaxing& relaxing) const noexcept {
+    const double v = move.velocity;
+    const bool moves = inwards(v) || outwards(v);
+    shaft.slides = shaft.slides && moves && !(shaft.traction * v < 0.0);
+    if (!shaft.slides) {
+      const Shaft before = shaft;
+      load(shaft, move, law.static_out, law.static_in, relaxing);
+      if (moves && shaft.element.stiffening == 0.0) shaft = before, shaft.slides = true;
+    }
+    if (shaft.slides) load(shaft, move, low(v), high(v), relaxing);
+    shaft.embed(bed, move.depth, bed.top);
+  }
+  void pierce(Shaft&, const Held&) const noexcept {}
+  double force(const Shaft& shaft, double) const noexcept { return shaft.traction * shaft.embedded; }
+  double by_depth(const Shaft& shaft, double) const noexcept {
+    return shaft.traction * shaft.growing + stiffness * shaft.element.stiffening * shaft.embedded;
+  }
+  double by_velocity(const Shaft& shaft, double v) const noexcept {
+    if (shaft.element.stiffening > 0.0 || !shaft.slides) return 0.0;
+    return shaft.embedded * (inwards(v) ? law.viscous_in : outwards(v) ? law.viscous_out : 0.0);
+  }
+};
+
+inline Karnopp::Prepared Karnopp::prepare() const noexcept {
+  return {*this, std::max({static_in, -static_out, coulomb_in, -coulomb_out}) / presliding};
+}
+
+}  // namespace needleforce::laws

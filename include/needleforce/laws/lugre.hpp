@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "../law.hpp"
+
+namespace needleforce::laws {
+
+/// LuGre friction per embedded length, bristles of mean deflection zeta:
+///
+///     dzeta/dt = v - s_0 |v| zeta / g(v)      f = s_0 zeta + s_1 dzeta/dt + s_2 v
+///     g(v) = F_c + (F_s - F_c) exp(-|v / v_s|^gamma)
+///
+/// stepped exactly for constant velocity; the bristles follow the change of depth, the rates the velocity.
+/// With F_s = F_c and s_1 = 0 it is Dahl's law with a viscous part.
+struct LuGre {
+  double bristle_stiffness;
+  double bristle_damping;
+  double viscous;
+  double coulomb;
+  double static_friction;
+  double stribeck_speed;
+  double stribeck_exponent;
+
+  static constexpr const char* name = "lugre";
+  static constexpr Family family = Family::friction;
+  static constexpr const char* summary =
+      "LuGre bristle friction per embedded length, with the exact exponential step.";
+  static constexpr const char* source =
+      "Canudas de Wit et al. 1995; per embedded length after Asadian, Kermani & Patel 2012 (reconstruction)";
+  static constexpr const char* validity =
+      "Passive from velocity to force if s_2 >= s_1 (F_s - F_c) / F_c (Barabanov & Ortega 2000, "
+      "unconfirmed).";
+  static constexpr std::array<Parameter<LuGre>, 7> table{{
+      {&LuGre::bristle_stiffness, "bristle_stiffness", "N/m^2", 1.0, 1e12, required, "sigma_0",
+       "stiffness of the bristles per length", "Canudas de Wit et al. 1995"},
+      {&LuGre::bristle_damping, "bristle_damping", "N s/m^2", 0.0, 1e7, 0.0, "sigma_1",
+       "damping of the bristles per length", "Canudas de Wit et al. 1995"},
+      {&LuGre::viscous, "viscous", "N s/m^2", 0.0, 1e7, 0.0, "sigma_2", "viscous friction per length",
+       "Canudas de Wit et al. 1995"},
+      {&LuGre::coulomb, "coulomb", "N/m", 1e-6, 1e5, required, "F_c",
+       "friction per length while sliding fast, without its viscous part", "Canudas de Wit et al. 1995"},
+      {&LuGre::static_friction, "static_friction", "N/m", 1e-6, 1e5, required, "F_s",
+       "friction per length at the onset of sliding", "Canudas de Wit et al. 1995"},
+      {&LuGre::stribeck_speed, "stribeck_speed", "m/s", 1e-9, 1.0, 1e-3, "v_s",
+       "speed at which the friction falls from static to sliding", "Canudas de Wit et al. 1995"},
+      {&LuGre::stribeck_exponent, "stribeck_exponent", "1", 1.0, 2.0, 2.0, "gamma",
+       "shape of that fall; 1 or 2 in the literature", "Canudas de Wit et al. 1995"},
+  }};
+
+  const char* contradiction() const noexcept {
+    return static_friction < coulomb ? "static_friction is below coulomb: the friction would rise with speed"
+                                     : nullptr;
+  }
+  /// Least sigma_2 [N s/m^2] with which velocity to force is passive (Barabanov & Ortega 2000, unconfirmed).
+  double least_passive_viscous() const noexcept {
+    return bristle_damping * (static_friction - coulomb) / coulomb;
+  }
+
+  /// Mean deflection [m] of the bristles after `dt` [s] at a constant velocity [m/s].
+  double deflected(double deflection, double velocity, double dt) const noexcept;
+  /// Friction per length [N/m] at a deflection [m] and a velocity [m/s].
+  double traction(double deflection, double velocity) const noexcept;
+
+  struct Prepared;
+  Prepared prepare() const noexcept;
+};
+
+struct LuGre::Prepared {
+  LuGre law;
+
+  double fall(double v) const noexcept {
+    const double ratio = std::abs(v) / law.stribeck_speed;
+    return std::exp(-(law.stribeck_exponent == 2.0 ? ratio * ratio : std::pow(ratio, law.stribeck_exponent)));
+  }
+  /// g(v) [N/m].
+  double limit(double v) const noexcept {
+    return law.coulomb + (law.static_friction - law.coulomb) * fall(v);
+  }
+  double surface(double top, double) const noexcept { return top; }
+  double sliding(double embedded, double v) const noexcept {
+    return embedded * (std::copysign(limit(v), v) + law.viscous * v);
+  }
+  /// What is left of the bristles' way to sliding at velocity v: 1 - s_0 zeta sgn(v) / g(v).
+  double remaining(const Shaft& shaft, double v) const noexcept {
+    return 1.0 - std::copysign(shaft.element.elastic, v * shaft.element.elastic) / limit(v);
+  }
+  /// The elastic part [N/m] after a travel [m] at a velocity [m/s].
+  double dragged(double elastic, double travel, double v) const noexcept {
+    const double most = limit(v), slides = std::copysign(most, travel);
+    return slides + (elastic - slides) * std::exp(-law.bristle_stiffness * std::abs(travel) / most);
+  }
+  [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+                                 const Relaxing&) const noexcept {
+    shaft.element.elastic = dragged(shaft.element.elastic, move.travel, move.velocity);
+    shaft.embed(bed, move.depth, bed.top);
+  }
+  void pierce(Shaft&, const Held&) const noexcept {}
+  double traction(const Shaft& shaft, double v) const noexcept {
+    return shaft.element.elastic + (law.bristle_damping * remaining(shaft, v) + law.viscous) * v;
+  }
+  [[gnu::noinline]] double force(const Shaft& shaft, double v) const noexcept {
+    return traction(shaft, v) * shaft.embedded;
+  }
+  [[gnu::noinline]] double by_depth(const Shaft& shaft, double v) const noexcept {
+    // bristles that bend on damp less: d(dzeta/dt)/dzeta = -s_0 |v| / g
+    const double bending = law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) / limit(v));
+    return traction(shaft, v) * shaft.growing + bending * remaining(shaft, v) * shaft.embedded;
+  }
+  /// dg/dv [N s/m^2].
+  double limit_by_speed(double v) const noexcept {
+    const double ratio = std::abs(v) / law.stribeck_speed;
+    const double steep = law.stribeck_exponent == 2.0 ? ratio : std::pow(ratio, law.stribeck_exponent - 1.0);
+    return std::copysign(
+        law.stribeck_exponent * steep * (law.coulomb - law.static_friction) * fall(v) / law.stribeck_speed,
+        v);
+  }
+  [[gnu::noinline]] double by_velocity(const Shaft& shaft, double v) const noexcept {
+    const double left = remaining(shaft, v);
+    const double weakened = (1.0 - left) * v * limit_by_speed(v) / limit(v);
+    return (law.bristle_damping * (left + weakened) + law.viscous) * shaft.embedded;
+  }
+};
+
+inline LuGre::Prepared LuGre::prepare() const noexcept { return {*this}; }
+
+inline double LuGre::deflected(double deflection, double velocity, double dt) const noexcept {
+  return prepare().dragged(bristle_stiffness * deflection, velocity * dt, velocity) / bristle_stiffness;
+}
+
+inline double LuGre::traction(double deflection, double velocity) const noexcept {
+  Shaft shaft;
+  shaft.element.elastic = bristle_stiffness * deflection;
+  return prepare().traction(shaft, velocity);
+}
+
+}  // namespace needleforce::laws

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "../law.hpp"
+
+namespace needleforce::laws {
+
+/// Relaxation of the elastic forces by a Prony series,
+///
+///     G(t) = 1 - sum g_j + sum g_j exp(-t / tau_j)
+///
+/// over the contact before the puncture and the tissue dragged along after it, updated exactly for a load
+/// that comes evenly over a step. `only_at_rest`, as fitted to recordings: an advancing tip restores what had
+/// faded, so that only a hold and a withdrawal relax; it may return energy.
+template <bool only_at_rest>
+struct PronySeries {
+  double share_1;
+  double time_1;
+  double share_2;
+  double time_2;
+
+  static constexpr const char* name = only_at_rest ? "prony_at_rest" : "prony";
+  static constexpr Family family = Family::relaxation;
+  static constexpr bool may_return_energy = only_at_rest;  // what an advance restores, nobody has paid for
+  static constexpr const char* summary = only_at_rest
+                                             ? "Prony series that acts only while the tip does not advance."
+                                             : "Prony series with one or two time constants.";
+  static constexpr const char* source =
+      only_at_rest ? "layered law; Fung 1993, sec. 7.6" : "Fung 1993, sec. 7.6, quasi-linear";
+  static constexpr const char* validity =
+      only_at_rest ? "Motions in, hold, out. Which of the two holds, recordings at one speed cannot tell."
+                   : "Holds and speeds between those it was fitted to.";
+  static constexpr std::array<Parameter<PronySeries>, 4> table{{
+      {&PronySeries::share_1, "share_1", "1", 0.0, 0.99, required, "g_1",
+       "share of the elastic force that fades with the first time constant", "Fung 1993"},
+      {&PronySeries::time_1, "time_1", "s", 1e-6, 1e6, required, "tau_1", "first time constant", "Fung 1993"},
+      {&PronySeries::share_2, "share_2", "1", 0.0, 0.99, 0.0, "g_2",
+       "share that fades with the second time constant; 0 for one alone", "Fung 1993"},
+      {&PronySeries::time_2, "time_2", "s", 1e-6, 1e6, 5.0, "tau_2", "second time constant", "Fung 1993"},
+  }};
+
+  const char* contradiction() const noexcept {
+    return share_1 + share_2 < 1.0 ? nullptr : "share_1 + share_2 reaches 1: no elastic force would stay";
+  }
+
+  struct Prepared {
+    double share[2], time[2];
+
+    /// exp and its mean over the step; the mean does not cancel at small dt, nor divide 0 by 0.
+    Relaxing over(double dt) const noexcept {
+      Relaxing relaxing{.lasting = 1.0 - share[0] - share[1], .fades = true, .only_at_rest = only_at_rest};
+      for (int j = 0; j < 2; ++j) {
+        const double x = dt / time[j], fallen = -std::expm1(-x);
+        relaxing.share[j] = share[j];
+        relaxing.left[j] = 1.0 - fallen;
+        relaxing.during[j] = x > 1e-300 ? fallen / x : 1.0;
+      }
+      return relaxing;
+    }
+  };
+  Prepared prepare() const noexcept { return {{share_1, share_2}, {time_1, time_2}}; }
+};
+
+using Prony = PronySeries<false>;
+using PronyAtRest = PronySeries<true>;
+
+}  // namespace needleforce::laws

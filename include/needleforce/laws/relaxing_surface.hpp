@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "coulomb.hpp"
+
+namespace needleforce::laws {
+
+/// Coulomb friction whose depth origin is a surface that recovers: from the puncture depth z_1 it returns as
+/// exp(-t/tau) to where a flat punch of the needle's radius would hold it against the forces on the needle,
+/// z_res = (f_c + f' l) / k, l = z - z_res, never deeper than z_1; on the way out it is pulled up by -f' l /
+/// k.
+struct RelaxingSurface {
+  double per_length;
+  double presliding;
+  double recovery_time;
+  double surface_stiffness;
+  double tip_force;
+
+  static constexpr const char* name = "relaxing_surface";
+  static constexpr Family family = Family::friction;
+  static constexpr const char* summary =
+      "Coulomb friction per embedded length below a surface that recovers after the puncture.";
+  static constexpr const char* source = "eqs. (7)-(11); Sneddon 1965, static balance of a flat punch";
+  static constexpr const char* validity =
+      "An order of magnitude for the dimple: the surface around a needle is no flat punch.";
+  static constexpr std::array<Parameter<RelaxingSurface>, 5> table{{
+      {&RelaxingSurface::per_length, "per_length", "N/m", 0.0, 1e5, required, "f'",
+       "friction force per embedded length while sliding", "sec. 2.2"},
+      {&RelaxingSurface::presliding, "presliding", "m", 1e-9, 5e-2, 20e-6, "s_0",
+       "travel that takes the friction from nothing to sliding", "Dahl 1968"},
+      {&RelaxingSurface::recovery_time, "recovery_time", "s", 1e-6, 1e5, required, "tau",
+       "time constant with which the dimple recovers", "free: exponential recovery"},
+      {&RelaxingSurface::surface_stiffness, "surface_stiffness", "N/m", 1e-3, 1e9, required, "2 E_r R",
+       "stiffness of the surface against the needle, a flat punch of its radius", "Sneddon 1965"},
+      {&RelaxingSurface::tip_force, "tip_force", "N", 0.0, 1e3, 0.0, "f_c",
+       "force at the tip that holds the surface down beside friction", "Sneddon 1965, static balance"},
+  }};
+
+  const char* contradiction() const noexcept {
+    return surface_stiffness > per_length
+               ? nullptr
+               : "surface_stiffness does not exceed per_length: the surface would follow the needle for ever";
+  }
+
+  struct Prepared {
+    Coulomb::Prepared coulomb;
+    double per_time, surface_stiffness, tip_force;
+
+    /// Where the surface comes to rest, and how that changes with the tip's depth and the shaft's traction.
+    struct Rest {
+      double depth, by_depth, by_traction;
+    };
+    /// Balance of the surface against what drags it: z_res = (f_c + p l) / k with l = z - z_res. On the way
+    /// out the traction p is negative, the tip no longer pushes, and the surface is pulled up.
+    Rest resting(const Bed& bed, double depth, double traction) const noexcept {
+      const double length = std::max(0.0, depth - bed.top), k = surface_stiffness + traction;
+      const double push =
+          coulomb.per_length > 0.0 ? std::clamp(traction / coulomb.per_length, 0.0, 1.0) : 1.0;
+      const double rest = (tip_force * push + traction * length) / k;
+      if (bed.top + rest >= bed.puncture) return {bed.puncture, 0.0, 0.0};
+      const double pushing = push > 0.0 && push < 1.0 ? tip_force / coulomb.per_length : 0.0;
+      return {bed.top + rest, length > 0.0 ? traction / k : 0.0, (pushing + length - rest) / k};
+    }
+    [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+                                   const Relaxing& relaxing) const noexcept {
+      coulomb.advance(shaft, move, bed, relaxing);
+      if (bed.pierced) shaft.dimple *= std::exp(-move.dt * per_time);
+      const Rest rest = resting(bed, move.depth, shaft.traction);
+      shaft.embed(bed, move.depth, rest.depth + (bed.puncture - rest.depth) * shaft.dimple);
+      const double recovered = shaft.embedded > 0.0 ? 1.0 - shaft.dimple : 0.0;
+      shaft.growing -= recovered * rest.by_depth;
+      shaft.giving = -recovered * rest.by_traction;
+    }
+    void pierce(Shaft&, const Held&) const noexcept {}
+    double force(const Shaft& shaft, double velocity) const noexcept {
+      return coulomb.force(shaft, velocity);
+    }
+    double by_depth(const Shaft& shaft, double velocity) const noexcept {
+      const double turning = coulomb.stiffness * shaft.element.stiffening;
+      return coulomb.by_depth(shaft, velocity) + shaft.traction * shaft.giving * turning;
+    }
+    double by_velocity(const Shaft&, double) const noexcept { return 0.0; }
+  };
+  Prepared prepare() const noexcept {
+    return {Coulomb{per_length, presliding, 0.0}.prepare(), 1.0 / recovery_time, surface_stiffness,
+            tip_force};
+  }
+};
+
+}  // namespace needleforce::laws

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "../law.hpp"
+
+namespace needleforce::laws {
+
+/// Stick-slip cutting with arrest velocity. The tissue ahead of the tip is a spring F = k u that the needle
+/// compresses and the crack releases, du/dt = V - v. The crack sticks until F reaches F_b, then runs with
+/// v = (F - F_d) / c until it is slower than v_a, at F_a = F_d + c v_a. Steady for V >= v_a, with
+/// F = F_d + c V; below, a limit cycle between F_a and F_b. Stepped exactly from event to event.
+struct StickSlip {
+  double break_force;
+  double arrest_force;
+  double arrest_speed;
+  double damping;
+  double stiffness;
+
+  static constexpr const char* name = "stick_slip";
+  static constexpr Family family = Family::cutting;
+  static constexpr bool cuts = true;
+  static constexpr const char* summary =
+      "Cutting that sticks and slips below an arrest speed and is steady above it.";
+  static constexpr const char* source =
+      "sec. 2.3, range of the cutting force; free: arrest speed, the choice of this project";
+  static constexpr const char* validity =
+      "Reconstructed from two speeds of the paper; the stiffness, which sets the period, is free.";
+  static constexpr std::array<Parameter<StickSlip>, 5> table{{
+      {&StickSlip::break_force, "break_force", "N", 1e-6, 1e3, required, "F_b",
+       "force at which the crack starts to run", "sec. 2.3"},
+      {&StickSlip::arrest_force, "arrest_force", "N", 0.0, 1e3, required, "F_a",
+       "force at which the crack stops", "sec. 2.3"},
+      {&StickSlip::arrest_speed, "arrest_speed", "m/s", 1e-9, 1.0, required, "v_a",
+       "speed of the crack below which it stops", "sec. 2.3"},
+      {&StickSlip::damping, "damping", "N s/m", 1e-6, 1e6, required, "c",
+       "force of the running crack over its speed", "sec. 2.3"},
+      {&StickSlip::stiffness, "stiffness", "N/m", 1e-2, 1e6, 200.0, "k",
+       "stiffness of the tissue ahead of the tip; it sets the period and nothing else", "free"},
+  }};
+
+  const char* contradiction() const noexcept {
+    if (!(arrest_force < break_force)) return "arrest_force is not below break_force: nothing would slip";
+    if (arrest_force < damping * arrest_speed)
+      return "arrest_force is below damping * arrest_speed: the running crack would pull the needle in";
+    return nullptr;
+  }
+
+  struct Prepared {
+    double break_force, arrest_force, arrest_speed, damping, stiffness;
+    double still;        ///< F_d, force of the running crack at no speed [N]
+    double slip_length;  ///< c / k: time constant of the running crack [s]
+
+    double running(double speed) const noexcept { return still + damping * speed; }
+    double stick_time(double speed) const noexcept {
+      return (break_force - arrest_force) / (stiffness * speed);
+    }
+    double slip_time(double speed) const noexcept {
+      const double aim = running(speed);
+      return slip_length * std::log((break_force - aim) / (arrest_force - aim));
+    }
+    /// The force of a long way at a speed [m/s]: the mean over a cycle, or the steady one.
+    double steady(double speed) const noexcept {
+      if (speed >= arrest_speed) return running(speed);
+      if (!(speed > 0.0)) return 0.5 * (break_force + arrest_force);
+      const double stick = stick_time(speed), slip = slip_time(speed), fall = break_force - arrest_force;
+      const double work =
+          0.5 * (break_force + arrest_force) * stick + running(speed) * slip + slip_length * fall;
+      return work / (stick + slip);
+    }
+
+    void enter(Cut& cut, double depth, double carried) const noexcept {
+      if (carried < 0.0) cut.running = true;  // the puncture's crack is just stopping
+      cut.front = depth - (carried < 0.0 ? arrest_force : carried) / stiffness;
+    }
+    [[gnu::noinline]] void advance(Cut& cut, const Move& move) const noexcept {
+      double force = stiffness * (move.depth - move.travel - cut.front);
+      double left = move.dt;
+      const double speed = move.travel / move.dt;
+      // a cycle has two events, whole cycles are skipped: the bound is never what ends this
+      for (int event = 0; event < 6 && left > 0.0; ++event)
+        cut.running ? run(cut, force, left, speed) : stick(cut, force, left, speed);
+      cut.front = move.depth - force / stiffness;
+    }
+    double force(const Cut& cut, double depth) const noexcept {
+      return std::max(0.0, stiffness * (depth - cut.front));
+    }
+    /// Of the tissue, also while the crack runs: it takes its time c / k to follow.
+    double by_depth(const Cut& cut, double depth) const noexcept {
+      return depth > cut.front ? stiffness : 0.0;
+    }
+
+   private:
+    void stick(Cut& cut, double& force, double& left, double speed) const noexcept {
+      const double time = speed > 0.0 ? (break_force - force) / (stiffness * speed) : left;
+      if (time >= left) {
+        force += stiffness * speed * left;
+        left = 0.0;
+        return;
+      }
+      force = std::max(force, break_force);
+      left -= std::max(0.0, time);
+      cut.running = true;
+      if (speed < arrest_speed) skip_cycles(left, speed);
+    }
+    void run(Cut& cut, double& force, double& left, double speed) const noexcept {
+      const double aim = running(speed);
+      const double time = aim >= arrest_force ? left
+                          : force > arrest_force
+                              ? slip_length * std::log((force - aim) / (arrest_force - aim))
+                              : 0.0;
+      if (time >= left) {
+        force += (force - aim) * std::expm1(-left / slip_length);  // does not cancel at small steps
+        left = 0.0;
+        return;
+      }
+      force = std::min(force, arrest_force);
+      left -= time;
+      cut.running = false;
+    }
+    void skip_cycles(double& left, double speed) const noexcept {
+      const double cycle = stick_time(speed) + slip_time(speed);
+      const double whole = std::min(left / cycle, 1e15);
+      left = std::max(0.0, left - cycle * static_cast<double>(static_cast<long long>(whole)));
+      left = std::min(left, cycle);
+    }
+  };
+  Prepared prepare() const noexcept {
+    return {break_force,        arrest_force,
+            arrest_speed,       damping,
+            stiffness,          arrest_force - damping * arrest_speed,
+            damping / stiffness};
+  }
+  /// Time [s] the crack sticks in a cycle at a speed [m/s] below the arrest speed, and time it runs.
+  double stick_time(double speed) const noexcept { return prepare().stick_time(speed); }
+  double slip_time(double speed) const noexcept { return prepare().slip_time(speed); }
+  /// Mean force [N] at a speed [m/s], over a cycle where it sticks and slips.
+  double mean_force(double speed) const noexcept { return prepare().steady(speed); }
+};
+
+}  // namespace needleforce::laws

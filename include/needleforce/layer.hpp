@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// One layer in the loop: its laws, prepared, and what it remembers.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "chosen.hpp"
+#include "model.hpp"
+#include "sample.hpp"
+
+namespace needleforce {
+
+/// Cutting at the tip: force [N] and its derivative by depth [N/m].
+struct TipForce {
+  double force = 0.0;
+  double by_depth = 0.0;
+};
+
+/// Friction along the shaft: force [N], its derivatives, and whether a layer holds the needle.
+struct Dragged {
+  double force = 0.0;
+  double by_depth = 0.0;
+  double by_velocity = 0.0;
+  bool hold = false;
+  void operator+=(const Dragged& other) noexcept {
+    force += other.force;
+    by_depth += other.by_depth;
+    by_velocity += other.by_velocity;
+    hold |= other.hold;
+  }
+};
+
+/// What a layer remembers between two steps.
+struct LayerState {
+  Element contact{};
+  Shaft shaft{};
+  Relaxing relaxing{};
+  double indentation = 0.0;    ///< of the last step in contact [m]
+  double contact_force = 0.0;  ///< [N]
+  double contact_slope = 0.0;  ///< [N/m]
+  double work = 0.0;           ///< of indentation, where it relaxes [J]
+  double gave_way = 0.0;       ///< depth of the puncture [m]
+  bool pierced = false;
+  bool holds = false;  ///< the needle
+};
+
+/// A layer's laws with everything computed that does not change in the loop. Every method is wait-free.
+class PreparedLayer {
+ public:
+  PreparedLayer() = default;
+  explicit PreparedLayer(const Layer& layer) noexcept
+      : top(layer.top),
+        stiffness_(prepare(layer.laws.stiffness)),
+        friction_(prepare(layer.laws.friction)),
+        cutting_(prepare(layer.laws.cutting)),
+        relaxation_(prepare(layer.laws.relaxation)),
+        criterion_(layer.laws.puncture),
+        puncture(layer.top + puncture_depth(layer.laws.puncture, stiffness_)),
+        fades_(relaxing(1.0).fades),
+        reach_(with_chosen(stiffness_, [](const auto& law) { return law.reach(); })) {}
+
+  /// False for an interface that lets the tip through.
+  bool resists() const noexcept { return puncture > top; }
+  /// True where the stiffness law's formula has ended.
+  bool beyond(double depth) const noexcept { return depth - top > reach_; }
+  Relaxing relaxing(double dt) const noexcept {
+    return with_chosen(relaxation_, [&](const auto& law) { return law.over(dt); });
+  }
+
+  /// The contact of a layer that is whole; true if it gives way instead. `first`: there was no step before.
+  [[gnu::always_inline]] bool press(LayerState& state, const Move& move, bool first) const noexcept {
+    if (move.depth > puncture && (!fades_ || first || breaks(state))) return true;
+    const double indentation = std::max(0.0, move.depth - top);
+    if (indentation == 0.0 && !fades_) {
+      state.indentation = state.contact_force = state.contact_slope = 0.0;
+      return false;
+    }
+    with_chosen(stiffness_, [&](const auto& law) { press(law, state, move, indentation); });
+    return false;
+  }
+
+  /// Hands over to friction what the contact held. An elastic contact gave way where it was said to, one that
+  /// relaxed where the tip stands.
+  [[gnu::noinline]] void pierce(LayerState& state, const Move& move) const noexcept {
+    if (!fades_) state.contact.elastic = state.contact_force;
+    const double energy =
+        with_chosen(stiffness_, [&](const auto& law) { return law.energy(state.indentation); });
+    const Held held{state.contact, state.contact_force, energy, state.contact_slope};
+    with_chosen(friction_, [&](const auto& law) { law.pierce(state.shaft, held); });
+    state.gave_way =
+        fades_ && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? move.depth : puncture;
+    state.pierced = true;
+  }
+
+  /// Moves the shaft; its force, if the layer is pierced. `bottom` is where the next layer's embedding
+  /// starts.
+  [[gnu::always_inline]] Dragged drag(LayerState& state, const Move& move, double bottom) const noexcept {
+    const Bed bed{top, state.pierced ? state.gave_way : puncture, bottom, state.pierced};
+    return with_chosen(friction_, [&](const auto& law) -> Dragged {
+      law.advance(state.shaft, move, bed, state.relaxing);
+      if (!state.pierced) return {};
+      const double force = law.force(state.shaft, move.velocity);
+      return {force, law.by_depth(state.shaft, move.velocity), law.by_velocity(state.shaft, move.velocity),
+              state.shaft.embedded > 0.0 || force != 0.0};
+    });
+  }
+
+  void enter(Cut& cut, double depth, double carried) const noexcept {
+    with_chosen(cutting_, [&](const auto& law) { law.enter(cut, depth, carried); });
+  }
+  /// Moves the cut and returns its force; one visit, as it is done in every step.
+  [[gnu::always_inline]] TipForce cut(Cut& cut, const Move& move) const noexcept {
+    return with_chosen(cutting_, [&](const auto& law) {
+      law.advance(cut, move);
+      return TipForce{law.force(cut, move.depth), law.by_depth(cut, move.depth)};
+    });
+  }
+  /// The force of the cut as it stands.
+  TipForce cut(const Cut& cut, double depth) const noexcept {
+    return with_chosen(
+        cutting_, [&](const auto& law) { return TipForce{law.force(cut, depth), law.by_depth(cut, depth)}; });
+  }
+
+  double top = 0.0;  ///< [m]
+
+ private:
+  template <class Contact>
+  [[gnu::always_inline]] void press(const Contact& law, LayerState& state, const Move& move,
+                                    double indentation) const noexcept {
+    const double before = state.contact_force;
+    const double elastic = law.force(indentation);
+    state.contact_slope = law.slope(indentation);
+    state.indentation = indentation;
+    state.contact_force = elastic;
+    if (!fades_) return;
+    // a contact only pushes: a tip that recedes faster than the dimple recovers leaves it
+    state.contact_force =
+        state.contact.load(elastic - state.contact.elastic, 0.0, std::numeric_limits<double>::infinity(),
+                           state.relaxing, move.advancing);
+    state.contact_slope *= state.contact.stiffening;
+    state.work += 0.5 * (before + state.contact_force) * move.travel;
+  }
+  bool breaks(const LayerState& state) const noexcept {
+    return with_chosen(criterion_,
+                       [&](const auto& law) { return law.breaks(state.contact_force, state.work); });
+  }
+
+  Prepared<Stiffness> stiffness_{};
+  Prepared<Friction> friction_{};
+  Prepared<Cutting> cutting_{};
+  Prepared<Relaxation> relaxation_{};
+  Puncture criterion_{};
+
+ public:
+  double puncture = 0.0;  ///< depth [m] at which an elastic contact gives way
+
+ private:
+  bool fades_ = false;
+  double reach_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace needleforce

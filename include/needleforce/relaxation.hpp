@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// What all laws share that have a tissue which gives way elastically, relaxes, and slips: one element.
+#pragma once
+
+#include <algorithm>
+
+namespace needleforce {
+
+/// One step of the tip as the laws see it.
+struct Move {
+  double depth;      ///< [m] after the step, past the undeformed surface
+  double travel;     ///< [m] of the step
+  double velocity;   ///< [m/s]; rate terms follow it, geometry follows `travel`
+  double dt;         ///< [s]
+  double deepest;    ///< [m] the greatest depth so far
+  bool advancing;    ///< going deeper than ever, and not at rest
+  bool withdrawing;  ///< behind the greatest depth by more than noise
+};
+
+/// What a relaxation law says about one step: an elastic force f becomes lasting f + memories, two of which
+/// fade.
+struct Relaxing {
+  double lasting = 1.0;           ///< share that stays for ever
+  double share[2] = {};           ///< g_j, shares that fade
+  double left[2] = {1.0, 1.0};    ///< a_j = exp(-dt / tau_j), what a step leaves of them
+  double during[2] = {1.0, 1.0};  ///< (1 - a_j) tau_j / dt, what is left of what came evenly during it
+  bool fades = false;             ///< false: purely elastic
+  bool only_at_rest = false;      ///< an advancing tip restores the memories (as fitted to recordings)
+};
+
+/// An elastic force with its fading memories; [N], or [N/m] where it is meant per length. Exact for a load
+/// that comes evenly over the step, so that the step's size does not matter at constant velocity.
+struct Element {
+  double elastic = 0.0;     ///< without relaxation
+  double memory[2] = {};    ///< q_j
+  double stiffening = 1.0;  ///< d(force) / d(elastic) in the last step, 0 at a limit: it goes on slipping
+
+  /// Adds `wanted` to the elastic force, or as much of it as keeps the force within low..high; returns the
+  /// force. standing + per_load * wanted, where it does not slip. Wait-free.
+  [[gnu::always_inline]] double load(double wanted, double low, double high, const Relaxing& relaxing,
+                                     bool advancing) noexcept {
+    if (!relaxing.fades) return slip(wanted, low, high);
+    return relaxing.only_at_rest && advancing ? refresh(wanted, low, high, relaxing)
+                                              : fade(wanted, low, high, relaxing);
+  }
+
+  /// Slips at once where the limits fell below its last force, as they do with a velocity that turns: a load
+  /// counts from there, whatever the step. Wait-free.
+  void yield(double force, double low, double high, const Relaxing& relaxing) noexcept {
+    const double excess = force - std::clamp(force, low, high);
+    elastic -= excess;
+    for (int j = 0; j < 2; ++j) memory[j] -= relaxing.share[j] * excess;
+  }
+
+ private:
+  static double within(double low, double force, double high) noexcept {
+    return std::min(std::max(low, force), high);  // without a branch, which std::clamp is
+  }
+
+  [[gnu::always_inline]] double slip(double wanted, double low, double high) noexcept {
+    const double free = elastic + wanted;
+    elastic = within(low, free, high);
+    stiffening = elastic > low && elastic < high ? 1.0 : 0.0;
+    return elastic;
+  }
+
+  [[gnu::noinline]] double refresh(double wanted, double low, double high,
+                                   const Relaxing& relaxing) noexcept {
+    const double force = slip(wanted, low, high);
+    for (int j = 0; j < 2; ++j) memory[j] = relaxing.share[j] * elastic;
+    return force;
+  }
+
+  [[gnu::noinline]] double fade(double wanted, double low, double high, const Relaxing& relaxing) noexcept {
+    double standing = relaxing.lasting * elastic, per_load = relaxing.lasting;
+    for (int j = 0; j < 2; ++j) {
+      standing += memory[j] * relaxing.left[j];
+      per_load += relaxing.share[j] * relaxing.during[j];
+    }
+    const double free = standing + per_load * wanted;
+    const double force = within(low, free, high);
+    if (force != free) wanted = (force - standing) / per_load;
+    elastic += wanted;
+    for (int j = 0; j < 2; ++j)
+      memory[j] = memory[j] * relaxing.left[j] + relaxing.share[j] * relaxing.during[j] * wanted;
+    stiffening = force > low && force < high ? per_load : 0.0;
+    return force;
+  }
+};
+
+}  // namespace needleforce

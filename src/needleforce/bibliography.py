@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The one list of references, and which of them a source string or a model names."""
+
+import re
+import tomllib
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+FILE = Path(__file__).parent / "bibliography.toml"
+SOURCE_PAPER = "source paper"
+WITHOUT_REFERENCE = ("free", "by definition")
+_OF_THE_PAPER = re.compile(r"(eqs?|sec)\. ")
+
+
+@dataclass(frozen=True)
+class Work:
+    """A published work: its key in source strings, the full reference, and what of it was not confirmed."""
+
+    key: str
+    reference: str
+    unconfirmed: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.reference} [unconfirmed: {self.unconfirmed}]" if self.unconfirmed else self.reference
+
+
+@lru_cache
+def works() -> dict[str, Work]:
+    """Every work by its key."""
+    entries = tomllib.loads(FILE.read_text(encoding="utf-8"))
+    return {key: Work(key, **entry) for key, entry in entries.items()}
+
+
+def keys_in(source: str) -> tuple[str, ...]:
+    """The keys that a source string names, in its order; sections and equations without a key are the source paper's.
+
+    A source is one or more parts separated by semicolons; a part may say ``free`` or ``by definition``.
+    """
+    return tuple(dict.fromkeys(key for part in source.split(";") for key in _keys_in_part(part.strip())))
+
+
+def _keys_in_part(part: str) -> list[str]:
+    if _OF_THE_PAPER.match(part):
+        return [SOURCE_PAPER]
+    return sorted((key for key in works() if key in part), key=part.index)
+
+
+def unnamed_parts(source: str) -> list[str]:
+    """The parts of a source string that name no work and do not say that there is none."""
+    parts = [part.strip() for part in source.split(";")]
+    return [part for part in parts if not part.startswith(WITHOUT_REFERENCE) and not _keys_in_part(part)]
+
+
+def sources_of(model) -> list[str]:
+    """The source strings of a model: its own reference, its laws and their parameters, layer by layer."""
+    owners = [law for layer in model.layers for law in layer.parts]
+    owners += [value for value in (model.needle, model.tissue) if value is not None]
+    said = [text for owner in owners for text in (getattr(owner, "source", ""), *(r["source"] for r in owner.table()))]
+    return [model.reference, *said]
+
+
+def citations(model) -> tuple[str, ...]:
+    """Full references of what a model uses; a reference that names no known work is told as it stands."""
+    own = [model.reference] if model.reference and not keys_in(model.reference) else []
+    named = dict.fromkeys(key for source in sources_of(model) for key in keys_in(source))
+    return (*own, *(str(works()[key]) for key in named))

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tissue dragged by a spring with a Coulomb limit: rupture, sliding, release, and the energy it takes over.
+#include "walks.hpp"
+
+namespace {
+
+using laws::DraggedTissueAsFitted;
+using laws::DraggedTissuePassive;
+
+// medians of the layered law's first layer
+template <class L>
+constexpr L fitted{140.0, 220.0, 0.4e-3, 1e-3};
+
+template <class L>
+struct Dragged : ::testing::Test {};
+using Both = ::testing::Types<DraggedTissuePassive, DraggedTissueAsFitted>;
+TYPED_TEST_SUITE(Dragged, Both);
+
+TYPED_TEST(Dragged, FallsOverTheRuptureLengthToItsFriction) {
+  Shafted<TypeParam> walk(fitted<TypeParam>, 8e-3, 0.2);
+  for (int i = 1; i <= 8000; ++i) {
+    walk.step(1e-6, 1e-3);
+    const double grip = 140.0 * std::max(0.0, walk.tip.depth - walk.shaft.surface);
+    const double most = grip + std::max(0.0, 0.2 - grip) * std::exp(-(walk.tip.depth - 8e-3) / 0.4e-3);
+    ASSERT_LE(walk.force(), most + 1e-3);
+  }
+  // in steady sliding F = f' (z - z_r - F / k_t): the closed form of the moving surface
+  EXPECT_NEAR(walk.force(), 140.0 * (16e-3 - 1e-3) / (1.0 + 140.0 / 220.0), 1e-3);
+}
+
+TYPED_TEST(Dragged, HangsOnItsSpringAfterAReversalAndThenSlidesOut) {
+  Shafted<TypeParam> walk(fitted<TypeParam>, 8e-3, 0.2);
+  go(walk, 8e-3, 1e-3, 1e-6);
+  const double before = walk.force();
+  walk.step(-1e-3, 1.0);
+  EXPECT_NEAR(walk.force(), before - 220.0 * 1e-3, 1e-12);
+  EXPECT_NEAR(walk.by_depth(), 220.0, 1e-9);
+  go(walk, -12.9e-3, 1e-3, 1e-6);
+  // F = -f' l, l = z - z_r - F / k_t: l (1 - f' / k_t) = z - z_r
+  const double length = (walk.tip.depth - 1e-3) / (1.0 - 140.0 / 220.0);
+  EXPECT_NEAR(walk.force(), -140.0 * length, 2e-3);
+}
+
+TYPED_TEST(Dragged, LetsGoAtOnceWhenNothingIsEmbedded) {
+  Shafted<TypeParam> walk(fitted<TypeParam>, 8e-3, 0.2);
+  go(walk, 2e-3, 1e-3, 1e-6);
+  go(walk, -11e-3, 1e-3, 1e-6);
+  EXPECT_EQ(walk.force(), 0.0);
+  EXPECT_EQ(walk.by_depth(), 0.0);
+  EXPECT_EQ(walk.shaft.embedded, 0.0);
+  EXPECT_EQ(walk.shaft.element.elastic, 0.0);
+}
+
+TEST(DraggedTissue, PassiveTakesOverNoMoreEnergyThanTheContactHeld) {
+  // a contact of energy U and force F on a spring k_t: F^2 / 2 k_t <= U
+  for (const double energy : {1e-5, 1e-4, 1e-3})
+    for (const double force : {0.05, 0.2, 1.0}) {
+      Shaft passive, as_fitted;
+      const Held held{Element{force}, force, energy, 100.0};
+      fitted<DraggedTissuePassive>.prepare().pierce(passive, held);
+      fitted<DraggedTissueAsFitted>.prepare().pierce(as_fitted, held);
+      const double most = std::sqrt(2.0 * 220.0 * energy);
+      EXPECT_NEAR(passive.element.elastic, std::min(force, most), 1e-12);
+      EXPECT_EQ(as_fitted.element.elastic, force);
+      EXPECT_EQ(passive.peak, force);
+    }
+}
+
+}  // namespace

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// What first_fault says about stacks that cannot be.
+#include <cstring>
+
+#include "every_model.hpp"
+
+namespace {
+
+Layer at(double top, double puncture = 1e-3) {
+  Model model = paper::model();
+  model.puncture = laws::PunctureDepth{puncture};
+  return {top, model};
+}
+void expect_fault(const std::vector<Layer>& layers, std::size_t layer, const char* quantity) {
+  const Fault fault = first_fault(layers);
+  ASSERT_NE(fault.reason, nullptr);
+  EXPECT_EQ(fault.layer, layer);
+  EXPECT_STREQ(fault.quantity, quantity);
+  Insertion insertion(layers);
+  EXPECT_EQ(insertion.step(1e-3, no_velocity, 1e-3).status, Status::invalid_parameter);
+  EXPECT_EQ(insertion.step(1e-3, no_velocity, 1e-3).force, 0.0);
+}
+
+TEST(FirstFault, FindsNoneInASoundStack) {
+  EXPECT_EQ(first_fault(std::vector{at(0.0), at(5e-3), at(9e-3)}).reason, nullptr);
+}
+
+TEST(FirstFault, IsAStackOfNoneOrOfNine) {
+  expect_fault({}, 0, "layers");
+  std::vector<Layer> nine;
+  for (int i = 0; i < 9; ++i) nine.push_back(at(5e-3 * i));
+  expect_fault(nine, 0, "layers");
+}
+
+TEST(FirstFault, IsATopOutOfPlace) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect_fault({at(1e-3)}, 0, "top");
+  expect_fault({at(nan)}, 0, "top");
+  expect_fault({at(0.0), at(5e-3), at(4e-3)}, 2, "top");
+  expect_fault({at(0.0), at(5e-3), at(5e-3)}, 2, "top");
+  expect_fault({at(0.0), at(nan)}, 1, "top");
+  expect_fault({at(0.0), at(1.5)}, 1, "top");
+}
+
+TEST(FirstFault, IsALayerThatPuncturesBelowTheNextTopUnlessBothStandAlone) {
+  expect_fault({at(0.0, 6e-3), at(5e-3)}, 1, "top");
+  std::vector<Layer> alone{at(0.0, 6e-3), at(5e-3)};
+  for (Layer& layer : alone) {
+    layer.laws.friction = usual<laws::DraggedTissuePassive>();
+    layer.laws.cutting = laws::NoCutting{};
+  }
+  EXPECT_EQ(first_fault(alone).reason, nullptr);
+  alone[1].laws.friction = usual<laws::Coulomb>();
+  expect_fault(alone, 1, "top");
+}
+
+TEST(FirstFault, IsTheForceAtTheTipCountedTwice) {
+  for (const Friction& friction :
+       {Friction{usual<laws::DraggedTissuePassive>()}, Friction{usual<laws::DraggedTissueAsFitted>()}})
+    for (const Cutting& cutting : each<Cutting>()) {
+      std::vector<Layer> layers{at(0.0), at(5e-3)};
+      layers[1].laws.friction = friction;
+      layers[1].laws.cutting = cutting;
+      if (std::holds_alternative<laws::NoCutting>(cutting))
+        EXPECT_EQ(first_fault(layers).reason, nullptr);
+      else
+        expect_fault(layers, 1, "cutting");
+    }
+}
+
+TEST(FirstFault, IsANumberOutsideItsRangeOrAgainstAnother) {
+  std::vector<Layer> layers{at(0.0), at(5e-3)};
+  layers[1].laws.friction = laws::Coulomb{-1.0, 20e-6, 0.0};
+  expect_fault(layers, 1, "per_length");
+  layers[1] = at(5e-3);
+  layers[1].laws.relaxation = laws::Prony{0.6, 1.0, 0.6, 5.0};
+  expect_fault(layers, 1, "prony");
+  layers[1] = at(5e-3);
+  layers[1].laws.cutting = laws::StickSlip{0.04, 0.10, 1.5e-3, 25.0, 200.0};
+  expect_fault(layers, 1, "stick_slip");
+}
+
+}  // namespace
