@@ -36,6 +36,8 @@ inline constexpr double no_velocity = std::numeric_limits<double>::max();
 
 /// No needle goes deeper, or stands further above [m].
 inline constexpr double farthest = 1.0;
+/// No cycle is longer [s].
+inline constexpr double longest = 1e9;
 /// No needle is faster [m/s], even where every jump is accepted: rates beyond have no finite force.
 inline constexpr double fastest = 1e9;
 
@@ -55,6 +57,7 @@ class Insertion {
         count_(valid_ ? layers.size() : 1) {
     if (!valid_) return;
     for (std::size_t i = 0; i < count_; ++i) layers_[i] = PreparedLayer(layers[i]);
+    plain_ = count_ == 1 && layers_[0].plain();
   }
 
   /// One cycle: the tip is at `depth` [m], moves at `velocity` [m/s], `dt` [s] after the last call.
@@ -92,16 +95,22 @@ class Insertion {
     std::array<LayerState, most_layers> layers{};
   };
 
-  Status check(double depth, double velocity, double dt) const noexcept {
-    if (!valid_) return Status::invalid_parameter;
-    if (!std::isfinite(depth) || !std::isfinite(dt) || !std::isfinite(velocity)) return Status::not_finite;
-    if (!(dt > 0.0) || std::abs(depth) > farthest) return Status::outside_range;
-    if (velocity != no_velocity && std::abs(velocity) > fastest) return Status::outside_range;
+  /// What is ordinary is seen by four comparisons, which NaN and infinity fail too; the rest is told apart.
+  [[gnu::always_inline]] Status check(double depth, double velocity, double dt) const noexcept {
+    const bool ordinary = std::abs(depth) <= farthest && dt > 0.0 && dt <= longest &&
+                          (velocity == no_velocity || std::abs(velocity) <= fastest);
+    if (!ordinary || !valid_) return refusal(depth, velocity, dt);
     if (!state_.started) return Status::ok;
     const double elapsed = state_.waited + dt;
     const double travel = depth - state_.depth;
     if (std::abs(travel) > std::min(limits_.max_speed, fastest) * elapsed) return Status::outside_range;
     return velocity == no_velocity || agrees(velocity, travel / elapsed) ? Status::ok : Status::outside_range;
+  }
+
+  [[gnu::noinline]] Status refusal(double depth, double velocity, double dt) const noexcept {
+    if (!valid_) return Status::invalid_parameter;
+    const bool finite = std::isfinite(depth) && std::isfinite(dt) && std::isfinite(velocity);
+    return finite ? Status::outside_range : Status::not_finite;
   }
 
   bool agrees(double velocity, double measured) const noexcept {
@@ -136,30 +145,46 @@ class Insertion {
     state_.depth = depth;
     state_.waited = 0.0;
     state_.started = true;
-    return move(moved(depth, travel, velocity, elapsed), first);
+    // what is rare or slow is kept out of the short way, which then calls nothing
+    const bool whole = state_.pierced > 0 || !(depth > layers_[0].puncture);
+    if (!(plain_ && whole)) return in_general(depth, travel, velocity, elapsed, first);
+    return through<true>(moved(depth, travel, velocity, elapsed), first);
+  }
+
+  [[gnu::noinline]] Sample in_general(double depth, double travel, double velocity, double elapsed,
+                                      bool first) noexcept {
+    return through<false>(moved(depth, travel, velocity, elapsed), first);
   }
 
   /// Cut, contacts from the surface down, shafts from the bottom up, then what they add up to. Small values
-  /// go by value, so that they stay in registers.
-  [[gnu::always_inline]] Sample move(const Move& move, bool first) noexcept {
-    if (move.dt != state_.faded_over) fade(move.dt);
+  /// go by value, so that they stay in registers. `plain` is one layer with the paper's friction and cutting
+  /// and no relaxation, which the compiler then need not look up: the same code, half the time.
+  template <bool plain>
+  [[gnu::always_inline]] Sample through(const Move& move, bool first) noexcept {
+    using Friction = std::conditional_t<plain, laws::Coulomb::Prepared, void>;
+    using Cutting = std::conditional_t<plain, laws::ConstantCutting::Prepared, void>;
+    const std::size_t count = plain ? 1 : count_;
+    if (!plain && move.dt != state_.faded_over) fade(move.dt);
     TipForce tip{};
-    if (state_.pierced > 0) tip = front().cut(state_.cut, move);
+    if (state_.pierced > 0)
+      tip = layers_[plain ? 0 : state_.pierced - 1].template cut<Cutting>(state_.cut, move);
     Contacts contacts{};
-    for (std::size_t i = 0; i < count_; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
       LayerState& layer = state_.layers[i];
       if (layer.pierced) continue;
-      if (!layers_[i].press(layer, move, first)) {
+      if (!layers_[i].template press<plain>(layer, move, first)) {
         contacts.add(layers_[i], layer, move.depth);
         continue;
       }
-      contacts.punctured |= pierce(i, move, tip.force);
-      tip = front().cut(std::as_const(state_.cut), move.depth);
+      if constexpr (!plain) {
+        contacts.punctured |= pierce(i, move.depth, tip.force);
+        tip = front().cut(std::as_const(state_.cut), move.depth);
+      }
     }
     Dragged shafts{};
     double bottom = std::numeric_limits<double>::infinity();
-    for (std::size_t i = count_; i-- > 0;) {
-      shafts += layers_[i].drag(state_.layers[i], move, bottom);
+    for (std::size_t i = count; i-- > 0;) {
+      shafts += layers_[i].template drag<Friction>(state_.layers[i], move, bottom);
       bottom = state_.layers[i].shaft.surface;
     }
     return total(move, contacts, shafts, tip);
@@ -212,11 +237,11 @@ class Insertion {
 
   /// The layer gives way: its friction takes over what the contact held, and the cut goes on in it. Through
   /// an interface that does not resist the cut goes on as if it were not there; false for such a one.
-  [[gnu::noinline]] bool pierce(std::size_t i, const Move& move, double cutting) noexcept {
+  [[gnu::noinline]] bool pierce(std::size_t i, double depth, double cutting) noexcept {
     const bool carries_on = state_.pierced > 0 && !layers_[i].resists();
-    layers_[i].pierce(state_.layers[i], move);
+    layers_[i].pierce(state_.layers[i], depth);
     state_.pierced = std::max(state_.pierced, i + 1);
-    front().enter(state_.cut, move.depth, carries_on ? cutting : -1.0);
+    front().enter(state_.cut, depth, carries_on ? cutting : -1.0);
     return !carries_on;
   }
 
@@ -228,6 +253,7 @@ class Insertion {
   std::array<PreparedLayer, most_layers> layers_{};
   Limits limits_;
   bool valid_;
+  bool plain_ = false;
   std::size_t count_;
   State state_{};
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <type_traits>
 
 #include "chosen.hpp"
 #include "model.hpp"
@@ -60,6 +61,11 @@ class PreparedLayer {
         fades_(relaxing(1.0).fades),
         reach_(with_chosen(stiffness_, [](const auto& law) { return law.reach(); })) {}
 
+  /// True for the paper's friction and cutting without relaxation.
+  bool plain() const noexcept {
+    return std::holds_alternative<laws::Coulomb::Prepared>(friction_) &&
+           std::holds_alternative<laws::ConstantCutting::Prepared>(cutting_) && !fades_;
+  }
   /// False for an interface that lets the tip through.
   bool resists() const noexcept { return puncture > top; }
   /// True where the stiffness law's formula has ended.
@@ -69,36 +75,42 @@ class PreparedLayer {
   }
 
   /// The contact of a layer that is whole; true if it gives way instead. `first`: there was no step before.
+  /// `elastic`: the caller knows that nothing fades.
+  template <bool elastic>
   [[gnu::always_inline]] bool press(LayerState& state, const Move& move, bool first) const noexcept {
-    if (move.depth > puncture && (!fades_ || first || breaks(state))) return true;
+    const bool fades = !elastic && fades_;
+    if (move.depth > puncture && (!fades || first || breaks(state))) return true;
     const double indentation = std::max(0.0, move.depth - top);
-    if (indentation == 0.0 && !fades_) {
+    if (indentation == 0.0 && !fades) {
       state.indentation = state.contact_force = state.contact_slope = 0.0;
       return false;
     }
-    with_chosen(stiffness_, [&](const auto& law) { press(law, state, move, indentation); });
+    with_chosen(stiffness_, [&](const auto& law) { press<elastic>(law, state, move, indentation); });
     return false;
   }
 
   /// Hands over to friction what the contact held. An elastic contact gave way where it was said to, one that
   /// relaxed where the tip stands.
-  [[gnu::noinline]] void pierce(LayerState& state, const Move& move) const noexcept {
+  [[gnu::noinline]] void pierce(LayerState& state, double depth) const noexcept {
     if (!fades_) state.contact.elastic = state.contact_force;
     const double energy =
         with_chosen(stiffness_, [&](const auto& law) { return law.energy(state.indentation); });
     const Held held{state.contact, state.contact_force, energy, state.contact_slope};
     with_chosen(friction_, [&](const auto& law) { law.pierce(state.shaft, held); });
-    state.gave_way =
-        fades_ && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? move.depth : puncture;
+    state.gave_way = fades_ && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? depth : puncture;
     state.pierced = true;
   }
 
   /// Moves the shaft; its force, if the layer is pierced. `bottom` is where the next layer's embedding
   /// starts.
+  /// `Law` is the friction law where the caller knows it, else void.
+  template <class Law>
   [[gnu::always_inline]] Dragged drag(LayerState& state, const Move& move, double bottom) const noexcept {
     const Bed bed{top, state.pierced ? state.gave_way : puncture, bottom, state.pierced};
-    return with_chosen(friction_, [&](const auto& law) -> Dragged {
-      law.advance(state.shaft, move, bed, state.relaxing);
+    const Relaxing elastic{};
+    const Relaxing& relaxing = std::is_void_v<Law> ? state.relaxing : elastic;
+    return chosen<Law>(friction_, [&](const auto& law) __attribute__((always_inline)) -> Dragged {
+      law.advance(state.shaft, move, bed, relaxing);
       if (!state.pierced) return {};
       const double force = law.force(state.shaft, move.velocity);
       return {force, law.by_depth(state.shaft, move.velocity), law.by_velocity(state.shaft, move.velocity),
@@ -109,9 +121,10 @@ class PreparedLayer {
   void enter(Cut& cut, double depth, double carried) const noexcept {
     with_chosen(cutting_, [&](const auto& law) { law.enter(cut, depth, carried); });
   }
-  /// Moves the cut and returns its force; one visit, as it is done in every step.
+  /// Moves the cut and returns its force; `Law` as for drag().
+  template <class Law>
   [[gnu::always_inline]] TipForce cut(Cut& cut, const Move& move) const noexcept {
-    return with_chosen(cutting_, [&](const auto& law) {
+    return chosen<Law>(cutting_, [&](const auto& law) __attribute__((always_inline)) {
       law.advance(cut, move);
       return TipForce{law.force(cut, move.depth), law.by_depth(cut, move.depth)};
     });
@@ -125,18 +138,26 @@ class PreparedLayer {
   double top = 0.0;  ///< [m]
 
  private:
-  template <class Contact>
+  template <class Law, class Laws, class Visit>
+  [[gnu::always_inline]] static auto chosen(const Laws& laws, Visit visit) noexcept {
+    if constexpr (std::is_void_v<Law>)
+      return with_chosen(laws, visit);
+    else
+      return visit(*std::get_if<Law>(&laws));
+  }
+
+  template <bool elastic, class Contact>
   [[gnu::always_inline]] void press(const Contact& law, LayerState& state, const Move& move,
                                     double indentation) const noexcept {
     const double before = state.contact_force;
-    const double elastic = law.force(indentation);
+    const double instant = law.force(indentation);
     state.contact_slope = law.slope(indentation);
     state.indentation = indentation;
-    state.contact_force = elastic;
-    if (!fades_) return;
+    state.contact_force = instant;
+    if (elastic || !fades_) return;
     // a contact only pushes: a tip that recedes faster than the dimple recovers leaves it
     state.contact_force =
-        state.contact.load(elastic - state.contact.elastic, 0.0, std::numeric_limits<double>::infinity(),
+        state.contact.load(instant - state.contact.elastic, 0.0, std::numeric_limits<double>::infinity(),
                            state.relaxing, move.advancing);
     state.contact_slope *= state.contact.stiffening;
     state.work += 0.5 * (before + state.contact_force) * move.travel;

@@ -27,21 +27,25 @@ struct Held {
 
 /// Friction along the shaft in one layer. A law uses what it needs.
 struct Shaft {
-  Element element{};      ///< the tissue dragged along, before it slips
-  double traction = 0.0;  ///< force per embedded length [N/m]
-  double surface = 0.0;   ///< depth [m] where embedding starts
-  double embedded = 0.0;  ///< [m]
-  double growing = 0.0;   ///< d(embedded) / d(depth)
-  double giving = 0.0;    ///< d(embedded) / d(traction) [m^2/N]
-  double peak = 0.0;      ///< force at puncture [N]
-  double dimple = 1.0;    ///< share of the surface's dimple that has not recovered
-  bool slides = false;    ///< broken loose
+  Element element{};       ///< the tissue dragged along, before it slips
+  double traction = 0.0;   ///< force per embedded length [N/m]
+  double surface = 0.0;    ///< depth [m] where embedding starts
+  double embedded = 0.0;   ///< [m]
+  double growing = 0.0;    ///< d(embedded) / d(depth)
+  double giving = 0.0;     ///< d(embedded) / d(traction) [m^2/N]
+  double peak = 0.0;       ///< force at puncture [N]
+  double limit = 0.0;      ///< traction of steady sliding at the last velocity [N/m]
+  double weakening = 0.0;  ///< its derivative by velocity [N s/m^2]
+  double dimple = 1.0;     ///< share of the surface's dimple that has not recovered
+  bool slides = false;     ///< broken loose
 
   /// Sets the embedded length between `from` and the tip or the bottom of the bed.
   void embed(const Bed& bed, double depth, double from) noexcept {
     surface = from;
-    embedded = bed.pierced ? std::max(0.0, std::min(depth, bed.bottom) - from) : 0.0;
-    growing = embedded > 0.0 && depth < bed.bottom ? 1.0 : 0.0;
+    const double length = (depth < bed.bottom ? depth : bed.bottom) - from;
+    const bool inside = bed.pierced && length > 0.0;
+    embedded = inside ? length : 0.0;
+    growing = inside && depth < bed.bottom ? 1.0 : 0.0;
   }
 };
 

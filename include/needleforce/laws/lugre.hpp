@@ -10,11 +10,11 @@ namespace needleforce::laws {
 
 /// LuGre friction per embedded length, bristles of mean deflection zeta:
 ///
-///     dzeta/dt = v - s_0 |v| zeta / g(v)      f = s_0 zeta + s_1 dzeta/dt + s_2 v
+///     dzeta/dt = v - sigma_0 |v| zeta / g(v)      f = sigma_0 zeta + sigma_1 dzeta/dt + sigma_2 v
 ///     g(v) = F_c + (F_s - F_c) exp(-|v / v_s|^gamma)
 ///
 /// stepped exactly for constant velocity; the bristles follow the change of depth, the rates the velocity.
-/// With F_s = F_c and s_1 = 0 it is Dahl's law with a viscous part.
+/// With F_s = F_c and sigma_1 = 0 it is Dahl's law with a viscous part.
 struct LuGre {
   double bristle_stiffness;
   double bristle_damping;
@@ -31,7 +31,7 @@ struct LuGre {
   static constexpr const char* source =
       "Canudas de Wit et al. 1995; per embedded length after Asadian, Kermani & Patel 2012 (reconstruction)";
   static constexpr const char* validity =
-      "Passive from velocity to force if s_2 >= s_1 (F_s - F_c) / F_c (Barabanov & Ortega 2000, "
+      "Passive from velocity to force if sigma_2 >= sigma_1 (F_s - F_c) / F_c (Barabanov & Ortega 2000, "
       "unconfirmed).";
   static constexpr std::array<Parameter<LuGre>, 7> table{{
       {&LuGre::bristle_stiffness, "bristle_stiffness", "N/m^2", 1.0, 1e12, required, "sigma_0",
@@ -75,51 +75,51 @@ struct LuGre::Prepared {
     const double ratio = std::abs(v) / law.stribeck_speed;
     return std::exp(-(law.stribeck_exponent == 2.0 ? ratio * ratio : std::pow(ratio, law.stribeck_exponent)));
   }
-  /// g(v) [N/m].
-  double limit(double v) const noexcept {
-    return law.coulomb + (law.static_friction - law.coulomb) * fall(v);
+  /// g(v) [N/m], and dg/dv [N s/m^2], once a step: all that follows needs them.
+  void find_limit(Shaft& shaft, double v) const noexcept {
+    const double weaker = (law.static_friction - law.coulomb) * fall(v);
+    const double ratio = std::abs(v) / law.stribeck_speed;
+    const double steep = law.stribeck_exponent == 2.0 ? ratio : std::pow(ratio, law.stribeck_exponent - 1.0);
+    shaft.limit = law.coulomb + weaker;
+    // far beyond v_s the product is 0 times infinity
+    shaft.weakening =
+        weaker > 0.0 ? std::copysign(law.stribeck_exponent * steep * weaker / law.stribeck_speed, -v) : 0.0;
   }
   double surface(double top, double) const noexcept { return top; }
   double sliding(double embedded, double v) const noexcept {
-    return embedded * (std::copysign(limit(v), v) + law.viscous * v);
+    const double limit = law.coulomb + (law.static_friction - law.coulomb) * fall(v);
+    return embedded * (std::copysign(limit, v) + law.viscous * v);
   }
-  /// What is left of the bristles' way to sliding at velocity v: 1 - s_0 zeta sgn(v) / g(v).
+  /// What is left of the bristles' way to sliding at velocity v: 1 - sigma_0 zeta sgn(v) / g(v).
   double remaining(const Shaft& shaft, double v) const noexcept {
-    return 1.0 - std::copysign(shaft.element.elastic, v * shaft.element.elastic) / limit(v);
+    return 1.0 - std::copysign(shaft.element.elastic, v * shaft.element.elastic) / shaft.limit;
   }
-  /// The elastic part [N/m] after a travel [m] at a velocity [m/s].
-  double dragged(double elastic, double travel, double v) const noexcept {
-    const double most = limit(v), slides = std::copysign(most, travel);
-    return slides + (elastic - slides) * std::exp(-law.bristle_stiffness * std::abs(travel) / most);
+  /// The elastic part [N/m] after a travel [m].
+  double dragged(const Shaft& shaft, double travel) const noexcept {
+    const double slides = std::copysign(shaft.limit, travel);
+    const double left = std::exp(-law.bristle_stiffness * std::abs(travel) / shaft.limit);
+    return slides + (shaft.element.elastic - slides) * left;
   }
   [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
                                  const Relaxing&) const noexcept {
-    shaft.element.elastic = dragged(shaft.element.elastic, move.travel, move.velocity);
+    find_limit(shaft, move.velocity);
+    shaft.element.elastic = dragged(shaft, move.travel);
+    shaft.traction = traction(shaft, move.velocity);
     shaft.embed(bed, move.depth, bed.top);
   }
   void pierce(Shaft&, const Held&) const noexcept {}
   double traction(const Shaft& shaft, double v) const noexcept {
     return shaft.element.elastic + (law.bristle_damping * remaining(shaft, v) + law.viscous) * v;
   }
-  [[gnu::noinline]] double force(const Shaft& shaft, double v) const noexcept {
-    return traction(shaft, v) * shaft.embedded;
+  double force(const Shaft& shaft, double) const noexcept { return shaft.traction * shaft.embedded; }
+  double by_depth(const Shaft& shaft, double v) const noexcept {
+    // bristles that bend on damp less: d(dzeta/dt)/dzeta = -sigma_0 |v| / g
+    const double bending = law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) / shaft.limit);
+    return shaft.traction * shaft.growing + bending * remaining(shaft, v) * shaft.embedded;
   }
-  [[gnu::noinline]] double by_depth(const Shaft& shaft, double v) const noexcept {
-    // bristles that bend on damp less: d(dzeta/dt)/dzeta = -s_0 |v| / g
-    const double bending = law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) / limit(v));
-    return traction(shaft, v) * shaft.growing + bending * remaining(shaft, v) * shaft.embedded;
-  }
-  /// dg/dv [N s/m^2].
-  double limit_by_speed(double v) const noexcept {
-    const double ratio = std::abs(v) / law.stribeck_speed;
-    const double steep = law.stribeck_exponent == 2.0 ? ratio : std::pow(ratio, law.stribeck_exponent - 1.0);
-    return std::copysign(
-        law.stribeck_exponent * steep * (law.coulomb - law.static_friction) * fall(v) / law.stribeck_speed,
-        v);
-  }
-  [[gnu::noinline]] double by_velocity(const Shaft& shaft, double v) const noexcept {
+  double by_velocity(const Shaft& shaft, double v) const noexcept {
     const double left = remaining(shaft, v);
-    const double weakened = (1.0 - left) * v * limit_by_speed(v) / limit(v);
+    const double weakened = (1.0 - left) * v * shaft.weakening / shaft.limit;
     return (law.bristle_damping * (left + weakened) + law.viscous) * shaft.embedded;
   }
 };
@@ -127,12 +127,16 @@ struct LuGre::Prepared {
 inline LuGre::Prepared LuGre::prepare() const noexcept { return {*this}; }
 
 inline double LuGre::deflected(double deflection, double velocity, double dt) const noexcept {
-  return prepare().dragged(bristle_stiffness * deflection, velocity * dt, velocity) / bristle_stiffness;
+  Shaft shaft;
+  shaft.element.elastic = bristle_stiffness * deflection;
+  prepare().find_limit(shaft, velocity);
+  return prepare().dragged(shaft, velocity * dt) / bristle_stiffness;
 }
 
 inline double LuGre::traction(double deflection, double velocity) const noexcept {
   Shaft shaft;
   shaft.element.elastic = bristle_stiffness * deflection;
+  prepare().find_limit(shaft, velocity);
   return prepare().traction(shaft, velocity);
 }
 
