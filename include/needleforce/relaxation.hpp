@@ -44,6 +44,16 @@ struct Element {
                                               : fade(wanted, low, high, relaxing);
   }
 
+  /// The same for tissue that slips along a shaft: where it slips it takes hold anew, with nothing faded yet,
+  /// so that a hold after long sliding relaxes from the sliding force. Of all states with a force the new one
+  /// holds the least energy, so this only dissipates. Wait-free.
+  [[gnu::always_inline]] double drag(double wanted, double low, double high, const Relaxing& relaxing,
+                                     bool advancing) noexcept {
+    const double force = load(wanted, low, high, relaxing, advancing);
+    if (relaxing.fades && !relaxing.only_at_rest && stiffening == 0.0) take_hold(force, relaxing);
+    return force;
+  }
+
   /// Slips at once where the limits fell below its last force, as they do with a velocity that turns: a load
   /// counts from there, whatever the step. Wait-free.
   void yield(double force, double low, double high, const Relaxing& relaxing) noexcept {
@@ -64,10 +74,15 @@ struct Element {
     return elastic;
   }
 
+  void take_hold(double force, const Relaxing& relaxing) noexcept {
+    elastic = force;
+    for (int j = 0; j < 2; ++j) memory[j] = relaxing.share[j] * force;
+  }
+
   [[gnu::noinline]] double refresh(double wanted, double low, double high,
                                    const Relaxing& relaxing) noexcept {
     const double force = slip(wanted, low, high);
-    for (int j = 0; j < 2; ++j) memory[j] = relaxing.share[j] * elastic;
+    take_hold(force, relaxing);
     return force;
   }
 

@@ -128,6 +128,36 @@ TEST(Prony, ALoadThatFadedPullsBackWhenItIsTakenAwayUnlessItMayOnlyPush) {
   }
 }
 
+TEST(Prony, AHoldAfterLongSlidingRelaxesFromTheSlidingForce) {
+  const auto law = laws::Prony{0.31, 0.7, 0.26, 5.0}.prepare();
+  for (const int n : {1, 40}) {
+    Element element;
+    for (int i = 0; i < n; ++i)  // 20 s at the limit
+      EXPECT_NEAR(element.drag(1e3 / n, -2.0, 2.0, law.over(20.0 / n), true), 2.0, 1e-14);
+    const double left = 0.43 + 0.31 * std::exp(-3.0 / 0.7) + 0.26 * std::exp(-3.0 / 5.0);
+    EXPECT_NEAR(element.drag(0.0, -2.0, 2.0, law.over(3.0), false), 2.0 * left, 1e-12);
+  }
+}
+
+TEST(Prony, TakingHoldAnewNeverGainsEnergy) {
+  const auto law = laws::Prony{0.31, 0.7, 0.26, 5.0}.prepare();
+  const auto stored = [&](const Element& element, const Relaxing& relaxing) {  // springs of stiffness 1
+    double energy = relaxing.lasting * element.elastic * element.elastic;
+    for (int j = 0; j < 2; ++j) energy += element.memory[j] * element.memory[j] / relaxing.share[j];
+    return 0.5 * energy;
+  };
+  std::mt19937_64 generator{5};
+  Element element;
+  for (int i = 0; i < 20000; ++i) {
+    const Relaxing step = law.over(std::pow(10.0, -3.0 + static_cast<double>(generator() % 5)));
+    const double wanted = 1e-3 * static_cast<double>(generator() % 2001) - 1.0;
+    Element slipped = element;
+    slipped.load(wanted, -1.0, 1.0, step, false);
+    element.drag(wanted, -1.0, 1.0, step, false);
+    ASSERT_LE(stored(element, step), stored(slipped, step) * (1.0 + 1e-12));
+  }
+}
+
 TEST(PronyAtRest, AnAdvanceRestoresAndAHoldFades) {
   const auto law = laws::PronyAtRest{0.5, 1.0, 0.0, 5.0}.prepare();
   Element element;

@@ -46,16 +46,28 @@ def test_the_readme_runs_and_draws(root, folder):
     assert (folder / "first.svg").stat().st_size > 5000
 
 
-def test_the_twins_say_the_same(root, tmp_path):
-    include, binary = root / "include", tmp_path / "step"
-    subprocess.run(
-        ["g++", "-std=c++20", "-O2", f"-I{include}", root / "examples" / "step.cpp", "-o", binary], check=True
-    )
-    twin = subprocess.run([binary], capture_output=True, text=True, check=True).stdout
-    assert twin == run([str(root / "examples" / "step.py")], tmp_path)
-    assert "puncture at 3.237 mm" in twin
+def twin(root, tmp_path, name: str) -> str:
+    """What an example says, the same in C++ and in Python."""
+    binary, source = tmp_path / name, root / "examples" / f"{name}.cpp"
+    subprocess.run(["g++", "-std=c++20", "-O2", f"-I{root / 'include'}", source, "-o", binary], check=True)
+    said = subprocess.run([binary], capture_output=True, text=True, check=True).stdout
+    assert said == run([str(root / "examples" / f"{name}.py")], tmp_path)
+    return said
+
+
+def test_the_twins_of_the_loop_say_the_same(root, tmp_path):
+    said = twin(root, tmp_path, "step")
+    assert "puncture at 3.237 mm" in said
     # 18.6 N/m * 12 mm + 0.0776 N, and friction alone on the way out
-    assert "largest push 0.3008 N" in twin
+    assert "largest push 0.3008 N" in said
+
+
+def test_the_twins_of_the_layers_say_the_same(root, tmp_path):
+    said = twin(root, tmp_path, "layers")
+    assert "layer 1 gives way at 3.237 mm" in said and "layer 2 gives way at 7.00" in said
+    # 18.6 N/m * 6 mm + 30 N/m * 4 mm + 0.12 N; of the first layer's friction 30 % (1 - exp(-5 / 0.7)) fades
+    assert "before the hold 0.3516 N" in said and "after the hold 0.3181 N" in said
+    assert said.endswith("outside again 0.0000 N\n")
 
 
 def test_examples_are_short(root):

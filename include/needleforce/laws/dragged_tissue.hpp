@@ -68,7 +68,7 @@ struct DraggedTissue {
       const double grip = per_length * shaft.embedded;
       const double torn = std::exp(-(move.deepest - bed.puncture) * per_rupture);
       const double high = grip + std::max(0.0, shaft.peak - grip) * torn;
-      shaft.traction = shaft.element.load(stiffness * move.travel, -grip, high, relaxing, move.advancing);
+      shaft.traction = shaft.element.drag(stiffness * move.travel, -grip, high, relaxing, move.advancing);
       shaft.growing = slope(shaft, grip, torn, move);
     }
     void pierce(Shaft& shaft, const Held& held) const noexcept {

@@ -76,7 +76,7 @@ struct Karnopp::Prepared {
   void load(Shaft& shaft, const Move& move, double least, double most,
             const Relaxing& relaxing) const noexcept {
     shaft.element.yield(shaft.traction, least, most, relaxing);
-    shaft.traction = shaft.element.load(stiffness * move.travel, least, most, relaxing, move.advancing);
+    shaft.traction = shaft.element.drag(stiffness * move.travel, least, most, relaxing, move.advancing);
   }
   /// Sticks until the limit at rest is reached, whatever the needle's speed: it is the slip that has none.
   /// Then slides until the needle rests or turns.
