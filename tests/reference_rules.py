@@ -552,3 +552,9 @@ def critical_speed(given):
 def stribeck_force(given):
     told = re.search(r"F_ss\(([\d.]+) mm/s\)", given["formula"])
     return stribeck(given).steady_force(given.get("V", given.get("v", 1e-3 * float(told[1]) if told else math.nan)))
+
+
+@computes("beam", r"^F cot\(alpha\+atan mu\)", "F_axial", "alpha_deg")
+def bevel_lateral(given):
+    bevel = nf.tips.LancetBevel(math.radians(given["alpha_deg"]))
+    return bevel.lateral_force(given["F_axial"], given.get("mu", 0.0), given.get("eta", 1.0))

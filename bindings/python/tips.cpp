@@ -54,9 +54,14 @@ void bind_tip(nb::module_& module) {
     bound.def("equivalent_cone", [](const tips::Cone& tip) { return tip; }, "Itself.");
   }
   if constexpr (std::is_same_v<T, tips::LancetBevel>)
-    bound.def(
-        "equivalent_cone", &tips::LancetBevel::equivalent_cone,
-        "The cone that stands for the bevel: tan(half_angle) as it is, halved, a third, or the bisector.");
+    bound
+        .def(
+            "equivalent_cone", &tips::LancetBevel::equivalent_cone,
+            "The cone that stands for the bevel: tan(half_angle) as it is, halved, a third, or the bisector.")
+        .def(
+            "lateral_force", &tips::LancetBevel::lateral_force, nb::arg("axial"),
+            nb::arg("friction_coefficient") = 0.0, nb::arg("share") = 1.0,
+            "Lateral force [N] of an axial one [N] on the face: share * axial * cot(half_angle + atan(mu)).");
 }
 
 tips::Profile make_profile(const nb::object& radius, const nb::object& height) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <tuple>
 
 #include "../parameter.hpp"
@@ -44,6 +45,14 @@ struct LancetBevel {
       default:
         return {half_angle};
     }
+  }
+
+  /// Lateral force [N] of an axial force [N] on the bevel's face with a friction coefficient:
+  /// eta F cot(alpha + atan(mu)), eta the share of the force that acts on the face. 0 where friction holds
+  /// it.
+  double lateral_force(double axial, double friction_coefficient, double share) const noexcept {
+    const double angle = half_angle + std::atan(friction_coefficient);
+    return angle < 0.5 * std::numbers::pi ? share * axial / std::tan(angle) : 0.0;
   }
 
   double slope(double r) const noexcept { return equivalent_cone().slope(r); }
