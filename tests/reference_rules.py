@@ -514,8 +514,7 @@ def stick_slip(given):
 
 @computes("stick_slip", r"^F_arrest - c v_arrest", "k", "F_break", "F_arrest", "v_arrest", "F_at_3mm_s")
 def force_of_a_still_crack(given):
-    law = stick_slip(given)
-    return law.arrest_force - law.damping * law.arrest_speed
+    return stick_slip(given).still_force
 
 
 @computes("stick_slip", r"ln\[", "V", "k", "F_break", "F_arrest", "v_arrest", "F_at_3mm_s")

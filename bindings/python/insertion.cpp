@@ -105,7 +105,9 @@ std::vector<Layer> stacked(const Stack& stack) {
   const Fault fault = first_fault(layers);
   if (fault.reason)
     raise_input("layer " + std::to_string(fault.layer + 1) + ", " + fault.quantity, nb::str("refused"),
-                fault.reason, "Change it or the layer above; depths count from the undeformed surface.");
+                fault.reason,
+                fault.layer > 0 ? "Change it or the layer above; depths count from the undeformed surface."
+                                : "Choose other laws or numbers.");
   return layers;
 }
 

@@ -25,6 +25,7 @@ void bind_answers(nb::class_<L>& bound) {
     bound
         .def("stick_time", &L::stick_time, nb::arg("speed"),
              "Time [s] the crack sticks in a cycle, at a speed [m/s] below the arrest speed.")
+        .def_prop_ro("still_force", &L::still_force, "Force [N] of a running crack at no speed.")
         .def("slip_time", &L::slip_time, nb::arg("speed"), "Time [s] the crack runs in a cycle.");
   if constexpr (requires(const L& law) { law.mean_force(1.0); })
     bound.def("mean_force", &L::mean_force, nb::arg("speed"),

@@ -103,6 +103,20 @@ void check_flaw(const T& value) {
 }
 
 template <class T>
+std::string described(const T& value, const std::string& type) {
+  std::string text = type + "(";
+  for (const Parameter<T>& parameter : T::table) {
+    if (text.back() != '(') text += ", ";
+    text += std::string(parameter.name) + "=" + number(value.*parameter.member);
+  }
+  for_each_part<T>([&](const auto& part) {
+    text +=
+        std::string(", ") + part.name + "=" + nb::cast<std::string>(nb::repr(to_python(value.*part.member)));
+  });
+  return text + ")";
+}
+
+template <class T>
 void check_range(const T& value) {
   if (const Parameter<T>* bad = first_invalid(value))
     raise_input(std::string(T::name) + "." + bad->name, nb::float_(value.*bad->member),
@@ -111,7 +125,7 @@ void check_range(const T& value) {
   check_flaw(value);
   if constexpr (Law<T>) {
     if (const char* words = contradiction(value))
-      raise_input(T::name, nb::str("its numbers"), words, "Change one of the two.");
+      raise_input(T::name, nb::str(described(value, "").c_str()), words, "Change one of these numbers.");
   }
 }
 
@@ -198,20 +212,6 @@ nb::dict whole_dict(const T& value) {
   nb::dict result = as_dict(value);
   for_each_part<T>([&](const auto& part) { result[part.name] = to_python(value.*part.member); });
   return result;
-}
-
-template <class T>
-std::string described(const T& value, const std::string& type) {
-  std::string text = type + "(";
-  for (const Parameter<T>& parameter : T::table) {
-    if (text.back() != '(') text += ", ";
-    text += std::string(parameter.name) + "=" + number(value.*parameter.member);
-  }
-  for_each_part<T>([&](const auto& part) {
-    text +=
-        std::string(", ") + part.name + "=" + nb::cast<std::string>(nb::repr(to_python(value.*part.member)));
-  });
-  return text + ")";
 }
 
 template <class T>

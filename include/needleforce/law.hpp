@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a law is: a parameter table, a family, a source, the range in which it may be believed, and what its
-// family must offer the loop. Everything here is called in the loop: noexcept, of cost without history.
+// family must offer the loop: noexcept, of bounded cost whatever happened before; `prepare` and
+// `puncture_depth` are called before it.
 #pragma once
 
 #include <concepts>

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 #include <type_traits>
+#include <variant>
 
 #include "chosen.hpp"
 #include "model.hpp"

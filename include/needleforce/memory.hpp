@@ -3,8 +3,6 @@
 // snapshot is a copy.
 #pragma once
 
-#include <algorithm>
-
 #include "relaxation.hpp"
 
 namespace needleforce {

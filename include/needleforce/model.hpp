@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <limits>
 #include <span>
 #include <variant>
 
@@ -101,7 +100,8 @@ inline bool adds(const Model& model) noexcept {
 
 inline const char* fault_of_place(const Layer& layer, const Layer* above) noexcept {
   if (!above) return layer.top == 0.0 ? nullptr : "the first layer's top is the undeformed surface, depth 0";
-  if (!(layer.top > above->top && layer.top <= 1.0)) return "layers overlap or are out of order";
+  if (!(layer.top > above->top)) return "layers overlap or are out of order";
+  if (!(layer.top <= 1.0)) return "deeper than 1 m, where no needle goes";
   const double punctures = above->top + puncture_depth(above->laws.puncture, prepare(above->laws.stiffness));
   if (punctures > layer.top && !(adds(above->laws) && adds(layer.laws)))
     return "the layer above punctures below this top: the tip would stand in two interfaces";

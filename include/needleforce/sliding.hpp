@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstddef>
+#include <variant>
 
 #include "model.hpp"
 

@@ -12,7 +12,8 @@ from .law_list import FAMILIES, laws_of
 from .validity import FRICTION_LIMIT, SMALL_SLOPE_ANGLE, THIN_SHARE
 
 VALID, SCALING, FITTED, NOT = "valid", "scaling law only", "as fitted", "not applicable"
-VERDICTS = (VALID, SCALING, FITTED, NOT)
+UNJUDGED = "not judged"
+VERDICTS = (VALID, SCALING, FITTED, NOT, UNJUDGED)
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,8 @@ class Applicability:
     """A law, what is said of it for one needle and tissue, and the reason in words.
 
     ``verdict`` is ``valid``; ``scaling law only``: proportions hold, values need a fit; ``as fitted``: no mechanics
-    ties the law to needle or tissue, so it holds for those its numbers were fitted to; or ``not applicable``.
+    ties the law to needle or tissue, so it holds for those its numbers were fitted to; ``not applicable``; or ``not
+    judged`` for want of a tissue.
     """
 
     law: type
@@ -85,7 +87,7 @@ def _needs_tip(case: Case):
 
 
 def _needs_tissue(case: Case):
-    return None if case.tissue is not None else (NOT, "It needs the tissue's modulus, and no tissue is given.")
+    return None if case.tissue is not None else (UNJUDGED, "No tissue is given to take its modulus from.")
 
 
 def _wider_than_needle(case: Case):
@@ -153,7 +155,6 @@ RULES: dict[str, tuple[Callable, ...]] = {
     "tip_contact": (_needs_tip, _needs_tissue, _steepest, _thin),
     "coulomb": (_bends,),
     "relaxing_surface": (_needs_needle, _needs_tissue, _bends),
-    "fracture": (_needs_needle, _needs_tissue),
 }
 # the laws that rest on mechanics of needle and tissue, or on nothing at all
 BY_MECHANICS = {"cone", "cone_cylinder", "tip_contact", "no_cutting", "no_relaxation"}

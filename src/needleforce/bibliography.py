@@ -56,6 +56,7 @@ def sources_of(model) -> list[str]:
     """The source strings of a model: its own reference, its laws and their parameters, layer by layer."""
     owners = [law for layer in model.layers for law in layer.parts]
     owners += [value for value in (model.needle, model.tissue) if value is not None]
+    owners += [owner.tip for owner in owners if getattr(owner, "tip", None) is not None]
     said = [text for owner in owners for text in (getattr(owner, "source", ""), *(r["source"] for r in owner.table()))]
     return [model.reference, *said]
 

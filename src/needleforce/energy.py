@@ -16,7 +16,7 @@ def cycle_work(model, deepest: float, *, speed: float = 3e-3) -> dict[str, float
     friction on the way ``in`` and ``out``. A closed form for one layer with the laws Coulomb and ConstantCutting and no
     relaxation, slow and without their elastic travel; else the integral over an ``Insertion`` at ``speed`` [m/s] in
     steps of a micrometre. ``deepest`` lies below the first puncture. The terms add up to the work of the hand, which is
-    never negative.
+    never negative but for laws that say that they may return energy.
     """
     puncture = model.puncture_depth
     if not (np.isfinite(deepest) and deepest >= puncture):

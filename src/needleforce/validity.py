@@ -8,7 +8,7 @@ from .needle_mechanics import buckling_force, equivalent_half_angle
 SMALL_SLOPE_ANGLE = math.radians(60.0)
 FRICTION_LIMIT = 12e-3  # the paper, sec. 2.2: beyond this depth the needle no longer stays straight
 THIN_SHARE = 0.1  # of a specimen's thickness: deeper indentation feels its bottom, and a half-space does not hold
-FRICTION_BY_LENGTH = ("coulomb", "relaxing_surface")
+FRICTION_BY_LENGTH = ("coulomb", "relaxing_surface", "karnopp", "lugre")
 
 
 def crossed_limits(model) -> tuple[str, ...]:

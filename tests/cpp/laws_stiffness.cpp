@@ -102,6 +102,21 @@ TEST(TipContact, KeepsItsAccuracyOfEveryTip) {
   }
 }
 
+TEST(TipContact, KeepsLessOfAProfileWithManyKnots) {
+  tips::Profile profile;
+  profile.count = 32;
+  for (int i = 0; i < 32; ++i) {
+    profile.radius[i] = 0.35e-3 * i / 31;
+    profile.rise[i] = 1.3e-3 * std::pow(i / 31.0, 1.5);
+  }
+  const laws::TipContact law{1e5, 0.35e-3, profile};
+  const auto table = law.prepare();
+  for (double h = 1e-5; h < 5e-3; h *= 1.05) {
+    const double exact = 1e5 * reach_at_depth(profile, h, 0.35e-3).force;
+    EXPECT_NEAR(table.force(h), exact, 2e-6 * table.last_force) << h;
+  }
+}
+
 TEST(TipContact, OfAConeIsConeCylinder) {
   const auto table = laws::TipContact{1e5, 0.35e-3, tips::Cone{15.0 * tips::degree}}.prepare();
   const auto closed = laws::ConeCylinder{1e5, 15.0 * tips::degree, 0.35e-3}.prepare();

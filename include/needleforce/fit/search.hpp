@@ -2,6 +2,7 @@
 // The global search: a coarse grid, then a 1-D maximisation of the contact depth in turn with every puncture.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>

@@ -6,9 +6,8 @@
 #include <limits>
 #include <numbers>
 
-#include "../contact.hpp"
 #include "../law.hpp"
-#include "../tip.hpp"
+#include "../tips/limits.hpp"
 
 namespace needleforce::laws {
 

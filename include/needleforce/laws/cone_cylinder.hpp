@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "../law.hpp"
-#include "../tip.hpp"
+#include "../tips/limits.hpp"
 
 namespace needleforce::laws {
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -27,6 +28,7 @@ struct Karnopp {
 
   static constexpr const char* name = "karnopp";
   static constexpr Family family = Family::friction;
+  static constexpr bool breaks_loose = true;  // from the limit at rest to that of sliding, at once
   static constexpr const char* summary =
       "Modified Karnopp friction per embedded length: Coulomb, viscous and static, other inwards than "
       "outwards.";

@@ -51,8 +51,8 @@ struct StickSlip {
 
   struct Prepared {
     double break_force, arrest_force, arrest_speed, damping, stiffness;
-    double still;        ///< F_d, force of the running crack at no speed [N]
-    double slip_length;  ///< c / k: time constant of the running crack [s]
+    double still;          ///< F_d, force of the running crack at no speed [N]
+    double time_constant;  ///< c / k: time constant of the running crack [s]
 
     double running(double speed) const noexcept { return still + damping * speed; }
     double stick_time(double speed) const noexcept {
@@ -60,7 +60,7 @@ struct StickSlip {
     }
     double slip_time(double speed) const noexcept {
       const double aim = running(speed);
-      return slip_length * std::log((break_force - aim) / (arrest_force - aim));
+      return time_constant * std::log((break_force - aim) / (arrest_force - aim));
     }
     /// The force of a long way at a speed [m/s]: the mean over a cycle, or the steady one.
     double steady(double speed) const noexcept {
@@ -68,7 +68,7 @@ struct StickSlip {
       if (!(speed > 0.0)) return 0.5 * (break_force + arrest_force);
       const double stick = stick_time(speed), slip = slip_time(speed), fall = break_force - arrest_force;
       const double work =
-          0.5 * (break_force + arrest_force) * stick + running(speed) * slip + slip_length * fall;
+          0.5 * (break_force + arrest_force) * stick + running(speed) * slip + time_constant * fall;
       return work / (stick + slip);
     }
 
@@ -110,10 +110,10 @@ struct StickSlip {
       const double aim = running(speed);
       const double time = aim >= arrest_force ? left
                           : force > arrest_force
-                              ? slip_length * std::log((force - aim) / (arrest_force - aim))
+                              ? time_constant * std::log((force - aim) / (arrest_force - aim))
                               : 0.0;
       if (time >= left) {
-        force += (force - aim) * std::expm1(-left / slip_length);  // does not cancel at small steps
+        force += (force - aim) * std::expm1(-left / time_constant);  // does not cancel at small steps
         left = 0.0;
         return;
       }
@@ -137,6 +137,8 @@ struct StickSlip {
   /// Time [s] the crack sticks in a cycle at a speed [m/s] below the arrest speed, and time it runs.
   double stick_time(double speed) const noexcept { return prepare().stick_time(speed); }
   double slip_time(double speed) const noexcept { return prepare().slip_time(speed); }
+  /// Force [N] of a running crack at no speed, F_d = F_a - c v_a.
+  double still_force() const noexcept { return prepare().still; }
   /// Mean force [N] at a speed [m/s], over a cycle where it sticks and slips.
   double mean_force(double speed) const noexcept { return prepare().steady(speed); }
 };

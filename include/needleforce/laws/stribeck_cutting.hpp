@@ -36,7 +36,8 @@ struct StribeckCutting {
       "sec. 2.3, range of the cutting force; Stribeck 1902; free: mass and spring, the choice of this "
       "project";
   static constexpr const char* validity =
-      "Cycles of up to 2.5 ms at full resolution; with the paper's range at 1 mm/s its force at 3 mm/s is 15 "
+      "Steps of the loop up to 2.5 ms at full resolution; its swing reaches F_s itself; with the paper's "
+      "range at 1 mm/s its force at 3 mm/s is 15 "
       "% low.";
   static constexpr std::array<Parameter<StribeckCutting>, 6> table{{
       {&StribeckCutting::static_force, "static_force", "N", 1e-6, 1e3, required, "F_s",

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <variant>
 
 #include "../contact.hpp"
 #include "../law.hpp"
@@ -29,7 +30,7 @@ struct TipContact {
   static constexpr const char* source = "Sneddon 1965; Galin 1953, fixed contact edge";
   static constexpr const char* validity =
       "Small slopes: with a sharp or a long tip a scaling law, not a prediction. The table keeps 1e-8 of the "
-      "force at saturation.";
+      "force at saturation, of a profile with 32 knots 2e-6.";
   static constexpr std::array<Parameter<TipContact>, 2> table{{
       {&TipContact::reduced_modulus, "reduced_modulus", "Pa", 1.0, 1e10, required, "E_r",
        "reduced modulus of needle and tissue", "eq. (4)"},
@@ -37,7 +38,7 @@ struct TipContact {
        "radius of the shank, where the contact stops growing", "Galin 1953"},
   }};
   static constexpr std::tuple parts{Part{&TipContact::tip, "tip", "tip of the needle"}};
-  /// What the table keeps of the force at saturation.
+  /// What the table keeps of the force at saturation, but for profiles of many knots.
   static constexpr double accuracy = 1e-8;
 
   tips::Flaw flaw() const noexcept {
