@@ -480,8 +480,8 @@ def polynomial_force(given):
 
 @computes("empirical", r"^-?\(?C_[pn] ?\+ ?b_[pn] v\)? ?l", "v", "length")
 def karnopp_sliding(given):
-    law = nf.laws.Karnopp(given.get("C_p", 0.0), -abs(given.get("C_n", 0.0)), given.get("b_p", 0.0),
-                          abs(given.get("b_n", 0.0)), given.get("D_p", 0.0), -abs(given.get("D_n", 0.0)))  # fmt: skip
+    coulomb, out = given.get("C_p", 0.0), -abs(given.get("C_n", 0.0))
+    law = nf.laws.Karnopp(coulomb, out, given.get("b_p", 0.0), abs(given.get("b_n", 0.0)), coulomb, out)
     return law.sliding(given["length"], given["v"])
 
 

@@ -318,6 +318,12 @@ nb::class_<T> bind_parameters(nb::module_& module, const std::string& type) {
       },
       "A copy with the given values changed.");
   bound.def("__eq__", [](const T& self, const T& other) { return equal(self, other); }, nb::is_operator());
+  bound.def("__hash__", [](const T& self) {
+    nb::list values;
+    values.append(nb::str(T::name));
+    for (nb::handle value : whole_dict(self).values()) values.append(value);
+    return nb::hash(nb::tuple(values));
+  });
   bound.def("__getstate__", &whole_dict<T>);
   bound.def("__setstate__", [](T& self, const nb::dict& state) {
     T value{};

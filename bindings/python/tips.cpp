@@ -157,6 +157,7 @@ void bind_knots(nb::module_& module) {
             return a.count == b.count && profile_dict(a).equal(profile_dict(b));
           },
           nb::is_operator())
+      .def("__hash__", [](const tips::Profile& self) { return nb::hash(nb::repr(nb::cast(self))); })
       .def("__getstate__", &profile_dict)
       .def("__setstate__", [](tips::Profile& self, const nb::dict& state) {
         new (&self) tips::Profile(make_profile(state["radii"], state["heights"]));

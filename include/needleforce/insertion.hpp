@@ -134,7 +134,8 @@ class Insertion {
   Move moved(double depth, double travel, double velocity, double elapsed) const noexcept {
     const bool withdrawing = depth < state_.deepest - noise_of_depth;
     const bool advancing = !withdrawing && travel > speed_at_rest * elapsed;
-    return {depth, travel, velocity, elapsed, state_.deepest, advancing, withdrawing};
+    const double below = depth > 0.0 ? std::min(travel, depth) : 0.0;
+    return {depth, travel, below, velocity, elapsed, state_.deepest, advancing, withdrawing};
   }
 
   [[gnu::always_inline]] Sample accept(double depth, double velocity, double dt) noexcept {
@@ -182,6 +183,7 @@ class Insertion {
         tip = front().cut(std::as_const(state_.cut), move.depth);
       }
     }
+    if (state_.pierced > 0 && move.depth < state_.cut.entry) tip = limited(tip, move.depth);
     Dragged shafts{};
     double bottom = std::numeric_limits<double>::infinity();
     for (std::size_t i = count; i-- > 0;) {
@@ -240,10 +242,25 @@ class Insertion {
   /// an interface that does not resist the cut goes on as if it were not there; false for such a one.
   [[gnu::noinline]] bool pierce(std::size_t i, double depth, double cutting) noexcept {
     const bool carries_on = state_.pierced > 0 && !layers_[i].resists();
-    layers_[i].pierce(state_.layers[i], depth);
+    const double energy = layers_[i].pierce(state_.layers[i], depth);
     state_.pierced = std::max(state_.pierced, i + 1);
     front().enter(state_.cut, depth, carries_on ? cutting : -1.0);
+    if (!carries_on) limit_retreat(depth - layers_[i].top, energy);
     return !carries_on;
+  }
+
+  /// The cut starts loaded by what broke. Where the tip recedes from there, it gives back no more than half
+  /// of the energy that the contact held, and nothing above the layer.
+  void limit_retreat(double indentation, double energy) noexcept {
+    const double force = front().cut(std::as_const(state_.cut), state_.depth).force;
+    state_.cut.entry = state_.depth;
+    state_.cut.foot = state_.depth - (force > 0.0 ? std::min(indentation, energy / force) : 0.0);
+  }
+  TipForce limited(const TipForce& tip, double depth) const noexcept {
+    const double length = state_.cut.entry - state_.cut.foot;
+    if (!(depth > state_.cut.foot)) return {};
+    const double share = (depth - state_.cut.foot) / length;
+    return {share * tip.force, share * tip.by_depth + tip.force / length};
   }
 
   const PreparedLayer& front() const noexcept { return layers_[state_.pierced - 1]; }

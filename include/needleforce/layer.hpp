@@ -90,9 +90,9 @@ class PreparedLayer {
     return false;
   }
 
-  /// Hands over to friction what the contact held. An elastic contact gave way where it was said to, one that
-  /// relaxed where the tip stands.
-  [[gnu::noinline]] void pierce(LayerState& state, double depth) const noexcept {
+  /// Hands over to friction what the contact held; returns its energy [J]. An elastic contact gave way where
+  /// it was said to, one that relaxed where the tip stands.
+  [[gnu::noinline]] double pierce(LayerState& state, double depth) const noexcept {
     if (!fades_) state.contact.elastic = state.contact_force;
     const double energy =
         with_chosen(stiffness_, [&](const auto& law) { return law.energy(state.indentation); });
@@ -100,6 +100,7 @@ class PreparedLayer {
     with_chosen(friction_, [&](const auto& law) { law.pierce(state.shaft, held); });
     state.gave_way = fades_ && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? depth : puncture;
     state.pierced = true;
+    return energy;
   }
 
   /// Moves the shaft; its force, if the layer is pierced. `bottom` is where the next layer's embedding
@@ -112,6 +113,9 @@ class PreparedLayer {
     const Relaxing& relaxing = std::is_void_v<Law> ? state.relaxing : elastic;
     return chosen<Law>(friction_, [&](const auto& law) __attribute__((always_inline)) -> Dragged {
       law.advance(state.shaft, move, bed, relaxing);
+      // above the tissue nothing drags the shaft; layers that add up know their own, moving surface
+      if constexpr (!requires { law.own_surface; })
+        if (move.depth <= 0.0) state.shaft.release();
       if (!state.pierced) return {};
       const double force = law.force(state.shaft, move.velocity);
       return {force, law.by_depth(state.shaft, move.velocity), law.by_velocity(state.shaft, move.velocity),

@@ -37,6 +37,13 @@ struct Shaft {
   double dimple = 1.0;     ///< share of the surface's dimple that has not recovered
   bool slides = false;     ///< broken loose
 
+  /// Lets go of the needle, which has left the tissue.
+  void release() noexcept {
+    element = Element{};
+    traction = embedded = growing = giving = 0.0;
+    slides = false;
+  }
+
   /// Sets the embedded length between `from` and the tip or the bottom of the bed.
   void embed(const Bed& bed, double depth, double from) noexcept {
     surface = from;
@@ -50,6 +57,7 @@ struct Shaft {
 /// Cutting at the tip. A law uses what it needs.
 struct Cut {
   double entry = 0.0;    ///< depth [m] at which cutting began
+  double foot = 0.0;     ///< depth [m] above which it can no longer push
   double front = 0.0;    ///< deepest cut, or tip of the crack [m]
   double opened = 0.0;   ///< share of the slit held open
   double speed = 0.0;    ///< of the crack's tip [m/s]

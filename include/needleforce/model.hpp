@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <span>
+#include <type_traits>
 #include <variant>
 
 #include "laws/all.hpp"
@@ -42,6 +43,8 @@ constexpr bool counts_cutting = requires { L::cuts; };
 /// Layers of such laws add up; of others, the tip can stand in one interface alone.
 template <class L>
 constexpr bool stands_alone = requires { L::stands_alone; };
+template <class L>
+constexpr bool needs_surface = requires { L::needs_surface; };
 }  // namespace detail
 
 /// A family's laws with everything computed that does not change in the loop.
@@ -80,11 +83,16 @@ Fault fault_of(const Laws& laws) noexcept {
 }
 
 inline Fault counted_twice(const Model& model) noexcept {
-  const bool twice =
+  const bool tip =
       std::visit([]<class F, class C>(const F&, const C&) { return counts_cutting<F> && counts_cutting<C>; },
                  model.friction, model.cutting);
-  return {0, "cutting",
-          twice ? "the friction law counts the force at the tip already: take no_cutting" : nullptr};
+  if (tip) return {0, "cutting", "the friction law counts the force at the tip already: take no_cutting"};
+  const bool creep = std::visit(
+      []<class F, class R>(const F&, const R&) {
+        return needs_surface<F> && !std::is_same_v<R, laws::NoRelaxation>;
+      },
+      model.friction, model.relaxation);
+  return {0, "relaxation", creep ? "the friction law counts the creep of the surface already" : nullptr};
 }
 
 inline Fault fault_of_laws(const Model& model) noexcept {
@@ -98,10 +106,17 @@ inline bool adds(const Model& model) noexcept {
   return std::visit([]<class F>(const F&) { return stands_alone<F>; }, model.friction);
 }
 
+inline bool at_surface_alone(const Model& model) noexcept {
+  return std::visit([]<class F>(const F&) { return needs_surface<F>; }, model.friction);
+}
+
 inline const char* fault_of_place(const Layer& layer, const Layer* above) noexcept {
   if (!above) return layer.top == 0.0 ? nullptr : "the first layer's top is the undeformed surface, depth 0";
   if (!(layer.top > above->top)) return "layers overlap or are out of order";
   if (!(layer.top <= 1.0)) return "deeper than 1 m, where no needle goes";
+  if (adds(above->laws) != adds(layer.laws))
+    return "layers of dragged tissue add up, others end at the next: the shaft would be counted twice";
+  if (at_surface_alone(layer.laws)) return "its friction law is for the surface of the tissue alone";
   const double punctures = above->top + puncture_depth(above->laws.puncture, prepare(above->laws.stiffness));
   if (punctures > layer.top && !(adds(above->laws) && adds(layer.laws)))
     return "the layer above punctures below this top: the tip would stand in two interfaces";

@@ -10,6 +10,7 @@ namespace needleforce {
 struct Move {
   double depth;      ///< [m] after the step, past the undeformed surface
   double travel;     ///< [m] of the step
+  double below;      ///< [m] of the travel that lies below the undeformed surface
   double velocity;   ///< [m/s]; rate terms follow it, geometry follows `travel`
   double dt;         ///< [s]
   double deepest;    ///< [m] the greatest depth so far

@@ -39,7 +39,7 @@ void slide(const Sliding& sliding, const double* __restrict depth, const double*
     return;
   }
   for (std::size_t i = 0; i < n; ++i) {
-    const double z = depth[i], v = velocity[i];
+    const double z = depth[i], v = velocity[i] + 0.0;  // -0.0 is inwards, as 0.0 is
     // both directions are computed and one is selected: a branch would keep the compiler from vectorising
     const double in = sliding.inwards(z, v), out = sliding.friction(z, v < 0.0 ? v : -0.0);
     force[i] = (v >= 0.0 ? in : out) + 0.0 * v;  // a velocity that is not finite shows

@@ -47,7 +47,7 @@ class Contact:
         rows = [
             pressure(self.tip, h, a, self.reduced_modulus, flat) if a > 0 else np.zeros(flat.shape) for h, a in states
         ]
-        return np.array(rows).reshape(*self._shape, *given.shape)
+        return np.array(rows).reshape((*self._shape, *given.shape))[()]
 
     @property
     def _shape(self) -> tuple[int, ...]:

@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from . import core
+from .errors import InputError
+from .law_list import FAMILIES
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,13 @@ class Layer:
     friction: Any
     cutting: Any
     relaxation: Any = field(default_factory=core.laws.NoRelaxation)
+
+    def __post_init__(self):
+        for family, law in zip(FAMILIES, self.parts):
+            if getattr(law, "family", None) != family:
+                raise InputError(family, repr(law), f"not a law of {family}", next_step="Give one of nf.laws.")
+        if isinstance(self.top, bool) or not isinstance(self.top, (int, float)):
+            raise InputError("layer.top", repr(self.top), "not a number", next_step="Give the depth in m.")
 
     @property
     def parts(self) -> tuple:

@@ -40,6 +40,10 @@ class Model:
     unverified: tuple[str, ...] = ()
 
     def __post_init__(self):
+        object.__setattr__(self, "deeper", tuple(self.deeper))
+        for number, layer in enumerate(self.layers, 1):
+            if not isinstance(layer, Layer):
+                raise InputError(f"layer {number}", repr(layer), "not a Layer", next_step="Give nf.Layer(top=…, …).")
         core.check_layers(self.stack)
 
     @classmethod
@@ -117,6 +121,12 @@ class Insertion(core.Insertion):
     """
 
     def __init__(self, model: Model, *, max_speed: float = 1.0, hold_time: float = 0.0):
+        if not isinstance(model, Model):
+            raise InputError("model", repr(model), "not a Model", next_step="Give nf.preset(…) or nf.Model(…).")
+        if not max_speed > 0.0:
+            raise InputError("max_speed", max_speed, "must be above 0 m/s")
+        if not hold_time >= 0.0:
+            raise InputError("hold_time", hold_time, "must be at least 0 s")
         super().__init__(model.stack, max_speed, hold_time)
         self.model = model
 

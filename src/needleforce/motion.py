@@ -20,6 +20,14 @@ class Motion:
     moves: tuple[tuple[float, float], ...]
     acceleration: float = 10e-3
 
+    def __post_init__(self):
+        _check(self.start, 1.0, 1.0, 0.0, self.acceleration)
+        for target, speed in self.moves:
+            if not -1.0 <= target <= 1.0:
+                raise InputError("motion.moves", target, "outside -1 to 1 m")
+            if not 0.0 <= speed <= 1e6:
+                raise InputError("motion.moves", speed, "not a speed [m/s], or a time to wait [s], from 0 to 1e6")
+
     @classmethod
     def insert(
         cls,

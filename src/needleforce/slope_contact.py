@@ -7,6 +7,7 @@ from .errors import InputError
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 NODES, WEIGHTS = 0.5 * (1 + NODES), 0.5 * WEIGHTS  # on [0, 1]
+WIDEST = 1e3  # [m]; a contact that has to be wider is out of the profile's reach
 LOOKS = 400  # radii at which a slope is looked at before it is believed
 
 
@@ -33,8 +34,7 @@ class SlopeContact:
 
     def _check(self, farthest: float) -> None:
         radii = farthest * (np.arange(LOOKS) + 0.5) / LOOKS
-        with np.errstate(all="ignore"):
-            slopes = np.broadcast_to(np.asarray(self.slope(radii), dtype=float), radii.shape)
+        slopes = self._slopes(radii)
         for wrong, limit, next_step in (
             (
                 ~np.isfinite(slopes),
@@ -47,6 +47,18 @@ class SlopeContact:
                 at = int(np.argmax(wrong))
                 raise InputError("slope", f"{slopes[at]:.4g}", limit, f"at radius {radii[at]:.4g} m", next_step)
         self._rising(radii)
+
+    def _slopes(self, radii: np.ndarray) -> np.ndarray:
+        """What the function gives, which may be one number for all radii, as (n,)."""
+        try:
+            with np.errstate(all="ignore"):
+                given = np.asarray(self.slope(radii))
+                if np.iscomplexobj(given):
+                    raise TypeError("complex slopes")
+                return np.broadcast_to(given.astype(float), radii.shape)
+        except (TypeError, ValueError) as error:
+            next_step = "Give a function of an array of radii that gives as many real slopes."
+            raise InputError("slope", repr(self.slope), str(error), "at its radii", next_step) from None
 
     def _rising(self, radii: np.ndarray) -> None:
         depths = self.depths(radii)
@@ -67,7 +79,7 @@ class SlopeContact:
         theta[:, -1] = np.pi / 2
         width = np.diff(theta, axis=1)[..., None]
         sine = np.sin(theta[:, :-1, None] + width * NODES)
-        slopes = np.asarray(self.slope(radius[:, None, None] * sine), dtype=float)
+        slopes = self._slopes((radius[:, None, None] * sine).ravel()).reshape(sine.shape)
         depth = radius * (width * WEIGHTS * slopes).sum(axis=(1, 2))
         return depth, 2 * radius**2 * (width * WEIGHTS * sine**2 * slopes).sum(axis=(1, 2))
 
@@ -84,8 +96,12 @@ class SlopeContact:
         """Depth, contact radius and force at depths (n,), on a shank."""
         wanted = np.maximum(depth, 0.0)
         low, high = np.zeros_like(wanted), np.full_like(wanted, min(shank, max(wanted.max(initial=0.0), 1e-12)))
-        while high.size and high[0] < shank and (self.depths(high) < wanted).any():
-            high = np.minimum(2 * high, shank)
+        with np.errstate(all="ignore"):
+            while high.size and high[0] < min(shank, WIDEST) and (self.depths(high) < wanted).any():
+                high = np.minimum(2 * high, shank)
+        if high.size and high[0] >= WIDEST:
+            next_step = "Give a shallower depth, or the shank_radius at which the tip ends."
+            raise InputError("depth", f"{wanted.max():.4g} m", "deeper than the profile is high", next_step=next_step)
         for _ in range(60):  # bisection: two digits in seven steps, whatever the function
             middle = 0.5 * (low + high)
             deep = self.depths(middle) >= wanted

@@ -13,7 +13,8 @@ FRICTION_BY_LENGTH = ("coulomb", "relaxing_surface", "karnopp", "lugre")
 
 def crossed_limits(model) -> tuple[str, ...]:
     """Every limit that the model's own numbers cross; empty where none is."""
-    found = (_slope(model), _saturation(model), _buckling(model), _reach(model), _unverified(model))
+    contacts = [say(layer, model) for say in (_slope, _saturation) for layer in model.layers]
+    found = dict.fromkeys((*contacts, _buckling(model), _reach(model), _unverified(model)))
     return tuple(sentence for sentence in found if sentence)
 
 
@@ -28,11 +29,11 @@ def crossed_by_depth(model, deepest: float) -> tuple[str, ...]:
     )
 
 
-def _slope(model) -> str:
-    tip = getattr(model.stiffness, "tip", None)
+def _slope(layer, model) -> str:
+    tip = getattr(layer.stiffness, "tip", None)
     if tip is not None and not hasattr(tip, "equivalent_cone"):
-        return _slope_of_profile(model, tip)
-    angle = equivalent_half_angle(tip) if tip is not None else getattr(model.stiffness, "half_angle", math.pi / 2)
+        return _slope_of_profile(layer, tip)
+    angle = equivalent_half_angle(tip) if tip is not None else getattr(layer.stiffness, "half_angle", math.pi / 2)
     # without a tip the angle is a stand-in: only its product with the modulus is known
     told = tip is not None or (model.needle is not None and model.needle.tip is not None)
     if angle >= SMALL_SLOPE_ANGLE or not told:
@@ -44,9 +45,9 @@ def _slope(model) -> str:
     )
 
 
-def _slope_of_profile(model, tip) -> str:
+def _slope_of_profile(layer, tip) -> str:
     # dF/dh = 2 E_r a; a tip is steepest at the edge of its contact
-    contact = 0.5 * model.stiffness.slope(model.puncture_depth) / model.stiffness.reduced_modulus
+    contact = 0.5 * layer.stiffness.slope(layer.laws.puncture_depth) / layer.stiffness.reduced_modulus
     slope = tip.slope(min(contact, tip.end * (1 - 1e-9)))
     if slope <= 1 / math.tan(SMALL_SLOPE_ANGLE):
         return ""
@@ -57,16 +58,17 @@ def _slope_of_profile(model, tip) -> str:
     )
 
 
-def _saturation(model) -> str:
+def _saturation(layer, model) -> str:
     radius = model.needle.radius if model.needle is not None else math.inf
-    if model.stiffness.name == "tip_contact" and model.stiffness.radius > radius * (1 + 1e-9):
+    widest = min(layer.stiffness.radius, layer.stiffness.tip.end) if layer.stiffness.name == "tip_contact" else 0.0
+    if widest > radius * (1 + 1e-9):
         return (
-            f"The contact stops growing at {1e3 * model.stiffness.radius:.3g} mm, wider than the needle "
+            f"The contact stops growing at {1e3 * widest:.3g} mm, wider than the needle "
             f"({1e3 * radius:.3g} mm): give the law the needle's radius."
         )
-    if model.stiffness.name != "cone":
+    if layer.stiffness.name != "cone":
         return ""
-    contact = 2.0 * model.puncture_depth * math.tan(model.stiffness.half_angle) / math.pi
+    contact = 2.0 * layer.laws.puncture_depth * math.tan(layer.stiffness.half_angle) / math.pi
     if contact <= radius:
         return ""
     return (

@@ -71,10 +71,42 @@ TEST(Insertion, ReinsertionNeitherDeformsNorCuts) {
     EXPECT_EQ(sample.stiffness, 0.0);
     EXPECT_EQ(sample.cutting, 0.0);
     EXPECT_FALSE(sample.punctured);
-    EXPECT_NEAR(sample.force, sample.depth > 0 ? paper::friction * sample.depth : 0.0, 1e-12);
+    // the shaft takes hold over its elastic travel of 20 um as it enters
+    const double depth = std::max(0.0, sample.depth), hold = std::min(1.0, depth / 20e-6);
+    EXPECT_NEAR(sample.force, paper::friction * depth * hold, 1e-12);
   });
   paper::move(insertion, 11e-3, 13e-3);
   EXPECT_NEAR(insertion.step(13.001e-3, no_velocity, 1e-3).cutting, paper::cutting, 1e-12);
+}
+
+TEST(Insertion, TravelAboveTheTissueLoadsNothing) {
+  Model model = paper::model();
+  model.friction = laws::Coulomb{paper::friction, 1e-2, 0.0};  // dragged along over a centimetre
+  for (const double start : {0.0, -1e-3, -20e-3}) {
+    Insertion insertion(model);
+    insertion.step(start, no_velocity, 1e-3);
+    paper::move(insertion, start, 5e-3);
+    EXPECT_NEAR(insertion.step(5e-3, no_velocity, 1e-3).friction, paper::friction * 5e-3 * 0.5, 1e-12)
+        << start;
+  }
+}
+
+TEST(Insertion, ACutThatRecedesFromItsEntryReturnsNoMoreThanTheContactHeldAndNothingAbove) {
+  for (const double puncture : {0.0, 1e-6, 1e-3, 3e-3}) {
+    const Model model{laws::Cone{116e3, paper::half_angle}, laws::PunctureDepth{puncture},
+                      laws::Coulomb{0.0, 20e-6, 0.0}, laws::ConstantCutting{0.2, 5e-3}};
+    Insertion insertion(model);
+    double work = 0.0, last = 0.0, depth = -1e-3;
+    const auto walk = [&](const Sample& sample) {
+      work += 0.5 * (last + sample.force) * (sample.depth - depth);
+      last = sample.force, depth = sample.depth;
+      EXPECT_TRUE(sample.depth > 0.0 || sample.force == 0.0) << puncture;
+    };
+    paper::move(insertion, -1e-3, puncture + 1e-6, 1e-7, walk);
+    paper::move(insertion, puncture + 1e-6, puncture - 1e-6, 1e-7, walk);
+    paper::move(insertion, puncture - 1e-6, -6e-3, 1e-6, walk);
+    EXPECT_GE(work, -1e-9) << puncture;
+  }
 }
 
 TEST(Insertion, RetreatBeforePunctureIsElastic) {

@@ -54,12 +54,32 @@ TEST(FirstFault, IsALayerThatPuncturesBelowTheNextTopUnlessBothStandAlone) {
   expect_fault(alone, 1, "top");
 }
 
+TEST(FirstFault, IsALayerThatAddsUpAmongLayersThatEndAtTheNext) {
+  for (const int dragged : {0, 1}) {
+    std::vector<Layer> layers{at(0.0), at(5e-3)};
+    layers[dragged].laws.friction = usual<laws::DraggedTissuePassive>();
+    layers[dragged].laws.cutting = laws::NoCutting{};
+    expect_fault(layers, 1, "top");
+  }
+}
+
+TEST(FirstFault, IsTheCreepOfTheSurfaceWhereThereIsNoneOrCountedTwice) {
+  std::vector<Layer> layers{at(0.0), at(5e-3)};
+  layers[0].laws.friction = usual<laws::RelaxingSurface>();
+  EXPECT_EQ(first_fault(layers).reason, nullptr);
+  layers[1].laws.friction = usual<laws::RelaxingSurface>();
+  expect_fault(layers, 1, "top");
+  layers[1].laws.friction = usual<laws::Coulomb>();
+  layers[0].laws.relaxation = usual<laws::Prony>();
+  expect_fault(layers, 0, "relaxation");
+}
+
 TEST(FirstFault, IsTheForceAtTheTipCountedTwice) {
   for (const Friction& friction :
        {Friction{usual<laws::DraggedTissuePassive>()}, Friction{usual<laws::DraggedTissueAsFitted>()}})
     for (const Cutting& cutting : each<Cutting>()) {
       std::vector<Layer> layers{at(0.0), at(5e-3)};
-      layers[1].laws.friction = friction;
+      for (Layer& layer : layers) layer.laws.friction = friction, layer.laws.cutting = laws::NoCutting{};
       layers[1].laws.cutting = cutting;
       if (std::holds_alternative<laws::NoCutting>(cutting))
         EXPECT_EQ(first_fault(layers).reason, nullptr);

@@ -14,7 +14,7 @@ struct TipMotion {
     depth += travel;
     deepest = std::max(deepest, depth);
     const bool withdrawing = depth < deepest;
-    return {depth, travel, velocity, dt, deepest, !withdrawing && travel > 0.0, withdrawing};
+    return {depth, travel, travel, velocity, dt, deepest, !withdrawing && travel > 0.0, withdrawing};
   }
 };
 

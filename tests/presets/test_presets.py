@@ -151,5 +151,5 @@ def test_warnings_of_tips(text, tmp_path):
     shallow = model.replace(puncture=nf.laws.PunctureDepth(2e-5))
     assert any("slope at the edge" in warning for warning in model.warnings)
     assert not any("scaling law" in warning for warning in shallow.warnings)
-    wide = model.replace(stiffness=model.stiffness.replace(radius=1e-3))
+    wide = model.replace(stiffness=model.stiffness.replace(radius=1e-3, tip=nf.tips.Cone(0.26)))
     assert any("stops growing at 1 mm" in warning for warning in wide.warnings)

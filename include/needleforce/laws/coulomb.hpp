@@ -44,7 +44,7 @@ struct Coulomb {
     }
     void advance(Shaft& shaft, const Move& move, const Bed& bed, const Relaxing& relaxing) const noexcept {
       shaft.traction =
-          shaft.element.drag(stiffness * move.travel, -per_length, per_length, relaxing, move.advancing);
+          shaft.element.drag(stiffness * move.below, -per_length, per_length, relaxing, move.advancing);
       shaft.embed(bed, move.depth, surface(bed.top, bed.puncture));
     }
     void pierce(Shaft&, const Held&) const noexcept {}

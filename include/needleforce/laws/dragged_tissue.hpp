@@ -56,6 +56,8 @@ struct DraggedTissue {
   }
 
   struct Prepared {
+    static constexpr bool own_surface =
+        true;  // it moves with the force, and may stand above the undeformed one
     double per_length, stiffness, per_rupture, resting_surface;
 
     [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,

@@ -53,6 +53,13 @@ struct Karnopp {
        "travel that takes the friction from nothing to its limit at rest", "free: elastic element in series"},
   }};
 
+  const char* contradiction() const noexcept {
+    return static_in >= coulomb_in && static_out <= coulomb_out
+               ? nullptr
+               : "static_in below coulomb_in, or static_out above coulomb_out: at rest it would hold less "
+                 "than it slides with";
+  }
+
   struct Prepared;
   Prepared prepare() const noexcept;
 };
@@ -78,7 +85,7 @@ struct Karnopp::Prepared {
   void load(Shaft& shaft, const Move& move, double least, double most,
             const Relaxing& relaxing) const noexcept {
     shaft.element.yield(shaft.traction, least, most, relaxing);
-    shaft.traction = shaft.element.drag(stiffness * move.travel, least, most, relaxing, move.advancing);
+    shaft.traction = shaft.element.drag(stiffness * move.below, least, most, relaxing, move.advancing);
   }
   /// Sticks until the limit at rest is reached, whatever the needle's speed: it is the slip that has none.
   /// Then slides until the needle rests or turns.

@@ -103,7 +103,7 @@ struct LuGre::Prepared {
   [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
                                  const Relaxing&) const noexcept {
     find_limit(shaft, move.velocity);
-    shaft.element.elastic = dragged(shaft, move.travel);
+    shaft.element.elastic = dragged(shaft, move.below);
     shaft.traction = traction(shaft, move.velocity);
     shaft.embed(bed, move.depth, bed.top);
   }

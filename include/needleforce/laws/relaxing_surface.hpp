@@ -22,6 +22,7 @@ struct RelaxingSurface {
 
   static constexpr const char* name = "relaxing_surface";
   static constexpr Family family = Family::friction;
+  static constexpr bool needs_surface = true;  // it is the creep of the tissue's surface, which has but one
   static constexpr const char* summary =
       "Coulomb friction per embedded length below a surface that recovers after the puncture.";
   static constexpr const char* source = "eqs. (7)-(11); Sneddon 1965, static balance of a flat punch";
