@@ -186,6 +186,19 @@ def test_a_constant_velocity_tells_the_sliding_friction_alone(velocity, off):
     assert found.law.sliding(1.0, velocity) == pytest.approx(law().sliding(1.0, velocity), rel=2e-3)
 
 
+def test_a_held_filter_follows_the_deflection_of_known_parameters():
+    """As one plain filter does whose parameters have no variance."""
+    held, state = LuGreFilter(law(), NOISE, held=True), np.array([0.0, *TRUTH[:3]])
+    covariance = np.diag([(TRUTH[4] / TRUTH[0]) ** 2, 0.0, 0.0, 0.0])
+    _, velocity, force, embedded = insertion(excitation(0.3))
+    for v, f, e in zip(velocity, force, embedded):
+        held.step(v, f / e, 1.0 / RATE, NOISE / e)
+        plain = updated_state(state, covariance, v, f / e, 1.0 / RATE, TRUTH[3:], np.zeros((4, 4)), (NOISE / e) ** 2)
+        state, covariance = plain.state, plain.covariance
+        assert held.state == pytest.approx(state, rel=1e-9)
+    assert tuple(held.state[1:]) == TRUTH[:3] and tuple(held.limits) == TRUTH[3:]
+
+
 def test_what_is_no_sample_is_skipped_and_counted():
     time, velocity, force, embedded = insertion(excitation(1.0))
     velocity, force, embedded = velocity.copy(), force.copy(), embedded.copy()

@@ -79,7 +79,7 @@ class LuGreFilter:
         self._predict(velocity, dt)
         if not np.isfinite(traction):
             return Step(np.nan, np.nan, False)
-        return self._correct(velocity, traction, (noise or self.noise) ** 2)
+        return self._correct(velocity, traction, (self.noise if noise is None else noise) ** 2)
 
     def _predict(self, velocity: float, dt: float) -> None:
         g = limit(velocity, self.limits, self.exponent)
