@@ -5,6 +5,21 @@ from .compare import Row, compare
 from .estimates import Estimate, Quality
 from .fit import Fit, RecordingFit
 from .identify import identify
+from .lugre_filter import LuGreFilter
+from .lugre_recording import FilteredLuGre, filter_lugre
 from .two_pass import Site, TwoPass
 
-__all__ = ["Estimate", "Fit", "Quality", "RecordingFit", "Row", "Site", "TwoPass", "compare", "identify"]
+__all__ = [
+    "Estimate",
+    "FilteredLuGre",
+    "Fit",
+    "LuGreFilter",
+    "Quality",
+    "RecordingFit",
+    "Row",
+    "Site",
+    "TwoPass",
+    "compare",
+    "filter_lugre",
+    "identify",
+]
