@@ -87,7 +87,11 @@ def _needs_tip(case: Case):
 
 
 def _needs_tissue(case: Case):
-    return None if case.tissue is not None else (UNJUDGED, "It is not judged, as no tissue is given to take a modulus from.")
+    return (
+        None
+        if case.tissue is not None
+        else (UNJUDGED, "It is not judged, as no tissue is given to take a modulus from.")
+    )
 
 
 def _wider_than_needle(case: Case):
