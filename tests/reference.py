@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import reference_bench_rules  # noqa: F401 - importing them adds their rules
+import reference_law_rules  # noqa: F401
 from reference_rules import RULES, Given
 
 FILE = Path(__file__).with_name("reference_values.json")
