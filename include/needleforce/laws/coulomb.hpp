@@ -40,7 +40,7 @@ struct Coulomb {
       return top + dimple_ratio * (puncture - top);
     }
     double sliding(double embedded, double v) const noexcept {
-      return (std::signbit(v) ? -per_length : per_length) * embedded;
+      return std::copysign(per_length, v) * embedded;
     }
     void advance(Shaft& shaft, const Move& move, const Bed& bed, const Relaxing& relaxing) const noexcept {
       shaft.traction =
