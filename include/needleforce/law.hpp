@@ -42,9 +42,10 @@ concept PreparedStiffness = requires(const P& prepared, double depth, double for
   { prepared.reach() } noexcept -> std::same_as<double>;
 };
 
-/// Friction along the shaft in one layer. `advance` moves its memory with the tip, also above the tissue and
-/// in layers not reached yet; `pierce` hands over what the contact held when the layer gave way. Then force
-/// [N], and its derivatives by depth [N/m] and by velocity [N s/m].
+/// Friction along the shaft in one layer. `advance` moves its memory with the tip, also in layers not reached
+/// yet, by the travel below the tissue's surface; above it the shaft is released. `pierce` hands over what
+/// the contact held when the layer gave way. Then force [N], and its derivatives by depth [N/m] and by
+/// velocity [N s/m].
 template <class P>
 concept PreparedFriction =
     requires(const P& prepared, Shaft& shaft, const Shaft& held, const Move& move, const Bed& bed,

@@ -44,7 +44,6 @@ struct LayerState {
   double work = 0.0;           ///< of indentation, where it relaxes [J]
   double gave_way = 0.0;       ///< depth of the puncture [m]
   bool pierced = false;
-  bool holds = false;  ///< the needle
 };
 
 /// A layer's laws with everything computed that does not change in the loop. Every method is wait-free.
