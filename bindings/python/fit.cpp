@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <vector>
 
 #include "module.hpp"
 #include "needleforce/fit/cycle.hpp"
 #include "needleforce/fit/lagged.hpp"
+#include "needleforce/fit/layered.hpp"
 
 namespace nb = nanobind;
 
@@ -97,12 +99,40 @@ Output lagged_products(const Values& residual, std::size_t lags) {
   return array;
 }
 
+using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+/// Forces (rows, n) [N], one for each row of numbers: those of a layer, then of relaxation.
+nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Rows& numbers, bool passive,
+                                                                       const Values& depth,
+                                                                       const Values& dt) {
+  struct Row {
+    fit::LayerNumbers layer;
+    fit::RelaxationNumbers fading;
+  };
+  const std::size_t rows = numbers.shape(0), n = depth.shape(0);
+  if (numbers.shape(1) * sizeof(double) != sizeof(Row) || dt.shape(0) != n)
+    throw nb::value_error("rows are not those of a layer, or depth and dt differ in length");
+  double* forces;
+  const Output flat = new_array(rows * n, forces);
+  {
+    nb::gil_scoped_release release;
+    for (std::size_t k = 0; k < rows; ++k) {
+      Row row;
+      std::memcpy(&row, numbers.data() + k * numbers.shape(1), sizeof row);
+      fit::layer_force(row.layer, row.fading, passive, {depth.data(), n}, {dt.data(), n}, forces + k * n);
+    }
+  }
+  return {flat.data(), {rows, n}, nb::cast(flat)};
+}
+
 }  // namespace
 
 void bind_fit(nb::module_& module) {
   module.def("fit_cycle", &fit_cycle, nb::arg("depth_in"), nb::arg("force_in"), nb::arg("depth_out"),
              nb::arg("force_out"), nb::arg("saturation"), nb::arg("free_saturation"), nb::arg("leave_out"),
              nb::arg("puncture_low"), nb::arg("puncture_high"), nb::arg("margin"));
+  module.def("layer_forces", &layer_forces, nb::arg("numbers"), nb::arg("passive"), nb::arg("depth"),
+             nb::arg("dt"));
   module.def("lagged_products", &lagged_products, nb::arg("residual"), nb::arg("lags"));
 }
 

@@ -12,4 +12,4 @@ def finite(value):
         return [finite(each) for each in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
-    return value.item() if hasattr(value, "item") else value
+    return finite(value.tolist()) if hasattr(value, "tolist") else value

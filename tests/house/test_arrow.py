@@ -101,7 +101,7 @@ def test_heavy_libraries_are_loaded_when_used():
 # list, tips/ is one
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
              "relaxation", "memory", "law", "laws", "laws/all", "chosen", "model", "sample", "layer", "insertion",
-             "sliding"]  # fmt: skip
+             "sliding", "fit/layered"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle"]  # fmt: skip
 

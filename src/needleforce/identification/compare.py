@@ -2,7 +2,7 @@
 """Models side by side on the same recordings."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -10,23 +10,32 @@ from ..errors import InputError
 from ..recording import Recording
 from .curves import CURVES
 from .deformation_fit import DeformationFit
+from .fit import Fit
 from .identify import assemble
 from .information import criterion, independent_samples
-from .laws_from_log import COMPARED, MODELS, stiffness_law
+from .laws_from_log import COMPARED, LAYERED, MODELS, stiffness_law
 from .single import Single, fit_single
 from .telling import Given
+from .unseen import Unseen, predict_unseen
 
 
 @dataclass(frozen=True)
 class Row:
-    """One model: its loading curve up to the first puncture, and its whole cycle.
+    """One model: its loading curve up to the first puncture, its whole cycle, and the repeats it has not seen.
 
     ``bic`` is summed over the recordings that all models fit, each with a contact depth of its own, with the same
     samples for every model; ``bic_correlated`` is the same where samples that are alike count as one. ``numbers`` are
     those sought in each loading curve, ``wins`` the recordings where no model has a lower BIC, ``residual`` the median
-    rms of the loading curves over their peaks. ``nrmse`` is the residual of the whole cycles (rms / peak), ``left_out``
-    the median over repeats of the error of the model fitted to the others, with their mean contact and puncture depth.
-    NaN where nothing answers, ``left_out`` with fewer than two repeats that do. ``notes`` say which numbers were held.
+    rms of the loading curves over their peaks. ``nrmse`` is the residual of the whole cycles (rms / peak).
+
+    ``left_out`` is the median over repeats of the error over the peak, whole cycle with its hold, of the model fitted
+    to the others, with their mean contact and puncture depths. ``prediction`` is the rms of these errors over that of
+    the mean of the other repeats, the experiment's own repeatability; ``replay`` the same with the repeat's own
+    punctures; ``by_stroke`` the prediction for insertion, hold and withdrawal. ``ties`` says that this
+    model's errors differ from the least by no more than their own noise between repeats, as the first row's do.
+
+    NaN where nothing answers: ``left_out`` with fewer than two repeats, ``prediction`` with fewer than three of the
+    same motion. A layered model has no loading curve of its own. ``notes`` say which numbers were held.
     """
 
     model: str
@@ -38,22 +47,47 @@ class Row:
     wins: int
     residual: float
     notes: tuple[str, ...] = ()
+    prediction: float = np.nan
+    replay: float = np.nan
+    by_stroke: tuple[float, float, float] = (np.nan, np.nan, np.nan)
+    ties: bool = False
+    unseen: Unseen | None = field(default=None, compare=False, repr=False)
 
 
 def compare(recordings: Sequence[Recording], models: Sequence[str] = COMPARED, progress=None) -> tuple[Row, ...]:
-    """Fits each named model to every recording and predicts each repeat from the others; the lowest BIC first.
+    """Fits each named model to every recording and predicts each repeat from the others, from cold.
 
-    ``progress(iterable, text)`` wraps the recordings. Raises InputError for an unknown model or none.
+    First come the models that predict unseen repeats as well as any, by the BIC of their loading curves, then the
+    others by their prediction; with fewer than three repeats the BIC alone ranks. ``progress(iterable, text)`` wraps
+    the work. Raises InputError for an unknown model or none.
     """
     if not models:
-        raise InputError("models", "none", "nothing to compare", next_step=f"Give some of {', '.join(MODELS)}.")
-    laws = {name: stiffness_law(name) for name in models}
-    different = tuple(dict.fromkeys(laws.values()))
+        known = ", ".join((*MODELS, *LAYERED))
+        raise InputError("models", "none", "nothing to compare", next_step=f"Give some of {known}.")
+    laws = {name: None if name in LAYERED else stiffness_law(name) for name in models}
+    different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
     watched = progress(recordings, "comparing") if progress else recordings
     singles = [fit_single(each, different, None) for each in watched]
-    common = [single.loading for single in singles if set(different) <= set(single.fits)]
-    rows = [_row(name, law, singles, common) for name, law in laws.items()]
-    return tuple(sorted(rows, key=lambda row: row.bic))
+    common = [single.loading for single in singles if different and set(different) <= set(single.fits)]
+    return _ranked([_row(name, law, singles, common, progress) for name, law in laws.items()])
+
+
+def _ranked(rows: list[Row]) -> tuple[Row, ...]:
+    """Best first: those that predict unseen repeats as well as any, by the BIC of their loading curve; then the others
+    by their prediction."""
+    best = min(rows, key=lambda row: _last(row.prediction)).unseen
+    tied = {id(row): np.isfinite(row.prediction) and not row.unseen.tells_from(best) for row in rows}
+
+    def place(row: Row) -> tuple:
+        tie = tied[id(row)]
+        return not tie, _last(row.bic) if tie else 0.0, _last(row.prediction), _last(row.bic)
+
+    rows = sorted(rows, key=place)
+    return tuple(replace(row, ties=bool(k > 0 and tied[id(row)])) for k, row in enumerate(rows))
+
+
+def _last(value: float) -> float:
+    return float(np.nan_to_num(value, nan=np.inf))
 
 
 def correlated(loading: dict[str, DeformationFit]) -> dict[str, float]:
@@ -62,33 +96,44 @@ def correlated(loading: dict[str, DeformationFit]) -> dict[str, float]:
     return {law: criterion(fit.noise, len(fit.order), samples) for law, fit in loading.items()}
 
 
-def _row(name: str, law: str, singles: list[Single], common: list[dict[str, DeformationFit]]) -> Row:
-    fit = _identified(singles, law)
-    answering = [single for single, each in zip(singles, fit.recordings) if each.quality is not None]
-    errors = [_left_out(answering, k, law) for k in range(len(answering))] if len(answering) > 1 else []
-    return Row(
+def _row(name: str, law: str | None, singles: list[Single], common: list[dict[str, DeformationFit]], progress) -> Row:
+    fit = _identified(singles, name, law)
+    watch = (lambda work: progress(work, f"leaving out, {name}")) if progress else iter
+    unseen = predict_unseen(singles, lambda others: _identified(others, name, law), watch)
+    errors = unseen.prediction[:, 0][np.isfinite(unseen.prediction[:, 0])]
+    ratios, replayed = (unseen.over_floor(each) for each in (unseen.prediction, unseen.replay))
+    row = Row(
         name,
-        sum(loading[law].bic for loading in common) if common else np.nan,
+        np.nan,
         fit.quality.nrmse if fit.quality else np.nan,
-        float(np.median(errors)) if errors else np.nan,
-        sum(correlated(loading)[law] for loading in common) if common else np.nan,
-        len(CURVES[law].units) + 1,
-        sum(loading[law].bic <= min(each.bic for each in loading.values()) for loading in common),
-        float(np.median([loading[law].nrmse for loading in common])) if common else np.nan,
-        tuple(dict.fromkeys(sentence for loading in common for sentence in loading[law].held)),
+        float(np.median(errors)) if len(errors) else np.nan,
+        np.nan,
+        len(fit.parameters) if law is None else len(CURVES[law].units) + 1,
+        0,
+        np.nan,
+        prediction=float(ratios[0]),
+        replay=float(replayed[0]),
+        by_stroke=tuple(float(ratio) for ratio in ratios[1:]),
+        unseen=unseen,
+    )
+    return row if law is None or not common else _with_loading_curve(row, law, common)
+
+
+def _with_loading_curve(row: Row, law: str, common: list[dict[str, DeformationFit]]) -> Row:
+    return replace(
+        row,
+        bic=sum(loading[law].bic for loading in common),
+        bic_correlated=sum(correlated(loading)[law] for loading in common),
+        wins=sum(loading[law].bic <= min(each.bic for each in loading.values()) for loading in common),
+        residual=float(np.median([loading[law].nrmse for loading in common])),
+        notes=tuple(dict.fromkeys(sentence for loading in common for sentence in loading[law].held)),
     )
 
 
-def _identified(singles: list[Single], law: str):
-    return assemble(Given(None, None, {}), singles, [], law, ())
+def _identified(singles: list[Single], name: str, law: str | None) -> Fit:
+    given = Given(None, None, {})
+    if law is not None:
+        return assemble(given, singles, [], law, ())
+    from .layered.identified import identify_layered
 
-
-def _left_out(answering: list[Single], k: int, law: str) -> float:
-    """Error of the model of the other repeats along the motion of repeat k, over its strokes."""
-    others = _identified(answering[:k] + answering[k + 1 :], law)
-    if others.model is None:
-        return np.nan
-    left = answering[k].recording
-    inside = answering[k].strokes.mask(len(left))
-    residual = (left.force - others.predict(left))[inside]
-    return float(np.sqrt(np.mean(residual**2)) / np.max(np.abs(left.force[inside])))
+    return identify_layered(singles, name, given, None)

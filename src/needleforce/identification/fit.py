@@ -3,9 +3,11 @@
 
 import dataclasses
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
+from .. import core
 from ..errors import InputError
 from ..model import Insertion, Model
 from ..recording import Recording
@@ -48,19 +50,24 @@ class Fit:
     choice: tuple[tuple[str, float], ...] = ()
     settings: dict[str, object] = field(default_factory=dict)
     two_pass: TwoPass | None = None
+    ruptures: Any = None
+    """Of a layered fit: where its layers give way."""
 
     def predict(self, recording: Recording, events: Events | None = None) -> np.ndarray:
         """Force (n,) [N] of the identified model along the motion of ``recording``.
 
-        The puncture is at the mean depth of the fit; with ``events`` (as from ``segment(recording)``) contact and
-        puncture are the recording's own, a replay. Raises InputError for a fit without a model.
+        Punctures are at the mean depths of the fit; with ``events`` (as from ``segment(recording)``) contact and
+        punctures are the recording's own where they were seen, a replay. Raises InputError for a fit without a model.
         """
         model = self._identified()
         contact = self.parameters["contact_depth"].value
+        if self.ruptures is not None:
+            shift, depths = self.ruptures.of(events)
+            return run_model(with_ruptures(model, depths - contact - shift), recording, contact + shift)
         if events is not None and events.contact is not None:
             contact = events.contact.depth
-            if events.punctures:
-                model = with_puncture(model, events.punctures[0].depth - contact)
+        if events is not None and events.punctures:
+            model = with_ruptures(model, [events.punctures[0].depth - contact])
         return run_model(model, recording, contact)
 
     def to_json(self) -> str:
@@ -90,11 +97,13 @@ class Fit:
         return self.model
 
 
-def with_puncture(model: Model, depth: float) -> Model:
-    """The model with its puncture at another depth [m]."""
-    from .. import core
-
-    return dataclasses.replace(model, puncture=core.laws.PunctureDepth(max(depth, 0.0)))
+def with_ruptures(model: Model, depths) -> Model:
+    """The model whose layers, from the surface down, give way at ``depths`` [m] below the undeformed surface."""
+    first, *others = (
+        core.laws.PunctureDepth(max(float(depth) - layer.top, 0.0)) for depth, layer in zip(depths, model.layers)
+    )
+    deeper = [dataclasses.replace(layer, puncture=law) for layer, law in zip(model.deeper, others)]
+    return dataclasses.replace(model, puncture=first, deeper=tuple(deeper))
 
 
 def run_model(model: Model, recording: Recording, contact_depth: float) -> np.ndarray:

@@ -13,10 +13,10 @@ from .bench_tests import needle_estimate, tissue_estimate
 from .derived import derived
 from .estimates import Estimate, estimates_of
 from .fit import Fit
-from .laws_from_log import MECHANICAL, model_of, needle_saturation, stiffness_law
+from .laws_from_log import LAYERED, MECHANICAL, model_of, needle_saturation, stiffness_law
 from .peak import measured_peak
 from .pooling import mean_estimate, pool
-from .single import Single, fit_single
+from .single import Single, fit_single, seen
 from .subtraction import Pair, subtract
 from .swing import swing
 from .telling import Given, held_fixed, pooled_quality, recording_fit, settings, unknown, warnings_of
@@ -35,16 +35,18 @@ def identify(
     needle=None,
     bending=None,
     tension=None,
+    layers: int | None = None,
     progress: Progress | None = None,
 ) -> Fit:
     """Identifies one condition from one recording or from several repeats of it. No starting values.
 
     ``second_pass`` holds, in the same order, the second insertion at each site, None where there is none: friction then
-    comes from it and cutting from the subtraction, as in the paper. ``model`` is a name that ``MODELS`` lists; None
-    takes ``paper`` or ``cone_cylinder``, whichever has loading curves of lower BIC: the two from which a modulus
-    follows. With ``needle`` (and its tip) it is told. ``bending`` and ``tension`` are CSV tables of the paper's two
-    bench tests: the needle's modulus (needs ``needle``) and the tissue's. ``progress(iterable, text)`` wraps the work
-    over recordings.
+    comes from it and cutting from the subtraction, as in the paper. ``model`` is a name that ``MODELS`` or ``LAYERED``
+    lists; None takes ``paper`` or ``cone_cylinder``, whichever has loading curves of lower BIC: the two from which a
+    modulus follows. ``layered`` (passive) and ``layered_as_fitted`` are fitted to whole cycles, with as many
+    ``layers``, up to three, as the recordings ask for, unless a number is given. With ``needle`` (and its tip) it is
+    told. ``bending`` and ``tension`` are CSV tables of the paper's two bench tests: the needle's modulus (needs
+    ``needle``) and the tissue's. ``progress(iterable, text)`` wraps the work over recordings.
 
     A recording that cannot answer is kept with its status and does not stop the rest. Raises InputError for an unknown
     model or second passes that do not pair with the recordings.
@@ -56,6 +58,10 @@ def identify(
     bench = _bench(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
+    if model in LAYERED:
+        return _layered(recordings, seconds, model, Given(needle, None, bench), layers, progress)
+    if layers not in (None, 1):
+        raise InputError("layers", layers, f"the model {model or 'paper'} has one", next_step="Give model='layered'.")
     laws = tuple(stiffness_law(name) for name in (MECHANICAL if model is None else (model,)))
     saturation = needle_saturation(needle)
     watched = progress(recordings, "identifying") if progress else recordings
@@ -63,6 +69,20 @@ def identify(
     choice = _choice(singles, laws)
     law = choice[0][0] if choice else laws[0]
     return assemble(Given(needle, saturation, bench), singles, seconds, law, choice)
+
+
+def _layered(recordings: list, seconds: list, model: str, given: Given, layers, progress: Progress | None) -> Fit:
+    """The layered law, which loads an optimiser that others do not need."""
+    from .layered.identified import MOST_LAYERS, identify_layered
+
+    if seconds:
+        step = "Leave the model away: friction and cutting then come from the second passes."
+        raise InputError("second passes", len(seconds), f"the model {model} does not take them", next_step=step)
+    if layers is not None and layers not in range(1, MOST_LAYERS + 1):
+        raise InputError("layers", layers, f"not a whole number from 1 to {MOST_LAYERS}")
+    watched = progress(recordings, "segmenting") if progress else recordings
+    singles = [seen(each) for each in watched]
+    return identify_layered(singles, model, given, layers, progress)
 
 
 def assemble(given: Given, singles: list[Single], seconds: list, law: str, choice: tuple) -> Fit:

@@ -19,6 +19,8 @@ MODELS = {
     "simone": "polynomial",
     "maurin": "exponential",
 }
+LAYERED = {"layered": True, "layered_as_fitted": False}
+"""Name of the model -> whether it is the passive form."""
 MECHANICAL = ("paper", "cone_cylinder")
 """What ``identify`` chooses from unasked: a modulus, and so another tip or tissue, follows from these alone."""
 COMPARED = ("paper", "cone_cylinder", "power_law", "okamura", "maurin")
@@ -30,9 +32,8 @@ LEAST_PRESLIDING = 1e-6  # [m]; shorter than any recorded depth tells
 def stiffness_law(name: str) -> str:
     """The stiffness law of a model's name."""
     if name not in MODELS:
-        raise InputError(
-            "model", repr(name), "not one that can be identified", next_step=f"Give one of {', '.join(MODELS)}."
-        )
+        known = ", ".join((*MODELS, *LAYERED))
+        raise InputError("model", repr(name), "not one that can be identified", next_step=f"Give one of {known}.")
     return MODELS[name]
 
 

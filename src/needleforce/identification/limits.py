@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Limits that a recording crosses and its one-layer model does not know, said in plain words."""
+"""Limits that a recording crosses and its model does not know, said in plain words."""
 
 import numpy as np
 
@@ -14,9 +14,10 @@ SMEARED = 0.02  # of the indentation, travelled within the filter's length
 LEAST_HOLD = 1.0  # [s]; what is shorter is the turn between the strokes
 
 
-def crossed(single: Single) -> list[str]:
-    """Every limit that one recording crosses."""
-    said = [_layers(single.events), _relaxation(single), _lateral(single), _deep(single), _smeared(single)]
+def crossed(single: Single, one_layer: bool = True) -> list[str]:
+    """Every limit that one recording crosses; a layered model knows layers and relaxation."""
+    said = [_lateral(single), _deep(single), _smeared(single)]
+    said += [_layers(single.events), _relaxation(single)] if one_layer else []
     return [sentence for sentence in said if sentence]
 
 

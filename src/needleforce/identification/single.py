@@ -46,17 +46,24 @@ class Single:
     loading: dict[str, DeformationFit] = field(default_factory=dict)
 
 
-def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> Single:
-    """Segments and fits one recording with each stiffness law. Never raises: what went wrong is in status and notes."""
+def seen(recording: Recording) -> Single:
+    """One recording segmented and not fitted. Never raises: what is wrong is in status and notes."""
     impossible = _impossible(recording)
     events = Events(status=Status.unreadable, notes=(impossible,)) if impossible else segment(recording)
     if events.status is Status.unreadable:
         nothing = Strokes(*4 * (np.empty(0),), slice(0, 0), slice(0, 0), None)
         return Single(recording, events, nothing, Status.unreadable, events.notes)
-    strokes = strokes_of(recording, events)
-    if not events.punctures:
-        status = Status.no_puncture if events.status is Status.ok else events.status
-        return Single(recording, events, strokes, status, events.notes)
+    pierced = events.punctures or events.status is not Status.ok
+    status = events.status if pierced else Status.no_puncture
+    return Single(recording, events, strokes_of(recording, events), status, events.notes)
+
+
+def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> Single:
+    """Segments and fits one recording with each stiffness law. Never raises: what went wrong is in status and notes."""
+    unfitted = seen(recording)
+    if not unfitted.events.punctures:
+        return unfitted
+    events, strokes = unfitted.events, unfitted.strokes
     fits, loading, notes = {}, {}, list(events.notes)
     given = saturation, recording.card.filter_length
     complete = functools.cache(lambda law: _complete(_first_layer(strokes, events), events, law, *given))

@@ -38,11 +38,12 @@ def recording_fit(single: Single, own: dict[str, Estimate], law: str, needle, re
         return dataclasses.replace(base, notes=(*notes, f"These values make no model: {error}"))
     predicted = run_model(model, single.recording, own["contact_depth"].value)
     inside = single.strokes.mask(len(predicted))
-    quality = _quality(single.recording.force[inside], predicted[inside])
-    return dataclasses.replace(base, predicted=predicted, quality=quality)
+    told = quality(single.recording.force[inside], predicted[inside])
+    return dataclasses.replace(base, predicted=predicted, quality=told)
 
 
-def _quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
+def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
+    """Residual of the force predicted beside the one measured, (n,) [N] each."""
     residual = float(np.mean((force - predicted) ** 2))
     rmse = float(np.sqrt(residual))
     return Quality(rmse, rmse / float(np.max(np.abs(force))), 1.0 - residual / float(np.var(force)))
@@ -57,9 +58,9 @@ def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
     return Quality(rmse, nrmse, float(np.mean([q.r2 for q in known])))
 
 
-def warnings_of(singles: list[Single], model) -> tuple[str, ...]:
-    """Limits crossed by any recording or by the model, each once."""
-    found = [sentence for single in singles for sentence in crossed(single)]
+def warnings_of(singles: list[Single], model, one_layer: bool = True) -> tuple[str, ...]:
+    """Limits crossed by any recording or by the model, each once; some hold for a model of one layer alone."""
+    found = [sentence for single in singles for sentence in crossed(single, one_layer)]
     found += [] if model is None else list(model.warnings)
     return tuple(dict.fromkeys(found))
 

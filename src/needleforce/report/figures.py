@@ -3,6 +3,7 @@
 
 import numpy as np
 
+from ..model import Insertion
 from .canvas import INK, MEASURED, MEDIUM, MODEL, QUIET, SECOND, SLATE, TEXT, THICK, THIN, TINTS, axis_names, panels
 from .curves import columns_for, envelope, loading
 from .labels import Labels
@@ -53,6 +54,11 @@ def over_depth(figure, sheet, drawn, chosen) -> None:
     _name_strokes(axes, labels, chosen)
 
 
+def _loading_force(model, depth: np.ndarray) -> np.ndarray:
+    """Force [N] of the first loading at depths (n,) [m], so fast that nothing relaxes."""
+    return Insertion(model, max_speed=np.inf).run(depth, None, np.full(len(depth), 1e-3))["force"]
+
+
 def before_puncture(figure, sheet, drawn, model) -> None:
     """The stiffness force up to the puncture over indentation: every repeat against the identified law (fig. 4)."""
     axes = panels(figure, sheet)[0, 0]
@@ -63,7 +69,7 @@ def before_puncture(figure, sheet, drawn, model) -> None:
         curves.append(line(axes, one.indentation[part], one.measured[part], columns, **repeat_style(one, len(drawn))))
     if model is not None:
         depth = np.linspace(0.0, model.puncture_depth * (1.0 - 1e-9), 80)
-        curves.append(line(axes, 1e3 * depth, model.force(depth), 80, color=MODEL, lw=THICK))
+        curves.append(line(axes, 1e3 * depth, _loading_force(model, depth), 80, color=MODEL, lw=THICK))
     peaks = np.array([one.puncture for one in drawn if one.puncture is not None])
     if len(peaks):
         axes.plot(*peaks.T, "o", mfc="white", mec=INK, ms=4, mew=0.9)

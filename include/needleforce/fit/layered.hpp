@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// The layered law for identification: the engine itself, run along a recorded motion for many sets of
+// numbers.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <span>
+
+#include "../insertion.hpp"
+
+namespace needleforce::fit {
+
+/// Numbers of one layer, as a log tells them; depths in the recording's own zero.
+struct LayerNumbers {
+  double coefficient;      ///< c [N/m^2], force c h^2 before the contact saturates
+  double saturation;       ///< h_s [m]
+  double top;              ///< z_0 [m]
+  double puncture;         ///< z_1 [m]
+  double per_length;       ///< f' [N/m]
+  double stiffness;        ///< k_t [N/m]
+  double rupture_length;   ///< delta [m]
+  double resting_surface;  ///< z_r - z_0 [m]
+};
+
+/// Shares and time constants [s] of relaxation, the same in every layer.
+struct RelaxationNumbers {
+  double share_1, time_1, share_2, time_2;
+};
+
+/// c and h_s alone set the force; they stand here for a cone of 45 degrees, whose tangent is 1.
+inline laws::ConeCylinder contact_of(const LayerNumbers& layer) noexcept {
+  constexpr double half = 0.5 * std::numbers::pi;
+  return {half * layer.coefficient, 0.5 * half, layer.saturation / half};
+}
+
+template <class Friction, class Relaxation>
+Model laws_of(const LayerNumbers& layer, const RelaxationNumbers& fading) noexcept {
+  return {contact_of(layer), laws::PunctureDepth{layer.puncture - layer.top},
+          Friction{layer.per_length, layer.stiffness, layer.rupture_length, layer.resting_surface},
+          laws::NoCutting{}, Relaxation{fading.share_1, fading.time_1, fading.share_2, fading.time_2}};
+}
+
+/// Force (n,) [N] of one layer at `depth` [m] after steps of `dt` [s]; NaN throughout where the engine
+/// refuses the numbers. Layers of dragged tissue add up, so that a stack is the sum of its layers. `passive`
+/// chooses the form that returns no energy, else the one fitted to recordings.
+inline void layer_force(const LayerNumbers& layer, const RelaxationNumbers& fading, bool passive,
+                        std::span<const double> depth, std::span<const double> dt, double* force) noexcept {
+  const Model laws = passive ? laws_of<laws::DraggedTissuePassive, laws::Prony>(layer, fading)
+                             : laws_of<laws::DraggedTissueAsFitted, laws::PronyAtRest>(layer, fading);
+  Insertion insertion(laws, {.max_speed = std::numeric_limits<double>::infinity()});
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    const Sample sample = insertion.step(depth[i] - layer.top, no_velocity, dt[i]);
+    const bool answered = sample.status == Status::ok || sample.status == Status::outside_range;
+    force[i] = answered ? sample.force : std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+}  // namespace needleforce::fit

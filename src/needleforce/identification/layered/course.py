@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One recording's cycle as the fit takes it: means over short stretches of travel and of the hold."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...recording import Recording
+from ...segmentation import Events
+from ..span import cycle_span
+from ..strokes import strokes_of, undelayed_depth
+
+COARSE, FINE = 125, 2000
+"""Bins of a stroke: 0.2 mm of a stroke of 25 mm to search in, and so short to end in that the force along the samples
+themselves is no other."""
+HOLD_BINS = 24  # their edges lie as the squares of whole numbers: what relaxes is fastest at first
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Bins (m,) of insertion, hold and withdrawal: mean depth [m], force [N], step of time [s], samples in each.
+
+    ``stroke`` is 0, 1, 2 for insertion, hold, withdrawal. ``contact`` and ``punctures`` are depths [m] seen in the
+    force, all in the recording's own zero; ``speed`` [m/s] is the insertion's, ``rest`` [s] the length of the hold.
+    """
+
+    depth: np.ndarray
+    force: np.ndarray
+    dt: np.ndarray
+    count: np.ndarray
+    stroke: np.ndarray
+    contact: float
+    punctures: tuple[float, ...]
+    speed: float
+    rest: float
+
+    @property
+    def peak(self) -> float:
+        """Largest force [N]."""
+        return float(np.abs(self.force).max())
+
+    @property
+    def deepest(self) -> float:
+        """Largest depth [m]."""
+        return float(self.depth.max())
+
+    @property
+    def weight(self) -> np.ndarray:
+        """By which a residual in N becomes one whose squares sum to the mean square over the peak squared."""
+        return np.sqrt(self.count / self.count.sum()) / self.peak
+
+
+def course_of(recording: Recording, events: Events, bins: int) -> Course:
+    """The first insertion that touches, with its hold and withdrawal where there are any; needs a contact."""
+    span, stroke = cycle_span(strokes_of(recording, events), events)
+    time, depth, force = recording.time[span], undelayed_depth(recording)[span], recording.force[span]
+    index = _bins(time, depth, stroke, bins)
+    count = np.bincount(index)
+    mean = lambda values: np.bincount(index, values) / count  # noqa: E731
+    middle, step = mean(time - time[0]), float(np.median(np.diff(time)))
+    moving = time[stroke == 0]
+    return Course(
+        mean(depth),
+        mean(force),
+        np.diff(middle, prepend=middle[0] - step),
+        count,
+        np.rint(mean(stroke)).astype(np.int64),
+        events.contact.depth,
+        tuple(puncture.depth for puncture in events.punctures),
+        float(np.ptp(depth[stroke == 0]) / max(moving[-1] - moving[0], step)),
+        float(np.ptp(time[stroke == 1])) if (stroke == 1).any() else 0.0,
+    )
+
+
+def _bins(time: np.ndarray, depth: np.ndarray, stroke: np.ndarray, bins: int) -> np.ndarray:
+    """The bin (n,) of every sample, counted without gaps: by the farthest travel of a stroke, by time in the hold."""
+    width = float(np.ptp(depth)) / bins
+    place = np.zeros(len(time), dtype=np.int64)
+    for k in range(3):
+        here = stroke == k
+        if not here.any():
+            continue
+        if k == 1:
+            since = time[here] - time[here][0]
+            place[here] = HOLD_BINS * np.sqrt(since / max(since[-1], 1e-9))
+        else:
+            travel = np.maximum.accumulate((depth[here] - depth[here][0]) * (1 - k))
+            place[here] = travel / width
+    return np.cumsum(np.diff(place + (bins + HOLD_BINS + 2) * stroke, prepend=0) != 0)

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How many layers, and which mechanisms, the recordings ask for."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..covariance import noise_of
+from ..pooling import student
+from .course import Course
+from .search import Solved, again
+from .unknowns import BARE, NO_FADING, PER_LAYER, RUPTURE, SATURATION, SHARP, Unknowns
+
+MECHANISMS = {
+    "sharp rupture": (RUPTURE, SHARP),
+    "no saturation": (SATURATION, BARE),
+    "no relaxation": (None, NO_FADING),
+}
+"""What can be left away: its place in a layer, None for what the layers share, and the value that takes it away."""
+DECISIVE = 10.0
+ENOUGH = 3  # repeats to judge by those left out
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """One choice of layers and mechanisms: ``numbers`` sought in all, ``residual`` rms over the peak.
+
+    ``bic`` is Schwarz's criterion over the whole cycles, neighbours that are alike counting as one; ``left_out`` the
+    rms error over the peak on each repeat (n,) predicted from the others, empty with fewer than three.
+    """
+
+    name: str
+    solved: Solved
+    numbers: int
+    residual: float
+    bic: float
+    left_out: np.ndarray
+
+    @property
+    def error(self) -> float:
+        """Rms over the repeats left out; NaN without."""
+        return float(np.sqrt(np.mean(self.left_out**2))) if len(self.left_out) else float("nan")
+
+
+def candidate(name: str, solved: Solved) -> Candidate:
+    """What speaks for one fit; its criterion is set by ``with_bic``, which knows the others."""
+    count = len(solved.problem.courses)
+    runs = range(count) if count >= ENOUGH else ()
+    errors = [prediction_error(left_out(solved, run), solved.problem.courses[run]) for run in runs]
+    numbers = len(solved.problem.unknowns.free)
+    return Candidate(name, solved, numbers, solved.residual, float("nan"), np.array(errors))
+
+
+def left_out(solved: Solved, run: int) -> Solved:
+    """The fit to the other repeats, from where all of them end."""
+    unknowns, courses = solved.problem.unknowns, solved.problem.courses
+    punctures = np.delete(unknowns.punctures(solved.x), run, axis=0).ravel()
+    x = np.concatenate([solved.x[: unknowns.shared], punctures])
+    return again(solved, x, courses=courses[:run] + courses[run + 1 :], unknowns=fewer(unknowns))
+
+
+def fewer(unknowns: Unknowns) -> Unknowns:
+    """The layout with one run less."""
+    return replace(unknowns, runs=unknowns.runs - 1)
+
+
+def prediction_error(solved: Solved, course: Course) -> float:
+    """Rms error over the peak on a course not fitted, with the mean puncture depths."""
+    punctures = solved.problem.unknowns.punctures(solved.x).mean(axis=0)
+    return float(np.sqrt(solved.problem.squares(course, solved.x[None], punctures[None])[0]))
+
+
+def with_bic(candidates: list[Candidate]) -> list[Candidate]:
+    """The same with their criteria, on the same number of independent samples: those of the best fit's residual."""
+    least = min(candidates, key=lambda each: each.residual)
+    samples = sum(_independent(least.solved, run) for run in range(len(least.solved.problem.courses)))
+    return [
+        replace(each, bic=samples * np.log(each.residual**2) + each.numbers * np.log(samples)) for each in candidates
+    ]
+
+
+def _independent(solved: Solved, run: int) -> float:
+    noise = noise_of(solved.problem.residuals(run, solved.x), len(solved.problem.courses[run].depth))
+    return max(noise.count * noise.variance / noise.long_run, 2.0) if noise.long_run > 0.0 else float(noise.count)
+
+
+def chosen(candidates: list[Candidate]) -> Candidate:
+    """The one that predicts the repeats left out best, or with fewer than three repeats that of the least BIC."""
+    if all(len(each.left_out) for each in candidates):
+        return min(candidates, key=lambda each: each.error)
+    return min(candidates, key=lambda each: each.bic)
+
+
+def ties(one: Candidate, other: Candidate) -> bool:
+    """True if the squared errors on the repeats left out do not differ, by Student's t; without them, if the criteria
+    differ by less than 10."""
+    if not (len(one.left_out) and len(other.left_out)):
+        return abs(one.bic - other.bic) < DECISIVE
+    difference = one.left_out**2 - other.left_out**2
+    error = difference.std(ddof=1) / np.sqrt(len(difference))
+    return bool(abs(difference.mean()) <= student(len(difference)) * error)
+
+
+def simpler(solved: Solved) -> Iterator[tuple[str, Solved]]:
+    """The same layers with one mechanism taken away at a time."""
+    unknowns = solved.problem.unknowns
+    first = PER_LAYER * np.arange(unknowns.layers)
+    fading = PER_LAYER * unknowns.layers
+    for name, (place, value) in MECHANISMS.items():
+        places = [fading] if place is None else list(first + place)
+        x, held = solved.x.copy(), frozenset(places if place is not None else (fading, fading + 1))
+        x[places] = value
+        yield name, again(solved, x, unknowns=replace(unknowns, held=held))

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""From repeats to an identified layered model."""
+
+from collections.abc import Callable, Iterable, Iterator
+
+import numpy as np
+
+from ...errors import InputError
+from ...model import Model
+from ...vocabulary import Status
+from ..estimates import Estimate
+from ..fit import Fit, RecordingFit, run_model
+from ..laws_from_log import LAYERED
+from ..single import Single
+from ..span import cycle_span
+from ..telling import Given, pooled_quality, quality, settings, warnings_of
+from . import words
+from .course import COARSE, FINE, course_of
+from .evidence import MECHANISMS, Candidate, candidate, chosen, simpler, with_bic
+from .numbers import estimates
+from .outcome import model_of
+from .ruptures import Ruptures, own_ruptures, ruptures
+from .search import Solved, grow, made_passive, refined
+from .unknowns import MM, TOP
+
+MOST_LAYERS = 3
+
+
+def identify_layered(
+    singles: list[Single], name: str, given: Given, layers: int | None, progress: Callable | None = None
+) -> Fit:
+    """The layered law from recordings that are segmented; ``layers`` fixes their number, None asks the evidence.
+
+    ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and take no part; one
+    that never punctures takes part where others do.
+    """
+    usable = [single for single in singles if single.events.contact is not None]
+    pierced = any(single.events.punctures for single in usable)
+    if not pierced:
+        return _without_model(singles, given, name)
+    coarse, fine = (tuple(course_of(s.recording, s.events, bins) for s in usable) for bins in (COARSE, FINE))
+    solved = list(_watched(grow(coarse, layers or MOST_LAYERS), layers or MOST_LAYERS, progress, "layer by layer"))
+    tried, best = _evidence(solved[-1:] if layers else solved, LAYERED[name], progress)
+    ended = next(_watched((refined(best.solved, fine) for _ in range(1)), 1, progress, "in short steps"))
+    found, parameters = ruptures(ended), estimates(ended)
+    model, trouble = _model(ended, found, given, usable)
+    runs = {id(single): k for k, single in enumerate(usable)}
+    recordings = tuple(_recording(single, runs.get(id(single)), ended, given) for single in singles)
+    return Fit(
+        recordings,
+        parameters,
+        model,
+        pooled_quality(recordings),
+        (*warnings_of(singles, model, one_layer=False), *trouble, *words.warnings(ended, recordings)),
+        words.held_fixed(ended),
+        words.unknown(ended, parameters),
+        tuple((each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
+        settings("cone_cylinder", given.needle, singles) | words.settings(best, tried),
+        ruptures=found,
+    )
+
+
+def _watched(work: Iterable, count: int, progress: Callable | None, text: str) -> Iterator:
+    """Work that is done as it is asked for, behind a bar that knows its count."""
+    items = iter(work)
+    for _ in progress(range(count), text) if progress else range(count):
+        yield next(items)
+
+
+def _evidence(solved: list[Solved], passive: bool, progress) -> tuple[list[Candidate], Candidate]:
+    """Every candidate, and the one taken: first the number of layers, then what can be left away."""
+    named = (candidate(words.layers(each), made_passive(each) if passive else each) for each in solved)
+    tried = list(_watched(named, len(solved), progress, "leaving repeats out"))
+    best = chosen(with_bic(tried))
+    less = (candidate(f"{best.name}, {what}", each) for what, each in simpler(best.solved))
+    tried = with_bic(tried + list(_watched(less, len(MECHANISMS), progress, "leaving mechanisms out")))
+    return tried, chosen(tried)
+
+
+def _model(solved: Solved, found: Ruptures, given: Given, usable: list[Single]) -> tuple[Model | None, tuple[str, ...]]:
+    """The model at the mean ruptures, or None and why."""
+    sources = ", ".join(single.recording.card.source for single in usable[:3]) + (" ..." if len(usable) > 3 else "")
+    try:
+        return model_of(solved, found.depth, given.needle, f"identified by needleforce from {sources}"), ()
+    except InputError as error:
+        return None, (f"The identified values make no model: {error}",)
+
+
+def _recording(single: Single, run: int | None, solved: Solved, given: Given) -> RecordingFit:
+    """One recording's outcome with its own ruptures along its own motion."""
+    notes = single.notes + tuple(note.message for note in single.recording.notes)
+    base = RecordingFit(single.recording.card.source, single.status, single.recording, single.events, notes=notes)
+    if run is None:
+        return base
+    own: dict[str, Estimate] = own_ruptures(solved, run)
+    punctures = np.array([estimate.value for estimate in own.values()])
+    try:
+        model = model_of(solved, punctures, given.needle)
+    except InputError as error:
+        return RecordingFit(base.file, base.status, base.recording, base.events, own, notes=(*notes, str(error)))
+    surface = MM * float(solved.x[TOP])
+    predicted = run_model(model, single.recording, surface)
+    cycle, _ = cycle_span(single.strokes, single.events)
+    told = quality(single.recording.force[cycle], predicted[cycle])
+    return RecordingFit(
+        base.file, base.status, base.recording, base.events, own, quality=told, predicted=predicted, notes=notes
+    )
+
+
+def _without_model(singles: list[Single], given: Given, name: str) -> Fit:
+    recordings = tuple(_recording(single, None, None, given) for single in singles)  # type: ignore[arg-type]
+    said = f"The model {name} needs a puncture in one recording at least."
+    told = tuple(
+        RecordingFit(each.file, each.status, each.recording, each.events, notes=(*each.notes, said))
+        if each.status is Status.no_puncture
+        else each
+        for each in recordings
+    )
+    return Fit(told, {}, None, None, warnings_of(singles, None), settings=settings("cone_cylinder", None, singles))

@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Residuals of the layered law over several repeats, and least squares on them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ... import core
+from .course import Course
+from .descent import descend
+from .unknowns import DIMPLE, MM, PER_LAYER, TOP, Unknowns
+
+RIDGE = 3e-4  # residual per mm that a puncture lies off the mean: for layers that a run does not reach
+ABOVE = 0.5  # [mm]
+ROUNDS, GAIN = 3, 1e-3
+NEARBY = np.append(np.arange(-1.0, 1.01, 0.1), 0.0)  # [mm]
+REFUSED = 1e3  # times the peak: the core refuses these numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """The law in ``unknowns`` beside the ``courses`` of the repeats; ``passive`` says in which of its two forms."""
+
+    courses: tuple[Course, ...]
+    unknowns: Unknowns
+    passive: bool
+
+    def by_layer(self, course: Course, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
+        """Forces (k, layers, m) [N] of every layer along a course for vectors (k, shared or more) and punctures
+        (k, layers) [mm]; they add up."""
+        rows = self.unknowns.rows(xs, punctures)
+        forces = core.layer_forces(rows.reshape(-1, rows.shape[-1]), self.passive, course.depth, course.dt)
+        return forces.reshape(*rows.shape[:2], -1)
+
+    def along(self, course: Course, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
+        """Their sum (k, m) [N]."""
+        return self.by_layer(course, xs, punctures).sum(axis=1)
+
+    def residuals(self, run: int, x: np.ndarray) -> np.ndarray:
+        """Model minus measured force over the peak, weighted, (m,)."""
+        course = self.courses[run]
+        found = (self.along(course, x[None], self.unknowns.punctures(x)[run][None])[0] - course.force) * course.weight
+        return np.nan_to_num(found, nan=REFUSED)
+
+    def cost(self, x: np.ndarray) -> float:
+        """Half the sum of squares of all residuals, and of the punctures' distances from their mean."""
+        own = [self.residuals(run, x) for run in range(len(self.courses))]
+        punctures = self.unknowns.punctures(x)
+        apart = RIDGE * (punctures - punctures.mean(axis=0)).ravel()
+        return 0.5 * float(sum(each @ each for each in own) + apart @ apart)
+
+    def jacobian(self, run: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Places in x that one run's residuals feel (k,), and their differences by them (m, k).
+
+        A number of one layer moves the force of that layer alone, which saves running the others.
+        """
+        course, unknowns = self.courses[run], self.unknowns
+        places, steps = unknowns.run_places(run), unknowns.steps()
+        xs = x + steps * np.eye(unknowns.size)[places]
+        punctures = xs[:, unknowns.punctures_of(run)]
+        touched = np.array([unknowns.touches(place) for place in places])
+        base = self.by_layer(course, x[None], x[None, unknowns.punctures_of(run)])[0]
+        rows = unknowns.rows(xs, punctures)[touched]
+        changes = core.layer_forces(rows, self.passive, course.depth, course.dt) - base[np.nonzero(touched)[1]]
+        slopes = np.add.reduceat(changes, np.concatenate([[0], touched.sum(axis=1).cumsum()[:-1]]), axis=0)
+        return places, (np.nan_to_num(slopes / steps[places, None]) * course.weight).T
+
+    def equations(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """J'J (size, size) and J'r (size,) of the cost."""
+        gram, slope = np.zeros((len(x), len(x))), np.zeros(len(x))
+        for run in range(len(self.courses)):
+            places, jacobian = self.jacobian(run, x)
+            gram[np.ix_(places, places)] += jacobian.T @ jacobian
+            slope[places] += jacobian.T @ self.residuals(run, x)
+        unknowns = self.unknowns
+        centred = np.eye(unknowns.runs) - 1.0 / unknowns.runs
+        gram[unknowns.shared :, unknowns.shared :] += RIDGE**2 * np.kron(centred, np.eye(unknowns.layers))
+        punctures = unknowns.punctures(x)
+        slope[unknowns.shared :] += RIDGE**2 * (punctures - punctures.mean(axis=0)).ravel()
+        return gram, slope
+
+    def solve(self, x: np.ndarray, most: int) -> tuple[np.ndarray, float]:
+        """Least squares from x in at most ``most`` steps: the vector, and half the sum of squares."""
+        free, whole = self.unknowns.free, x.copy()
+        low, high = self.bounds()
+
+        def filled(part: np.ndarray) -> np.ndarray:
+            whole[free] = part
+            return whole
+
+        def equations(part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            gram, slope = self.equations(filled(part))
+            return gram[np.ix_(free, free)], slope[free]
+
+        found, cost = descend(x[free], lambda part: self.cost(filled(part)), equations, (low[free], high[free]), most)
+        return filled(found).copy(), cost
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest x (size,): no layer begins far above the contact that is seen."""
+        low, high = self.unknowns.bounds()
+        tops = PER_LAYER * np.arange(self.unknowns.layers) + TOP
+        low[tops] = min(course.contact for course in self.courses) / MM - ABOVE
+        return low, high
+
+    def settled(self, x: np.ndarray, most: int) -> tuple[np.ndarray, float]:
+        """``solve`` and scans of what jumps, in turn, as long as they gain."""
+        x, cost = self.solve(x, most)
+        for _ in range(ROUNDS):
+            tried, found = self.solve(self._scanned_dimples(self._scanned_punctures(x)), most)
+            gain, x, cost = cost - found, *((tried, found) if found < cost else (x, cost))
+            if gain < GAIN * cost:
+                break
+        return x, cost
+
+    def _scanned_punctures(self, x: np.ndarray) -> np.ndarray:
+        """x with every run's punctures, one by one, at the best of many places: the force jumps there."""
+        x = x.copy()
+        for run, course in enumerate(self.courses):
+            own = x[self.unknowns.punctures_of(run)]
+            for layer in range(self.unknowns.layers):
+                places = np.append(_places(course), own[layer])
+                tried = np.tile(own, (len(places), 1))
+                tried[:, layer] = places
+                own[layer] = places[int(np.argmin(self.squares(course, np.tile(x, (len(places), 1)), tried)))]
+        return x
+
+    def _scanned_dimples(self, x: np.ndarray) -> np.ndarray:
+        """x with every layer's resting surface at the best of many places: there it lets go at once."""
+        x = x.copy()
+        for layer in range(self.unknowns.layers):
+            place = PER_LAYER * layer + DIMPLE
+            tried = np.tile(x, (len(NEARBY), 1))
+            tried[:, place] += NEARBY
+            squares = sum(
+                self.squares(course, tried, tried[:, self.unknowns.punctures_of(run)])
+                for run, course in enumerate(self.courses)
+            )
+            x[place] = tried[int(np.argmin(squares)), place]
+        return x
+
+    def squares(self, course: Course, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
+        """Sums of squares (k,) of the residual over the peak along a course."""
+        found = (((self.along(course, xs, punctures) - course.force) * course.weight) ** 2).sum(axis=1)
+        return np.nan_to_num(found, nan=REFUSED)
+
+
+def _places(course: Course, step: float = 0.2) -> np.ndarray:
+    """Depths [mm] at which a layer may give way."""
+    return np.arange(course.contact / MM + step, course.deepest / MM + 2.0 * step, step)

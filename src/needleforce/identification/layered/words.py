@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a layered fit says beside its numbers."""
+
+import numpy as np
+
+from ..estimates import Estimate
+from ..fit import RecordingFit
+from .evidence import ENOUGH, Candidate, ties
+from .numbers import prefix
+from .search import Solved
+from .unknowns import MM, NO_FADING, PER_LAYER
+
+ODD = 2.0  # times the median residual
+FAST = 1.3  # ratio of speeds
+
+
+def layers(solved: Solved) -> str:
+    """How many layers, in words."""
+    count = solved.problem.unknowns.layers
+    return f"{count} layer" + ("s" if count > 1 else "")
+
+
+def warnings(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[str, ...]:
+    """What a reader should know before believing the numbers."""
+    courses = solved.problem.courses
+    said = []
+    if len(courses) < ENOUGH:
+        said.append(
+            f"{len(courses)} recordings cannot tell the scatter between repeats: the intervals hold the noise within "
+            "runs alone; give three or more."
+        )
+    speeds = [course.speed for course in courses]
+    if max(speeds) > FAST * min(speeds):
+        low, high = 1e3 * min(speeds), 1e3 * max(speeds)
+        said.append(f"The speeds differ, {low:.3g} to {high:.3g} mm/s: their common numbers are a mean over them.")
+    residuals = {each.file: each.quality.nrmse for each in recordings if each.quality is not None}
+    middle = float(np.median(list(residuals.values()))) if residuals else 0.0
+    for file, residual in residuals.items():
+        if residual > ODD * middle and len(residuals) > 2:
+            said.append(
+                f"{file}: its residual is {100 * residual:.0f} % of its peak, the others' median {100 * middle:.0f} %: "
+                "is it a repeat of the same condition?"
+            )
+    return tuple(said)
+
+
+def held_fixed(solved: Solved) -> tuple[str, ...]:
+    """What was taken and not identified."""
+    times, unknowns = solved.problem.unknowns.times, solved.problem.unknowns
+    said = ["embedded length: counted from the moving surface; with it a separate cutting force tends to zero"]
+    if solved.x[PER_LAYER * unknowns.layers] > NO_FADING:
+        said.append(f"time constants of relaxation: {times[0]:.2g} s and {times[1]:.2g} s, by the length of the hold")
+    return tuple(said)
+
+
+def unknown(solved: Solved, parameters: dict[str, Estimate]) -> tuple[str, ...]:
+    """What these logs cannot tell."""
+    said = [
+        "Moduli and Poisson ratio of the tissue: a log tells the contact's stiffness; a modulus needs the tip.",
+        "Stiffness coefficient, saturation depth and contact depth one by one: they are known together; the slope "
+        "of the saturated contact, contact_stiffness, is known better.",
+    ]
+    deepest = max(course.deepest for course in solved.problem.courses)
+    for layer in range(solved.problem.unknowns.layers):
+        if parameters[f"{prefix(layer)}puncture_depth"].value > deepest:
+            said.append(
+                f"Layer {layer + 1} gave way in no run: its puncture depth is more than {deepest / MM:.1f} mm, and "
+                "friction in it is not known."
+            )
+    if len({round(1e4 * course.speed) for course in solved.problem.courses}) == 1:
+        said.append("Dependence on speed: all recordings have one speed; how relaxation goes on in motion likewise.")
+    return tuple(said)
+
+
+def settings(found: Candidate, tried: list[Candidate]) -> dict[str, object]:
+    """How the choice was made."""
+    rule = "repeats left out" if len(found.left_out) else "BIC, whole cycle, correlated samples as one"
+    rows = [
+        {
+            "choice": each.name,
+            "numbers": each.numbers,
+            "residual": each.residual,
+            "bic": each.bic,
+            "left_out": None if not len(each.left_out) else each.error,
+            "ties": each is not found and ties(each, found),
+            "chosen": each is found,
+        }
+        for each in tried
+    ]
+    return {"layers": found.solved.problem.unknowns.layers, "chosen_by": rule, "evidence": rows}
