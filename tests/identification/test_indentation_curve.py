@@ -164,8 +164,9 @@ def test_units_zero_and_order_do_not_matter():
     assert mixed.contact_depth.value == pytest.approx(fit.contact_depth.value, abs=1e-13)
 
 
-def test_a_long_curve_that_barely_touches_needs_no_start():
-    depth = np.linspace(-10e-3, 50e-6, 20_000)
+@pytest.mark.parametrize("touching", [60, 2000])
+def test_a_long_curve_that_barely_touches_needs_no_start(touching):
+    depth = 1e-6 * (np.arange(30_000) - 30_000.0 + touching)
     force = E_R * CLOSED[PARABOLOID](np.maximum(depth, 0.0))
     force += 0.02 * force.max() * np.random.default_rng(9).normal(size=len(depth))
     fit = fit_indentation(depth, force, PARABOLOID)
@@ -221,9 +222,17 @@ def test_what_the_numbers_do_not_say_is_said():
     fourth = FORCE + 1e10 * np.maximum(DEPTH - CONTACT, 0.0) ** 4 + 1e-4 * noise(random, 1)
     said = " ".join(fit_indentation(DEPTH, fourth, CONE).notes)
     assert "tip or half-space do not describe this curve" in said
-    late = DEPTH > CONTACT - 2e-4
-    short = fit_indentation(DEPTH[late], FORCE[late] + 5e-3 * noise(random, 1)[late], CONE)
-    assert any("start of the curve" in each for each in short.notes)
+
+
+def test_too_little_free_travel_is_never_silent():
+    random, late = np.random.default_rng(19), DEPTH > CONTACT - 1e-4
+    for _ in range(20):
+        try:
+            fit = fit_indentation(DEPTH[late], (FORCE + 0.01 * noise(random, 1))[late], CONE)
+        except nf.InputError as error:
+            assert "at the start of the curve" in str(error)
+        else:
+            assert any("contact depth" in note for note in fit.notes)
 
 
 def test_tips_of_different_shape_are_told_apart_and_their_faults_named():

@@ -10,10 +10,10 @@ import numpy as np
 
 from ..indentation import contact
 
-FEW = 2000  # samples on which the whole curve is looked at
-PLACES = 150  # contact depths over the whole curve, in equal steps, and as many in equal ratios of the indentation
+FEW, ENOUGH = 2000, 200  # samples on which the whole curve is looked at, where so many of them are in contact
+PLACES = 100  # contact depths over the whole curve, in equal steps, and as many in equal ratios of the indentation
 CLOSER = 24  # between the neighbours of a low place
-FOLLOWED, KEPT = 4, 2  # low places, on few samples and on all
+FOLLOWED, KEPT = 3, 2  # low places, on few samples and on all
 LEAST_IN_CONTACT = 10  # samples
 CLOSE = 1e-6  # of the curve's length: where the polish starts; a sum of squares is flat below 1e-8
 
@@ -41,9 +41,14 @@ class ContactSearch:
         few = self._share(max(len(self.depth) // FEW, 1))
         left = np.geomspace(self.span, max(self.span - self.deepest, 1e-6 * self.span), PLACES)
         places = np.unique([*(self.span - left), *np.linspace(0.0, self.span - left[-1], PLACES)])
-        tops = _brackets(places, few.gains(places), FOLLOWED)
-        tops.sort(key=lambda each: -few.gain(few._closer(*each)))
-        return self._polished(max((self._closer(*each) for each in tops[:KEPT]), key=self.gain))
+        looked = [self._enough(few, c) for c in places]
+        gains = np.array([search.gain(float(c)) / len(search.depth) for search, c in zip(looked, places)])
+        found = []
+        for low, high in _brackets(places, gains, FOLLOWED):
+            search = self._enough(few, high)
+            found.append((search.gain(search._closer(low, high)) / len(search.depth), low, high))
+        found.sort(reverse=True)
+        return self._polished(max((self._closer(low, high) for _, low, high in found[:KEPT]), key=self.gain))
 
     def unit_force(self, c: float) -> tuple[np.ndarray, np.ndarray]:
         """F_1 and its slope by depth, (n,) each, for E_r = 1 Pa; 0 where there is no contact."""
@@ -62,13 +67,13 @@ class ContactSearch:
         """See above."""
         return self._solved(self.unit_force(c)[0])[1]
 
-    def gains(self, places: np.ndarray) -> np.ndarray:
-        """``gain`` at many contact depths."""
-        return np.array([self.gain(float(c)) for c in places])
-
     def _share(self, every: int) -> "ContactSearch":
         depth, force, baseline = self.depth[::every], self.force_given[::every], self.baseline[:, ::every]
         return ContactSearch(depth, force, baseline, self.tip, self.shank_radius)
+
+    def _enough(self, few: "ContactSearch", c: float) -> "ContactSearch":
+        """The ``few`` samples where enough of them are in contact at c, else all."""
+        return few if np.count_nonzero(few.depth > c) >= ENOUGH else self
 
     def _beyond(self, values: np.ndarray) -> np.ndarray:
         """What no baseline explains."""
@@ -84,7 +89,7 @@ class ContactSearch:
         from scipy.optimize import minimize_scalar
 
         places = np.linspace(low, high, CLOSER)
-        ((low, high),) = _brackets(places, self.gains(places), 1)
+        ((low, high),) = _brackets(places, np.array([self.gain(float(c)) for c in places]), 1)
         options = {"xatol": CLOSE * self.span}
         return float(minimize_scalar(lambda c: -self.gain(c), bounds=(low, high), method="bounded", options=options).x)
 
@@ -98,12 +103,10 @@ class ContactSearch:
         """Where ``_rise`` goes from + to - next to c; c itself at an end of the curve."""
         from scipy.optimize import brentq
 
-        step, last = CLOSE * self.span, self.deepest
-        for _ in range(10):
-            low, high = max(c - step, 0.0), min(c + step, last)
+        for step in CLOSE * self.span * 4.0 ** np.arange(6):
+            low, high = max(c - step, 0.0), min(c + step, self.deepest)
             if self._rise(low) > 0.0 > self._rise(high):
                 return brentq(self._rise, low, high, xtol=1e-18 * self.span, rtol=1e-15)
-            step *= 4.0
         return c
 
 

@@ -10,7 +10,7 @@ from ..indentation import contact
 from ..validity import SMALL_SLOPE_ANGLE
 from .contact_search import LEAST_IN_CONTACT, ContactSearch
 from .covariance import Noise
-from .deformation_fit import SIGN
+from .deformation_fit import LEAST_SAMPLES, SIGN
 
 LEAST_FREE = 5  # samples before contact
 SURE = 5.0  # standard errors; in noise alone a search over all contact depths finds 3
@@ -72,6 +72,8 @@ def _slope(search: ContactSearch, place: float) -> str:
 
 def _misfit(search: ContactSearch, place: float, residual: np.ndarray) -> str:
     inside = search.depth > place
+    if (~inside).sum() < LEAST_SAMPLES:
+        return ""
     free, within = (float(np.sqrt(np.mean(residual[part] ** 2))) for part in (~inside, inside))
     ratio = within / max(free, ROUNDING * float(np.abs(search.force_given).max()))
     if ratio <= MISFIT:
