@@ -44,7 +44,7 @@ def noise(random, smoothed: int):
 
 @pytest.fixture(scope="module")
 def approach(recordings):
-    """Depth and force of the approach; the sample that the independent software takes as the zero of its depths."""
+    """Depth and force of the approach; the depth inferred to be the zero of the independent software."""
     rows = np.loadtxt(recordings / "afm-cone-indentation" / "spot3-0192.csv", delimiter=",", skiprows=1)
     rows = rows[rows[:, 1] == 0]
     return -rows[:, 3], rows[:, 4], -rows[1908, 3]
@@ -73,7 +73,8 @@ def test_other_software_on_a_real_curve(approach, tip, expected, within):
 
 def test_the_contact_of_the_independent_fit(approach):
     fit = fit_indentation(*approach[:2], nf.tips.Cone(math.radians(25)))
-    # 1.571375e-8 m before its zero, the sample that its first guess of the contact fell on
+    # published as 1.571375e-8 m in a zero of its own, which is not: row 1908 is inferred, the one sample from which our
+    # contact has that distance. Samples are 2e-9 m apart there, so that agreement to 1e-13 m is no chance
     assert approach[2] - fit.contact_depth.value == pytest.approx(1.571375e-8, abs=1e-13)
 
 
