@@ -5,21 +5,27 @@ from .compare import Row, compare
 from .estimates import Estimate, Quality
 from .fit import Fit, RecordingFit
 from .identify import identify
+from .indentation_curve import IndentationFit, fit_indentation
 from .lugre_filter import LuGreFilter
 from .lugre_recording import FilteredLuGre, filter_lugre
+from .tip_comparison import TipRow, compare_tips
 from .two_pass import Site, TwoPass
 
 __all__ = [
     "Estimate",
     "FilteredLuGre",
     "Fit",
+    "IndentationFit",
     "LuGreFilter",
     "Quality",
     "RecordingFit",
     "Row",
     "Site",
+    "TipRow",
     "TwoPass",
     "compare",
+    "compare_tips",
     "filter_lugre",
+    "fit_indentation",
     "identify",
 ]
