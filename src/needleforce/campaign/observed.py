@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a recording shows without any model: its motion, the size of its force, its baseline, its samples."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..identification.estimates import Estimate
+from ..recording import Recording
+from ..segmentation import Events
+from ..segmentation.strokes import Cycle, cycles
+from .trace import Trace, loading, trace
+
+FLAT = 5  # samples of one value that a force at rest in its extreme has at least …
+OFTEN = 3.0  # … and so many times more than at any other value: a coarse sensor repeats all of its values
+NEAR_CONTACT = 0.8  # share of the free travel whose force is the baseline
+FEWEST = 10  # samples of a baseline
+
+
+@dataclass(frozen=True, eq=False)
+class Observed:
+    """``speed`` [m/s], ``travel`` [m] and ``hold`` [s] of the first insertion, greatest force and baselines [N].
+
+    ``push`` and ``pull`` are the mean forces [N] of the strokes against the force at the start; ``noise`` is that of
+    the free travel. ``flat`` counts the samples of a flat top, 0 if there is none, and ``flat_ends`` is where it ends.
+    ``gap`` [s] is the longest step of the time, ``lost`` the share of samples that gaps swallowed; ``fall`` [samples]
+    is how long the first puncture's drop takes from a tenth to nine tenths.
+    """
+
+    speed: float
+    travel: float
+    hold: float
+    peak: float
+    push: float
+    pull: float
+    before: float
+    after: float
+    noise: float
+    flat: int
+    flat_ends: int
+    gap: float
+    step: float
+    lost: float
+    fall: float
+    shown: Trace
+    curve: np.ndarray = field(default_factory=lambda: np.empty(0))
+
+    @property
+    def drift(self) -> float:
+        """By how much the baseline changed [N]; NaN where one of the two cannot be seen."""
+        return self.after - self.before
+
+    def quantities(self) -> dict[str, Estimate]:
+        """What the table tells of it."""
+        named = (("speed", self.speed, "m/s"), ("travel", self.travel, "m"), ("hold", self.hold, "s"),
+                 ("peak_force", self.peak, "N"), ("drift", self.drift, "N"), ("longest_gap", self.gap, "s"))  # fmt: skip
+        return {name: _seen(name, value, unit) for name, value, unit in named if np.isfinite(value)}
+
+
+def observe(recording: Recording, events: Events) -> Observed | None:
+    """What the first insertion of a recording shows; None where nothing moves inwards."""
+    time, depth, force = recording.time, recording.depth, recording.force
+    found = cycles(time, depth)
+    if not found or not np.isfinite(force).all():
+        return None
+    cycle = found[0]
+    inwards, outwards = slice(cycle.start, cycle.stop), slice(cycle.leave, cycle.end)
+    lead = float(np.median(force[: max(cycle.start, FEWEST)]))
+    surface = events.contact.depth if events.contact is not None else float(depth[cycle.start])
+    before, after, noise = _baselines(depth, force, cycle, surface)
+    flat, ends = _flat_top(depth, force, cycle)
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    whole = force[cycle.start : cycle.leave] - lead
+    return Observed(
+        cycle.speed, float(depth[cycle.stop - 1] - depth[cycle.start]), _hold(time, cycle), float(np.abs(whole).max()),
+        float(force[inwards].mean()) - lead, float(force[outwards].mean()) - lead if cycle.withdrawn else np.nan,
+        before, after, noise, flat, ends, float(steps.max()), step, _lost(steps, step), _fall(recording, events),
+        trace(depth, force, surface), loading(depth[inwards], force[inwards], surface),
+    )  # fmt: skip
+
+
+def event_quantities(recording: Recording, events: Events) -> dict[str, Estimate]:
+    """Contact, punctures and exit as rows of the table, with the depths between which each surely lies."""
+    depth = recording.depth
+    named = [("contact", events.contact), ("exit", events.exit)]
+    named += [(f"puncture_{k}", puncture) for k, puncture in enumerate(events.punctures, 1)]
+    found = [Estimate("event_punctures", float(len(events.punctures)), "1", np.nan, np.nan, source="seen")]
+    for name, event in named:
+        if event is not None:
+            ends = sorted((float(depth[event.low]), float(depth[event.high])))
+            found.append(Estimate(f"event_{name}_depth", event.depth, "m", *ends, source="seen"))
+    for k, puncture in enumerate(events.punctures, 1):
+        found.append(_seen(f"event_puncture_{k}_force", puncture.force, "N"))
+        found.append(_seen(f"event_puncture_{k}_indentation", puncture.indentation, "m"))
+    return {each.name: each for each in found}
+
+
+def _seen(name: str, value: float, unit: str) -> Estimate:
+    return Estimate(name, float(value), unit, np.nan, np.nan, source="seen")
+
+
+def _hold(time: np.ndarray, cycle: Cycle) -> float:
+    return float(time[cycle.leave - 1] - time[cycle.stop]) if cycle.leave > cycle.stop else 0.0
+
+
+def _baselines(depth: np.ndarray, force: np.ndarray, cycle: Cycle, surface: float) -> tuple[float, float, float]:
+    """The force on the free travel in and out, and its noise; NaN where there is hardly any."""
+    start = float(depth[cycle.start])
+    free = depth < start + NEAR_CONTACT * (surface - start)
+    first, last = force[: cycle.stop][free[: cycle.stop]], force[cycle.leave : cycle.end][free[cycle.leave : cycle.end]]
+    before = float(np.median(first)) if len(first) >= FEWEST else np.nan
+    after = float(np.median(last)) if cycle.withdrawn and len(last) >= FEWEST else np.nan
+    return before, after, float(first.std()) if len(first) >= FEWEST else np.nan
+
+
+def _flat_top(depth: np.ndarray, force: np.ndarray, cycle: Cycle) -> tuple[int, int]:
+    """The longest run of samples at the greatest force of the inward stroke, while it moves, and the sample after."""
+    part, moves = force[cycle.start : cycle.stop], np.abs(np.diff(depth[cycle.start : cycle.stop])) > 0.0
+    top = part[np.abs(part).argmax()]
+    same = np.concatenate(([False], (part[1:] == part[:-1]) & moves, [False]))
+    edges = np.flatnonzero(np.diff(same.astype(int)))
+    firsts, ends = edges[::2], edges[1::2]
+    lengths, at_top = ends - firsts + 1, part[firsts] == top
+    usual = int(lengths[~at_top].max(initial=1))
+    if not at_top.any() or lengths[at_top].max() < max(FLAT, OFTEN * usual):
+        return 0, 0
+    longest = int(np.argmax(np.where(at_top, lengths, 0)))
+    return int(lengths[longest]), int(cycle.start + ends[longest] + 1)
+
+
+def _lost(steps: np.ndarray, step: float) -> float:
+    """The share of samples that are missing if every step were the median one."""
+    missing = np.round(steps[steps > 1.5 * step] / step) - 1.0
+    return float(missing.sum() / (len(steps) + missing.sum()))
+
+
+def _fall(recording: Recording, events: Events) -> float:
+    """Samples from a tenth to nine tenths of the first puncture's drop; NaN without a puncture."""
+    if not events.punctures:
+        return np.nan
+    broke = events.punctures[0]
+    after = recording.force[int(np.searchsorted(recording.time, broke.time)) :]
+    past = [np.flatnonzero(after < broke.force - share * broke.drop) for share in (0.1, 0.9)]
+    return float(past[1][0] - past[0][0]) if len(past[0]) and len(past[1]) else np.nan

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One thing that is odd in a recording, and how it is said."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_SHOWN = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "N/m": (1e-3, "N/mm"), "1": (1.0, "")}
+
+
+@dataclass(frozen=True)
+class Oddity:
+    """``quantity`` has ``value`` [SI ``unit``] where the repeats have ``usual`` (NaN where nothing is compared).
+
+    ``sentence`` says so in words, with what to do; ``left_out``: the pooled fit goes on without the recording.
+    """
+
+    kind: str
+    quantity: str
+    value: float
+    usual: float
+    unit: str
+    sentence: str
+    left_out: bool = False
+
+
+def shown(value: float, unit: str) -> str:
+    """A number for people, in three digits."""
+    factor, name = _SHOWN.get(unit, (1.0, unit))
+    return f"{factor * value:.3g} {name}".rstrip()
+
+
+def nearest(value: float, known: tuple[float, ...], within: float) -> float | None:
+    """The one of the ``known`` factors, or its inverse, that ``value`` is within a share of; None if there is none."""
+    if not (np.isfinite(value) and value > 0.0):
+        return None
+    every = [factor for each in known for factor in (each, 1.0 / each)]
+    best = min(every, key=lambda factor: abs(np.log(value / factor)))
+    return best if abs(np.log(value / best)) <= np.log1p(within) else None
