@@ -24,9 +24,7 @@ SPEED_LABEL = 0.15  # a stroke that starts and ends slowly has a mean so much be
 SPEED_FIELD = "speed_mm_s"
 
 
-def oddities_alone(
-    recording: Recording, events: Events, seen: Observed, fields: Mapping[str, str]
-) -> Iterator[Oddity]:
+def oddities_alone(recording: Recording, events: Events, seen: Observed, fields: Mapping[str, str]) -> Iterator[Oddity]:
     """Each with its sentence; nothing for a sound recording."""
     yield from _sign(recording, seen)
     yield from _saturated(events, seen)

@@ -3,8 +3,8 @@
 
 Left out of the pooled fit: the copy of another recording (it would narrow the intervals), one in other units, one with
 another motion; where the motions fall into groups of equal size nobody can say which is the right one, and all are left
-out. Told, and kept: no puncture where most others have one (it has no parameters to pool anyway), and a drop that may
-hold two punctures closer than the filter.
+out. Told, and kept: no sharp puncture where most others have one (it has no parameters to pool anyway), and a drop that
+may hold two punctures closer than the filter.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,6 +23,7 @@ WITHIN = 0.2  # repeats of tissue differ by so much in force
 ALIKE = 0.9  # correlation of two loading curves of one shape
 SPEED, TRAVEL, HOLD = 0.05, 0.5e-3, 0.2  # [share], [m], [share] by which repeats of one motion differ at most
 SHORTEST_HOLD = 0.2  # [s] below, a stop is the turn itself
+SOFT = 0.8  # of its peak: a force that ends its stroke below has fallen, if not sharply
 SLOW_FALL = 1.2  # a drop that takes so many times what a filter makes of a sudden one, and what the others take
 
 
@@ -87,7 +88,9 @@ def _force_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
 def _units(what: str, words: str, value: float, usual: float, unit: str, factor: float, known: dict) -> str:
     pair = known[factor] if factor in known else known[1.0 / factor]
     times = f"{max(factor, 1.0 / factor):.4g} times {'greater' if factor > 1.0 else 'smaller'}"
-    said = f"The {what} is in another unit: its {words} of {shown(value, unit)} is {times} than the {shown(usual, unit)} "
+    said = (
+        f"The {what} is in another unit: its {words} of {shown(value, unit)} is {times} than the {shown(usual, unit)} "
+    )
     return said + f"of its repeats, as if {pair} were mixed. Mend the file, or read it by itself with --unit {what}=…."
 
 
@@ -137,10 +140,17 @@ def _punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
     with_one = sum(count > 0 for count in counts)
     for each, count in zip(repeats, counts):
         if count == 0 and 2 * with_one > len(repeats):
-            said = f"It never punctures, but {with_one} of its {len(repeats) - 1} repeats do: its force peaks at "
-            usual = float(np.median(counts))
-            said += f"{shown(each.seen.peak, 'N')}. Was the needle in an old hole, or beside the tissue?"
-            yield each.name, Oddity("no_puncture", "event_punctures", 0.0, usual, "1", said)
+            said = _unpierced(each.seen, f"{with_one} of its {len(repeats) - 1} repeats")
+            yield each.name, Oddity("no_puncture", "event_punctures", 0.0, float(np.median(counts)), "1", said)
+
+
+def _unpierced(seen: Observed, others: str) -> str:
+    if seen.end < SOFT * seen.peak:
+        return (
+            f"Its force falls without the sharp drop of a puncture, which {others} show: where it punctures cannot be "
+            "told, and it gives no parameters."
+        )
+    return f"It never punctures, but {others} do. Was the needle in an old hole, or beside the tissue?"
 
 
 def _close_punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:

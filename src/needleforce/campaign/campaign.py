@@ -79,7 +79,9 @@ def _read(label: Label, options: dict) -> Read:
 def _with_wrong_labels(conditions: list[Condition]) -> list[Condition]:
     """The conditions with what only a look at all of them shows."""
     curves = {each.name: {one.file: one.curve for one in each.recordings if _comparable(one)} for each in conditions}
-    pooled = {each.name: [one.file for one in each.recordings if one.pooled and _comparable(one)] for each in conditions}
+    pooled = {
+        each.name: [one.file for one in each.recordings if one.pooled and _comparable(one)] for each in conditions
+    }
     odd = dict(wrong_labels(curves, pooled))
     return [
         dataclasses.replace(each, recordings=tuple(_with(one, odd.get(one.file)) for one in each.recordings))

@@ -15,11 +15,13 @@ FLAT = 5  # samples of one value that a force at rest in its extreme has at leas
 OFTEN = 3.0  # … and so many times more than at any other value: a coarse sensor repeats all of its values
 NEAR_CONTACT = 0.8  # share of the free travel whose force is the baseline
 FEWEST = 10  # samples of a baseline
+UNITS = {"speed": "m/s", "travel": "m", "hold": "s", "peak_force": "N", "drift": "N", "longest_gap": "s"}
 
 
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """``speed`` [m/s], ``travel`` [m] and ``hold`` [s] of the first insertion, greatest force and baselines [N].
+    """``speed`` [m/s], ``travel`` [m] and ``hold`` [s] of the first insertion, greatest force and baselines [N];
+    ``end`` is the force at the end of the way in.
 
     ``push`` and ``pull`` are the mean forces [N] of the strokes against the force at the start; ``noise`` is that of
     the free travel. ``flat`` counts the samples of a flat top, 0 if there is none, and ``flat_ends`` is where it ends.
@@ -31,6 +33,7 @@ class Observed:
     travel: float
     hold: float
     peak: float
+    end: float
     push: float
     pull: float
     before: float
@@ -52,9 +55,9 @@ class Observed:
 
     def quantities(self) -> dict[str, Estimate]:
         """What the table tells of it."""
-        named = (("speed", self.speed, "m/s"), ("travel", self.travel, "m"), ("hold", self.hold, "s"),
-                 ("peak_force", self.peak, "N"), ("drift", self.drift, "N"), ("longest_gap", self.gap, "s"))  # fmt: skip
-        return {name: _seen(name, value, unit) for name, value, unit in named if np.isfinite(value)}
+        named = {"speed": self.speed, "travel": self.travel, "hold": self.hold, "peak_force": self.peak,
+                 "drift": self.drift, "longest_gap": self.gap}  # fmt: skip
+        return {name: _seen(name, value, UNITS[name]) for name, value in named.items() if np.isfinite(value)}
 
 
 def observe(recording: Recording, events: Events) -> Observed | None:
@@ -64,20 +67,20 @@ def observe(recording: Recording, events: Events) -> Observed | None:
     if not found or not np.isfinite(force).all():
         return None
     cycle = found[0]
-    inwards, outwards = slice(cycle.start, cycle.stop), slice(cycle.leave, cycle.end)
-    lead = float(np.median(force[: max(cycle.start, FEWEST)]))
+    inwards = slice(cycle.start, cycle.stop)
     surface = events.contact.depth if events.contact is not None else float(depth[cycle.start])
-    before, after, noise = _baselines(depth, force, cycle, surface)
-    flat, ends = _flat_top(depth, force, cycle)
-    steps = np.diff(time)
-    step = float(np.median(steps))
-    whole = force[cycle.start : cycle.leave] - lead
     return Observed(
-        cycle.speed, float(depth[cycle.stop - 1] - depth[cycle.start]), _hold(time, cycle), float(np.abs(whole).max()),
-        float(force[inwards].mean()) - lead, float(force[outwards].mean()) - lead if cycle.withdrawn else np.nan,
-        before, after, noise, flat, ends, float(steps.max()), step, _lost(steps, step), _fall(recording, events),
-        trace(depth, force, surface), loading(depth[inwards], force[inwards], surface),
-    )  # fmt: skip
+        speed=cycle.speed,
+        travel=float(depth[cycle.stop - 1] - depth[cycle.start]),
+        hold=_hold(time, cycle),
+        **_forces(force, cycle),
+        **_baselines(depth, force, cycle, surface),
+        **_flat_top(depth, force, cycle),
+        **_steps(time),
+        fall=_fall(recording, events),
+        shown=trace(depth, force, surface),
+        curve=loading(depth[inwards], force[inwards], surface),
+    )
 
 
 def event_quantities(recording: Recording, events: Events) -> dict[str, Estimate]:
@@ -104,35 +107,50 @@ def _hold(time: np.ndarray, cycle: Cycle) -> float:
     return float(time[cycle.leave - 1] - time[cycle.stop]) if cycle.leave > cycle.stop else 0.0
 
 
-def _baselines(depth: np.ndarray, force: np.ndarray, cycle: Cycle, surface: float) -> tuple[float, float, float]:
+def _forces(force: np.ndarray, cycle: Cycle) -> dict[str, float]:
+    """Against the force at the start; the pull is NaN without a withdrawal."""
+    level = force - float(np.median(force[: max(cycle.start, FEWEST)]))
+    inwards, outwards = level[cycle.start : cycle.stop], level[cycle.leave : cycle.end]
+    return {
+        "peak": float(np.abs(level[cycle.start : cycle.leave]).max()),
+        "end": float(np.median(inwards[-FEWEST:])),
+        "push": float(inwards.mean()),
+        "pull": float(outwards.mean()) if cycle.withdrawn else np.nan,
+    }
+
+
+def _baselines(depth: np.ndarray, force: np.ndarray, cycle: Cycle, surface: float) -> dict[str, float]:
     """The force on the free travel in and out, and its noise; NaN where there is hardly any."""
-    start = float(depth[cycle.start])
-    free = depth < start + NEAR_CONTACT * (surface - start)
-    first, last = force[: cycle.stop][free[: cycle.stop]], force[cycle.leave : cycle.end][free[cycle.leave : cycle.end]]
-    before = float(np.median(first)) if len(first) >= FEWEST else np.nan
-    after = float(np.median(last)) if cycle.withdrawn and len(last) >= FEWEST else np.nan
-    return before, after, float(first.std()) if len(first) >= FEWEST else np.nan
+    free = depth < depth[cycle.start] + NEAR_CONTACT * (surface - depth[cycle.start])
+    first, last = (force[part][free[part]] for part in (slice(cycle.stop), slice(cycle.leave, cycle.end)))
+    enough, back = len(first) >= FEWEST, cycle.withdrawn and len(last) >= FEWEST
+    return {
+        "before": float(np.median(first)) if enough else np.nan,
+        "after": float(np.median(last)) if back else np.nan,
+        "noise": float(first.std()) if enough else np.nan,
+    }
 
 
-def _flat_top(depth: np.ndarray, force: np.ndarray, cycle: Cycle) -> tuple[int, int]:
+def _flat_top(depth: np.ndarray, force: np.ndarray, cycle: Cycle) -> dict[str, int]:
     """The longest run of samples at the greatest force of the inward stroke, while it moves, and the sample after."""
     part, moves = force[cycle.start : cycle.stop], np.abs(np.diff(depth[cycle.start : cycle.stop])) > 0.0
-    top = part[np.abs(part).argmax()]
     same = np.concatenate(([False], (part[1:] == part[:-1]) & moves, [False]))
     edges = np.flatnonzero(np.diff(same.astype(int)))
     firsts, ends = edges[::2], edges[1::2]
-    lengths, at_top = ends - firsts + 1, part[firsts] == top
+    lengths, at_top = ends - firsts + 1, part[firsts] == part[np.abs(part).argmax()]
     usual = int(lengths[~at_top].max(initial=1))
     if not at_top.any() or lengths[at_top].max() < max(FLAT, OFTEN * usual):
-        return 0, 0
+        return {"flat": 0, "flat_ends": 0}
     longest = int(np.argmax(np.where(at_top, lengths, 0)))
-    return int(lengths[longest]), int(cycle.start + ends[longest] + 1)
+    return {"flat": int(lengths[longest]), "flat_ends": int(cycle.start + ends[longest] + 1)}
 
 
-def _lost(steps: np.ndarray, step: float) -> float:
-    """The share of samples that are missing if every step were the median one."""
-    missing = np.round(steps[steps > 1.5 * step] / step) - 1.0
-    return float(missing.sum() / (len(steps) + missing.sum()))
+def _steps(time: np.ndarray) -> dict[str, float]:
+    """The longest and the median step, and the share of samples missing if every step were the median one."""
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    missing = float((np.round(steps[steps > 1.5 * step] / step) - 1.0).sum())
+    return {"gap": float(steps.max()), "step": step, "lost": missing / (len(steps) + missing)}
 
 
 def _fall(recording: Recording, events: Events) -> float:

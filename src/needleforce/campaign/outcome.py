@@ -51,7 +51,8 @@ class Outcome:
     def why(self) -> str:
         """What is odd in it, in sentences; where it gave no parameters, why."""
         said = [each.sentence for each in self.oddities]
-        return " ".join(said if self.answers else [*said, *self.notes])
+        explained = self.answers or any(each.kind == "no_puncture" for each in self.oddities)
+        return " ".join(said if explained else [*said, *self.notes])
 
 
 @dataclass(frozen=True, eq=False)

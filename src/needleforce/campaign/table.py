@@ -15,7 +15,7 @@ EXTRA = "needleforce[parquet]"
 
 
 def tidy(campaign: Campaign):
-    """A pandas DataFrame: the fields of the conditions, then ``COLUMNS``. SI units; ``file`` is empty for pooled values.
+    """A pandas DataFrame in SI: the fields of the conditions, then ``COLUMNS``; pooled values have no ``file``.
 
     Each recording has a row ``oddities`` with their number, which also says why it gave nothing; its own parameters
     are named as in ``Fit.parameters``; what was seen without a model are speed, travel, hold, forces, and events from
@@ -27,8 +27,8 @@ def tidy(campaign: Campaign):
     rows = [row for condition in campaign.conditions for row in _condition(condition)]
     rows += [row for one in campaign.others for row in _recording(one)]
     made = pandas.DataFrame([dict.fromkeys(fields, "") | row for row in rows], columns=[*fields, *COLUMNS])
-    numbers = {name: "float64" for name in ("value", "low", "high")}
-    return made.astype(numbers | {name: "bool" for name in ("pooled", "identifiable", "outlier")})
+    numbers = dict.fromkeys(("value", "low", "high"), "float64")
+    return made.astype(numbers | dict.fromkeys(("pooled", "identifiable", "outlier"), "bool"))
 
 
 def save(campaign: Campaign, path: str | os.PathLike) -> None:

@@ -20,7 +20,9 @@ def campaign_page(campaign, title: str | None = None) -> str:
     """The whole report as HTML text."""
     numbers = {one.file: k for k, one in enumerate(campaign.recordings, 1)}
     found = [part for part in _sections(campaign, numbers) if part]
-    links = (element("a", name, href=f"#{key}") for key, name in SECTIONS.items() if any(f'id="{key}"' in p for p in found))
+    links = (
+        element("a", name, href=f"#{key}") for key, name in SECTIONS.items() if any(f'id="{key}"' in p for p in found)
+    )
     style = "".join((HERE / name).read_text(encoding="utf-8") for name in ("page.css", "campaign.css"))
     return Template((HERE / "page.html").read_text(encoding="utf-8")).substitute(
         title=escape(title or _title(campaign)),
@@ -44,7 +46,8 @@ def _sections(campaign, numbers: dict[str, int]) -> list[Markup]:
 
 
 def _title(campaign) -> str:
-    return f"Needle force: {counted(len(campaign.recordings), 'recording')} of {counted(len(campaign.conditions), 'condition')}"
+    conditions = counted(len(campaign.conditions), "condition")
+    return f"Needle force: {counted(len(campaign.recordings), 'recording')} of {conditions}"
 
 
 def _outcome(campaign) -> Markup:
@@ -52,12 +55,13 @@ def _outcome(campaign) -> Markup:
     every, conditions = campaign.recordings, campaign.conditions
     identified = sum(each.model is not None for each in conditions)
     used, out = sum(one.pooled for one in every), sum(one.left_out for one in every)
-    odd = sum(bool(one.oddities) and not one.left_out for one in every)
+    odd = sum(bool(one.oddities) and not one.left_out for condition in conditions for one in condition.recordings)
     silent = sum(not one.answers and not one.left_out for one in every)
     said = [f"{identified} of {counted(len(conditions), 'condition')} identified, from {counted(used, 'recording')}."]
     said += [f"{counted(out, 'recording')} left out of a pooled fit, each with its reason."] * (out > 0)
     said += [f"{counted(odd, 'recording')} odd but kept."] * (odd > 0)
     said += [f"{counted(silent, 'recording')} without parameters."] * (silent > 0)
+    said += [f"{counted(len(campaign.others), 'recording')} of no condition."] * bool(campaign.others)
     return join(said, " ")
 
 
@@ -73,8 +77,8 @@ def _figures(conditions, numbers: dict[str, int]) -> tuple:
         return ()
     scale, fields = shared_scale(conditions), varying(conditions)
     key = [element("b", "Repeats", class_="measured"), " thin and grey, ", element("b", "pooled model", class_="model"),
-           " thick and orange, what is odd in other colours, dashed where the pooled fit leaves it out. All panels have "
-           "the same axes, unless one says otherwise."]  # fmt: skip
+           " thick and orange, what is odd in other colours, dashed where the pooled fit leaves it out. All panels "
+           "have the same axes, unless one says otherwise."]  # fmt: skip
     every = (_figure(k, each, fields, scale, numbers) for k, each in enumerate(conditions, 1))
     return element("p", *key, class_="note before"), element("div", *every, class_="multiples")
 
@@ -86,6 +90,7 @@ def _figure(number: int, condition, fields: list[str], shared_axes, numbers: dic
     name = " · ".join(condition.fields[each] for each in fields if each in condition.fields) or "all recordings"
     used = f"{len(condition.pooled)} of {len(condition.recordings)} repeats used"
     used += "; its own force axis" if own != shared_axes else ""
+    used += f". {condition.why}" if condition.why else ""
     said = (_reason(k % COLOURS, why, files, numbers) for k, (why, files) in enumerate(reasons.items()))
     caption = element("figcaption", element("p", used), listing(said, class_="reasons") if reasons else "")
     image = panel(condition, own, colours, f"Force over indentation: {name}. The numbers are in the tables.")

@@ -48,9 +48,10 @@ def scale_of(condition, shared: Scale) -> Scale:
 
 
 def usual_traces(condition) -> Iterator:
-    """The curves that set the scale: of the recordings that are not left out, else of all."""
+    """The curves that set the scale: the model, and the recordings that are not left out, else all."""
     drawn = [one for one in condition.recordings if one.shown is not None]
-    return (one.shown for one in [one for one in drawn if not one.left_out] or drawn)
+    yield from (one.shown for one in [one for one in drawn if not one.left_out] or drawn)
+    yield from () if condition.shown is None else (condition.shown,)
 
 
 def panel(condition, scale: Scale, colours: dict[str, int], alt: str) -> Markup:
@@ -75,7 +76,7 @@ def _line(trace, scale: Scale, kind: str) -> Markup:
 def _axes(scale: Scale) -> Iterator[Markup]:
     """Ticks with light lines across, the zero of the force stronger, and the axes' names."""
     right, floor = WIDTH - RIGHT, HEIGHT - BOTTOM
-    for force in ticks(scale.low, scale.high, 4):
+    for force in ticks(scale.low, scale.high, 6):
         y = TOP + (scale.high - force) / (scale.high - scale.low) * (floor - TOP)
         yield element("path", class_="zero" if force == 0.0 else "grid", d=f"M{LEFT:g} {y:.1f}H{right:g}")
         yield _text(LEFT - 4, y + 3.5, f"{force:g}".replace("-", "−"), "end")
