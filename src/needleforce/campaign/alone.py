@@ -20,7 +20,7 @@ SIGN_NOISE = 5.0  # by so many noises a mean force counts as a push or a pull
 GAP = 10.0  # median steps: an insertion robot's usual stalls are shorter
 LOST = 0.05  # share of all samples that gaps may swallow
 DRIFT_NOISE, DRIFT_PEAK = 5.0, 0.05  # a baseline drifts by more than both, of its noise and of the peak
-SPEED_LABEL = 0.15  # a stroke that starts and ends slowly has a mean so much below its nominal speed
+SPEED_LABEL = 0.1  # a stage keeps its nominal speed better than that
 SPEED_FIELD = "speed_mm_s"
 
 

@@ -91,7 +91,9 @@ def _units(what: str, words: str, value: float, usual: float, unit: str, factor:
     said = (
         f"The {what} is in another unit: its {words} of {shown(value, unit)} is {times} than the {shown(usual, unit)} "
     )
-    return said + f"of its repeats, as if {pair} were mixed. Mend the file, or read it by itself with --unit {what}=…."
+    return (
+        said + f"of its repeats, as if {pair} were mixed. Mend the file, or read it by itself with --unit {what}=NAME."
+    )
 
 
 def _alike(curve: np.ndarray, other: np.ndarray) -> bool:

@@ -11,7 +11,7 @@ from ..recording import read
 from .conditions import Label, grouped, label_files
 from .field_names import REPEATS
 from .files import find_files
-from .oddity import Oddity
+from .oddity import SPOILED, Oddity
 from .outcome import Campaign, Condition, Outcome
 from .repeats import Read, condition
 from .wrong_labels import wrong_labels
@@ -91,8 +91,7 @@ def _with_wrong_labels(conditions: list[Condition]) -> list[Condition]:
 
 def _comparable(one: Outcome) -> bool:
     """A force of another sign, unit or range is no one's curve."""
-    spoiled = {"sign", "force_unit", "depth_unit", "saturated"}
-    return len(one.curve) > 0 and not any(each.kind in spoiled for each in one.oddities)
+    return len(one.curve) > 0 and not any(each.kind in SPOILED for each in one.oddities)
 
 
 def _of_none(one: Outcome, why: str) -> Outcome:

@@ -20,7 +20,7 @@ UNITS = {"speed": "m/s", "travel": "m", "hold": "s", "peak_force": "N", "drift":
 
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """``speed`` [m/s], ``travel`` [m] and ``hold`` [s] of the first insertion, greatest force and baselines [N];
+    """Median ``speed`` [m/s], ``travel`` [m] and ``hold`` [s] of the first insertion, greatest force and baselines [N];
     ``end`` is the force at the end of the way in.
 
     ``push`` and ``pull`` are the mean forces [N] of the strokes against the force at the start; ``noise`` is that of
@@ -60,17 +60,21 @@ class Observed:
         return {name: _seen(name, value, UNITS[name]) for name, value in named.items() if np.isfinite(value)}
 
 
-def observe(recording: Recording, events: Events) -> Observed | None:
-    """What the first insertion of a recording shows; None where nothing moves inwards."""
+def observe(recording: Recording, events: Events, usual: float | None) -> Observed | None:
+    """What the first insertion of a recording shows; None where nothing moves inwards.
+
+    ``usual`` is the contact depth [m] of its repeats, for a recording that shows no contact of its own.
+    """
     time, depth, force = recording.time, recording.depth, recording.force
     found = cycles(time, depth)
     if not found or not np.isfinite(force).all():
         return None
     cycle = found[0]
     inwards = slice(cycle.start, cycle.stop)
-    surface = events.contact.depth if events.contact is not None else float(depth[cycle.start])
+    elsewhere = float(depth[cycle.start]) if usual is None else usual
+    surface = events.contact.depth if events.contact is not None else elsewhere
     return Observed(
-        speed=cycle.speed,
+        speed=float(np.median(recording.velocity[inwards])),
         travel=float(depth[cycle.stop - 1] - depth[cycle.start]),
         hold=_hold(time, cycle),
         **_forces(force, cycle),

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-_SHOWN = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "N/m": (1e-3, "N/mm"), "1": (1.0, "")}
+SPOILED = ("sign", "force_unit", "depth_unit", "saturated")
+"""Kinds of oddities after which a force curve is not what was measured."""
+_SHOWN = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "N/m": (1e-3, "N/mm"), "N/m^2": (1e-6, "N/mm²"), "1": (1.0, "")}
 
 
 @dataclass(frozen=True)
@@ -25,9 +27,10 @@ class Oddity:
 
 
 def shown(value: float, unit: str) -> str:
-    """A number for people, in three digits."""
+    """A number for people, in three digits before the point or altogether."""
     factor, name = _SHOWN.get(unit, (1.0, unit))
-    return f"{factor * value:.3g} {name}".rstrip()
+    value = factor * value
+    return f"{value:.0f} {name}".rstrip() if 1000.0 <= abs(value) < 1e6 else f"{value:.3g} {name}".rstrip()
 
 
 def nearest(value: float, known: tuple[float, ...], within: float) -> float | None:

@@ -50,7 +50,7 @@ def outliers(repeats: Mapping[str, Mapping[str, Estimate]]) -> Iterator[tuple[st
 
 
 def _oddity(each: Estimate, middle: float, scale: float) -> Oddity:
-    words, spread = each.name.replace("_", " "), shown(scale, each.unit)
-    said = f"Its {words} of {shown(each.value, each.unit)} is far from the {shown(middle, each.unit)} of its repeats, "
-    said += f"which scatter by {spread}. It stays in the pooled fit: look at its curve."
+    words = each.name.replace("_", " ")
+    said = f"Its {words} is {shown(each.value, each.unit)}, far from that of its repeats, {shown(middle, each.unit)} "
+    said += f"with a scatter of {shown(scale, each.unit)}."
     return Oddity("outlier", each.name, each.value, middle, each.unit, said)

@@ -14,7 +14,7 @@ from .alone import oddities_alone
 from .beside import Repeat, copies, oddities_beside
 from .conditions import Label
 from .observed import Observed, event_quantities, observe
-from .oddity import Oddity
+from .oddity import SPOILED, Oddity
 from .outcome import Condition, Outcome
 from .outliers import outliers
 from .trace import Trace, trace
@@ -48,7 +48,9 @@ def condition(read: Sequence[Read], fields: dict[str, str], model: str | None, n
     first = _identified([each.recording for each in good if each.name not in twice], model, needle)
     fits = iter(first.recordings)
     fitted = {each.name: next(fits) for each in good if each.name not in twice}
-    seen = {each.name: observe(each.recording, fitted[each.name].events) for each in good if each.name not in twice}
+    contacts = [fit.events.contact.depth for fit in first.recordings if fit.events.contact is not None]
+    usual = float(np.median(contacts)) if contacts else None
+    seen = {name: observe(fit.recording, fit.events, usual) for name, fit in fitted.items()}
     odd = _oddities(good, fitted, seen, twice)
     kept = [each for each in good if not any(one.left_out for one in odd[each.name])]
     pooled = first if len(kept) == len(fitted) else _identified([each.recording for each in kept], model, needle)
@@ -76,8 +78,14 @@ def _oddities(good: list[Read], fitted: dict, seen: dict[str, Observed | None], 
     fields = {each.name: each.label.fields for each in good}
     for each in moving:
         alone = oddities_alone(each.recording, each.events, each.seen, fields[each.name])
-        found[each.name] += [*alone, *beside[each.name]]
+        found[each.name] += _first_causes([*alone, *beside[each.name]])
     return found
+
+
+def _first_causes(odd: list[Oddity]) -> list[Oddity]:
+    """Without the missing puncture where the numbers themselves are wrong: that is why none is seen."""
+    spoiled = any(each.kind in SPOILED for each in odd)
+    return [each for each in odd if not (spoiled and each.kind == "no_puncture")]
 
 
 def _outcome(read: Read, fit: RecordingFit | None, seen: Observed | None, odd: dict, pooled: set[str]) -> Outcome:

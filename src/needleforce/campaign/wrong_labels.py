@@ -9,6 +9,7 @@ from .oddity import Oddity, shown
 
 CLEAR = 3.0  # its own condition is so many times farther than the other, and than its own repeats are apart
 LIKE = 2.0  # scatters of the other condition within which a curve belongs to it
+LEAST = 0.1  # of the peak of its own condition's mean: conditions nearer to each other are not told apart
 OVERLAP = 0.8  # of the longer of two curves that the shorter one must cover
 
 
@@ -27,7 +28,7 @@ def wrong_labels(
             if others is None:
                 continue
             away = _distance(curve, others[0])
-            if not away > CLEAR * others[1]:
+            if not away > max(CLEAR * others[1], LEAST * float(np.abs(others[0]).max())):
                 continue
             best = _nearest(curve, {other: mean for other, mean in means.items() if other != name})
             if best is not None and best[0] < away / CLEAR:

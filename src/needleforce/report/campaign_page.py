@@ -91,6 +91,8 @@ def _figure(number: int, condition, fields: list[str], shared_axes, numbers: dic
     used = f"{len(condition.pooled)} of {len(condition.recordings)} repeats used"
     used += "; its own force axis" if own != shared_axes else ""
     used += f". {condition.why}" if condition.why else ""
+    off = [numbers[one.file] for one in condition.recordings if one.shown is not None and not own.holds(one.shown)]
+    used += f". Off the axes: no. {', '.join(map(str, off))}" if off else ""
     said = (_reason(k % COLOURS, why, files, numbers) for k, (why, files) in enumerate(reasons.items()))
     caption = element("figcaption", element("p", used), listing(said, class_="reasons") if reasons else "")
     image = panel(condition, own, colours, f"Force over indentation: {name}. The numbers are in the tables.")

@@ -11,6 +11,7 @@ from .markup import Markup, element, escape, join
 
 WIDTH, HEIGHT = 300.0, 190.0
 LEFT, RIGHT, TOP, BOTTOM = 30.0, 4.0, 16.0, 28.0
+OFF_AXES = 5.0  # times the axis: a curve that reaches so far, as in another unit, is not drawn
 OWN_SCALE = 8.0  # a panel whose forces are so many times smaller than the others' has a scale of its own
 FREE = 3.0  # [mm] of free travel shown at most
 ROOM = 0.04  # of the range above and below the curves
@@ -29,8 +30,12 @@ class Scale:
         """A curve as the points of a polyline, in tenths of a point."""
         x = (1e3 * trace.indentation - self.left) / (self.right - self.left) * (WIDTH - LEFT - RIGHT)
         y = (self.high - trace.force) / (self.high - self.low) * (HEIGHT - TOP - BOTTOM)
-        rounded = np.clip(np.round(np.column_stack((x, y)), 1), -9999.0, 9999.0)
-        return " ".join(f"{a:g},{b:g}" for a, b in rounded.tolist())
+        return " ".join(f"{a:g},{b:g}" for a, b in np.round(np.column_stack((x, y)), 1).tolist())
+
+    def holds(self, trace) -> bool:
+        """Whether a curve can be drawn on these axes."""
+        deep, size = 1e3 * np.abs(trace.indentation).max(), np.abs(trace.force).max()
+        return bool(deep <= OFF_AXES * (self.right - self.left) and size <= OFF_AXES * (self.high - self.low))
 
 
 def shared_scale(conditions) -> Scale:
@@ -56,8 +61,9 @@ def usual_traces(condition) -> Iterator:
 
 def panel(condition, scale: Scale, colours: dict[str, int], alt: str) -> Markup:
     """Every repeat as a thin line, the model as a thick one; ``colours`` (file -> number) marks what is odd."""
-    usual = [one for one in condition.recordings if one.shown is not None and one.file not in colours]
-    odd = [one for one in condition.recordings if one.shown is not None and one.file in colours]
+    drawn = [one for one in condition.recordings if one.shown is not None and scale.holds(one.shown)]
+    usual = [one for one in drawn if one.file not in colours]
+    odd = [one for one in drawn if one.file in colours]
     lines = [_line(one.shown, scale, "one") for one in usual]
     lines += [_line(one.shown, scale, f"odd c{colours[one.file]}" + " out" * one.left_out) for one in odd]
     lines += [] if condition.shown is None else [_line(condition.shown, scale, "fit")]

@@ -57,5 +57,5 @@ def recording_table(campaign, numbers: dict[str, int]) -> Markup:
 def _recording(one, number: int, condition: object) -> tuple:
     status = status_name(one.status).split(":")[0]
     name = element("span", one.file, class_="file", id=f"recording-{number}")
-    used = "yes" if one.pooled else element("em", "left out" if one.left_out else "no")
+    used = "yes" if one.pooled else element("em", "left\N{NO-BREAK SPACE}out" if one.left_out else "no")
     return number, name, condition, status, used, join([one.why])
