@@ -4,8 +4,11 @@
 import re
 from collections import Counter
 
+import numpy as np
 import pytest
+import simulated_runs as runs
 
+import needleforce as nf
 from needleforce.campaign import campaign
 
 PATTERN = "{rig}__{specimen}_{speed_mm_s}_{angle_deg}_{needle}_{repeat}_{date}"
@@ -65,3 +68,23 @@ def test_what_could_not_be_read_is_in_the_table(real):
     made = real.table()
     told = made[(made.quantity == "oddities") & (made.status == "unreadable")]
     assert len(told) == 1 and "the needle must move" in told.iloc[0].why
+
+
+@pytest.mark.parametrize(
+    "kind, spoil",
+    [
+        ("sign", lambda force: -force),
+        ("force_unit", lambda force: force / 4.4482216152605),
+        ("saturated", lambda force: np.minimum(force, 0.75 * force.max())),
+        ("drift", lambda force: force + np.linspace(0.0, 0.1 * force.max(), len(force))),
+    ],
+)
+def test_a_fault_put_into_a_real_recording_is_named(recordings, tmp_path, kind, spoil):
+    files = sorted((recordings / "needle-insertion-rig").glob("dev__control-needle__skin_2_0_2_*.csv"))
+    bad = files[1]
+    one = nf.read(bad)
+    nf.write(runs.changed(one, force=spoil(one.force)), tmp_path / bad.name)
+    (condition,) = campaign([tmp_path / bad.name, *(each for each in files if each != bad)], pattern=PATTERN).conditions
+    named = {one.file.rsplit("/", 1)[-1]: [odd.kind for odd in one.oddities] for one in condition.recordings}
+    assert len(named) == 5 and condition.model is not None
+    assert kind in named.pop(bad.name) and not any(named.values())

@@ -83,7 +83,7 @@ def observe(recording: Recording, events: Events, usual: float | None) -> Observ
         **_steps(time),
         fall=_fall(recording, events),
         shown=trace(depth, force, surface),
-        curve=loading(depth[inwards], force[inwards], surface),
+        curve=loading(depth[inwards], force[inwards]),
     )
 
 

@@ -32,8 +32,12 @@ def trace(depth: np.ndarray, force: np.ndarray, surface: float) -> Trace:
     return Trace(depth[keep] - surface, force[keep].copy())
 
 
-def loading(depth: np.ndarray, force: np.ndarray, surface: float) -> np.ndarray:
-    """The force (m,) [N] of an inward stroke every ``STEP`` of indentation; empty for a stroke too short to compare."""
-    indentation = np.maximum.accumulate(depth) - surface
-    grid = STEP * np.arange(min(int(indentation[-1] / STEP) + 1, LONGEST)) if indentation[-1] > 0.0 else np.empty(0)
-    return np.interp(grid, indentation, force) if len(grid) >= 20 else np.empty(0)
+def loading(depth: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """The force (m,) [N] of an inward stroke every ``STEP`` of travel from its start; empty for one too short to
+    compare.
+
+    Not from the contact: where the tissue lies is part of what tells two specimens apart.
+    """
+    travel = np.maximum.accumulate(depth) - depth[0]
+    grid = STEP * np.arange(min(int(travel[-1] / STEP) + 1, LONGEST))
+    return np.interp(grid, travel, force) if len(grid) >= 20 else np.empty(0)

@@ -7,7 +7,7 @@ import numpy as np
 
 from .oddity import Oddity, shown
 
-CLEAR = 3.0  # its own condition is so many times farther than the other, and than its own repeats are apart
+CLEAR = 2.5  # its own condition is so many times farther than the other, and than its own repeats are apart
 LIKE = 2.0  # scatters of the other condition within which a curve belongs to it
 LEAST = 0.1  # of the peak of its own condition's mean: conditions nearer to each other are not told apart
 OVERLAP = 0.8  # of the longer of two curves that the shorter one must cover
