@@ -123,3 +123,42 @@ def test_a_coarse_sensor_is_not_saturated(tmp_path):
 def test_an_unknown_model_is_wrong_usage(folder):
     with pytest.raises(nf.InputError, match="model"):
         campaign(folder / "speed_1.csv", model="no such model")
+
+
+def test_numbers_that_are_no_insertion_are_told(tmp_path):
+    random = np.random.default_rng(5)
+    time = np.arange(0.0, 5.0, 0.01)
+    depth = np.interp(time, [0.0, 2.0, 3.0, 5.0], [0.0, 0.02, 0.02, 0.0])
+    noise = random.normal(0.0, 1.0, len(time))
+    forces = {"zero": 0.0 * time, "constant": 0.0 * time + 1.0, "noise": noise, "huge": 1e300 * noise,
+              "tiny": 1e-300 * noise, "step": 1.0 * (depth > 0.01)}  # fmt: skip
+    for number, (name, force) in enumerate(forces.items()):
+        for specimen in ("mixed", name):
+            still = depth + 1e-9 * number * (specimen == name)  # other bytes
+            nf.write(nf.Recording(time, still, 0.0 * time, force), tmp_path / f"{specimen}_{number}.csv")
+    done = campaign(tmp_path, pattern="{specimen}_{repeat}")
+    assert len(done.recordings) == 2 * len(forces)
+    assert all(one.why and not one.answers for one in done.recordings)
+    assert not any(odd.kind == "saturated" for one in done.recordings for odd in one.oddities)
+    done.report(tmp_path / "report.html")
+    assert "NaN" not in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_only_the_recordings_of_one_condition_are_held(folder, monkeypatch):
+    import gc
+    import sys
+    import weakref
+
+    module, alive, most = sys.modules["needleforce.campaign.campaign"], weakref.WeakSet(), []
+
+    def watched(*arguments, **options):
+        recording = nf.read(*arguments, **options)
+        gc.collect()
+        most.append(len(alive))
+        alive.add(recording)
+        return recording
+
+    monkeypatch.setattr(module, "read", watched)
+    files = [folder / f"{specimen}_{repeat}.csv" for specimen in ("sign", "speed", "travel") for repeat in (1, 2, BAD)]
+    campaign(files, pattern="{specimen}_{repeat}")
+    assert len(most) == 9 and max(most) <= 3

@@ -64,7 +64,7 @@ def oddities_beside(repeats: Sequence[Repeat]) -> dict[str, list[Oddity]]:
 
 def _depth_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
     usual = float(np.median([each.seen.travel for each in repeats]))
-    for each in repeats if len(repeats) > 2 else ():
+    for each in repeats if len(repeats) > 2 and usual > 0.0 else ():
         factor = nearest(each.seen.travel / usual, tuple(DEPTH_FACTORS), 0.05)
         if factor is not None:
             said = _units("depth", "travel", each.seen.travel, usual, "m", factor, DEPTH_FACTORS)
@@ -78,7 +78,7 @@ def _force_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
     peaks = np.array([each.seen.peak for each in repeats])
     usual = float(np.median(peaks))
     like = repeats[int(np.abs(peaks - usual).argmin())].seen.curve
-    for each in repeats:
+    for each in repeats if usual > 0.0 else ():
         factor = nearest(each.seen.peak / usual, tuple(FORCE_FACTORS), WITHIN)
         if factor is not None and _alike(each.seen.curve, like):
             said = _units("force", "greatest force", each.seen.peak, usual, "N", factor, FORCE_FACTORS)

@@ -6,6 +6,8 @@ import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from ..errors import InputError
 from ..recording import read
 from .conditions import Label, grouped, label_files
@@ -82,7 +84,8 @@ def _with_wrong_labels(conditions: list[Condition]) -> list[Condition]:
     pooled = {
         each.name: [one.file for one in each.recordings if one.pooled and _comparable(one)] for each in conditions
     }
-    odd = dict(wrong_labels(curves, pooled))
+    with np.errstate(all="ignore"):  # a distance to numbers too large for a force is no distance
+        odd = dict(wrong_labels(curves, pooled))
     return [
         dataclasses.replace(each, recordings=tuple(_with(one, odd.get(one.file)) for one in each.recordings))
         for each in conditions

@@ -141,7 +141,8 @@ def _flat_top(depth: np.ndarray, force: np.ndarray, cycle: Cycle) -> dict[str, i
     same = np.concatenate(([False], (part[1:] == part[:-1]) & moves, [False]))
     edges = np.flatnonzero(np.diff(same.astype(int)))
     firsts, ends = edges[::2], edges[1::2]
-    lengths, at_top = ends - firsts + 1, part[firsts] == part[np.abs(part).argmax()]
+    away = np.abs(part - np.median(force[: max(cycle.start, FEWEST)]))
+    lengths, at_top = ends - firsts + 1, (part[firsts] == part[away.argmax()]) & (away.max() > 0.0)
     usual = int(lengths[~at_top].max(initial=1))
     if not at_top.any() or lengths[at_top].max() < max(FLAT, OFTEN * usual):
         return {"flat": 0, "flat_ends": 0}

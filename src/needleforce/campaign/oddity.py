@@ -33,10 +33,10 @@ def shown(value: float, unit: str) -> str:
     return f"{value:.0f} {name}".rstrip() if 1000.0 <= abs(value) < 1e6 else f"{value:.3g} {name}".rstrip()
 
 
-def nearest(value: float, known: tuple[float, ...], within: float) -> float | None:
-    """The one of the ``known`` factors, or its inverse, that ``value`` is within a share of; None if there is none."""
-    if not (np.isfinite(value) and value > 0.0):
+def nearest(ratio: float, known: tuple[float, ...], within: float) -> float | None:
+    """The one of the ``known`` factors, or its inverse, that ``ratio`` is within a share of; None if there is none."""
+    if not (np.isfinite(ratio) and ratio > 0.0):
         return None
     every = [factor for each in known for factor in (each, 1.0 / each)]
-    best = min(every, key=lambda factor: abs(np.log(value / factor)))
-    return best if abs(np.log(value / best)) <= np.log1p(within) else None
+    best = min(every, key=lambda factor: abs(np.log(ratio / factor)))
+    return best if abs(np.log(ratio / best)) <= np.log1p(within) else None

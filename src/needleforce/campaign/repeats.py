@@ -50,8 +50,9 @@ def condition(read: Sequence[Read], fields: dict[str, str], model: str | None, n
     fitted = {each.name: next(fits) for each in good if each.name not in twice}
     contacts = [fit.events.contact.depth for fit in first.recordings if fit.events.contact is not None]
     usual = float(np.median(contacts)) if contacts else None
-    seen = {name: observe(fit.recording, fit.events, usual) for name, fit in fitted.items()}
-    odd = _oddities(good, fitted, seen, twice)
+    with np.errstate(all="ignore"):  # numbers too large for a force are told by their status
+        seen = {name: observe(fit.recording, fit.events, usual) for name, fit in fitted.items()}
+        odd = _oddities(good, fitted, seen, twice)
     kept = [each for each in good if not any(one.left_out for one in odd[each.name])]
     pooled = first if len(kept) == len(fitted) else _identified([each.recording for each in kept], model, needle)
     for file, oddity in outliers({each.name: fitted[each.name].parameters for each in kept}):

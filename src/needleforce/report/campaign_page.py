@@ -89,7 +89,7 @@ def _figure(number: int, condition, fields: list[str], shared_axes, numbers: dic
     own = scale_of(condition, shared_axes)
     name = " · ".join(condition.fields[each] for each in fields if each in condition.fields) or "all recordings"
     used = f"{len(condition.pooled)} of {len(condition.recordings)} repeats used"
-    used += "; its own force axis" if own != shared_axes else ""
+    used += "; its own axes" if own != shared_axes else ""
     used += f". {condition.why}" if condition.why else ""
     off = [numbers[one.file] for one in condition.recordings if one.shown is not None and not own.holds(one.shown)]
     used += f". Off the axes: no. {', '.join(map(str, off))}" if off else ""

@@ -39,15 +39,19 @@ class Scale:
 
 
 def shared_scale(conditions) -> Scale:
-    """One scale for all panels, from the recordings that are not left out."""
-    every = [trace for condition in conditions for trace in usual_traces(condition)]
-    return _scale(every)
+    """One scale for all panels, from the recordings that the models rest on; without any, from all."""
+    pooled = [one.shown for each in conditions for one in each.pooled if one.shown is not None]
+    models = [each.shown for each in conditions if each.shown is not None]
+    return _scale([*pooled, *models] or [trace for each in conditions for trace in usual_traces(each)])
 
 
 def scale_of(condition, shared: Scale) -> Scale:
-    """The shared scale, unless the condition's forces would be flat on it."""
-    own = _scale(list(usual_traces(condition)))
-    if own.high - own.low > (shared.high - shared.low) / OWN_SCALE:
+    """The shared scale; one of its own where the condition's forces would be flat on it, or would leave it."""
+    traces = list(usual_traces(condition))
+    own = _scale(traces)
+    if traces and not any(map(shared.holds, traces)):
+        return own
+    if own.high - own.low > (shared.high - shared.low) / OWN_SCALE or not traces:
         return shared
     return Scale(shared.left, shared.right, own.low, own.high)
 
