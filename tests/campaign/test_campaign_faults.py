@@ -145,7 +145,6 @@ def test_numbers_that_are_no_insertion_are_told(tmp_path):
 
 
 def test_only_the_recordings_of_one_condition_are_held(folder, monkeypatch):
-    import gc
     import sys
     import weakref
 
@@ -153,7 +152,6 @@ def test_only_the_recordings_of_one_condition_are_held(folder, monkeypatch):
 
     def watched(*arguments, **options):
         recording = nf.read(*arguments, **options)
-        gc.collect()
         most.append(len(alive))
         alive.add(recording)
         return recording

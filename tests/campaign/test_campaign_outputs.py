@@ -174,9 +174,21 @@ def test_the_command(few, tmp_path):
         assert word in done.stderr
 
 
-def test_exit_codes(few, tmp_path):
-    assert run(few / "double_5-empty.csv").returncode == 1
-    wrong = run(few, "--pattern", "{a}={b}")
-    assert wrong.returncode == 2 and "{a}={b}" in wrong.stderr
-    over = run(few, "--table", few / "stray.csv")
-    assert over.returncode == 2 and "also read" in over.stderr
+def exit_code(monkeypatch, *arguments) -> int:
+    from needleforce.cli import main
+
+    monkeypatch.setattr(sys, "argv", ["needleforce", "campaign", *map(str, arguments)])
+    with pytest.raises(SystemExit) as left:
+        main()
+    return left.value.code
+
+
+def test_exit_codes(few, monkeypatch, capsys):
+    assert exit_code(monkeypatch, few / "double_5-empty.csv") == 1
+    assert exit_code(monkeypatch, few / "stray.csv", few / "double_5-empty.csv") == 0
+    assert exit_code(monkeypatch, few, "--pattern", "{a}={b}") == 2
+    assert "{a}={b}" in capsys.readouterr().err
+    assert exit_code(monkeypatch, few, "--table", few / "stray.csv") == 2
+    assert "also read" in capsys.readouterr().err
+    assert exit_code(monkeypatch, few, "--unit", "force=parsec") == 2
+    assert exit_code(monkeypatch, few / "nothing*") == 2

@@ -86,6 +86,6 @@ def _comparable(name: str, pattern: str) -> str | None:
 def _last(text: str, separator: str, separators: tuple[str, ...]) -> int:
     """Where the last ``separator`` in ``text`` stands that is no part of a longer one; -1 if there is none."""
     longer = {each for each in separators if separator in each and each != separator}
-    for each in longer:
+    for each in sorted(longer, key=len, reverse=True):
         text = text.replace(each, "\0" * len(each))
     return text.rfind(separator)

@@ -87,7 +87,10 @@ def _figure(number: int, condition, fields: list[str], shared_axes, numbers: dic
     reasons = _reasons(condition)
     colours = {file: k % COLOURS for k, files in enumerate(reasons.values()) for file in files}
     own = scale_of(condition, shared_axes)
-    name = " · ".join(condition.fields[each] for each in fields if each in condition.fields) or "all recordings"
+    name = (
+        "\N{NO-BREAK SPACE}· ".join(condition.fields[each] for each in fields if each in condition.fields)
+        or "all recordings"
+    )
     used = f"{len(condition.pooled)} of {len(condition.recordings)} repeats used"
     used += "; its own axes" if own != shared_axes else ""
     used += f". {condition.why}" if condition.why else ""
