@@ -88,3 +88,30 @@ def test_a_fault_put_into_a_real_recording_is_named(recordings, tmp_path, kind, 
     named = {one.file.rsplit("/", 1)[-1]: [odd.kind for odd in one.oddities] for one in condition.recordings}
     assert len(named) == 5 and condition.model is not None
     assert kind in named.pop(bad.name) and not any(named.values())
+
+
+def moved(real):
+    """Every even repeat put into every condition of another specimen: curves and files of each, as if so labelled."""
+    from needleforce.campaign.wrong_labels import wrong_labels
+
+    curves = {each.name: {one.file: one.curve for one in each.recordings} for each in real.conditions}
+    pooled = {each.name: [one.file for one in each.recordings if not one.left_out] for each in real.conditions}
+    large = [each for each in real.conditions if len(each.recordings) >= 3]
+    even = [(each, one) for each in large for one in each.recordings if int(one.fields["repeat"]) % 2 == 0]
+    for home, one in even:
+        for other in large:
+            if other.fields["specimen"] == home.fields["specimen"] or one.left_out:
+                continue
+            swapped = {name: dict(own) for name, own in curves.items()}
+            swapped[other.name][one.file] = swapped[home.name].pop(one.file)
+            rest = pooled | {home.name: [file for file in pooled[home.name] if file != one.file]}
+            rest[other.name] = [*pooled[other.name], one.file]
+            yield one.file, dict(wrong_labels(swapped, rest))
+
+
+def test_three_of_four_recordings_under_another_specimens_name_are_found(real):
+    tried = list(moved(real))
+    found = sum(file in named for file, named in tried)
+    wrongly = sum(len(named) - (file in named) for file, named in tried)
+    assert len(tried) > 200 and found > 0.7 * len(tried)
+    assert wrongly < 0.001 * len(real.recordings) * len(tried)
