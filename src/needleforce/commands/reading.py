@@ -20,7 +20,7 @@ def read_all(files: Sequence[Path], column: list[str], unit: list[str], motion: 
     import needleforce as nf
 
     options |= {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
-    _check_usage(options)
+    check_usage(options)
     motions = list(motion) or [None] * len(files)
     if len(motions) != len(files):
         raise InputError("--motion", len(motions), f"do not pair with {len(files)} files",
@@ -34,7 +34,7 @@ def read_all(files: Sequence[Path], column: list[str], unit: list[str], motion: 
     return done
 
 
-def _check_usage(options: dict) -> None:
+def check_usage(options: dict) -> None:
     """What is wrong for every file is wrong usage, not an unreadable file."""
     from ..recording.columns import QUANTITIES, dimension
     from ..units import parse

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report of an identification: one HTML file that opens offline, on a phone and on paper."""
+"""The report of an identification or of a campaign: one HTML file that opens offline, on a phone and on paper."""
 
-__all__ = ["write_report"]
+__all__ = ["write_campaign_report", "write_report"]
 
 
 def write_report(fit, path, *, title: str | None = None, table: list[dict] | None = None) -> None:
@@ -15,5 +15,18 @@ def write_report(fit, path, *, title: str | None = None, table: list[dict] | Non
     from .page import page  # here, because drawing loads matplotlib, which importing needleforce must not cost
 
     text = page(fit, title, table)
+    with whole_file(path) as file:
+        file.write(text)
+
+
+def write_campaign_report(campaign, path, *, title: str | None = None) -> None:
+    """Writes the report of a ``campaign`` to ``path``: one HTML file without any reference to the outside.
+
+    ``title`` heads the page; None counts recordings and conditions. The same input gives the same bytes.
+    """
+    from ..whole_file import whole_file
+    from .campaign_page import campaign_page
+
+    text = campaign_page(campaign, title)
     with whole_file(path) as file:
         file.write(text)

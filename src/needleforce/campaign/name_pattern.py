@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Fields read from a file's name by a pattern such as ``{specimen}_{speed_mm_s}_{repeat}``."""
+
+import re
+from dataclasses import dataclass
+from pathlib import PurePosixPath
+
+from ..errors import InputError
+from .field_names import check_fields
+
+_EXAMPLE = "Write for example {specimen}_{speed_mm_s}_{repeat}."
+
+
+@dataclass(frozen=True)
+class NamePattern:
+    """The ``fields`` of a pattern, the text before each of them in ``between``, and the text after the last one."""
+
+    text: str
+    fields: tuple[str, ...]
+    between: tuple[str, ...]
+    after: str
+
+    def read(self, name: str) -> tuple[dict[str, str], str]:
+        """The fields in a file's name below the campaign's folder, and why there are none: one of the two is empty.
+
+        Names are read from their end: a field goes back to the last separator of its kind, and the first field takes
+        what is left, separators and all. A ``_`` within a ``__`` is no ``_`` where the pattern has both, and no field
+        but the first holds a separator longer than the one before it. The ending of a file need not be in the pattern;
+        a pattern with folders is held against as many of the file's.
+        """
+        rest = _comparable(name, self.text)
+        if rest is None:
+            return {}, f"it lies in fewer folders than {self.text}"
+        if not rest.endswith(self.after):
+            return {}, f"'{rest}' does not end with '{self.after}'"
+        rest, found = rest.removesuffix(self.after), {}
+        for field, separator in reversed(list(zip(self.fields[1:], self.between[1:]))):
+            place = _last(rest, separator, self.between[1:])
+            if place < 0:
+                return {}, f"there is no '{separator}' before {{{field}}} in '{rest}'"
+            found[field], rest = rest[place + len(separator) :], rest[:place]
+            wrong = self._fault(field, found[field], separator)
+            if wrong:
+                return {}, wrong
+        return self._first(rest, found)
+
+    def _first(self, rest: str, found: dict[str, str]) -> tuple[dict[str, str], str]:
+        lead, field = self.between[0], self.fields[0]
+        if not rest.startswith(lead):
+            return {}, f"'{rest}' does not begin with '{lead}'"
+        if rest == lead:
+            return {}, f"{{{field}}} would be empty"
+        found[field] = rest.removeprefix(lead)
+        return {name: found[name] for name in self.fields}, ""
+
+    def _fault(self, field: str, value: str, separator: str) -> str:
+        if not value:
+            return f"{{{field}}} would be empty"
+        longer = (each for each in self.between[1:] if len(each) > len(separator) and each in value)
+        held = next(longer, "/" if "/" in value else "")
+        return f"{{{field}}} would be '{value}', which holds a '{held}'" if held else ""
+
+
+def name_pattern(text: str) -> NamePattern:
+    """The pattern that ``text`` spells. Raises InputError for one without fields, or whose fields cannot be told
+    apart."""
+    pieces = re.split(r"\{([^{}]*)\}", text)
+    fields, literals = tuple(pieces[1::2]), pieces[0::2]
+    if not fields or any("{" in literal or "}" in literal for literal in literals):
+        raise InputError("name pattern", repr(text), "fields stand in braces", next_step=_EXAMPLE)
+    if "" in literals[1:-1]:
+        where = fields[literals.index("", 1)]
+        raise InputError("name pattern", repr(text), f"nothing parts {{{where}}} from the field before it")
+    check_fields(fields, f"name pattern {text!r}")
+    return NamePattern(text, fields, tuple(literals[:-1]), literals[-1])
+
+
+def _comparable(name: str, pattern: str) -> str | None:
+    """As much of a file's name as the pattern speaks of; None if that is more than it has."""
+    path = PurePosixPath(name)
+    parts = path.parts if path.suffix and pattern.endswith(path.suffix) else (*path.parts[:-1], path.stem)
+    wanted = pattern.count("/") + 1
+    return "/".join(parts[-wanted:]) if wanted <= len(parts) else None
+
+
+def _last(text: str, separator: str, separators: tuple[str, ...]) -> int:
+    """Where the last ``separator`` in ``text`` stands that is no part of a longer one; -1 if there is none."""
+    longer = {each for each in separators if separator in each and each != separator}
+    for each in sorted(longer, key=len, reverse=True):
+        text = text.replace(each, "\0" * len(each))
+    return text.rfind(separator)

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One condition: its repeats identified, what is odd in each, and the fit of the rest."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..identification import Fit, RecordingFit, identify
+from ..recording import Recording
+from ..vocabulary import Status
+from .alone import oddities_alone
+from .beside import Repeat, copies, oddities_beside
+from .conditions import Label
+from .observed import Observed, event_quantities, observe
+from .oddity import SPOILED, Oddity
+from .outcome import Condition, Outcome
+from .outliers import outliers
+from .trace import Trace, trace
+
+ALL_LEFT_OUT = "No recording is left to pool: {}"
+NONE_ANSWERS = "No recording can answer: {}"
+
+
+@dataclass(frozen=True, eq=False)
+class Read:
+    """A file that was read: the recording, or None and the sentence that says why there is none."""
+
+    label: Label
+    recording: Recording | None
+    problem: str = ""
+
+    @property
+    def name(self) -> str:
+        """The file's name below the campaign's folder."""
+        return self.label.file.name
+
+    def told(self, sentence: str) -> str:
+        """A sentence without the place of the campaign's folder, which is no result."""
+        return sentence.replace(str(self.label.file.path), self.name)
+
+
+def condition(read: Sequence[Read], fields: dict[str, str], model: str | None, needle) -> Condition:
+    """The condition of these repeats. Nothing that a recording holds stops it: what went wrong is told."""
+    good = [each for each in read if each.recording is not None]
+    twice = copies([(each.name, each.recording) for each in good])
+    first = _identified([each.recording for each in good if each.name not in twice], model, needle)
+    fits = iter(first.recordings)
+    fitted = {each.name: next(fits) for each in good if each.name not in twice}
+    contacts = [fit.events.contact.depth for fit in first.recordings if fit.events.contact is not None]
+    usual = float(np.median(contacts)) if contacts else None
+    with np.errstate(all="ignore"):  # numbers too large for a force are told by their status
+        seen = {name: observe(fit.recording, fit.events, usual) for name, fit in fitted.items()}
+        odd = _oddities(good, fitted, seen, twice)
+    kept = [each for each in good if not any(one.left_out for one in odd[each.name])]
+    pooled = first if len(kept) == len(fitted) else _identified([each.recording for each in kept], model, needle)
+    for file, oddity in outliers({each.name: fitted[each.name].parameters for each in kept}):
+        odd[file].append(oddity)
+    names = {each.name for each in kept if fitted[each.name].parameters}
+    told = tuple(_outcome(each, fitted.get(each.name), seen.get(each.name), odd, names) for each in read)
+    why = "" if pooled.model is not None else _why(told, pooled)
+    along = None if pooled.model is None else _along(pooled)
+    return Condition(fields, told, pooled.parameters, pooled.model, pooled.quality, why, pooled.warnings, along)
+
+
+def _identified(recordings: list[Recording], model: str | None, needle) -> Fit:
+    return identify(recordings, model=model, needle=needle) if recordings else Fit((), {}, None, None)
+
+
+def _oddities(good: list[Read], fitted: dict, seen: dict[str, Observed | None], twice: dict) -> dict[str, list[Oddity]]:
+    moving = [
+        Repeat(each.name, each.recording, fitted[each.name].events, seen[each.name])
+        for each in good
+        if seen.get(each.name) is not None
+    ]
+    beside = oddities_beside(moving)
+    found = {each.name: [twice[each.name]] if each.name in twice else [] for each in good}
+    fields = {each.name: each.label.fields for each in good}
+    for each in moving:
+        alone = oddities_alone(each.recording, each.events, each.seen, fields[each.name])
+        found[each.name] += _first_causes([*alone, *beside[each.name]])
+    return found
+
+
+def _first_causes(odd: list[Oddity]) -> list[Oddity]:
+    """Without the missing puncture where the numbers themselves are wrong: that is why none is seen."""
+    spoiled = any(each.kind in SPOILED for each in odd)
+    return [each for each in odd if not (spoiled and each.kind == "no_puncture")]
+
+
+def _outcome(read: Read, fit: RecordingFit | None, seen: Observed | None, odd: dict, pooled: set[str]) -> Outcome:
+    said = tuple(odd.get(read.name, ()))
+    if fit is None:
+        status = Status.unreadable if read.recording is None else Status.ok
+        notes = (read.told(read.problem),) if read.problem else ()
+        return Outcome(read.name, read.label.fields, status, notes, oddities=said)
+    quantities = event_quantities(read.recording, fit.events) | ({} if seen is None else seen.quantities())
+    reading = [note.message for note in read.recording.notes]
+    notes = dict.fromkeys(note for note in fit.notes if note not in reading)
+    base = Outcome(
+        read.name, read.label.fields, fit.status, tuple(map(read.told, notes)), tuple(map(read.told, reading)), said,
+        read.name in pooled, fit.events, quantities, fit.parameters, fit.quality,
+    )  # fmt: skip
+    return base if seen is None else dataclasses.replace(base, shown=seen.shown, curve=seen.curve)
+
+
+def _why(told: tuple[Outcome, ...], pooled: Fit) -> str:
+    """Why a condition has no model."""
+    if pooled.parameters:
+        return " ".join(pooled.warnings)
+    reasons = dict.fromkeys(each.oddities[0].sentence if each.left_out else each.why for each in told)
+    few, more = list(reasons)[:3], len(reasons) - 3
+    said = ALL_LEFT_OUT if any(each.left_out for each in told) else NONE_ANSWERS
+    return said.format(" ".join(few) + (f" And {more} more reasons." if more > 0 else ""))
+
+
+def _along(fit: Fit) -> Trace:
+    """The pooled model along the motion of the repeat with the median residual."""
+    ranked = sorted((each for each in fit.recordings if each.quality), key=lambda each: each.quality.rmse_N)
+    chosen = (ranked or [each for each in fit.recordings if each.parameters])[(len(ranked) - 1) // 2 if ranked else 0]
+    surface = fit.parameters["contact_depth"].value
+    return trace(chosen.recording.depth, np.asarray(fit.predict(chosen.recording)), surface)

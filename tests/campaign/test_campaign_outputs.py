@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Table, JSON, report and command: the same bytes for the same files, whatever their order and place."""
+
+import json
+import random
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+
+import pytest
+
+import needleforce as nf
+from needleforce.campaign import campaign
+from needleforce.campaign.table import check_table
+
+COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()"]
+FEW = ("speed_1.csv", "speed_2.csv", "speed_4.csv", "double_1.csv", "double_2.csv", "double_4.csv", "stray.csv",
+       "double_5-empty.csv")  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def few(folder, tmp_path_factory):
+    """A small campaign in a folder of its own."""
+    made = tmp_path_factory.mktemp("few")
+    for name in FEW:
+        shutil.copy(folder / name, made / name)
+    return made
+
+
+def outputs(done, place) -> list[bytes]:
+    done.save_table(place / "table.csv")
+    done.report(place / "report.html")
+    return [(place / "table.csv").read_bytes(), (place / "report.html").read_bytes(), done.to_json().encode()]
+
+
+def test_another_order_and_another_place_give_the_same_bytes(few, tmp_path):
+    first = outputs(campaign(few, pattern="{specimen}_{repeat}"), tmp_path)
+    moved = tmp_path / "moved"
+    shutil.copytree(few, moved)
+    files = [moved / name for name in FEW]
+    random.Random(3).shuffle(files)
+    assert files != sorted(files)
+    assert outputs(campaign([*files, moved], pattern="{specimen}_{repeat}"), tmp_path) == first
+
+
+def test_the_table_is_tidy_and_complete(done):
+    import pandas
+
+    made = done.table()
+    assert list(made.columns[:2]) == ["specimen", "repeat"]
+    assert not made.duplicated(["specimen", "file", "quantity"]).any()
+    assert set(made.file) == {one.file for one in done.recordings} | {""}
+    for one in done.recordings:
+        own = made[made.file == one.file].set_index("quantity")
+        assert own.value["oddities"] == len(one.oddities) and bool(own.outlier["oddities"]) == bool(one.oddities)
+        if one.answers:
+            assert own.value["cutting_force"] == one.parameters["cutting_force"].value
+            assert {"event_contact_depth", "event_puncture_1_force", "speed", "travel", "hold"} <= set(own.index)
+    pooled = made[(made.file == "") & (made.specimen == "speed")].set_index("quantity")
+    (condition,) = [each for each in done.conditions if each.fields["specimen"] == "speed"]
+    assert pooled.low["friction_per_length"] == condition.parameters["friction_per_length"].low
+    assert pooled.value["recordings"] == 2
+    assert isinstance(made, pandas.DataFrame)
+
+
+def test_events_lie_between_their_limits(done):
+    made = done.table()
+    events = made[made.quantity.str.fullmatch(r"event_(contact|exit|puncture_\d)_depth")]
+    told = events[events.status == "ok"]
+    assert len(told) > 60 and (told.low <= told.high).all()
+    assert ((told.low - 1e-4 <= told.value) & (told.value <= told.high + 1e-4)).all()
+
+
+def test_an_odd_quantity_is_flagged_in_its_row(done):
+    made = done.table().set_index(["file", "quantity"])
+    odd = {"speed": "speed", "travel": "travel", "drift": "drift", "outlier": "puncture_indentation"}
+    for specimen, quantity in (odd | {"unpierced": "event_punctures"}).items():
+        row = made.loc[(f"{specimen}_4.csv", quantity)]
+        assert row.outlier and row.why, (specimen, quantity)
+    assert not made.loc[("speed_1.csv", "speed")].outlier
+
+
+def test_csv_reads_back(done, tmp_path):
+    import pandas
+
+    done.save_table(tmp_path / "table.csv")
+    back = pandas.read_csv(tmp_path / "table.csv", keep_default_na=False, na_values={"value": [""], "low": [""]})
+    assert list(back.columns) == list(done.table().columns) and len(back) == len(done.table())
+
+
+def test_parquet_reads_back(done, tmp_path):
+    pytest.importorskip("pyarrow", reason="pyarrow is an optional extra")
+    import pandas
+
+    done.save_table(tmp_path / "table.parquet")
+    pandas.testing.assert_frame_equal(pandas.read_parquet(tmp_path / "table.parquet"), done.table(), check_dtype=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["table.parquet"]
+
+
+def test_parquet_without_pyarrow_names_the_extra(done, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    for save in (done.save_table, check_table):
+        with pytest.raises(nf.InputError, match=r"needleforce\[parquet\]"):
+            save(tmp_path / "table.parquet")
+    assert not list(tmp_path.iterdir())
+
+
+class Page(HTMLParser):
+    """Ids, links within the page, and whatever is fetched from elsewhere."""
+
+    def __init__(self, text: str):
+        super().__init__()
+        self.ids, self.links, self.foreign, self.lines = set(), set(), [], 0
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.ids |= {given["id"]} if "id" in given else set()
+        target = given.get("href") or given.get("src") or ""
+        self.links |= {target[1:]} if target.startswith("#") else set()
+        self.foreign += [target] if target and not target.startswith("#") else []
+        self.lines += tag == "polyline"
+
+
+def test_the_report_shows_every_repeat_and_every_reason(done, tmp_path):
+    done.report(tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    page = Page(text)
+    assert page.links <= page.ids and not page.foreign
+    off_axes = len(re.findall(r"Off the axes: no\. \d+", text))
+    drawn = sum(one.shown is not None for condition in done.conditions for one in condition.recordings)
+    assert page.lines == drawn - off_axes + sum(each.model is not None for each in done.conditions)
+    for one in done.recordings:
+        assert one.file in text
+        for odd in one.oddities:
+            assert odd.sentence.split("'")[0] in text
+
+
+def test_a_large_report_stays_small(done, tmp_path):
+    import dataclasses
+
+    sound = [one for one in done.recordings if one.pooled and not one.oddities]
+    one = next(each for each in done.conditions if each.model is not None)
+    renamed = [dataclasses.replace(sound[k % len(sound)], file=f"{k}.csv") for k in range(300)]
+    many = [
+        dataclasses.replace(one, fields={"k": str(k)}, recordings=tuple(renamed[k : k + 5])) for k in range(0, 300, 5)
+    ]
+    dataclasses.replace(done, conditions=tuple(many), others=()).report(tmp_path / "report.html")
+    assert 100_000 < (tmp_path / "report.html").stat().st_size < 5_000_000
+
+
+def test_nothing_drawn_still_makes_a_report(folder, tmp_path):
+    nothing = campaign(folder / "double_5-empty.csv")
+    nothing.report(tmp_path / "report.html")
+    nothing.save_table(tmp_path / "table.csv")
+    assert "double_5-empty.csv" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def run(*arguments):
+    return subprocess.run([*COMMAND, "campaign", *map(str, arguments)], capture_output=True, text=True)
+
+
+def test_the_command(few, tmp_path):
+    table, report = tmp_path / "t.csv", tmp_path / "r.html"
+    done = run(few, "--pattern", "{specimen}_{repeat}", "--table", table, "--report", report, "--json", "-")
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    assert {each["name"] for each in document["conditions"]} == {"speed", "double"}
+    assert sum(len(each["recordings"]) for each in document["conditions"]) + len(document["others"]) == len(FEW)
+    assert table.stat().st_size > 1000 and report.stat().st_size > 5000
+    for word in ("moves differently", "double_5-empty.csv", "left out", "stray.csv"):
+        assert word in done.stderr
+
+
+def exit_code(monkeypatch, *arguments) -> int:
+    from needleforce.cli import main
+
+    monkeypatch.setattr(sys, "argv", ["needleforce", "campaign", *map(str, arguments)])
+    with pytest.raises(SystemExit) as left:
+        main()
+    return left.value.code
+
+
+def test_exit_codes(few, monkeypatch, capsys):
+    assert exit_code(monkeypatch, few / "double_5-empty.csv") == 1
+    assert exit_code(monkeypatch, few / "stray.csv", few / "double_5-empty.csv") == 0
+    assert exit_code(monkeypatch, few, "--pattern", "{a}={b}") == 2
+    assert "{a}={b}" in capsys.readouterr().err
+    assert exit_code(monkeypatch, few, "--table", few / "stray.csv") == 2
+    assert "also read" in capsys.readouterr().err
+    assert exit_code(monkeypatch, few, "--unit", "force=parsec") == 2
+    assert exit_code(monkeypatch, few / "nothing*") == 2
