@@ -7,9 +7,10 @@ from .fit import Fit, RecordingFit
 from .identify import identify
 from .lugre_filter import LuGreFilter
 from .lugre_recording import FilteredLuGre, filter_lugre
-from .two_pass import Site, TwoPass
+from .two_pass import Bias, Site, TwoPass
 
 __all__ = [
+    "Bias",
     "Estimate",
     "FilteredLuGre",
     "Fit",
