@@ -29,7 +29,6 @@ from needleforce.identification.breakpoint_fit import fit_cycle
 ORDER = ("stiffness_coefficient", "contact_depth", "puncture_depth", "friction_per_length", "cutting_force")
 PUNCTURE, SIGMAS = 0.05e-3, 4.0
 NOISES = (5e-3, 20e-3, 50e-3)
-# name in the table, how an error is shown, factor
 SHOWN = (
     ("stiffness_coefficient", "c %", 0.0),
     ("contact_depth", "z0 um", 1e6),
@@ -116,11 +115,9 @@ def least_errors(arrays, truth, noise: float) -> dict:
     columns = np.zeros((len(inwards) + len(outwards), 4))
     columns[: len(inwards)][loading, 0] = inwards[loading] ** 2
     columns[: len(inwards)][loading, 1] = -2.0 * c * inwards[loading]
-    columns[: len(inwards)][cutting, 1:] = np.column_stack(
-        [np.full(cutting.sum(), -slope), inwards[cutting], np.ones(cutting.sum())]
-    )
+    columns[: len(inwards)][cutting, 1:] = np.array([[-slope, 0.0, 1.0]]) + np.outer(inwards[cutting], [0, 1, 0])
     pulled = outwards > 0.0
-    columns[len(inwards) :][pulled, 1:3] = np.column_stack([np.full(pulled.sum(), slope), -outwards[pulled]])
+    columns[len(inwards) :][pulled, 1:3] = np.array([[slope, 0.0]]) + np.outer(outwards[pulled], [0, -1])
     scale = np.linalg.norm(columns, axis=0)
     covariance = np.linalg.inv((columns / scale).T @ (columns / scale))
     return dict(zip(PARAMETERS, noise * np.sqrt(np.diagonal(covariance)) / scale))
@@ -179,10 +176,8 @@ def markdown(rows: list[list]) -> str:
 
 
 def cell(value) -> str:
-    if value is None:
-        return "none given"
-    if isinstance(value, str | int):
-        return str(value)
+    if value is None or isinstance(value, str | int):
+        return "none given" if value is None else str(value)
     return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}" if abs(value) < 90 else f"{value:.1f}"
 
 

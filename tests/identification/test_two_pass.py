@@ -201,6 +201,16 @@ def test_speeds_that_differ_and_a_contact_above_the_first_are_told():
     assert cutting(early) == pytest.approx(F_C - FRICTION * 1e-3, abs=2e-3)
 
 
+def test_a_second_pass_without_an_insertion_is_refused_and_said():
+    whole = second_pass(1)
+    turn = int(np.argmax(whole.depth))
+    columns = (getattr(whole, name)[turn:] for name in ("time", "depth", "velocity", "force"))
+    for useless in (nf.Recording(*columns), second_pass(1, move=motion(depth=2e-3))):
+        fit = nf.identify([first_pass(0)], second_pass=[useless], model="paper")
+        assert fit.two_pass is None and any("too short to subtract" in note for note in fit.recordings[0].notes)
+        assert fit.parameters["cutting_force"].value == pytest.approx(F_C, abs=2e-3)  # the first pass's own
+
+
 def test_terms_and_range_are_in_the_json_and_the_range_is_said():
     fit = nf.identify([first_pass(0)], second_pass=[second_pass(1)], model="paper")
     document = json.loads(fit.to_json())["two_pass"]

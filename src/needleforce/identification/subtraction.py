@@ -65,7 +65,7 @@ def _site(pair: Pair, events: Events) -> Site:
     depth_2, force_2 = _insertion_of(pair.second, events, pair.contact)
     in_hole = depth_2 <= depth_1.max()  # deeper it cuts anew
     depth_2, force_2 = depth_2[in_hole], force_2[in_hole]
-    grid = _grid(pair, min(depth_1.max(), max(depth_2, default=-np.inf)))
+    grid = _grid(pair, min(depth_1.max(), max(depth_2, default=0.0)))
     first, second = (_binned(grid, depth, force, GRID) for depth, force in ((depth_1, force_1), (depth_2, force_2)))
     start, stop, reason = friction_window(depth_2, force_2, pair.puncture)
     friction, intercept = _friction_line(*bin_means(depth_2, force_2, start, stop))
