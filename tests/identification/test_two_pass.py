@@ -211,13 +211,16 @@ def test_a_second_pass_without_an_insertion_is_refused_and_said():
         assert fit.parameters["cutting_force"].value == pytest.approx(F_C, abs=2e-3)  # the first pass's own
 
 
-def test_terms_and_range_are_in_the_json_and_the_range_is_said():
+def test_terms_and_range_are_in_the_json_and_the_report(tmp_path):
     fit = nf.identify([first_pass(0)], second_pass=[second_pass(1)], model="paper")
     document = json.loads(fit.to_json())["two_pass"]
     assert [each["name"] for each in document["terms"]] == list(TERMS)
     low, high = document["cutting_range"]
     assert low < fit.parameters["cutting_force"].low < fit.parameters["cutting_force"].high < high
     assert f"{1e3 * high:.3g} mN" in fit.two_pass.biases[-1]
+    fit.report(tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "range with its biases" in page and "lies between" in page
 
 
 def test_the_existing_hole_beside_an_insertion_four_minutes_before(recordings):

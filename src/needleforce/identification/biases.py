@@ -42,7 +42,8 @@ def cutting_range(sites: list[Site], terms: tuple[Bias, ...], upper_bound: bool)
     """
     cutting, whole = (float(np.mean(each)) for each in zip(*((site.cutting, site.first.mean()) for site in sites)))
     low, high = (cutting - sum(getattr(term, name) for term in terms) for name in ("adds_high", "adds_low"))
-    return 0.0 if upper_bound else max(low, 0.0), max(min(high, whole), 0.0)
+    high = max(min(high, whole), 0.0)
+    return (0.0 if upper_bound else min(max(low, 0.0), high)), high
 
 
 def _mean(sites: list[Site], name: str, unit: str = "N/m") -> Estimate:
