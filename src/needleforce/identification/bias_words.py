@@ -33,9 +33,9 @@ def span(low: float, high: float) -> str:
     return f"{force(low)} to {force(high)}"
 
 
-def per_mm(slope: float) -> str:
+def per_length(slope: float) -> str:
     """A friction per length [N/m] as text."""
-    return f"{1e-3 * slope:.3g} N/mm"
+    return f"{slope:.3g} N/m"
 
 
 def _more_than_friction(found: list[tuple[str, ...]], count: int) -> str:

@@ -10,7 +10,7 @@ from math import nan
 
 import numpy as np
 
-from .bias_words import force, per_mm, span
+from .bias_words import force, per_length, span
 from .estimates import Estimate
 from .pooling import mean_estimate
 from .two_pass import Bias, Site
@@ -41,7 +41,7 @@ def cutting_range(sites: list[Site], terms: tuple[Bias, ...], upper_bound: bool)
     An upper bound leaves 0 as the least.
     """
     cutting, whole = (float(np.mean(each)) for each in zip(*((site.cutting, site.first.mean()) for site in sites)))
-    low, high = (cutting - sum(getattr(term, name) for term in terms) for name in ("adds_high", "adds_low"))
+    low, high = (float(cutting - sum(getattr(term, name) for term in terms)) for name in ("adds_high", "adds_low"))
     high = max(min(high, whole), 0.0)
     return (0.0 if upper_bound else min(max(low, 0.0), high)), high
 
@@ -79,7 +79,7 @@ def _intercept(sites: list[Site], spreading: tuple[float, float] | None) -> Bias
     )
     said += f"{reading}, less any dimple of that pass, which would raise the cutting force by {span(*adds)}; forced "
     said += "through the origin the line would bias the friction."
-    return Bias("intercept", found.value, found.low, found.high, "N", *adds, said)
+    return Bias("intercept", found.value, float(found.low), float(found.high), "N", *map(float, adds), said)
 
 
 def _friction(sites: list[Site]) -> Bias:
@@ -87,14 +87,12 @@ def _friction(sites: list[Site]) -> Bias:
     found, first = _mean(sites, "slope_difference"), _mean(sites, "first_slope").value
     depth = _mean(sites, "mean_depth", "m").value
     adds = found.low * depth, found.high * depth
-    said = f"After the puncture the first pass grows by {per_mm(first)}, the second by {per_mm(first - found.value)}: "
-    said += (
-        f"apart by {per_mm(found.value)} ({per_mm(found.low)} to {per_mm(found.high)}). If that is friction, it adds "
-    )
+    said = f"After the puncture the first pass grows by {per_length(first)}, the second by {per_length(first - found.value)}: "
+    said += f"apart by {per_length(found.value)} ({per_length(found.low)} to {per_length(found.high)}). If that is friction, it adds "
     said += f"{force(found.value * depth)} ({span(*adds)}) to the cutting force; "
     tilted = found.low > 0.0 or found.high < 0.0
     said += "the difference is not constant." if tilted else "it agrees with equal friction."
-    return Bias("unequal_friction", found.value, found.low, found.high, "N/m", *adds, said)
+    return Bias("unequal_friction", found.value, float(found.low), float(found.high), "N/m", *map(float, adds), said)
 
 
 def _spreading(spreading: tuple[float, float] | None) -> Bias:

@@ -29,7 +29,10 @@ def doubts_of(first: Single, second: Recording, events: Events, grid: np.ndarray
         )
     start = first.events.punctures[0].depth - first.events.punctures[0].indentation
     if any(grid[0] < puncture.depth - start < grid[-1] for puncture in first.events.punctures[1:]):
-        said.append("The first pass punctures once more within the window: the difference holds what it deforms there.")
+        said.append(
+            "The first pass drops once more within the window: the difference holds what it deforms there, unless the "
+            "cutting force swings."
+        )
     return tuple(said)
 
 
