@@ -87,8 +87,9 @@ def _friction(sites: list[Site]) -> Bias:
     found, first = _mean(sites, "slope_difference"), _mean(sites, "first_slope").value
     depth = _mean(sites, "mean_depth", "m").value
     adds = found.low * depth, found.high * depth
-    said = f"After the puncture the first pass grows by {per_length(first)}, the second by {per_length(first - found.value)}: "
-    said += f"apart by {per_length(found.value)} ({per_length(found.low)} to {per_length(found.high)}). If that is friction, it adds "
+    second, apart, low, high = map(per_length, (first - found.value, found.value, found.low, found.high))
+    said = f"After the puncture the first pass grows by {per_length(first)}, the second by {second}: "
+    said += f"apart by {apart} ({low} to {high}). If that is friction, it adds "
     said += f"{force(found.value * depth)} ({span(*adds)}) to the cutting force; "
     tilted = found.low > 0.0 or found.high < 0.0
     said += "the difference is not constant." if tilted else "it agrees with equal friction."
