@@ -62,7 +62,7 @@ def lengths(full: bool) -> list[tuple[int, float, float]]:
     with tempfile.TemporaryDirectory() as folder:
         for k, count in enumerate(counts):
             arrays, _ = simulate(1, NOISE, samples=count // 2)
-            repeats = int(np.clip(3e6 / count, 3, 300))
+            repeats = int(np.clip(3e6 / count, 9, 300))
             found.append((count, seconds_of(arrays, repeats), memory_of(arrays, small, Path(folder))))
             progress("length", k + 1, len(counts))
     return found
