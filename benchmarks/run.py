@@ -230,7 +230,7 @@ def demo():
 
 
 def main(full: bool) -> None:
-    """Runs every part and prints one table; those of the fit and of the loading curves follow."""
+    """Runs every part and prints one table; those of the fit, of real events and of the loading curves follow."""
     console = Console(width=110)
     table = Table("what", "measured", "bar", "", title="needleforce, bars", title_justify="left")
     for part in (step, evaluation, tips, reading, starting, demo, real, *((many_samples,) if full else ())):
@@ -238,7 +238,9 @@ def main(full: bool) -> None:
             for what, measured, bar, met in part():
                 table.add_row(what, measured, bar, "" if not bar or met is None else "met" if met else "NOT MET")
     console.print(table)
-    subprocess.run([sys.executable, ROOT / "benchmarks" / "fit.py", *(["--full"] if full else [])], check=True)
+    for script in ("fit.py", "fit_peers.py", "fit_length.py"):
+        subprocess.run([sys.executable, ROOT / "benchmarks" / script, *(["--full"] if full else [])], check=True)
+    subprocess.run([sys.executable, ROOT / "benchmarks" / "events_by_eye.py"], check=True)
     figure = ROOT / "build" / "loading_curves.svg"
     subprocess.run([sys.executable, ROOT / "benchmarks" / "loading_curves.py", "--figure", figure], check=True)
 

@@ -9,9 +9,10 @@ from .indentation_curve import IndentationFit, fit_indentation
 from .lugre_filter import LuGreFilter
 from .lugre_recording import FilteredLuGre, filter_lugre
 from .tip_comparison import TipRow, compare_tips
-from .two_pass import Site, TwoPass
+from .two_pass import Bias, Site, TwoPass
 
 __all__ = [
+    "Bias",
     "Estimate",
     "FilteredLuGre",
     "Fit",

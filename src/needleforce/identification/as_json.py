@@ -59,7 +59,13 @@ def _two_pass(two_pass) -> dict | None:
     sites = [
         {name: value for name, value in vars(site).items() if not hasattr(value, "shape")} for site in two_pass.sites
     ]
-    return {"upper_bound": two_pass.upper_bound, "biases": list(two_pass.biases), "sites": sites}
+    return {
+        "upper_bound": two_pass.upper_bound,
+        "biases": list(two_pass.biases),
+        "terms": [dataclasses.asdict(term) for term in two_pass.terms],
+        "cutting_range": list(two_pass.cutting_range),
+        "sites": sites,
+    }
 
 
 def _estimates(parameters: dict) -> list[dict]:

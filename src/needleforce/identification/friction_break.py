@@ -26,10 +26,12 @@ def friction_window(depth: np.ndarray, force: np.ndarray, puncture: float) -> tu
     return start, end, reason
 
 
-def bin_means(depth: np.ndarray, force: np.ndarray, start: float, end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Mean depth and force of the whole bins between start and end."""
-    count = max(int((end - start) / BIN), 0)
-    index = np.floor((depth - start) / BIN).astype(int)
+def bin_means(
+    depth: np.ndarray, force: np.ndarray, start: float, end: float, width: float = BIN
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean depth and force of the whole bins of ``width`` [m] between start and end."""
+    count = max(int(round((end - start) / width, 6)), 0)
+    index = np.floor((depth - start) / width).astype(int)
     inside = (index >= 0) & (index < count)
     number = np.bincount(index[inside], minlength=count)
     filled = number > 0

@@ -8,9 +8,13 @@ import numpy as np
 from ..errors import InputError
 from ..recording import Recording
 from ..segmentation import Events, segment
+from .bias_words import in_words
+from .biases import cutting_range, terms_of
 from .friction_break import bin_means, friction_window
+from .pairing import doubts_of
 from .pooling import mean_estimate
-from .regression import line
+from .regression import least_squares, line
+from .second_pass import lasting_drops, not_friction_only, stiffness_share, unevenness
 from .single import Single
 from .strokes import strokes_of, undelayed_depth
 from .two_pass import Site, TwoPass
@@ -19,7 +23,6 @@ CUTTING_WINDOW = 8e-3  # [m] after the puncture, as in the paper's Fig. 7
 GRID = 0.05e-3  # [m]
 FINE = 0.01e-3  # [m]; of the first pass alone, the second is smooth
 BLOCK = 10  # grid points that count as one: 0.5 mm of travel outlasts the filter
-SLOPING = 2.0  # standard errors of the difference's slope between sites
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,63 +35,111 @@ class Pair:
     puncture: float
 
 
-def subtract(pairs: list[Pair]) -> tuple[TwoPass | None, dict[int, str]]:
+def subtract(pairs: list[Pair], spreading: tuple[float, float] | None = None) -> tuple[TwoPass | None, dict[int, str]]:
     """The two-pass procedure over the sites; a second pass has the zero of the first.
 
-    A pair that cannot be subtracted does not stop the rest: the second value says why, by its place in ``pairs``. The
-    first is None where no pair can.
+    The passes may differ in rate, speed, start and greatest depth: each is averaged onto one grid, over the depths that
+    both went and no deeper than the hole of the first. ``spreading`` [N] is what ``spreading_force`` gives. A pair that
+    cannot be subtracted does not stop the rest: the second value says why, by its place in ``pairs``. The first is None
+    where no pair can.
     """
-    sites, refused, deforming = [], {}, 0
+    sites, refused = [], {}
     for k, pair in enumerate(pairs):
-        events = segment(pair.second)
         try:
-            sites.append(_site(pair, *_insertion_of(pair.second, events, pair.contact)))
-            deforming += bool(events.punctures)
+            sites.append(_site(pair, segment(pair.second)))
         except InputError as error:
             refused[k] = f"Its second pass cannot be used: {error}"
-    if not sites:
-        return None, refused
-    dimple = float(np.mean([pair.puncture for pair in pairs]))
-    return TwoPass(tuple(sites), deforming > 0, _biases(sites, deforming, dimple)), refused
+    return (_all_sites(sites, spreading) if sites else None), refused
 
 
-def _site(pair: Pair, depth_2: np.ndarray, force_2: np.ndarray) -> Site:
+def _all_sites(sites: list[Site], spreading: tuple[float, float] | None) -> TwoPass:
+    found = [reasons for reasons in map(not_friction_only, sites) if reasons]
+    terms = terms_of(sites, spreading)
+    limits = cutting_range(sites, terms, bool(found))
+    doubts = dict.fromkeys(doubt for site in sites for doubt in site.doubts)
+    return TwoPass(tuple(sites), bool(found), in_words(sites, found, terms, tuple(doubts), limits), terms, limits)
+
+
+def _site(pair: Pair, events: Events) -> Site:
     depth_1, force_1 = pair.first.strokes.depth_in - pair.contact, pair.first.strokes.force_in
-    grid = _grid(pair, min(depth_1.max(), depth_2.max()))
-    on_grid = [_binned(grid, depth, force, GRID) for depth, force in ((depth_1, force_1), (depth_2, force_2))]
+    depth_2, force_2 = _insertion_of(pair.second, events, pair.contact)
+    in_hole = depth_2 <= depth_1.max()  # deeper it cuts anew
+    depth_2, force_2 = depth_2[in_hole], force_2[in_hole]
+    grid = _grid(pair, min(depth_1.max(), max(depth_2, default=0.0)))
+    first, second = (_binned(grid, depth, force, GRID) for depth, force in ((depth_1, force_1), (depth_2, force_2)))
     start, stop, reason = friction_window(depth_2, force_2, pair.puncture)
-    slope, intercept, error, t = line(*bin_means(depth_2, force_2, start, stop))
-    window = (slope, t * error, intercept, stop, reason)
-    difference = on_grid[0] - on_grid[1]
-    fine = np.arange(grid[0], grid[-1], FINE)
-    smooth = np.interp(fine, grid, on_grid[1])
-    swinging = _binned(fine, depth_1, force_1, FINE) - smooth
-    uncut = _binned(fine, depth_2, force_2, FINE)
-    noise = float(np.std(uncut - np.polyval(np.polyfit(fine, uncut, 2), fine)))
-    blocks = [block.mean() for block in np.array_split(difference, len(grid) // BLOCK)]
-    cutting = mean_estimate("cutting_force", blocks, "N", "")
+    friction, intercept = _friction_line(*bin_means(depth_2, force_2, start, stop))
+    blocks = [_block_means(each) for each in (grid, first, first - second)]
+    slope, _, error, t = line(blocks[0], blocks[2])
+    cutting = mean_estimate("cutting_force", blocks[2], "N", "")
+    share = stiffness_share((depth_1, force_1), (depth_2, force_2), pair.puncture)
     return Site(
         grid,
-        *on_grid,
-        difference,
-        swinging,
-        noise,
+        first,
+        second,
+        first - second,
+        *_fine_difference(grid, second, (depth_1, force_1), (depth_2, force_2)),
         depth_2,
         force_2,
-        *window,
+        *friction,
+        intercept[0],
+        stop,
+        reason,
         cutting.value,
         cutting.high - cutting.value,
+        intercept[1],
+        pair.puncture,
+        _exit(pair),
+        line(*blocks[:2])[0],
+        slope,
+        t * error,
+        float(grid.mean()),
+        *share,
+        lasting_drops(depth_2, force_2, [(each.depth - pair.contact, each.drop) for each in events.punctures]),
+        unevenness(blocks[0], blocks[2]),
+        doubts_of(pair.first, pair.second, events, grid, CUTTING_WINDOW),
     )
+
+
+def _friction_line(depth: np.ndarray, force: np.ndarray) -> tuple[tuple, tuple]:
+    """Slope and intercept, each with its half width."""
+    if len(depth) < 3:
+        raise InputError("second pass", len(depth), "too few stretches for a line", next_step="Record it faster.")
+    values, covariance, t = least_squares(np.column_stack([depth, np.ones_like(depth)]), force)
+    half = t * np.sqrt(np.diagonal(covariance))
+    return tuple((float(value), float(width)) for value, width in zip(values, half))
+
+
+def _fine_difference(grid: np.ndarray, second: np.ndarray, cut: tuple, uncut: tuple) -> tuple[np.ndarray, float]:
+    """First minus second pass in fine steps, and the noise of a first pass that does not cut, in such steps."""
+    fine = np.arange(grid[0], grid[-1], FINE)
+    cutting, friction = (_binned(fine, *each, FINE) for each in (cut, uncut))
+    wander = friction - np.polyval(np.polyfit(fine, friction, 2), fine)
+    # a pass of fewer samples a step has less of its noise averaged away
+    samples = [
+        max(np.count_nonzero((depth > fine[0]) & (depth < fine[-1])) / len(fine), 1) for depth, _ in (cut, uncut)
+    ]
+    return cutting - np.interp(fine, grid, second), float(np.std(wander)) * max(samples[1] / samples[0], 1.0) ** 0.5
+
+
+def _block_means(values: np.ndarray) -> np.ndarray:
+    return np.array([block.mean() for block in np.array_split(values, len(values) // BLOCK)])
+
+
+def _exit(pair: Pair) -> float:
+    """Indentation [m] at which the first pass left the tissue; NaN where it did not."""
+    left = pair.first.events.exit
+    return np.nan if left is None else left.depth - pair.contact
 
 
 def _grid(pair: Pair, deepest: float) -> np.ndarray:
     """The common grid of indentation, clear of the puncture's smear."""
     end = min(deepest, pair.puncture + CUTTING_WINDOW)
     grid = np.arange(pair.puncture + _smear(pair.first.recording) + GRID, end, GRID)
-    if len(grid) < 2 * BLOCK:
+    if len(grid) < 3 * BLOCK:
         raise InputError(
             "depth in common",
-            f"{1e3 * (end - pair.puncture):.2f} mm after the puncture",
+            f"{1e3 * max(end - pair.puncture, 0.0):.2f} mm after the puncture",
             "too short to subtract",
             pair.second.card.source,
             "Insert both passes beyond the puncture.",
@@ -118,29 +169,3 @@ def _binned(grid: np.ndarray, depth: np.ndarray, force: np.ndarray, step: float)
     total = np.bincount(bins[inside], force[inside], minlength=len(grid))
     order = np.argsort(depth, kind="stable")
     return np.where(count > 0, total / np.maximum(count, 1), np.interp(grid, depth[order], force[order]))
-
-
-def _biases(sites: list[Site], deforming: int, puncture: float) -> tuple[str, ...]:
-    """What the subtraction cannot separate, each with its size here."""
-    dimple = float(np.mean([site.friction_slope for site in sites])) * puncture
-    intercept = float(np.mean([site.friction_intercept for site in sites]))
-    told = [
-        "A surface that stays dimpled on the first pass lowers the cutting force, by up to "
-        f"{1e3 * dimple:.0f} mN if all of the puncture indentation stays; parallel curves do not exclude it.",
-        f"The line through the second pass meets zero depth at {1e3 * intercept:.1f} mN: force that spreads the hole, "
-        "less any dimple of that pass; forced through the origin it would bias the friction.",
-        "Friction is taken as equal on both passes; others report it smaller on the second.",
-    ]
-    if deforming:
-        told.insert(
-            0,
-            f"{deforming} of {len(sites)} second passes still deform and drop as at a puncture: the difference is an "
-            "upper bound of the cutting force.",
-        )
-    slopes = np.array([np.polyfit(site.grid, site.difference, 1)[0] for site in sites])
-    if len(sites) > 2 and abs(slopes.mean()) > SLOPING * slopes.std(ddof=1) / np.sqrt(len(sites)):
-        told.append(
-            f"The difference is not constant: it changes by {1e-3 * slopes.mean():.2g} N/mm with depth, "
-            "so friction or embedded length differ between the passes."
-        )
-    return tuple(told)

@@ -68,7 +68,8 @@ def _two_pass(two_pass) -> Markup:
         return Markup("")
     sites = two_pass.sites
     line = partial(passes.friction, sites=sites)
-    both = partial(passes.both_passes, sites=sites, upper_bound=two_pass.upper_bound)
+    options = {"upper_bound": two_pass.upper_bound, "limits": two_pass.cutting_range}
+    both = partial(passes.both_passes, sites=sites, **options)
     friction = _figure("friction", "Friction", _friction_words(sites), line, (250, 230), beside=True)
     return join([friction, _figure("passes", "Two insertions at one site", _pass_words(two_pass), both, (240, 440))])
 

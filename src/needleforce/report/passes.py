@@ -44,12 +44,15 @@ def _inside(site) -> np.ndarray:
     return (site.friction_depth >= 0.0) & (site.friction_depth <= site.friction_end)
 
 
-def both_passes(figure, sheet, sites, upper_bound: bool) -> None:
-    """Left, the two passes at one site; right, their difference at every site and its mean (fig. 7)."""
+def both_passes(figure, sheet, sites, upper_bound: bool, limits=(np.nan, np.nan)) -> None:
+    """Left, the two passes at one site; right, their difference at every site and its mean (fig. 7).
+
+    ``limits`` [N] is the range of the cutting force with the biases.
+    """
     rows, columns = (2, 1) if sheet.narrow else (1, 2)
     left, right = panels(figure, sheet, rows, columns).ravel()
     _passes(left, sheet, middle_site(sites))
-    _difference(right, sheet, sites, upper_bound)
+    _difference(right, sheet, sites, upper_bound, limits)
 
 
 def _passes(axes, sheet, site) -> None:
@@ -62,7 +65,7 @@ def _passes(axes, sheet, site) -> None:
     labels.on("second pass, same hole", *second, SECOND)
 
 
-def _difference(axes, sheet, sites, upper_bound: bool) -> None:
+def _difference(axes, sheet, sites, upper_bound: bool, limits) -> None:
     columns = min(columns_for(len(sites), sheet.columns), sheet.columns // 2)
     style = {"color": MEASURED, "lw": THIN, "alpha": 0.7}
     curves = [line(axes, 1e3 * site.grid, site.difference, columns, **style) for site in sites]
@@ -70,12 +73,16 @@ def _difference(axes, sheet, sites, upper_bound: bool) -> None:
     mean, spread = cutting.mean(), cutting.std(ddof=1) if len(cutting) > 1 else 0.0
     axes.axhspan(mean - spread, mean + spread, color=MODEL, alpha=0.14, lw=0)
     axes.axhline(mean, color=MODEL, lw=THICK)
-    axes.set_ylim(*_limits(np.concatenate([y for _, y in curves]), mean))
+    axes.set_ylim(*_limits(np.concatenate([*(y for _, y in curves), limits]), mean))
     axis_names(axes, DEPTH, "first − second [N]")
     across = axes.get_xlim(), (mean, mean)
     words = "upper bound of cutting" if upper_bound else "mean cutting force"
-    labels = Labels(axes, [*curves, across])
+    bracket = np.full(2, 1e3 * sites[0].grid[len(sites[0].grid) // 20]), np.array(limits)
+    axes.plot(*bracket, color=SLATE, lw=1.0, marker="_", ms=6)
+    labels = Labels(axes, [*curves, across, bracket] if np.isfinite(limits).all() else [*curves, across])
     labels.on(f"{words} {plain(mean, 'N')}", *across, MODEL)
+    if np.isfinite(limits).all():
+        labels.on("range with its biases", *bracket, SLATE)
 
 
 def _limits(values: np.ndarray, mean: float) -> tuple[float, float]:
