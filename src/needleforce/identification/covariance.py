@@ -41,8 +41,8 @@ def noise_of(residual: np.ndarray, count: int, filter_length: int = 1, lost: flo
 
     The window is flat (weight 1) up to the filter length, or up to the lag where the autocorrelation is lost in its own
     noise, and falls to 0 at twice that lag: Politis & Romano (1995), lag chosen as in Politis (2003). A triangular
-    window (Newey & West 1987) weighs the lags within the filter down and so understates the noise, as moving blocks do.
-    A correlation that fades evenly, as of drift, has no last lag: it is taken out and put back (Andrews & Monahan 1992).
+    window (Newey & West 1987) weighs the lags within the filter down and so understates the noise, as blocks do. A
+    correlation that fades evenly, as of drift, has no last lag: its tail is summed (Andrews & Monahan 1992).
     """
     if count < 2:
         return Noise(count=count)

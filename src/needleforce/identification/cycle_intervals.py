@@ -69,6 +69,8 @@ class Told:
             rmse=math.sqrt(self.variance),
             noise_correlation_length=long_run / plain if plain > 0.0 else 1.0,
             warnings=tuple(self._warnings(values, low, high, free)),
+            noises=tuple(self.noises),
+            saturation_sought=free,
         )
 
     def _estimates(self, rows: np.ndarray, weights: np.ndarray) -> tuple[dict, dict, dict]:

@@ -11,13 +11,18 @@ from ..model import Insertion, Model
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Status
+from .cycle_fit import CycleFit
 from .estimates import Estimate, Quality
+from .strokes import Strokes
 from .two_pass import TwoPass
 
 
 @dataclass(frozen=True, eq=False)
 class RecordingFit:
-    """What one recording gave. ``predicted`` (n,) [N] is the model along its motion; empty where there is no model."""
+    """What one recording gave. ``predicted`` (n,) [N] is the model along its motion; empty where there is no model.
+
+    ``cycle`` is the fit of ``strokes`` that the estimates come from, None where there is none: draws are made of it.
+    """
 
     file: str
     status: Status
@@ -27,6 +32,8 @@ class RecordingFit:
     quality: Quality | None = None
     predicted: np.ndarray = field(default_factory=lambda: np.empty(0))
     notes: tuple[str, ...] = ()
+    cycle: CycleFit | None = None
+    strokes: Strokes | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +69,12 @@ class Fit:
             if events.punctures:
                 model = with_puncture(model, events.punctures[0].depth - contact)
         return run_model(model, recording, contact)
+
+    def draws(self, count: int = 4000, seed: int = 0):
+        """Independent draws of what was identified, as ``Draws``; see ``draws_of``."""
+        from .draws import draws_of
+
+        return draws_of(self, count, seed)
 
     def to_json(self) -> str:
         """The fit as JSON text, in the form of ``needleforce identify --json``."""

@@ -32,6 +32,7 @@ def recording_fit(single: Single, own: dict[str, Estimate], law: str, needle, re
     base = RecordingFit(single.recording.card.source, single.status, single.recording, single.events, own, notes=notes)
     if not own:
         return base
+    base = dataclasses.replace(base, cycle=single.fits[law], strokes=single.strokes)
     try:
         model = model_of({name: estimate.value for name, estimate in own.items()}, law, needle)
     except InputError as error:
