@@ -36,13 +36,18 @@ def run(
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help="Write a report as one HTML file.")] = None,
     save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write every estimate as a CSV table.")] = None,
+    draws: Annotated[Path | None, typer.Option(help="Write 4000 draws of what was identified, .csv or .json.")] = None,
 ) -> None:
     """Identify a force model from recordings, with events, parameters and intervals."""
     import needleforce as nf
 
+    from ..identification.export import check_draws_target
     from ..preset_files.needle_file import read_needle
 
-    check_outputs([json, report, save], [*files, *second_pass, *motion, needle, bending, tension])
+    check_outputs([json, report, save, csv, draws], [*files, *second_pass, *motion, needle, bending, tension])
+    if draws is not None:
+        check_draws_target(draws)
     body = read_needle(needle) if needle else None
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
@@ -51,6 +56,7 @@ def run(
     _tell(done + seconds)
     fit = _identified(nf, done, seconds, model=model, needle=body, bending=bending, tension=tension, progress=progress)
     _write(fit, json, report, save)
+    _write_tables(fit, csv, draws)
     _show(fit, quiet=json == "-")
     if fit.model is None:
         raise typer.Exit(1)
@@ -94,6 +100,17 @@ def _write(fit, json, report, save) -> None:
         say(f"model: {save}")
     elif save is not None:
         say(f"{save}: not written, there is no model")
+
+
+def _write_tables(fit, csv, draws) -> None:
+    if csv is not None:
+        fit.to_csv(csv)
+        say(f"estimates: {csv}")
+    if draws is not None and any(each.cycle is not None for each in fit.recordings):
+        fit.draws().save(draws)
+        say(f"draws: {draws}")
+    elif draws is not None:
+        say(f"{draws}: not written, there is no one-layer cycle to draw from")
 
 
 def _show(fit, quiet: bool) -> None:

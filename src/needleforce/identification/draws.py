@@ -40,6 +40,12 @@ class Draws(Mapping[str, np.ndarray]):
     def __len__(self) -> int:
         return len(self.mean)
 
+    def save(self, path) -> None:
+        """Writes the draws as CSV or JSON, by the ending of ``path``; see ``write_draws``."""
+        from .export import write_draws
+
+        write_draws(self, path)
+
 
 def draws_of(fit: Fit, count: int, seed: int) -> Draws:
     """``count`` draws of every quantity that ``fit`` identified, the same for the same ``seed``.

@@ -11,6 +11,7 @@ from ..model import Insertion, Model
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Status
+from .correlations import Correlations, correlations_of
 from .cycle_fit import CycleFit
 from .estimates import Estimate, Quality
 from .strokes import Strokes
@@ -70,11 +71,28 @@ class Fit:
                 model = with_puncture(model, events.punctures[0].depth - contact)
         return run_model(model, recording, contact)
 
+    @property
+    def correlations(self) -> Correlations | None:
+        """What trades off within a recording; None where no recording was fitted by a one-layer cycle."""
+        return correlations_of(self.recordings)
+
     def draws(self, count: int = 4000, seed: int = 0):
         """Independent draws of what was identified, as ``Draws``; see ``draws_of``."""
         from .draws import draws_of
 
         return draws_of(self, count, seed)
+
+    def to_arviz(self, draws: int = 4000, seed: int = 0):
+        """The draws as ArviZ takes them; see ``inference_data``. Raises InputError without ArviZ."""
+        from .export import inference_data
+
+        return inference_data(self.draws(draws, seed))
+
+    def to_csv(self, path) -> None:
+        """Writes every estimate, pooled and of each recording, as a CSV table; see ``write_estimates``."""
+        from .export import write_estimates
+
+        write_estimates(self, path)
 
     def to_json(self) -> str:
         """The fit as JSON text, in the form of ``needleforce identify --json``."""

@@ -10,6 +10,7 @@ from ..errors import InputError
 from ..model import Model
 from ..recording import Recording
 from .bench_tests import needle_estimate, tissue_estimate
+from .correlations import known_together
 from .derived import derived
 from .estimates import Estimate, estimates_of
 from .fit import Fit
@@ -83,7 +84,7 @@ def assemble(given: Given, singles: list[Single], seconds: list, law: str, choic
         pooled_quality(told),
         warnings_of(singles, model) + trouble,
         held_fixed(given, law, parameters),
-        unknown(given, law, two_pass is not None),
+        unknown(given, law, two_pass is not None) + known_together(told),
         choice,
         settings(law, given.needle, singles),
         two_pass,
