@@ -238,7 +238,8 @@ def main(full: bool) -> None:
             for what, measured, bar, met in part():
                 table.add_row(what, measured, bar, "" if not bar or met is None else "met" if met else "NOT MET")
     console.print(table)
-    subprocess.run([sys.executable, ROOT / "benchmarks" / "fit.py", *(["--full"] if full else [])], check=True)
+    for name in ("fit.py", "uncertainty.py"):
+        subprocess.run([sys.executable, ROOT / "benchmarks" / name, *(["--full"] if full else [])], check=True)
     figure = ROOT / "build" / "loading_curves.svg"
     subprocess.run([sys.executable, ROOT / "benchmarks" / "loading_curves.py", "--figure", figure], check=True)
 

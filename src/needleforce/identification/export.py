@@ -103,7 +103,7 @@ def inference_data(draws: Draws):
         name: np.moveaxis(values.reshape(len(values), chains, -1), 0, -1) for name, values in of_recording.items()
     }
     named = {"coords": {"recording": _told_apart(draws.files)}, "dims": dims}
-    if hasattr(arviz, "InferenceData"):
+    if arviz.__version__.startswith("0."):
         return arviz.from_dict(posterior=posterior, **named)
     return arviz.from_dict({"posterior": posterior}, **named)
 
