@@ -55,7 +55,7 @@ def correlations_of(recordings: Sequence) -> Correlations | None:
     if not sd.all():
         return None
     values = np.mean([[cycle.values[name] for name in names] for cycle in cycles], axis=0)
-    relative = np.divide(sd, np.abs(values), out=np.full(len(sd), np.inf), where=values != 0.0)
+    relative = np.divide(sd, np.abs(values), out=np.full(len(sd), np.nan), where=values != 0.0)
     return Correlations(names, covariance / np.outer(sd, sd), relative)
 
 
