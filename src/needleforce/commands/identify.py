@@ -123,11 +123,15 @@ def _show(fit, quiet: bool) -> None:
         return
     table("events", ["file", "status", "contact", "punctures", "exit"], [_events(each) for each in fit.recordings])
     rows = [
-        [e.name, quantity(e.value, e.low, e.high, e.unit), "yes" if e.identifiable else "no", e.source]
+        [e.name, quantity(e.value, e.low, e.high, e.unit), _spread(e), "yes" if e.identifiable else "no", e.source]
         for e in fit.parameters.values()
     ]
     if rows:
-        table("identified", ["quantity", "value, 95 % interval", "identifiable", "how"], rows)
+        table(
+            "identified",
+            ["quantity", "value, 95 % interval", "sd between repeats, within run", "identifiable", "how"],
+            rows,
+        )
     ratio = fit.settings.get("lateral_over_axial_force")
     if ratio is not None:
         say(f"lateral forces: {100 * ratio:.0f} % of the axial one")
@@ -135,6 +139,18 @@ def _show(fit, quiet: bool) -> None:
         say(f"warning: {warning}")
     for bias in fit.two_pass.biases if fit.two_pass else ():
         say(f"two passes: {bias}")
+
+
+def _spread(estimate) -> str:
+    """The scatter between repeats and the error within a run, in the unit that the value would be shown in."""
+    from ..report.numbers import quantity
+
+    spreads = (estimate.between_repeats_sd, estimate.within_run_sd)
+    if None in spreads:
+        return ""
+    value = estimate.value
+    shown = [quantity(value, value - spread, value + spread, estimate.unit) for spread in spreads]
+    return ", ".join(f"{each.half_width or '0'} {each.unit}" for each in shown)
 
 
 def _events(each) -> list[str]:
