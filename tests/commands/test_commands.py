@@ -54,6 +54,15 @@ def test_identify_writes_json_report_and_preset(document, tmp_path):
     assert model.cutting.force == named["cutting_force"] and model.friction.per_length == named["friction_per_length"]
 
 
+def test_identify_writes_estimates_and_draws(example, tmp_path):
+    done = run("identify", example, "--csv", tmp_path / "estimates.csv", "--draws", tmp_path / "draws.csv")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "estimates.csv").read_text().startswith("recording,quantity,value,low,high,unit,")
+    assert len((tmp_path / "draws.csv").read_text().splitlines()) == 1 + 2 * 4000  # pooled, and of the one recording
+    refused = run("identify", example, "--draws", tmp_path / "draws.txt")
+    assert refused.returncode == 2 and "ends in none of .csv, .json" in refused.stderr
+
+
 def test_a_bad_file_does_not_stop_the_rest(example, tmp_path):
     (tmp_path / "empty.csv").write_text("")
     done = run("identify", example, tmp_path / "empty.csv", "--json", "-")

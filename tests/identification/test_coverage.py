@@ -18,7 +18,7 @@ def test_intervals_hold_the_truth_at_their_rate(root, filter_length):
     assert all(0.91 <= share <= 0.98 for share in shares.values()), shares
 
 
-@pytest.mark.parametrize("filter_length, fades", [(1, 0.0), (10, 0.0), (50, 0.0), (1, 0.9)])
+@pytest.mark.parametrize("filter_length, fades", [(1, 0.0), (50, 0.0), (1, 0.9)])
 def test_draws_hold_the_truth_at_their_rate(root, monkeypatch, filter_length, fades):
     monkeypatch.syspath_prepend(root / "benchmarks")
     share_held = runpy.run_path(str(root / "benchmarks" / "uncertainty.py"))["share_held"]

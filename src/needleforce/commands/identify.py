@@ -122,16 +122,14 @@ def _show(fit, quiet: bool) -> None:
     if quiet:
         return
     table("events", ["file", "status", "contact", "punctures", "exit"], [_events(each) for each in fit.recordings])
+    repeated = any(estimate.within_run_sd is not None for estimate in fit.parameters.values())
     rows = [
-        [e.name, quantity(e.value, e.low, e.high, e.unit), _spread(e), "yes" if e.identifiable else "no", e.source]
+        [e.name, quantity(e.value, e.low, e.high, e.unit), *([_spread(e)] if repeated else []), _yes(e), e.source]
         for e in fit.parameters.values()
     ]
+    spread = ["sd between repeats, within run"] if repeated else []
     if rows:
-        table(
-            "identified",
-            ["quantity", "value, 95 % interval", "sd between repeats, within run", "identifiable", "how"],
-            rows,
-        )
+        table("identified", ["quantity", "value, 95 % interval", *spread, "identifiable", "how"], rows)
     ratio = fit.settings.get("lateral_over_axial_force")
     if ratio is not None:
         say(f"lateral forces: {100 * ratio:.0f} % of the axial one")
@@ -139,6 +137,10 @@ def _show(fit, quiet: bool) -> None:
         say(f"warning: {warning}")
     for bias in fit.two_pass.biases if fit.two_pass else ():
         say(f"two passes: {bias}")
+
+
+def _yes(estimate) -> str:
+    return "yes" if estimate.identifiable else "no"
 
 
 def _spread(estimate) -> str:

@@ -12,7 +12,7 @@ from .strokes import Strokes
 LIKELY = 20.0  # what is exp(-20) times as likely as the best counts as impossible
 CONTACTS, SATURATIONS = 97, 96  # nodes of the grid
 REACH = 6.5  # standard errors of the contact, given the saturation
-ROUNDS, NARROWS = 9, 8.0  # a search of 33 nodes, each time over an eighth of the range
+ROUNDS, NARROWS = 6, 8.0  # a search of 33 nodes, each time over an eighth of the range
 SHARED = 2.0  # between the strokes' noises; beyond, the fit, which weighs samples alike, is not the likeliest point
 SHARP = 1e-4  # of the peak force: quieter noise is lost in the rounding of running sums
 
@@ -123,7 +123,7 @@ def ridge(cycle: Cycle, saturations: np.ndarray, puncture: int) -> tuple[np.ndar
         best = _log_density(cycle, nodes, rows, puncture).argmax(axis=1)
         centres, half = nodes[np.arange(len(nodes)), best], half / NARROWS
     width = np.full(len(centres), 1e-3)
-    for _ in range(6):
+    for _ in range(4):
         sides = _log_density(cycle, centres[:, None] + width[:, None] * np.array([-1.0, 0.0, 1.0]), rows, puncture)
         bend = np.clip(2.0 * sides[:, 1] - sides[:, 0] - sides[:, 2], 1e-6, 25.0)
         width = np.clip(width / np.sqrt(bend), 1e-9, 0.5)
