@@ -55,6 +55,15 @@ def test_draws_of_repeats_are_students(several):
     assert not np.array_equal(draws["contact_depth"], several.draws(40_000, seed=2)["contact_depth"])
 
 
+def test_draws_of_what_no_repeat_tells_alone():
+    """A bare cone has no saturation depth: repeats bound it from below, and their mean is known no better."""
+    fit = nf.identify([noisy(seed=k) for k in range(3)], model="cone_cylinder")
+    draws = fit.draws(3000)
+    assert np.isfinite([draws[name] for name in draws]).all()
+    lowest = min(each.parameters["saturation_depth"].low for each in fit.recordings)
+    assert 0.9 * lowest < draws["saturation_depth"].min() and draws["saturation_depth"].max() < 1.05 * 3.237e-3
+
+
 def test_draws_have_the_correlations_that_are_told(one):
     draws, told = one.draws(100_000), one.correlations
     found = np.corrcoef([draws[name] for name in told.names])

@@ -97,8 +97,9 @@ def _correlated(covariance: np.ndarray, count: int, random: np.random.Generator)
 
 
 def _with_puncture(fit: CycleFit, found: dict, puncture: np.ndarray) -> dict:
-    """The draws with the puncture's depth, its indentation and the law's force there."""
+    """The draws with the puncture's depth, its indentation and the law's force there, what is not told held."""
     indentation = puncture - found["contact_depth"]
-    values = {name: found.get(name, fit.values[name]) for name in CURVES[fit.law].units}
+    told = {name: values for name, values in found.items() if not np.isnan(values).any()}
+    values = {name: told.get(name, fit.values[name]) for name in CURVES[fit.law].units}
     force = CURVES[fit.law].force(indentation, values)
     return found | {"puncture_depth": puncture, "puncture_indentation": indentation, "puncture_force": force}

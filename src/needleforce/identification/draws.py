@@ -107,7 +107,7 @@ def _mean(fit: Fit, answering: list[RecordingFit], own: dict, random: np.random.
             found[name] = _replaced(pooled, fit, count, random)
         elif n == 1:
             found[name] = draws[0]
-        elif pooled.identifiable:
+        elif pooled.identifiable and math.isfinite(pooled.high - pooled.low):
             found[name] = pooled.value + (values - values.mean()) @ shared / math.sqrt(n * (n - 1))
             found[name] += _beyond_scatter(values, pooled) * random.standard_normal(count)
         else:  # as little is known of the mean as of each
