@@ -46,12 +46,21 @@ def test_identify_writes_json_report_and_preset(document, tmp_path):
     assert set(one["phases"][0]) == {"phase", "start_s", "end_s"}
     assert [p["phase"] for p in one["phases"]] == ["free", "deformation", "insertion", "hold", "extraction", "free"]
     keys = {"name", "value", "unit", "low", "high", "between_repeats_sd", "identifiable", "source"}
-    assert all(set(p) == keys for p in document["parameters"])
+    assert all(set(p) == keys | {"within_run_sd"} for p in document["parameters"])
     assert set(document["quality"]) == {"rmse_N", "nrmse", "r2"}
     assert (tmp_path / "out.html").stat().st_size > 10_000
     model = nf.preset(tmp_path / "mine.toml")
     named = {p["name"]: p["value"] for p in document["parameters"]}
     assert model.cutting.force == named["cutting_force"] and model.friction.per_length == named["friction_per_length"]
+
+
+def test_identify_writes_estimates_and_draws(example, tmp_path):
+    done = run("identify", example, "--csv", tmp_path / "estimates.csv", "--draws", tmp_path / "draws.csv")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "estimates.csv").read_text().startswith("recording,quantity,value,low,high,unit,")
+    assert len((tmp_path / "draws.csv").read_text().splitlines()) == 1 + 2 * 4000  # pooled, and of the one recording
+    refused = run("identify", example, "--draws", tmp_path / "draws.txt")
+    assert refused.returncode == 2 and "ends in none of .csv, .json" in refused.stderr
 
 
 def test_a_bad_file_does_not_stop_the_rest(example, tmp_path):

@@ -18,6 +18,19 @@ def test_intervals_hold_the_truth_at_their_rate(root, filter_length):
     assert all(0.91 <= share <= 0.98 for share in shares.values()), shares
 
 
+@pytest.mark.parametrize("filter_length, fades", [(1, 0.0), (50, 0.0), (1, 0.9)])
+def test_draws_hold_the_truth_at_their_rate(root, monkeypatch, filter_length, fades):
+    monkeypatch.syspath_prepend(root / "benchmarks")
+    share_held = runpy.run_path(str(root / "benchmarks" / "uncertainty.py"))["share_held"]
+    row = 5e-3 if fades else 10e-3, filter_length, fades, 3000
+    intervals, draws = share_held(400, row, first_seed=1000 * filter_length)
+    assert intervals.pop("puncture_depth") >= 0.95 and draws.pop("puncture_depth") >= 0.91
+    # a filter as long as a tenth of the indentation: errors of law and puncture, taken as independent, cancel in part
+    both = [intervals.pop("puncture_force"), draws.pop("puncture_force")]
+    assert all(0.91 <= share <= (1.0 if filter_length == 50 else 0.98) for share in both), both
+    assert all(0.91 <= share <= 0.98 for share in [*intervals.values(), *draws.values()]), (intervals, draws)
+
+
 def filtered(length, samples=40_000, seed=0):
     """White noise of unit variance behind an average filter: long-run variance stays 1, variance is 1 / length."""
     white = np.random.default_rng(seed).standard_normal(samples + length - 1)

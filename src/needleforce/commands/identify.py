@@ -36,13 +36,18 @@ def run(
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help="Write a report as one HTML file.")] = None,
     save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write every estimate as a CSV table.")] = None,
+    draws: Annotated[Path | None, typer.Option(help="Write 4000 draws of what was identified, .csv or .json.")] = None,
 ) -> None:
     """Identify a force model from recordings, with events, parameters and intervals."""
     import needleforce as nf
 
+    from ..identification.export import check_draws_target
     from ..preset_files.needle_file import read_needle
 
-    check_outputs([json, report, save], [*files, *second_pass, *motion, needle, bending, tension])
+    check_outputs([json, report, save, csv, draws], [*files, *second_pass, *motion, needle, bending, tension])
+    if draws is not None:
+        check_draws_target(draws)
     body = read_needle(needle) if needle else None
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
@@ -51,6 +56,7 @@ def run(
     _tell(done + seconds)
     fit = _identified(nf, done, seconds, model=model, needle=body, bending=bending, tension=tension, progress=progress)
     _write(fit, json, report, save)
+    _write_tables(fit, csv, draws)
     _show(fit, quiet=json == "-")
     if fit.model is None:
         raise typer.Exit(1)
@@ -96,6 +102,17 @@ def _write(fit, json, report, save) -> None:
         say(f"{save}: not written, there is no model")
 
 
+def _write_tables(fit, csv, draws) -> None:
+    if csv is not None:
+        fit.to_csv(csv)
+        say(f"estimates: {csv}")
+    if draws is not None and any(each.cycle is not None for each in fit.recordings):
+        fit.draws().save(draws)
+        say(f"draws: {draws}")
+    elif draws is not None:
+        say(f"{draws}: not written, there is no one-layer cycle to draw from")
+
+
 def _show(fit, quiet: bool) -> None:
     from ..report.numbers import quantity
 
@@ -105,12 +122,14 @@ def _show(fit, quiet: bool) -> None:
     if quiet:
         return
     table("events", ["file", "status", "contact", "punctures", "exit"], [_events(each) for each in fit.recordings])
+    repeated = any(estimate.within_run_sd is not None for estimate in fit.parameters.values())
     rows = [
-        [e.name, quantity(e.value, e.low, e.high, e.unit), "yes" if e.identifiable else "no", e.source]
+        [e.name, quantity(e.value, e.low, e.high, e.unit), *([_spread(e)] if repeated else []), _yes(e), e.source]
         for e in fit.parameters.values()
     ]
+    spread = ["sd between repeats, within run"] if repeated else []
     if rows:
-        table("identified", ["quantity", "value, 95 % interval", "identifiable", "how"], rows)
+        table("identified", ["quantity", "value, 95 % interval", *spread, "identifiable", "how"], rows)
     ratio = fit.settings.get("lateral_over_axial_force")
     if ratio is not None:
         say(f"lateral forces: {100 * ratio:.0f} % of the axial one")
@@ -118,6 +137,22 @@ def _show(fit, quiet: bool) -> None:
         say(f"warning: {warning}")
     for bias in fit.two_pass.biases if fit.two_pass else ():
         say(f"two passes: {bias}")
+
+
+def _yes(estimate) -> str:
+    return "yes" if estimate.identifiable else "no"
+
+
+def _spread(estimate) -> str:
+    """The scatter between repeats and the error within a run, in the unit that the value would be shown in."""
+    from ..report.numbers import quantity
+
+    spreads = (estimate.between_repeats_sd, estimate.within_run_sd)
+    if None in spreads:
+        return ""
+    value = estimate.value
+    shown = [quantity(value, value - spread, value + spread, estimate.unit) for spread in spreads]
+    return ", ".join(f"{each.half_width or '0'} {each.unit}" for each in shown)
 
 
 def _events(each) -> list[str]:

@@ -21,6 +21,7 @@ def as_json(fit: Fit) -> str:
         "held_fixed": list(fit.held_fixed),
         "unknown": list(fit.unknown),
         "settings": fit.settings,
+        "correlations": _correlations(fit.correlations),
         "two_pass": _two_pass(fit.two_pass),
     }
     return json.dumps(finite(document), indent=2, allow_nan=False)
@@ -66,6 +67,10 @@ def _two_pass(two_pass) -> dict | None:
         "cutting_range": list(two_pass.cutting_range),
         "sites": sites,
     }
+
+
+def _correlations(found) -> dict | None:
+    return None if found is None else {"names": list(found.names), "matrix": found.matrix.tolist()}
 
 
 def _estimates(parameters: dict) -> list[dict]:

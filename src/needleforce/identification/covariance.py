@@ -22,7 +22,7 @@ class Noise(NamedTuple):
     """Noise of one stroke: sum of squares [N²] over the samples used, their number, their variance [N²].
 
     ``long_run`` is the sum of the autocovariances over all lags [N²]: what the mean of many samples feels. ``reach`` is
-    the last correlated lag found.
+    the last correlated lag found, ``fades`` the factor from one lag to the next where correlation fades evenly, else 0.
     """
 
     sse: float = 0.0
@@ -30,6 +30,7 @@ class Noise(NamedTuple):
     variance: float = 0.0
     long_run: float = 0.0
     reach: int = 0
+    fades: float = 0.0
 
 
 def noise_of(residual: np.ndarray, count: int, filter_length: int = 1, lost: float = 0.0) -> Noise:
@@ -40,19 +41,52 @@ def noise_of(residual: np.ndarray, count: int, filter_length: int = 1, lost: flo
 
     The window is flat (weight 1) up to the filter length, or up to the lag where the autocorrelation is lost in its own
     noise, and falls to 0 at twice that lag: Politis & Romano (1995), lag chosen as in Politis (2003). A triangular
-    window (Newey & West 1987) weighs the lags within the filter down and so understates the noise.
+    window (Newey & West 1987) weighs the lags within the filter down and so understates the noise, as blocks do. A
+    correlation that fades evenly, as of drift, has no last lag: its tail is summed (Andrews & Monahan 1992).
     """
     if count < 2:
         return Noise(count=count)
     covariance, found = _autocovariance(residual, count, filter_length)
     plain = float(covariance[0])
-    variance = long_run = plain / max(1.0 - lost / count, 0.5)
+    variance = plain / max(1.0 - lost / count, 0.5)
     reach = min(max(found, filter_length if filter_length > 1 else 0), (len(covariance) - 1) // 2)
-    if reach:
-        weight = np.clip(2.0 - np.arange(1, 2 * reach) / reach, 0.0, 1.0)
-        long_run = plain + 2.0 * float(weight @ covariance[1 : 2 * reach])
-        long_run /= max(1.0 - lost * (1.0 + 2.0 * float(weight.sum())) / count, 0.5)
-    return Noise(plain * count, count, variance, max(long_run, variance), found)
+    fades, long_run = _fading(residual, covariance, found, lost / count) if filter_length == 1 else (0.0, 0.0)
+    if not fades:
+        long_run, lags = _flat_top(covariance, reach)
+        long_run /= max(1.0 - lost * lags / count, 0.5)
+    return Noise(plain * count, count, variance, max(long_run, variance), found, fades)
+
+
+def _flat_top(covariance: np.ndarray, reach: int) -> tuple[float, float]:
+    """The sum of autocovariances within the window, and the sum of its weights."""
+    weight = np.clip(2.0 - np.arange(1, 2 * reach) / max(reach, 1), 0.0, 1.0)
+    return float(covariance[0] + 2.0 * (weight @ covariance[1 : len(weight) + 1])), 1.0 + 2.0 * float(weight.sum())
+
+
+def _fading(residual: np.ndarray, covariance: np.ndarray, found: int, lost: float) -> tuple[float, float]:
+    """Factor by which the correlation fades from lag to lag, and the long-run variance [N²] that it gives; (0, 0) where
+    it does not fade evenly. ``lost`` is the share of the samples that was paid for parameters.
+
+    The factor a is that from the first lag on: noise of the sensor adds to lag 0 alone. It comes out too small by
+    2 a / count + (1 + a) lost (Marriott & Pope 1954), which the long-run variance, with 1 / (1 - a), would feel.
+    """
+    count, lags = len(residual), covariance[1 : max(found // 2, 1) + 2]
+    if not found:
+        return 0.0, 0.0
+    fades = float(lags[1:] @ lags[:-1] / (lags[:-1] @ lags[:-1]))
+    fades = min(fades + 2.0 * fades / count + (1.0 + fades) * lost, 1.0 - 1.0 / count)
+    if not fades > 0.0 or not _white_without(residual, fades, 2 * found):
+        return 0.0, 0.0
+    start = float(lags.sum()) * (1.0 - fades) / (1.0 - fades ** len(lags))
+    return fades, float(covariance[0]) + 2.0 * start / (1.0 - fades)
+
+
+def _white_without(residual: np.ndarray, fades: float, lags: int) -> bool:
+    """True if what is new in each sample is correlated with no other but the next."""
+    new = residual[1:] - fades * residual[:-1]
+    covariance = core.lagged_products(new, lags)
+    white = 2.0 * math.sqrt(math.log10(len(new)) / len(new) * (1.0 + 2.0 * (covariance[1] / covariance[0]) ** 2))
+    return bool(np.abs(covariance[2:]).max() < white * covariance[0])
 
 
 def _autocovariance(residual: np.ndarray, count: int, filter_length: int) -> tuple[np.ndarray, int]:

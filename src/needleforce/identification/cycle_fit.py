@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .covariance import Noise
+
 
 @dataclass(frozen=True, eq=False)
 class CycleFit:
@@ -39,3 +41,8 @@ class CycleFit:
     noise_correlation_length: float
     """Samples that count as one: long-run over plain variance of the residuals. 1 is white noise."""
     warnings: tuple[str, ...]
+    noises: tuple[Noise, Noise]
+    """Noise of insertion and withdrawal, as the residuals show it."""
+    saturation_sought: bool = False
+    by_stages: bool = False
+    """The loading curve was fitted first, then friction and cutting; False: all at once."""

@@ -13,6 +13,9 @@ from .cycle_fit import CycleFit
 UNKNOWNS = ("stiffness_coefficient", "contact_depth", "friction_per_length", "cutting_force", "saturation_depth")
 """Order of the unknowns in the compiled core: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m]."""
 
+RAMP = 3
+"""Quarters of a filter's length on each side of a step, in which its ramp lies wherever the scan puts it."""
+
 
 class Told:
     """The core's answer on its way to a CycleFit: noise, covariance, estimates, warnings."""
@@ -69,22 +72,24 @@ class Told:
             rmse=math.sqrt(self.variance),
             noise_correlation_length=long_run / plain if plain > 0.0 else 1.0,
             warnings=tuple(self._warnings(values, low, high, free)),
+            noises=tuple(self.noises),
+            saturation_sought=free,
         )
 
     def _estimates(self, rows: np.ndarray, weights: np.ndarray) -> tuple[dict, dict, dict]:
         """Values and 95 % limits (delta method) of all quantities; the puncture depth's limits are samples, see fit."""
-        x, depth, before = self.x, self.strokes[0], self.before
-        puncture = 0.5 * float(depth[before - 1] + depth[before])
+        x, puncture = self.x, self._puncture_depth()
         h, c = puncture - x["contact_depth"], x["stiffness_coefficient"]
         slopes = CURVES["cone_cylinder"].gradient(np.float64(h), x)
         by_c, by_contact, by_saturation = (float(slopes[UNKNOWNS[k]]) for k in (0, 1, 4))
         values = x | {"puncture_depth": puncture, "puncture_indentation": h, "puncture_force": c * by_c}
         force_by = np.array((by_c, by_contact, 0.0, 0.0, by_saturation)[: len(self.order)])
-        drop = values["puncture_force"] - x["friction_per_length"] * h - x["cutting_force"]
-        spread, variance = self._puncture_variance(rows, weights, drop), self.covariance.diagonal().tolist()
+        by_law = float(force_by @ self.covariance @ force_by)
+        spread = self._puncture_variance(rows, weights, self._drop(puncture), by_law)
+        variance = self.covariance.diagonal().tolist()
         variances = dict(zip(self.order, variance))
         variances["puncture_indentation"] = variance[1] + spread
-        variances["puncture_force"] = float(force_by @ self.covariance @ force_by + force_by[1] ** 2 * spread)
+        variances["puncture_force"] = by_law + force_by[1] ** 2 * spread
         half = {name: Z_95 * math.sqrt(max(value, 0.0)) for name, value in variances.items()}
         low = {name: value - half.get(name, 0.0) for name, value in values.items()}
         high = {name: value + half.get(name, 0.0) for name, value in values.items()}
@@ -95,17 +100,43 @@ class Told:
             low["friction_per_length"] = 0.0
         return values, low, high
 
-    def _puncture_variance(self, rows: np.ndarray, weights: np.ndarray, drop: float) -> float:
+    def _puncture_depth(self) -> float:
+        """The middle of the puncture's gap [m]; behind a filter, where the step stands that was smeared.
+
+        The scan knows no ramp, and is drawn off by it. But an average moves no area: what force and model enclose
+        around the step is the drop times what the step was missed by, less the bend times length² / 24, which leaves
+        through the ends.
+        """
+        depth, before, length = self.strokes[0], self.before, self.filter_length
+        middle, gap = 0.5 * float(depth[before - 1] + depth[before]), float(depth[before] - depth[before - 1])
+        drop = self._drop(middle)
+        if length == 1 or not drop > 0.0:
+            return middle
+        half = RAMP * length // 4
+        area = float(self.found["residual_in"][before - half : before + half].sum())
+        slope = CURVES["cone_cylinder"].gradient(np.float64(middle - self.x["contact_depth"]), self.x)["contact_depth"]
+        bend = (-float(slope) - self.x["friction_per_length"]) * gap
+        missed = (area + bend * length**2 / 24.0) / drop
+        return middle + gap * min(max(missed, -0.5 * length), 0.5 * length)
+
+    def _drop(self, depth: float) -> float:
+        """The fall of the force [N] at a puncture at ``depth`` [m]."""
+        x, h = self.x, np.float64(depth - self.x["contact_depth"])
+        pushed = CURVES["cone_cylinder"].force(h, x)
+        return float(pushed - x["friction_per_length"] * h - x["cutting_force"])
+
+    def _puncture_variance(self, rows: np.ndarray, weights: np.ndarray, drop: float, by_law: float) -> float:
         """Variance [m²] of the puncture's depth: between the candidate gaps, and even within each gap.
 
-        A filter turns the drop into a ramp, which a sharp step meets in its middle: to one sample, and to the depth in
-        which the ramp crosses the noise.
+        Behind a filter: of the area around the step, over as many samples as are summed less a third of the filter's,
+        and of the loading curve there, whose force has the variance ``by_law`` [N²].
         """
         depth, length = self.strokes[0], self.filter_length
         before, after = depth[rows - 1], depth[rows]
         if length > 1 and drop > 0.0:
             gap = float(after[0] - before[0])
-            return gap**2 * (1.0 / 3.0 + length * self.noises[0].long_run / drop**2)
+            summed = (RAMP / 2.0 - 1.0 / 3.0) * length * self.noises[0].long_run
+            return gap**2 * (1.0 / 12.0 + (summed + (RAMP * length / 4.0) ** 2 * by_law) / drop**2)
         middle = 0.5 * (before + after)
         return float(weights @ ((middle - weights @ middle) ** 2 + (after - before) ** 2 / 12.0))
 

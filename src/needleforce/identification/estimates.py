@@ -2,7 +2,7 @@
 """Identified quantities with their intervals."""
 
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import inf, isfinite, sqrt
 
 from .curves import CURVES
 from .cycle_fit import CycleFit
@@ -21,8 +21,9 @@ UNITS = {name: unit for curve in CURVES.values() for name, unit in curve.units.i
 class Estimate:
     """One quantity [SI ``unit``] with its 95 % interval ``low`` to ``high``; ``source`` says how it was obtained.
 
-    ``between_repeats_sd`` is None with fewer than two repeats. ``identifiable`` is False where a log alone cannot tell
-    it.
+    ``between_repeats_sd`` is the scatter of the repeats' values, ``within_run_sd`` the root mean square of their own
+    standard errors, which is part of it; both are None with fewer than two repeats. ``identifiable`` is False where a
+    log alone cannot tell it.
     """
 
     name: str
@@ -33,6 +34,14 @@ class Estimate:
     between_repeats_sd: float | None = None
     identifiable: bool = True
     source: str = ""
+    within_run_sd: float | None = None
+
+    @property
+    def specimen_sd(self) -> float | None:
+        """Scatter between repeats beyond what their own errors make of it (moments): that of specimen and needle."""
+        if self.between_repeats_sd is None or self.within_run_sd is None:
+            return None
+        return sqrt(max(self.between_repeats_sd**2 - self.within_run_sd**2, 0.0))
 
 
 @dataclass(frozen=True)
@@ -46,8 +55,9 @@ class Quality:
 
 def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
     """The estimates of one cycle; without a withdrawal, friction and cutting rest on the insertion's slope alone."""
-    complete = "complete fit" if CURVES[fit.law].complete == fit.law else "fit by stages"
-    source = f"{complete}, {fit.law}" + ("" if has_withdrawal else ", insertion only")
+    source = f"{'fit by stages' if fit.by_stages else 'complete fit'}, {fit.law}" + (
+        "" if has_withdrawal else ", insertion only"
+    )
     names = [name for name in UNITS if name in fit.values and not _absent(name, fit)]
     return {name: _estimate(name, fit, source) for name in names}
 

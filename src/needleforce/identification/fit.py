@@ -13,13 +13,19 @@ from ..model import Insertion, Model
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Status
+from .correlations import Correlations, correlations_of
+from .cycle_fit import CycleFit
 from .estimates import Estimate, Quality
+from .strokes import Strokes
 from .two_pass import TwoPass
 
 
 @dataclass(frozen=True, eq=False)
 class RecordingFit:
-    """What one recording gave. ``predicted`` (n,) [N] is the model along its motion; empty where there is no model."""
+    """What one recording gave. ``predicted`` (n,) [N] is the model along its motion; empty where there is no model.
+
+    ``cycle`` is the fit of ``strokes`` that the estimates come from, None where there is none: draws are made of it.
+    """
 
     file: str
     status: Status
@@ -29,6 +35,8 @@ class RecordingFit:
     quality: Quality | None = None
     predicted: np.ndarray = field(default_factory=lambda: np.empty(0))
     notes: tuple[str, ...] = ()
+    cycle: CycleFit | None = None
+    strokes: Strokes | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +77,29 @@ class Fit:
         if events is not None and events.punctures:
             model = with_ruptures(model, [events.punctures[0].depth - contact])
         return run_model(model, recording, contact)
+
+    @property
+    def correlations(self) -> Correlations | None:
+        """What trades off within a recording; None where no recording was fitted by a one-layer cycle."""
+        return correlations_of(self.recordings)
+
+    def draws(self, count: int = 4000, seed: int = 0):
+        """Independent draws of what was identified, as ``Draws``; see ``draws_of``."""
+        from .draws import draws_of
+
+        return draws_of(self, count, seed)
+
+    def to_arviz(self, draws: int = 4000, seed: int = 0):
+        """The draws as ArviZ takes them; see ``inference_data``. Raises InputError without ArviZ."""
+        from .export import inference_data
+
+        return inference_data(self.draws(draws, seed))
+
+    def to_csv(self, path) -> None:
+        """Writes every estimate, pooled and of each recording, as a CSV table; see ``write_estimates``."""
+        from .export import write_estimates
+
+        write_estimates(self, path)
 
     def to_json(self) -> str:
         """The fit as JSON text, in the form of ``needleforce identify --json``."""

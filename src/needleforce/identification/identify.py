@@ -10,6 +10,8 @@ from ..errors import InputError
 from ..model import Model
 from ..recording import Recording
 from .bench_tests import needle_estimate, tissue_estimate
+from .biases import spreading_force
+from .correlations import known_together
 from .derived import derived
 from .estimates import Estimate, estimates_of
 from .fit import Fit
@@ -90,7 +92,7 @@ def assemble(given: Given, singles: list[Single], seconds: list, law: str, choic
     answering = [single for single in singles if law in single.fits]
     own = {id(single): _own(single, law, given) for single in answering}
     parameters = pool(list(own.values()))
-    two_pass, replaced, refused = _two_pass(singles, seconds, own)
+    two_pass, replaced, refused = _two_pass(singles, seconds, own, given)
     parameters |= replaced
     if parameters:
         parameters |= derived(parameters, given.needle, given.bench.get("tissue_young_modulus")) | given.bench
@@ -103,7 +105,7 @@ def assemble(given: Given, singles: list[Single], seconds: list, law: str, choic
         pooled_quality(told),
         warnings_of(singles, model) + trouble,
         held_fixed(given, law, parameters),
-        unknown(given, law, two_pass is not None),
+        unknown(given, law, two_pass is not None) + known_together(told),
         choice,
         settings(law, given.needle, singles),
         two_pass,
@@ -174,14 +176,15 @@ def _choice(singles: list[Single], laws: tuple[str, ...]) -> tuple[tuple[str, fl
     return tuple(sorted(bic.items(), key=lambda pair: pair[1]))
 
 
-def _two_pass(singles: list[Single], seconds: list, own: dict) -> tuple[TwoPass | None, dict, dict]:
+def _two_pass(singles: list[Single], seconds: list, own: dict, given: Given) -> tuple[TwoPass | None, dict, dict]:
     """The procedure over the pairs there are, the estimates that it replaces, and what was refused, by single."""
     pairs = [
         Pair(single, second, own[id(single)]["contact_depth"].value, own[id(single)]["puncture_indentation"].value)
         for single, second in zip(singles, seconds)
         if second is not None and id(single) in own
     ]
-    two_pass, refused = subtract(pairs)
+    spreading = spreading_force(given.needle, given.bench.get("tissue_young_modulus"))
+    two_pass, refused = subtract(pairs, spreading)
     by_single = {id(pairs[k].first): sentence for k, sentence in refused.items()}
     return two_pass, {} if two_pass is None else _replaced(two_pass), by_single
 

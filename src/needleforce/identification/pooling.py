@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .covariance import Z_95
 from .estimates import Estimate
 
 MEAN = "mean of {n} repeats"
@@ -47,11 +48,18 @@ def _pooled(repeats: list[Estimate]) -> Estimate:
     values = np.array([estimate.value for estimate in repeats])
     if not np.isfinite(values).all():
         return Estimate(first.name, float(values.mean()), first.unit, np.nan, np.nan, None, first.identifiable, source)
-    pooled = mean_estimate(first.name, values, first.unit, source)
+    halves = np.array([0.5 * (estimate.high - estimate.low) for estimate in repeats])
+    pooled = replace(mean_estimate(first.name, values, first.unit, source), within_run_sd=_root_mean_square(halves))
     if not all(estimate.identifiable for estimate in repeats):
         # a bound that all repeats share does not scatter: the mean is no better known than each
         low, high = min(estimate.low for estimate in repeats), max(estimate.high for estimate in repeats)
         return replace(pooled, low=low, high=high, identifiable=False)
-    within = np.nanmean([0.5 * (estimate.high - estimate.low) for estimate in repeats]) / np.sqrt(n)
+    within = np.nanmean(halves) / np.sqrt(n)
     half = max(pooled.high - pooled.value, within if np.isfinite(within) else 0.0)
     return replace(pooled, low=pooled.value - half, high=pooled.value + half)
+
+
+def _root_mean_square(halves: np.ndarray) -> float | None:
+    """Of the standard errors whose 95 % half widths (n,) are finite; None where none is."""
+    known = halves[np.isfinite(halves)] / Z_95
+    return float(np.sqrt(np.mean(known**2))) if len(known) else None

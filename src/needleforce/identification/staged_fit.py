@@ -34,6 +34,8 @@ def agrees(joint: CycleFit, loading: DeformationFit) -> bool:
 
 def fit_by_stages(joint: CycleFit, loading: DeformationFit, strokes: Strokes, filter_length: int) -> CycleFit:
     """The cycle with the loading curve as it is, the puncture of ``joint``, and friction and cutting fitted anew."""
+    from scipy.linalg import block_diag
+
     after = joint.samples_before_puncture + joint.left_out
     contact = loading.values["contact_depth"]
     pushed, pulled = strokes.depth_in[after:] - contact, strokes.depth_out - contact
@@ -57,12 +59,17 @@ def fit_by_stages(joint: CycleFit, loading: DeformationFit, strokes: Strokes, fi
         values=values,
         low=low,
         high=high,
+        covariance=block_diag(loading.covariance, covariance),
+        covariance_order=(*loading.order, "friction_per_length", "cutting_force"),
         residual_in=residual_in,
         residual_out=residual_out,
         sse=sse,
         n=n,
         rmse=math.sqrt(sse / n),
         warnings=(*loading.held, *held),
+        noises=(loading.noise, joint.noises[1]),
+        saturation_sought="saturation_depth" in loading.order,
+        by_stages=True,
     )
 
 

@@ -14,6 +14,7 @@ from .estimates import Estimate, Quality
 from .fit import RecordingFit, run_model
 from .laws_from_log import UNKNOWN_TIP, model_of
 from .limits import crossed, lateral_ratio
+from .noise_words import noise_words
 from .single import Single
 
 
@@ -32,6 +33,7 @@ def recording_fit(single: Single, own: dict[str, Estimate], law: str, needle, re
     base = RecordingFit(single.recording.card.source, single.status, single.recording, single.events, own, notes=notes)
     if not own:
         return base
+    base = dataclasses.replace(base, cycle=single.fits[law], strokes=single.strokes)
     try:
         model = model_of({name: estimate.value for name, estimate in own.items()}, law, needle)
     except InputError as error:
@@ -104,7 +106,8 @@ def unknown(given: Given, law: str, two_pass: bool) -> tuple[str, ...]:
 
 
 def settings(law: str, needle, singles: list[Single]) -> dict[str, object]:
-    """How the identification was run, and the median ratio of lateral to axial force, None without lateral axes."""
+    """How the identification was run, the median ratio of lateral to axial force, None without lateral axes, and how
+    the intervals took the noise."""
     known = [ratio for ratio in map(lateral_ratio, singles) if np.isfinite(ratio)]
     return {
         "stiffness_law": law,
@@ -112,4 +115,5 @@ def settings(law: str, needle, singles: list[Single]) -> dict[str, object]:
         "repeats": len(singles),
         "answering": sum(bool(single.fits) for single in singles),
         "lateral_over_axial_force": float(np.median(known)) if known else None,
+        "noise": noise_words(noise for single in singles if law in single.fits for noise in single.fits[law].noises),
     }

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How often intervals and draws hold the truth, white, filtered and fading noise; moving blocks beside them; draws a
+second beside emcee.
+
+    python benchmarks/uncertainty.py [--full]
+
+With ``--full`` 4000 recordings a row (some ten minutes), without 200; moving blocks on a tenth of them.
+"""
+
+import argparse
+import time
+from types import SimpleNamespace
+
+import numpy as np
+from fit import PARAMETERS, QUANTITIES, progress, simulate
+from scipy.signal import lfilter
+
+from needleforce import core
+from needleforce.identification.breakpoint_fit import fit_cycle
+from needleforce.identification.covariance import noise_of
+from needleforce.identification.cycle_draws import draw_cycle
+
+ROWS = (  # noise [N], filter, factor by which correlation fades, samples a stroke
+    *((20e-3, length, 0.0, 15_000) for length in (1, 10, 50)),
+    *((5e-3, 1, factor, samples) for factor in (0.9, 0.99) for samples in (15_000, 3000)),
+)
+
+
+def recorded(seed: int, noise: float, length: int, fades: float, samples: int):
+    """One cycle behind white, filtered or fading noise, and the truth; a fading one has ``noise`` at every sample."""
+    arrays, truth = simulate(seed, 0.0 if fades else noise, length, samples)
+    if not fades:
+        return arrays, truth
+    turn, settled = len(arrays[1]), 5000
+    white = np.random.default_rng(seed).standard_normal(settled + turn + len(arrays[3]))
+    drift = noise * np.sqrt(1.0 - fades**2) * lfilter([1.0], [1.0, -fades], white)[settled:]
+    return (arrays[0], arrays[1] + drift[:turn], arrays[2], arrays[3] + drift[turn:]), truth
+
+
+def drawn(arrays, fit, count: int, seed: int) -> dict:
+    strokes = SimpleNamespace(**dict(zip(("depth_in", "force_in", "depth_out", "force_out"), arrays)))
+    return draw_cycle(fit, strokes, count, np.random.default_rng(seed))[0]
+
+
+def share_held(count: int, row: tuple, label: str = "", first_seed: int = 0) -> tuple[dict, dict]:
+    """Share of 95 % intervals, and of central 95 % of 2000 draws, that hold the truth, by quantity."""
+    intervals, draws = np.zeros((2, len(QUANTITIES)))
+    for seed in range(first_seed, first_seed + count):
+        arrays, truth = recorded(seed, *row)
+        fit = fit_cycle(*arrays, filter_length=row[1])
+        found = drawn(arrays, fit, 2000, seed)
+        ends = {name: np.quantile(found[name], (0.025, 0.975)) for name in QUANTITIES}
+        intervals += [fit.low[name] <= truth[name] <= fit.high[name] for name in QUANTITIES]
+        draws += [ends[name][0] <= truth[name] <= ends[name][1] for name in QUANTITIES]
+        if label:
+            progress(label, seed + 1 - first_seed, count)
+    return dict(zip(QUANTITIES, intervals / count)), dict(zip(QUANTITIES, draws / count))
+
+
+def jacobians(arrays, fit) -> list[np.ndarray]:
+    """Derivatives (4, n) of either stroke's force by c, z0, f' and f_c."""
+    c, contact, friction, _ = (fit.values[name] for name in PARAMETERS)
+    h, out = arrays[0] - contact, np.maximum(arrays[2] - contact, 0.0)
+    before = np.arange(len(h)) < fit.samples_before_puncture
+    pushed, zero = np.where(before, np.maximum(h, 0.0), 0.0), np.zeros_like(out)
+    return [
+        np.array([pushed**2, np.where(before, -2.0 * c * pushed, -friction), np.where(before, 0.0, h), ~before]),
+        np.array([zero, np.where(out > 0.0, friction, 0.0), -out, zero]),
+    ]
+
+
+def block_length(residual: np.ndarray) -> int:
+    """Politis & White (2004), moving blocks as corrected by Patton et al. (2009); at most a third of the stroke."""
+    n, reach = len(residual), max(noise_of(residual, len(residual)).reach, 1)
+    lags = np.arange(1, 2 * reach + 1)
+    covariance = core.lagged_products(residual, 2 * reach) / n
+    weighted = np.clip(2.0 - lags / reach, 0.0, 1.0) * covariance[1:]
+    long_run, spread = covariance[0] + 2.0 * weighted.sum(), 2.0 * float(weighted @ lags)
+    return int(np.clip((1.5 * n * spread**2 / long_run**2) ** (1 / 3), 1, n // 3))
+
+
+def by_blocks(arrays, fit, seed: int, count: int = 300) -> np.ndarray:
+    """95 % limits (2, 4) by moving blocks of the residuals through the linearised fit (percentiles)."""
+    random, gram, moved = np.random.default_rng(seed), 0.0, 0.0
+    for jacobian, residual in zip(jacobians(arrays, fit), (fit.residual_in, fit.residual_out)):
+        n, length = len(residual), block_length(residual)
+        blocks = -(-n // length)
+        padded = np.zeros((4, blocks * length))
+        padded[:, :n] = jacobian
+        first = random.integers(0, n - length + 1, (count, blocks))
+        picked = (residual - residual.mean())[first[:, :, None] + np.arange(length)]
+        moved = moved + picked.reshape(count, -1) @ padded.T
+        gram = gram + jacobian @ jacobian.T
+    scale = np.sqrt(np.diagonal(gram))
+    estimates = np.linalg.solve(gram / np.outer(scale, scale), (moved / scale).T).T / scale
+    return np.array([fit.values[name] for name in PARAMETERS]) + np.quantile(estimates, (0.025, 0.975), axis=0)
+
+
+def blocks_held(count: int, row: tuple) -> np.ndarray:
+    held = np.zeros(4)
+    for seed in range(count):
+        arrays, truth = recorded(seed, *row)
+        low, high = by_blocks(arrays, fit_cycle(*arrays), seed)
+        true = np.array([truth[name] for name in PARAMETERS])
+        held += (low <= true) & (true <= high)
+    return held / count
+
+
+def ours_a_second() -> float:
+    """Draws a second of one recording of 30 000 samples, its grid included."""
+    arrays, _ = recorded(0, *ROWS[0])
+    fit = fit_cycle(*arrays)
+    times = []
+    for seed in range(5):
+        began = time.perf_counter()
+        drawn(arrays, fit, 1_000_000, seed)
+        times.append(time.perf_counter() - began)
+    return 1e6 / min(times)
+
+
+def emcee_a_second(steps: int = 400) -> float:
+    """Effective samples a second of emcee on the same likelihood, from a start at the optimum."""
+    import emcee
+
+    arrays, _ = recorded(0, *ROWS[0])
+    fit = fit_cycle(*arrays)
+    names, depth, out = (*PARAMETERS, "puncture_depth"), arrays[0], arrays[2]
+
+    def log(x):
+        c, contact, friction, cutting, puncture = x
+        h = depth - contact
+        pushed = np.where(depth <= puncture, c * np.maximum(h, 0.0) ** 2, friction * h + cutting)
+        left = arrays[1] - pushed, arrays[3] + friction * np.maximum(out - contact, 0.0)
+        return -0.5 * sum(r @ r for r in left) / fit.noises[0].long_run
+
+    centre = np.array([fit.values[name] for name in names])
+    error = np.array([(fit.high[name] - fit.low[name]) / 4 for name in names])
+    sampler = emcee.EnsembleSampler(24, 5, log)
+    began = time.perf_counter()
+    sampler.run_mcmc(centre + 0.5 * error * np.random.default_rng(0).standard_normal((24, 5)), steps)
+    taken = time.perf_counter() - began
+    return 24 * steps / float(np.max(sampler.get_autocorr_time(tol=0))) / taken
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("--full", action="store_true", help="4000 recordings a row")
+    count = 4000 if options.parse_args().full else 200
+    short = "".join(f"{name:>7s}" for name in "c z0 f' f_c z1-z0 F1 z1".split())
+    print(
+        f"\n{count} recordings a row; 95 % intervals hold the truth, %\nnoise, filter, fading, samples  {'':10s}{short}"
+    )
+    for k, row in enumerate(ROWS):
+        label = f"{1e3 * row[0]:.0f} mN {row[1]:3d} {row[2]:5.2f} {row[3]:6d}"
+        for what, shares in zip(("intervals", "draws"), share_held(count, row, label, 10_000 * k)):
+            print(f"{label:30s} {what:10s}" + "".join(f"{100 * shares[name]:7.1f}" for name in QUANTITIES), flush=True)
+        if row[2]:
+            shares = blocks_held(max(count // 10, 200), row)
+            print(f"{label:30s} {'blocks':10s}" + "".join(f"{100 * share:7.1f}" for share in shares), flush=True)
+    ours = ours_a_second()
+    print(f"\ndraws a second: {ours:.2g}")
+    try:
+        theirs = emcee_a_second()
+        print(f"emcee, effective samples a second: {theirs:.0f}; ratio {ours / theirs:.0f}")
+    except ImportError:
+        print("emcee is not installed")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Estimates and draws in the forms that other programs read: CSV, JSON, ArviZ."""
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..whole_file import whole_file
+from .draws import Draws
+from .estimates import Estimate
+from .fit import Fit
+
+COLUMNS = (
+    *("recording", "quantity", "value", "low", "high", "unit", "between_repeats_sd", "within_run_sd"),
+    *("identifiable", "source"),
+)
+POOLED = "pooled"
+ENDINGS = (".csv", ".json")
+CHAINS = 4
+
+
+def write_estimates(fit: Fit, path) -> None:
+    """Writes one row for each estimate, the pooled ones first, with ``COLUMNS``; empty is none or not finite."""
+    blocks = [(POOLED, fit.parameters), *((each.file, each.parameters) for each in fit.recordings)]
+    with whole_file(path) as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for name, parameters in blocks:
+            writer.writerows(_row(name, estimate) for estimate in parameters.values())
+
+
+def _row(recording: str, e: Estimate) -> list:
+    numbers = [_cell(number) for number in (e.value, e.low, e.high)]
+    spreads = [_cell(number) for number in (e.between_repeats_sd, e.within_run_sd)]
+    return [recording, e.name, *numbers, e.unit, *spreads, str(e.identifiable).lower(), e.source]
+
+
+def _cell(number: float | None) -> str:
+    return "" if number is None or not math.isfinite(number) else repr(float(number))
+
+
+def check_draws_target(path) -> None:
+    """Raises InputError for a file whose ending says no form that draws are written in."""
+    if Path(path).suffix.lower() not in ENDINGS:
+        raise InputError("file of draws", str(path), f"ends in none of {', '.join(ENDINGS)}", next_step="Rename it.")
+
+
+def write_draws(draws: Draws, path) -> None:
+    """Writes draws by the ending of ``path``.
+
+    ``.csv``: one row a draw with ``recording``, the pooled draws first, then one column a quantity; a quantity a
+    recording lacks is empty. ``.json``: ``pooled`` and, by recording, ``own``. Raises InputError for another ending.
+    """
+    check_draws_target(path)
+    with whole_file(path) as file:
+        if Path(path).suffix.lower() == ".json":
+            json.dump(_document(draws), file, allow_nan=False)
+        else:
+            _write_table(draws, file)
+
+
+def _write_table(draws: Draws, file) -> None:
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(("recording", *draws))
+    own = [{name: values[k] for name, values in draws.own.items()} for k in range(len(draws.files))]
+    for recording, columns in zip((POOLED, *draws.files), (draws, *own)):
+        count = len(next(iter(columns.values())))
+        listed = [columns[name].tolist() if name in columns else [None] * count for name in draws]
+        writer.writerows((recording, *map(_cell, row)) for row in zip(*listed))
+
+
+def _document(draws: Draws) -> dict:
+    own = [{name: _numbers(values[k]) for name, values in draws.own.items()} for k in range(len(draws.files))]
+    recordings = [
+        {"file": file, "method": method, "draws": each} for file, method, each in zip(draws.files, draws.methods, own)
+    ]
+    return {POOLED: {name: _numbers(values) for name, values in draws.items()}, "recordings": recordings}
+
+
+def _numbers(values: np.ndarray) -> list:
+    return [value if math.isfinite(value) else None for value in values.tolist()]
+
+
+def inference_data(draws: Draws):
+    """The draws as ArviZ takes them: an InferenceData, or a DataTree from ArviZ 1 on, with the group posterior.
+
+    Quantities are the pooled ones; ``<name>_of_recording`` has the dimension recording. Independent draws have no
+    chains: they are dealt into four, so that the diagnostics work. Raises InputError without ArviZ.
+    """
+    try:
+        import arviz
+    except ImportError:
+        raise InputError("arviz", "not installed", "needed", next_step="pip install 'needleforce[arviz]'") from None
+    chains = CHAINS if len(next(iter(draws.values()))) % CHAINS == 0 else 1
+    posterior = {name: values.reshape(chains, -1) for name, values in draws.items()}
+    of_recording = {f"{name}_of_recording": values for name, values in draws.own.items()}
+    dims = {name: ["recording"] for name in of_recording}
+    posterior |= {
+        name: np.moveaxis(values.reshape(len(values), chains, -1), 0, -1) for name, values in of_recording.items()
+    }
+    named = {"coords": {"recording": _told_apart(draws.files)}, "dims": dims}
+    if arviz.__version__.startswith("0."):
+        return arviz.from_dict(posterior=posterior, **named)
+    return arviz.from_dict({"posterior": posterior}, **named)
+
+
+def _told_apart(files: tuple[str, ...]) -> list[str]:
+    """The names, those that stand more than once with a number: ArviZ takes them for an index."""
+    return [name if files.count(name) == 1 else f"{name} ({files[:k].count(name) + 1})" for k, name in enumerate(files)]
