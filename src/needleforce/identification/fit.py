@@ -60,17 +60,25 @@ class Fit:
     two_pass: TwoPass | None = None
     ruptures: Any = None
     """Of a layered fit: where its layers give way."""
+    population: Model | None = None
+    """Of a layered fit to repeats: the law for an insertion not seen yet, its ruptures spread over their scatter."""
+    population_contact: float = 0.0
+    """[m], in the recordings' zero."""
 
     def predict(self, recording: Recording, events: Events | None = None) -> np.ndarray:
         """Force (n,) [N] of the identified model along the motion of ``recording``.
 
-        Punctures are at the mean depths of the fit; with ``events`` (as from ``segment(recording)``) contact and
-        punctures are the recording's own where they were seen, a replay. Raises InputError for a fit without a model.
+        Punctures are at the mean depths of the fit, of a layered one those of its ``population``; with ``events`` (as
+        from ``segment(recording)``) contact and punctures are the recording's own where they were seen, a replay.
+        Raises InputError for a fit without a model.
         """
         model = self._identified()
         contact = self.parameters["contact_depth"].value
-        if self.ruptures is not None:
-            shift, depths = self.ruptures.of(events)
+        if self.population is not None and (events is None or not events.punctures):
+            own = self.ruptures.of(events, recording)[0] if events is not None else 0.0
+            return run_model(self.population, recording, self.population_contact + own)
+        if self.ruptures is not None and events is not None:
+            shift, depths = self.ruptures.of(events, recording)
             return run_model(with_ruptures(model, depths - contact - shift), recording, contact + shift)
         if events is not None and events.contact is not None:
             contact = events.contact.depth

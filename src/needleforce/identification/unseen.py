@@ -33,8 +33,8 @@ class Unseen:
             return np.sqrt(squares[0].sum(axis=0) / squares[1].sum(axis=0))
 
     def tells_from(self, other: "Unseen") -> bool:
-        """True if the squares of the prediction errors differ, by Student's t on the repeats."""
-        difference = self.prediction[:, 0] ** 2 - other.prediction[:, 0] ** 2
+        """True if the prediction errors have another ratio than 1, by Student's t on its logarithm over the repeats."""
+        difference = np.log(self.prediction[:, 0] / other.prediction[:, 0])
         difference = difference[np.isfinite(difference)]
         if len(difference) < 2:
             return False

@@ -9,7 +9,7 @@ import numpy as np
 from ..covariance import noise_of
 from ..pooling import student
 from .course import Course
-from .search import Solved, again
+from .search import Solved, again, of_the_population
 from .unknowns import BARE, NO_FADING, PER_LAYER, RUPTURE, SATURATION, SHARP, Unknowns
 
 MECHANISMS = {
@@ -27,7 +27,7 @@ class Candidate:
     """One choice of layers and mechanisms: ``numbers`` sought in all, ``residual`` rms over the peak.
 
     ``bic`` is Schwarz's criterion over the whole cycles, neighbours that are alike counting as one; ``left_out`` the
-    rms error over the peak on each repeat (n,) predicted from the others, empty with fewer than three.
+    rms error over the peak on each repeat (n,) foretold from the others, empty with fewer than three.
     """
 
     name: str
@@ -39,8 +39,8 @@ class Candidate:
 
     @property
     def error(self) -> float:
-        """Rms over the repeats left out; NaN without."""
-        return float(np.sqrt(np.mean(self.left_out**2))) if len(self.left_out) else float("nan")
+        """Geometric mean over the repeats left out, which one odd repeat does not decide; NaN without."""
+        return float(np.exp(np.mean(np.log(self.left_out)))) if len(self.left_out) else float("nan")
 
 
 def candidate(name: str, solved: Solved) -> Candidate:
@@ -66,9 +66,10 @@ def fewer(unknowns: Unknowns) -> Unknowns:
 
 
 def prediction_error(solved: Solved, course: Course) -> float:
-    """Rms error over the peak on a course not fitted, with the mean puncture depths."""
-    punctures = solved.problem.unknowns.punctures(solved.x).mean(axis=0)
-    return float(np.sqrt(solved.problem.squares(course, solved.x[None], punctures[None])[0]))
+    """Rms error over the peak on a course not fitted, foretold by the law of the population."""
+    typical = of_the_population(solved)
+    punctures = typical.problem.unknowns.punctures(typical.x).mean(axis=0)
+    return float(np.sqrt(typical.problem.squares(course, typical.x[None], punctures[None])[0]))
 
 
 def with_bic(candidates: list[Candidate]) -> list[Candidate]:
@@ -93,11 +94,11 @@ def chosen(candidates: list[Candidate]) -> Candidate:
 
 
 def ties(one: Candidate, other: Candidate) -> bool:
-    """True if the squared errors on the repeats left out do not differ, by Student's t; without them, if the criteria
-    differ by less than 10."""
+    """True if the errors on the repeats left out have no other ratio than 1, by Student's t; without them, if the
+    criteria differ by less than 10."""
     if not (len(one.left_out) and len(other.left_out)):
         return abs(one.bic - other.bic) < DECISIVE
-    difference = one.left_out**2 - other.left_out**2
+    difference = np.log(one.left_out / other.left_out)
     error = difference.std(ddof=1) / np.sqrt(len(difference))
     return bool(abs(difference.mean()) <= student(len(difference)) * error)
 

@@ -15,12 +15,12 @@ from ..single import Single
 from ..span import cycle_span
 from ..telling import Given, pooled_quality, quality, settings, warnings_of
 from . import words
-from .course import COARSE, FINE, course_of
+from .course import COARSE, FINE, Course, course_of
 from .evidence import MECHANISMS, Candidate, candidate, chosen, simpler, with_bic
 from .numbers import estimates
 from .outcome import model_of
 from .ruptures import Ruptures, own_ruptures, ruptures
-from .search import Solved, grow, made_passive, refined
+from .search import Solved, grow, made_passive, of_the_population, refined
 from .unknowns import MM, TOP
 
 MOST_LAYERS = 3
@@ -41,7 +41,8 @@ def identify_layered(
     coarse, fine = (tuple(course_of(s.recording, s.events, bins) for s in usable) for bins in (COARSE, FINE))
     solved = list(_watched(grow(coarse, layers or MOST_LAYERS), layers or MOST_LAYERS, progress, "layer by layer"))
     tried, best = _evidence(solved[-1:] if layers else solved, LAYERED[name], progress)
-    ended = next(_watched((refined(best.solved, fine) for _ in range(1)), 1, progress, "in short steps"))
+    work = _watched(_ended(best.solved, fine), 2, progress, "in short steps")
+    ended, population = next(work), next(work)
     found, parameters = ruptures(ended), estimates(ended)
     model, trouble = _model(ended, found, given, usable)
     runs = {id(single): k for k, single in enumerate(usable)}
@@ -57,7 +58,16 @@ def identify_layered(
         tuple((each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
         settings("cone_cylinder", given.needle, singles) | words.settings(best, tried),
         ruptures=found,
+        population=None if population is None else _model(population, ruptures(population), given, usable)[0],
+        population_contact=MM * float((population or ended).x[TOP]),
     )
+
+
+def _ended(solved: Solved, fine: tuple[Course, ...]) -> Iterator[Solved | None]:
+    """The fit in short steps, then that of the population, for which two runs at least are needed."""
+    ended = refined(solved, fine)
+    yield ended
+    yield of_the_population(ended) if len(fine) > 1 else None
 
 
 def _watched(work: Iterable, count: int, progress: Callable | None, text: str) -> Iterator:

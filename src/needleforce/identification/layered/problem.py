@@ -10,7 +10,8 @@ from .course import Course
 from .descent import descend
 from .unknowns import DIMPLE, MM, PER_LAYER, TOP, Unknowns
 
-RIDGE = 3e-4  # residual per mm that a puncture lies off the mean: for layers that a run does not reach
+FREE, TIED = 3e-4, 0.3
+"""Residual per mm that a puncture lies off the mean: for layers that a run does not reach; and so that all are one."""
 ABOVE = 0.5  # [mm]
 ROUNDS, GAIN = 3, 1e-3
 NEARBY = np.append(np.arange(-1.0, 1.01, 0.1), 0.0)  # [mm]
@@ -19,11 +20,15 @@ REFUSED = 1e3  # times the peak: the core refuses these numbers
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The law in ``unknowns`` beside the ``courses`` of the repeats; ``passive`` says in which of its two forms."""
+    """The law in ``unknowns`` beside the ``courses`` of the repeats; ``passive`` says in which of its two forms.
+
+    ``ridge`` holds the punctures of the runs together: ``FREE`` or ``TIED``.
+    """
 
     courses: tuple[Course, ...]
     unknowns: Unknowns
     passive: bool
+    ridge: float = FREE
 
     def by_layer(self, course: Course, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
         """Forces (k, layers, m) [N] of every layer along a course for vectors (k, shared or more) and punctures
@@ -46,7 +51,7 @@ class Problem:
         """Half the sum of squares of all residuals, and of the punctures' distances from their mean."""
         own = [self.residuals(run, x) for run in range(len(self.courses))]
         punctures = self.unknowns.punctures(x)
-        apart = RIDGE * (punctures - punctures.mean(axis=0)).ravel()
+        apart = self.ridge * (punctures - punctures.mean(axis=0)).ravel()
         return 0.5 * float(sum(each @ each for each in own) + apart @ apart)
 
     def jacobian(self, run: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -74,9 +79,9 @@ class Problem:
             slope[places] += jacobian.T @ self.residuals(run, x)
         unknowns = self.unknowns
         centred = np.eye(unknowns.runs) - 1.0 / unknowns.runs
-        gram[unknowns.shared :, unknowns.shared :] += RIDGE**2 * np.kron(centred, np.eye(unknowns.layers))
+        gram[unknowns.shared :, unknowns.shared :] += self.ridge**2 * np.kron(centred, np.eye(unknowns.layers))
         punctures = unknowns.punctures(x)
-        slope[unknowns.shared :] += RIDGE**2 * (punctures - punctures.mean(axis=0)).ravel()
+        slope[unknowns.shared :] += self.ridge**2 * (punctures - punctures.mean(axis=0)).ravel()
         return gram, slope
 
     def solve(self, x: np.ndarray, most: int) -> tuple[np.ndarray, float]:

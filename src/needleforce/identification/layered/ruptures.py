@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...recording import Recording
 from ...segmentation import Events
 from ..covariance import Z_95, noise_of
 from ..estimates import Estimate
@@ -13,6 +14,7 @@ from .search import Solved
 from .unknowns import MM
 
 NEAR = 2.0  # [mm] a rupture seen farther from the fitted one belongs to no layer
+CLOSE = 0.4  # [mm] the steep fall begins so near the peak: more is another rupture
 TOGETHER = 0.7  # [mm] so near, two layers give way in one rupture
 FINE = 0.02  # [mm]
 REACH = 1.5  # [mm]
@@ -29,14 +31,14 @@ class Ruptures:
     past_peak: np.ndarray
     contact: float
 
-    def of(self, events: Events | None) -> tuple[float, np.ndarray]:
+    def of(self, events: Events, recording: Recording) -> tuple[float, np.ndarray]:
         """By how much a recording's surface lies deeper [m], and where its layers give way: where its own ruptures were
-        seen, else on the mean."""
-        if events is None:
-            return 0.0, self.depth
+        seen, and no later than they are seen to be over, else on the mean."""
         shift = 0.0 if events.contact is None else events.contact.depth - self.contact
-        seen = tuple(puncture.depth for puncture in events.punctures)
-        own = matched((self.depth + shift - self.past_peak) / MM, seen) * MM + self.past_peak
+        over = {puncture.depth: recording.depth[puncture.high] for puncture in events.punctures}
+        peaks = matched((self.depth + shift - self.past_peak) / MM, tuple(over)) * MM
+        latest = np.array([min(over.items(), key=lambda p: abs(p[0] - z))[1] if z == z else np.nan for z in peaks])
+        own = np.minimum(peaks + self.past_peak, latest)
         return shift, np.where(np.isfinite(own), own, self.depth + shift)
 
 
@@ -58,7 +60,7 @@ def ruptures(solved: Solved) -> Ruptures:
     seen = np.array([matched(own, course.punctures) for own, course in zip(fitted, courses)])
     known = np.isfinite(seen).any(axis=0)
     past = np.zeros(fitted.shape[1])
-    past[known] = np.nanmedian((fitted - seen)[:, known], axis=0)
+    past[known] = np.clip(np.nanmedian((fitted - seen)[:, known], axis=0), -CLOSE, CLOSE)
     return Ruptures(MM * fitted.mean(axis=0), MM * past, float(np.mean([course.contact for course in courses])))
 
 
