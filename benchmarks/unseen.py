@@ -19,21 +19,22 @@ import numpy as np
 
 import needleforce as nf
 from needleforce.identification.compare import Row
+from needleforce.identification.span import STROKES
 
 ROOT = Path(__file__).resolve().parents[1]
-COLUMNS = {
-    "columns": {"force": "fz", "depth": "pz", "time": "time"},
-    "units": {"time": "us", "depth": "mm", "force": "N"},
-}
+COLUMNS = {"force": "fz", "depth": "pz", "time": "time"}
+UNITS = {"time": "us", "depth": "mm", "force": "N"}
 ONE_LAYER = ("paper", "cone_cylinder", "power_law", "okamura", "maurin")
 LAYERED = ("layered_as_fitted", "layered")
 SHORT = 2  # conditions without --full
 HEAD = """# Repeats that were not seen
 
-Each repeat of {conditions} conditions is foretold by a model that was identified from the others alone, from cold; {files} recordings of others, skin, muscle and artery phantoms, 1 to 3 mm/s.
-Numbers are errors over the *floor*: the mean of the other repeats of the same motion, by depth in the strokes and by time in the hold; both as rms over the whole cycle, hold
-included, over the peak. *Prediction* knows the motion alone, *replay* also where segmentation saw the repeat's punctures. A perfect predictor stands at {perfect:.2f}.
-Made by `python benchmarks/unseen.py --full --write docs/unseen.md`; conditions are taken from the files' names and nothing is set by them.
+Each repeat of {conditions} conditions is foretold by a model identified from the others alone, from cold: {files} recordings
+made by others of skin, muscle and artery phantoms, 1 to 3 mm/s. Numbers are errors over the *floor*: the mean of the other
+repeats of the same motion, by depth in the strokes and by time in the hold; both as rms over the whole cycle, hold included,
+over the peak. *Prediction* knows the motion alone, *replay* also the repeat's punctures where segmentation saw them. A
+perfect predictor stands at {perfect:.2f}. Made by `python benchmarks/unseen.py --full --write docs/unseen.md`; conditions
+are taken from the files' names and nothing is set by them.
 
 """
 
@@ -51,7 +52,7 @@ def compared(files: list[Path], models: tuple[str, ...]) -> tuple[Row, ...]:
     read = []
     for file in files:
         try:
-            read.append(nf.read(file, **COLUMNS))
+            read.append(nf.read(file, columns=COLUMNS, units=UNITS))
         except nf.InputError as error:
             print(f"{file.name}: {error}", file=sys.stderr)
     return nf.compare(read, models)
@@ -60,10 +61,8 @@ def compared(files: list[Path], models: tuple[str, ...]) -> tuple[Row, ...]:
 def table(rows: dict[str, dict[str, Row]]) -> list[str]:
     """Markdown: medians over conditions for every model, then every condition with the layered ones."""
     models = [model for model in (*ONE_LAYER, *LAYERED) if all(model in row for row in rows.values())]
-    lines = [
-        "| model | prediction, median | 90th percentile | replay, median | 90th percentile | insertion | hold | withdrawal |"
-    ]
-    lines.append("|---" * 8 + "|")
+    heads = ("prediction, median", "90th percentile", "replay, median", "90th percentile", *STROKES)
+    lines = [f"| model | {' | '.join(heads)} |", "|---" * (1 + len(heads)) + "|"]
     for model in models:
         found = [row[model] for row in rows.values()]
         prediction, replay = ([getattr(row, what) for row in found] for what in ("prediction", "replay"))
