@@ -12,6 +12,7 @@ from ..estimates import Estimate
 from ..pooling import student
 from .numbers import by_unknowns, positive, units, values
 from .search import Solved
+from .words import counted
 
 UNFELT = 1e-9  # of the median: no run tells of a number that its residuals feel less
 MOST_FACTOR = 3.0  # a positive number that may be so much larger is not told
@@ -65,7 +66,7 @@ class Spread:
 
     def estimates(self) -> dict[str, Estimate]:
         """Every number with its interval; one that is positive has it by its logarithm."""
-        enough, source = self.runs >= ENOUGH, f"layered fit, {self.runs} recordings"
+        enough, source = self.runs >= ENOUGH, f"layered fit, {counted(self.runs)}"
         source += ", jackknife over repeats" if enough else ""
         made = {}
         for k, (name, unit) in enumerate(self.units.items()):
@@ -73,7 +74,7 @@ class Spread:
             low, high = _limits(value, half, above_zero)
             told = high < MOST_FACTOR * value if above_zero else half < (self.reach if unit == "m" else 1.0)
             scatter = (float(self.between_sd[k]), float(self.within_sd[k])) if enough else (None, None)
-            made[name] = Estimate(name, value, unit, low, high, scatter[0], told, source, scatter[1])
+            made[name] = Estimate(name, value, unit, low, high, scatter[0], bool(told), source, scatter[1])
         return made
 
     def correlations(self) -> Correlations:

@@ -19,13 +19,18 @@ def layers(solved: Solved) -> str:
     return f"{count} layer" + ("s" if count > 1 else "")
 
 
+def counted(recordings: int) -> str:
+    """So many recordings."""
+    return f"{recordings} recording" + ("s" if recordings > 1 else "")
+
+
 def warnings(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[str, ...]:
     """What a reader should know before believing the numbers."""
     courses = solved.problem.courses
     said = []
     if len(courses) < ENOUGH:
         said.append(
-            f"{len(courses)} recordings cannot tell the scatter between repeats: the intervals hold the noise within "
+            f"The scatter between repeats is not told by {counted(len(courses))}: the intervals hold the noise within "
             "runs alone; give three or more."
         )
     residuals = {each.file: each.quality.nrmse for each in recordings if each.quality is not None}
