@@ -2,6 +2,7 @@
 """The page of a comparison of models: one table, one figure, and what they mean."""
 
 from functools import partial
+from math import isfinite
 from pathlib import Path
 from string import Template
 
@@ -19,7 +20,8 @@ MEANINGS = {
     "insertion, hold, withdrawal": "the prediction in each part of the cycle.",
     "ties": "errs more than the least by no more than its own noise between repeats: these recordings do not tell the "
     "two apart. Of those that tie, the first is the one with the lowest BIC of the loading curve.",
-    "ΔBIC loading": "BIC of the loading curve, more than the best. Up to the first puncture, with a contact depth for each recording; a layered model has none.",
+    "ΔBIC loading": "BIC of the loading curve up to the first puncture, with a contact depth for each recording: how much "
+    "more than the best. A layered model has no loading curve of its own.",
     "ΔBIC, alike": "the same where neighbouring samples that are alike count as one, the careful count.",
     "numbers": "of the loading curve with its contact depth; of a layered model all that it gives.",
     "residual": "rms over the peak of the whole cycles that were fitted.",
@@ -51,7 +53,8 @@ def _outcome(rows) -> Markup:
     """Who wins, and who is not told from the winner."""
     best = element("strong", rows[0].model)
     if not len(floor_errors(rows)):
-        return join([best, " has the lowest BIC of the loading curve. ", floor_words(rows)])
+        by_bic = [best, " has the lowest BIC of the loading curve. "] if isfinite(rows[0].bic) else []
+        return join([*by_bic, floor_words(rows)])
     tied = [row.model for row in rows if row.ties]
     said = [best, f" foretells repeats that it has not seen to {rows[0].prediction:.2f} times the floor"]
     said += ["; ", element("strong", ", ".join(tied)), " ties" if len(tied) == 1 else " tie"] if tied else []
@@ -62,9 +65,8 @@ def _table(rows) -> Markup:
     strong = {"best": element("strong", "best")}
     shown = ((element("strong", row[0]), *row[1:-1], strong.get(row[-1], row[-1])) for row in model_rows(rows))
     held = [f"{row.model}: {sentence}" for row in rows for sentence in row.notes]
-    return join(
-        [table(MODELS, shown, class_="cards numbers dense models"), listing(held, class_="notes") if held else ""]
-    )
+    notes = listing(held, class_="notes") if held else ""
+    return join([table(MODELS, shown, class_="cards numbers dense models"), notes])
 
 
 def _figure(rows) -> Markup:
@@ -73,20 +75,14 @@ def _figure(rows) -> Markup:
     title = "Error on each repeat, foretold from the others, over the floor"
     alt = f"{title}. The numbers are in the table of this page."
     image = drawing("unseen", partial(unseen_figure, rows=rows), figure_heights(rows), alt)
-    kinds = (
-        element("b", "Prediction", class_="model"),
-        " filled, ",
-        element("b", "replay", class_="replay"),
-        " hollow, ",
-    )
+    kinds = element("b", "Prediction", class_="model"), " filled, ", element("b", "replay", class_="replay")
     key = (
-        "a dot a repeat, a bar at their rms, which is the number in the table. "
+        " hollow, a dot a repeat, a bar at their rms, which is the number in the table. "
         f"Grey: {FLOOR}, whose rms is 1. Dashed: what knowing the mean of all possible repeats would reach, "
         f"{best_possible(rows):.2f}."
     )
-    return element(
-        "figure", element("div", image, class_="drawing"), element("figcaption", *kinds, key), id="figure-unseen"
-    )
+    parts = element("div", image, class_="drawing"), element("figcaption", *kinds, key)
+    return element("figure", *parts, id="figure-unseen")
 
 
 def _meanings() -> Markup:
