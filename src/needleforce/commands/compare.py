@@ -41,7 +41,7 @@ def run(
             say(f"{file}: {problem}")
     if not good(done):
         raise typer.Exit(1)
-    rows = nf.compare(good(done), _names(models), progress=progress)
+    rows = nf.compare(good(done), names_of(models), progress=progress)
     write_json([dataclasses.asdict(row) for row in rows], json)
     if report is not None:
         write_comparison(rows, report, files=[file for file, each in done if not isinstance(each, nf.InputError)])
@@ -51,7 +51,7 @@ def run(
         raise typer.Exit(1)
 
 
-def _names(models: str) -> list[str]:
+def names_of(models: str) -> list[str]:
     """The models named; of ``all`` each loading curve once and the layered ones."""
     from ..identification.laws_from_log import COMPARED, LAYERED
 

@@ -20,8 +20,8 @@ MEANINGS = {
     "insertion, hold, withdrawal": "the prediction in each part of the cycle.",
     "ties": "errs more than the least by no more than its own noise between repeats: these recordings do not tell the "
     "two apart. Of those that tie, the first is the one with the lowest BIC of the loading curve.",
-    "ΔBIC loading": "BIC of the loading curve up to the first puncture, with a contact depth for each recording: how much "
-    "more than the best. A layered model has no loading curve of its own.",
+    "ΔBIC loading": "BIC of the loading curve up to the first puncture, with a contact depth for each recording: how "
+    "much more than the best. A layered model has no loading curve of its own.",
     "ΔBIC, alike": "the same where neighbouring samples that are alike count as one, the careful count.",
     "numbers": "of the loading curve with its contact depth; of a layered model all that it gives.",
     "residual": "rms over the peak of the whole cycles that were fitted.",

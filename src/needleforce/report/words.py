@@ -125,7 +125,8 @@ def _layers(fit) -> Markup:
     said = [element("strong", counted(count, "layer")), " of tissue" + ", with a share of the force each" * (count > 1)]
     if known:
         where = join([element("strong", depth) for depth in depths], " and ")
-        which = "it gives" if count == 1 else "they give" if len(known) == count else f"{len(known)} of them give"
+        some = "one of them gives" if len(known) == 1 else f"{len(known)} of them give"
+        which = "it gives" if count == 1 else "they give" if len(known) == count else some
         said += [f"; {which} way with the tip ", where, " below the surface"]
     return join(said)
 
