@@ -68,7 +68,7 @@ def test_numbers_stand_under_their_layers(page):
 def test_figures_and_outcome(page):
     assert figures(page) == ["time", "stiffness", "depth", "layers", "residuals", "recordings"]
     words = plain(page)
-    assert "2 layers of tissue, with a share of the force each; they give way with the tip 8.00 mm and" in words
+    assert "2 layers of tissue, with a share of the force each; they give way with the tip 8.00 mm and 15.00" in words
     assert "15.00 mm below the surface" in words and "layered, 2 layers" in words
     assert "Friction: dragged tissue." in words and "Relaxation: prony." in words
     assert words.count("not reached") == 1  # the second layer in the second run

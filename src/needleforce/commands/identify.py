@@ -149,13 +149,17 @@ def _show_parameters(fit) -> None:
     repeated = any(estimate.between_repeats_sd is not None for estimate in fit.parameters.values())
     within = any(estimate.within_run_sd is not None for estimate in fit.parameters.values())
     spread = ["sd between repeats" + ", within run" * within] if repeated else []
+    sources = {estimate.source for estimate in fit.parameters.values()}
+    many = len(sources) > 1
     for layer, parameters in by_layer(fit.parameters).items():
         rows = [
-            [name, quantity(e.value, e.low, e.high, e.unit), *([_spread(e)] if repeated else []), _yes(e), e.source]
+            [name, quantity(e.value, e.low, e.high, e.unit), *[_spread(e)] * repeated, _yes(e), *[e.source] * many]
             for name, e in parameters.items()
         ]
-        heads = ["quantity", "value, 95 % interval", *spread, "identifiable", "how"]
+        heads = ["quantity", "value, 95 % interval", *spread, "identifiable", *["how"] * many]
         table(f"identified, {layer}" if layer else "identified", heads, rows)
+    if sources and not many:
+        say(f"how: {sources.pop()}")
 
 
 def _show_evidence(settings: dict) -> None:

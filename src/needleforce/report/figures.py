@@ -66,9 +66,10 @@ def _loading_force(model, depth: np.ndarray, speed: float) -> np.ndarray:
     return Insertion(model, max_speed=np.inf).run(depth, None, np.full(len(depth), depth[1] / speed))["force"]
 
 
-def _first_puncture(model) -> float:
-    """Depth [m] where the first of the layers gives way."""
-    return min(layer.top + layer.laws.puncture_depth for layer in model.layers)
+def _puncture_near(model, indentation: float) -> float:
+    """Depth [m] where that layer gives way which does so nearest to an indentation [mm]; the first, if that is NaN."""
+    depths = sorted(layer.top + layer.laws.puncture_depth for layer in model.layers)
+    return min(depths, key=lambda depth: 0.0 if np.isnan(indentation) else abs(1e3 * depth - indentation))
 
 
 def before_puncture(figure, sheet, drawn, model) -> None:
@@ -79,11 +80,12 @@ def before_puncture(figure, sheet, drawn, model) -> None:
     for one in drawn:
         part = loading(one)
         curves.append(line(axes, one.indentation[part], one.measured[part], columns, **repeat_style(one, len(drawn))))
+    peaks = np.array([one.puncture for one in drawn if one.puncture is not None])
     if model is not None:
-        depth = np.linspace(0.0, _first_puncture(model) * (1.0 - 1e-9), _STEPS)
+        end = _puncture_near(model, np.median(peaks[:, 0]) if len(peaks) else np.nan)
+        depth = np.linspace(0.0, end * (1.0 - 1e-9), _STEPS)
         force = _loading_force(model, depth, float(np.median([loading_speed(one) for one in drawn])))
         curves.append(line(axes, 1e3 * depth, force, _STEPS, color=MODEL, lw=THICK))
-    peaks = np.array([one.puncture for one in drawn if one.puncture is not None])
     if len(peaks):
         axes.plot(*peaks.T, "o", mfc="white", mec=INK, ms=4, mew=0.9)
     axes.set_xlim(left=0.0)

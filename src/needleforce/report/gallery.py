@@ -69,7 +69,7 @@ def _law(model) -> str:
     if model is None:
         return ""
     said = "The layers that the tip has reached add up, at the mean speed." if model.deeper else model.stiffness.summary
-    return f"{said} The curve ends at the {'first ' * bool(model.deeper)}identified puncture."
+    return f"{said} The curve ends at the identified puncture."
 
 
 def _two_pass(two_pass) -> Markup:

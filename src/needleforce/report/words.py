@@ -124,7 +124,8 @@ def _layers(fit) -> Markup:
     count = len(fit.model.layers)
     said = [element("strong", counted(count, "layer")), " of tissue" + ", with a share of the force each" * (count > 1)]
     if known:
-        where = join([element("strong", depth) for depth in depths], " and ")
+        *first, last = (element("strong", depth) for depth in depths)
+        where = join([join(first, ", "), " and " * bool(first), last])
         some = "one of them gives" if len(known) == 1 else f"{len(known)} of them give"
         which = "it gives" if count == 1 else "they give" if len(known) == count else some
         said += [f"; {which} way with the tip ", where, " below the surface"]
