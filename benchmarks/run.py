@@ -238,7 +238,7 @@ def main(full: bool) -> None:
             for what, measured, bar, met in part():
                 table.add_row(what, measured, bar, "" if not bar or met is None else "met" if met else "NOT MET")
     console.print(table)
-    for name in ("fit.py", "fit_peers.py", "fit_length.py", "uncertainty.py"):
+    for name in ("fit.py", "fit_peers.py", "fit_length.py", "uncertainty.py", "unseen.py"):
         subprocess.run([sys.executable, ROOT / "benchmarks" / name, *(["--full"] if full else [])], check=True)
     subprocess.run([sys.executable, ROOT / "benchmarks" / "events_by_eye.py"], check=True)
     figure = ROOT / "build" / "loading_curves.svg"

@@ -35,7 +35,8 @@ ALLOWED = {
     "identification": MECHANICS | {"recording", "segmentation"},
     "simulation": MECHANICS | {"recording"},
     "rig": MECHANICS | {"recording", "simulation"},
-    "report": MECHANICS | {"recording", "segmentation", "identification"},
+    "campaign": MECHANICS | {"recording", "segmentation", "identification"},
+    "report": MECHANICS | {"recording", "segmentation", "identification", "campaign"},
     "model": CORE | {"validity", "layer", "named_models"},
     "named_models": CORE | {"derived_parameters"},
     "derived_parameters": CORE | {"foundation", "needle_mechanics"},
@@ -53,8 +54,8 @@ ALLOWED = {
     "energy": CORE,
     "motion": CORE,
 }
-# the one step back: a fit writes its own report when it is asked to
-EXCEPTIONS = {("identification", "report")}
+# the one step back: a fit and a campaign write their own report when they are asked to
+EXCEPTIONS = {("identification", "report"), ("campaign", "report")}
 # what may not be imported when needleforce is
 SLOW = {"pandas", "scipy", "matplotlib", "typer", "rich"}
 

@@ -42,7 +42,7 @@ def test_the_choice_is_shown(page):
         ["2 layers", "22", "1.4 %", "0", "3.7 %", "chosen"],
         ["2 layers, no saturation", "20", "1.5 %", "11", "3.9 %", "ties"],
     ]
-    assert "best from the others" in plain(section) and "Choice of law" not in page
+    assert "the one of the fewest numbers is chosen" in plain(section) and "Choice of law" not in page
 
 
 def test_by_bic_where_there_are_few_repeats(layered_fit, tmp_path):

@@ -16,7 +16,7 @@ MODEL_HELP = (
     "the loading curve. layered (passive) or layered_as_fitted: whole cycles of layers that drag the tissue along, "
     "rupture and relax, from repeats with a hold and a withdrawal; takes half a minute."
 )
-LAYERS_HELP = "Layers of a layered model, 1 to 3; without it, as many as foretell repeats left out best."
+LAYERS_HELP = "Layers of a layered model, 1 to 3; without it, the fewest that foretell repeats left out as well as any."
 
 
 def run(

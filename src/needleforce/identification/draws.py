@@ -58,10 +58,14 @@ def draws_of(fit: Fit, count: int, seed: int) -> Draws:
     Where repeats scatter less than their own errors, the rest is normal. What second passes estimate is drawn by its
     interval.
 
+    A layered fit has draws of the numbers that its repeats share, no own ones; see ``Spread.draws``.
+
     Raises InputError for a count outside 1 to 10 million, and for a fit without a cycle to draw from.
     """
     if not 1 <= count <= MOST or count != int(count):
         raise InputError("count of draws", count, f"must be a whole number from 1 to {MOST}")
+    if fit.spread is not None:
+        return Draws(fit.spread.draws(int(count), np.random.default_rng(seed)), {}, (), ("layered fit",))
     answering = [each for each in fit.recordings if each.cycle is not None]
     if not answering:
         said = "no recording was fitted by a one-layer cycle"

@@ -12,10 +12,12 @@ from ..errors import InputError
 from ..model import Insertion, Model
 from ..recording import Recording
 from ..segmentation import Events
+from ..segmentation.strokes import cycles
 from ..vocabulary import Status
 from .correlations import Correlations, correlations_of
 from .cycle_fit import CycleFit
 from .estimates import Estimate, Quality
+from .span import stroke_speed
 from .strokes import Strokes
 from .two_pass import TwoPass
 
@@ -60,6 +62,8 @@ class Fit:
     two_pass: TwoPass | None = None
     ruptures: Any = None
     """Of a layered fit: where its layers give way."""
+    spread: Any = None
+    """Of a layered fit: covariance and scatter of its numbers."""
     population: Model | None = None
     """Of a layered fit to repeats: the law for an insertion not seen yet, its ruptures spread over their scatter."""
     population_contact: float = 0.0
@@ -72,6 +76,18 @@ class Fit:
         from ``segment(recording)``) contact and punctures are the recording's own where they were seen, a replay.
         Raises InputError for a fit without a model.
         """
+        return self._speed_factor(recording) * self._at_reference_speed(recording, events)
+
+    def _speed_factor(self, recording: Recording) -> float:
+        """By which the speed of a recording's insertion multiplies the forces of the model."""
+        exponent, strokes = self.parameters.get("speed_exponent"), cycles(recording.time, recording.depth)
+        if exponent is None or not strokes:
+            return 1.0
+        inwards = slice(strokes[0].start, strokes[0].stop)
+        speed = stroke_speed(recording.time[inwards], recording.depth[inwards])
+        return (speed / self.settings["speed_m_s"]) ** exponent.value
+
+    def _at_reference_speed(self, recording: Recording, events: Events | None) -> np.ndarray:
         model = self._identified()
         contact = self.parameters["contact_depth"].value
         if self.population is not None and (events is None or not events.punctures):
@@ -88,8 +104,8 @@ class Fit:
 
     @property
     def correlations(self) -> Correlations | None:
-        """What trades off within a recording; None where no recording was fitted by a one-layer cycle."""
-        return correlations_of(self.recordings)
+        """What trades off within a recording; None where no recording answers."""
+        return correlations_of(self.recordings) if self.spread is None else self.spread.correlations()
 
     def draws(self, count: int = 4000, seed: int = 0):
         """Independent draws of what was identified, as ``Draws``; see ``draws_of``."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .single import Single
-from .span import STROKES, cycle_span
+from .span import STROKES, cycle_span, stroke_speed
 
 SAME_DEPTH = 0.02  # of the deepest point: beyond, it is another motion
 SAME_SPEED = 0.15
@@ -32,7 +32,7 @@ class Cycle:
     def speed(self) -> float:
         """Mean speed of the insertion [m/s]."""
         inwards = self.stroke == 0
-        return float(np.ptp(self.depth[inwards]) / max(np.ptp(self.time[inwards]), 1e-9))
+        return stroke_speed(self.time[inwards], self.depth[inwards])
 
     def errors(self, predicted: np.ndarray) -> np.ndarray:
         """Rms error over the peak of a force (n,) [N]: whole cycle, insertion, hold, withdrawal; NaN where there is

@@ -10,6 +10,16 @@ from .strokes import Strokes
 STROKES = ("insertion", "hold", "withdrawal")
 
 
+MIDDLE = (0.2, 0.8)  # of the travel: outside, the needle speeds up and slows down
+
+
+def stroke_speed(time: np.ndarray, depth: np.ndarray) -> float:
+    """Mean speed [m/s] over the middle of an inward stroke, time [s] and depth [m] (n,)."""
+    low, high = (depth[0] + share * (depth[-1] - depth[0]) for share in MIDDLE)
+    first, last = int(np.argmax(depth > low)), int(np.argmax(depth >= high))
+    return float((depth[last] - depth[first]) / max(time[last] - time[first], 1e-9))
+
+
 def cycle_span(strokes: Strokes, events: Events) -> tuple[slice, np.ndarray]:
     """Where the first cycle stands in its recording, and for each of its samples (n,) 0, 1 or 2 for its stroke.
 

@@ -15,11 +15,17 @@ COLOURS = (SECOND, "#a3428a", "#00735c")
 
 
 def layer_forces(fit, one) -> list[np.ndarray]:
-    """Force (n,) [N] of each layer along the recording of ``one``, with its own ruptures; they add up to its model."""
+    """Force (n,) [N] of each layer along the recording of ``one``, with its own ruptures; they add up to its model.
+
+    All forces may go by one power of the speed: the layers' sum is the model up to this one factor.
+    """
     contact = fit.parameters["contact_depth"].value
     own = [e.value - contact for name, e in one.fit.parameters.items() if name.endswith("puncture_depth")]
     layers = with_ruptures(fit.model, own).layers
-    return [run_model(_alone(layer), one.fit.recording, contact + layer.top) for layer in layers]
+    forces = np.array([run_model(_alone(layer), one.fit.recording, contact + layer.top) for layer in layers])
+    whole = forces.sum(axis=0)
+    factor = whole @ one.model / (whole @ whole) if whole.any() else 1.0
+    return list(factor * forces)
 
 
 def _alone(layer) -> Model:
@@ -29,9 +35,7 @@ def _alone(layer) -> Model:
 
 def population_force(fit, one) -> np.ndarray | None:
     """Force (n,) [N] along the recording of ``one`` of the law for insertions not seen yet, or None."""
-    if fit.population is None:
-        return None
-    return run_model(fit.population, one.fit.recording, fit.population_contact)
+    return None if fit.population is None else fit.predict(one.fit.recording)
 
 
 def shares(figure, sheet, one, forces: Sequence[np.ndarray]) -> None:

@@ -38,6 +38,7 @@ _QUANTITIES = {
     "resting_surface": "surface at rest after the rupture, below the layer's top",
     "relaxation_share_1": "share of the force that relaxes soon",
     "relaxation_share_2": "share of the force that relaxes late",
+    "speed_exponent": "power of the speed by which all forces go",
 } | {f"friction_coefficient_{reading}": f"friction coefficient, reading {reading}" for reading in READINGS}
 _STATUS = {
     "ok": "identified",
@@ -68,7 +69,7 @@ def by_layer(parameters: dict) -> dict[str, dict]:
     found: dict[str, dict] = {}
     for name, estimate in parameters.items():
         deeper = _DEEPER.fullmatch(name)
-        layer = "all layers" if name.startswith("relaxation_") else f"layer {deeper[1] if deeper else 1}"
+        layer = "all layers" if name.startswith(("relaxation_", "speed_")) else f"layer {deeper[1] if deeper else 1}"
         found.setdefault(layer, {})[deeper[2] if deeper else name] = estimate
     return found
 

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """One recording's cycle as the fit takes it: means over short stretches of travel and of the hold."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...recording import Recording
 from ...segmentation import Events
-from ..span import cycle_span
+from ..span import cycle_span, stroke_speed
 from ..strokes import strokes_of, undelayed_depth
 
 COARSE, FINE = 125, 2000
@@ -21,7 +21,8 @@ class Course:
     """Bins (m,) of insertion, hold and withdrawal: mean depth [m], force [N], step of time [s], samples in each.
 
     ``stroke`` is 0, 1, 2 for insertion, hold, withdrawal. ``contact`` and ``punctures`` are depths [m] seen in the
-    force, all in the recording's own zero; ``speed`` [m/s] is the insertion's, ``rest`` [s] the length of the hold.
+    force, all in the recording's own zero; ``speed`` [m/s] is the insertion's, ``rest`` [s] the length of the hold,
+    ``scale`` [N] what residuals are divided by.
     """
 
     depth: np.ndarray
@@ -33,6 +34,7 @@ class Course:
     punctures: tuple[float, ...]
     speed: float
     rest: float
+    scale: float
 
     @property
     def peak(self) -> float:
@@ -46,8 +48,15 @@ class Course:
 
     @property
     def weight(self) -> np.ndarray:
-        """By which a residual in N becomes one whose squares sum to the mean square over the peak squared."""
-        return np.sqrt(self.count / self.count.sum()) / self.peak
+        """By which a residual in N becomes one whose squares sum to the mean square over the scale squared."""
+        return np.sqrt(self.count / self.count.sum()) / self.scale
+
+
+def courses_of(recordings: list[tuple[Recording, Events]], bins: int) -> tuple[Course, ...]:
+    """Several repeats, on one scale: with a scale each, those of weak forces would pull the common numbers down."""
+    courses = [course_of(recording, events, bins) for recording, events in recordings]
+    scale = float(np.median([course.peak for course in courses]))
+    return tuple(replace(course, scale=scale) for course in courses)
 
 
 def course_of(recording: Recording, events: Events, bins: int) -> Course:
@@ -58,7 +67,6 @@ def course_of(recording: Recording, events: Events, bins: int) -> Course:
     count = np.bincount(index)
     mean = lambda values: np.bincount(index, values) / count  # noqa: E731
     middle, step = mean(time - time[0]), float(np.median(np.diff(time)))
-    moving = time[stroke == 0]
     return Course(
         mean(depth),
         mean(force),
@@ -67,8 +75,9 @@ def course_of(recording: Recording, events: Events, bins: int) -> Course:
         np.rint(mean(stroke)).astype(np.int64),
         events.contact.depth,
         tuple(puncture.depth for puncture in events.punctures),
-        float(np.ptp(depth[stroke == 0]) / max(moving[-1] - moving[0], step)),
+        stroke_speed(time[stroke == 0], depth[stroke == 0]),
         float(np.ptp(time[stroke == 1])) if (stroke == 1).any() else 0.0,
+        float(np.abs(mean(force)).max()),
     )
 
 

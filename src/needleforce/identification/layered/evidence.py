@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How many layers, and which mechanisms, the recordings ask for."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,13 +11,8 @@ from .course import Course
 from .search import Solved, again, of_the_population
 from .unknowns import BARE, NO_FADING, PER_LAYER, RUPTURE, SATURATION, SHARP, Unknowns
 
-MECHANISMS = {
-    "sharp rupture": (RUPTURE, SHARP),
-    "no saturation": (SATURATION, BARE),
-    "no relaxation": (None, NO_FADING),
-}
-"""What can be left away: its place in a layer, None for what the layers share, and the value that takes it away."""
 DECISIVE = 10.0
+AS_GOOD = 1.02  # ratio of errors
 ENOUGH = 3  # repeats to judge by those left out
 
 
@@ -87,10 +81,13 @@ def _independent(solved: Solved, run: int) -> float:
 
 
 def chosen(candidates: list[Candidate]) -> Candidate:
-    """The one that predicts the repeats left out best, or with fewer than three repeats that of the least BIC."""
-    if all(len(each.left_out) for each in candidates):
-        return min(candidates, key=lambda each: each.error)
-    return min(candidates, key=lambda each: each.bic)
+    """Of those that foretell the repeats left out as well as the best, within one standard error or 2 %, the one of the
+    fewest numbers; with fewer than three repeats that of the least BIC."""
+    if not all(len(each.left_out) for each in candidates):
+        return min(candidates, key=lambda each: each.bic)
+    best = min(candidates, key=lambda each: each.error)
+    good = [each for each in candidates if _worse(each, best) <= 1.0 or each.error <= AS_GOOD * best.error]
+    return min(good, key=lambda each: (each.numbers, each.error))
 
 
 def ties(one: Candidate, other: Candidate) -> bool:
@@ -98,18 +95,29 @@ def ties(one: Candidate, other: Candidate) -> bool:
     criteria differ by less than 10."""
     if not (len(one.left_out) and len(other.left_out)):
         return abs(one.bic - other.bic) < DECISIVE
+    return abs(_worse(one, other)) <= student(len(one.left_out))
+
+
+def _worse(one: Candidate, other: Candidate) -> float:
+    """Mean logarithm of the ratio of the errors on the repeats left out, in its standard errors."""
     difference = np.log(one.left_out / other.left_out)
-    error = difference.std(ddof=1) / np.sqrt(len(difference))
-    return bool(abs(difference.mean()) <= student(len(difference)) * error)
+    error = float(difference.std(ddof=1)) / np.sqrt(len(difference))
+    return float(difference.mean()) / error if error > 0.0 else 0.0
 
 
-def simpler(solved: Solved) -> Iterator[tuple[str, Solved]]:
-    """The same layers with one mechanism taken away at a time."""
-    unknowns = solved.problem.unknowns
+def removable(unknowns: Unknowns) -> dict[str, dict[int, float]]:
+    """What can be left away: its name, and the places in x with the values that take it away."""
     first = PER_LAYER * np.arange(unknowns.layers)
-    fading = PER_LAYER * unknowns.layers
-    for name, (place, value) in MECHANISMS.items():
-        places = [fading] if place is None else list(first + place)
-        x, held = solved.x.copy(), frozenset(places if place is not None else (fading, fading + 1))
-        x[places] = value
-        yield name, again(solved, x, unknowns=replace(unknowns, held=held))
+    found = {
+        "sharp rupture": dict.fromkeys(first + RUPTURE, SHARP),
+        "no saturation": dict.fromkeys(first + SATURATION, BARE),
+        "no relaxation": {unknowns.fading: NO_FADING, unknowns.fading + 1: 0.0},
+    }
+    return found if unknowns.speed in unknowns.held else found | {"no dependence on speed": {unknowns.speed: 0.0}}
+
+
+def without(solved: Solved, values: dict[int, float]) -> Solved:
+    """The fit with numbers held at values."""
+    x, unknowns = solved.x.copy(), solved.problem.unknowns
+    x[list(values)] = list(values.values())
+    return again(solved, x, unknowns=replace(unknowns, held=unknowns.held | frozenset(map(int, values))))

@@ -15,12 +15,12 @@ from ..single import Single
 from ..span import cycle_span
 from ..telling import Given, pooled_quality, quality, settings, warnings_of
 from . import words
-from .course import COARSE, FINE, Course, course_of
-from .evidence import MECHANISMS, Candidate, candidate, chosen, simpler, with_bic
-from .numbers import estimates
+from .course import COARSE, FINE, Course, courses_of
+from .evidence import Candidate, candidate, chosen, removable, with_bic, without
 from .outcome import model_of
 from .ruptures import Ruptures, own_ruptures, ruptures
 from .search import Solved, grow, made_passive, of_the_population, refined
+from .spread import spread
 from .unknowns import MM, TOP
 
 MOST_LAYERS = 3
@@ -38,12 +38,13 @@ def identify_layered(
     pierced = any(single.events.punctures for single in usable)
     if not pierced:
         return _without_model(singles, given, name)
-    coarse, fine = (tuple(course_of(s.recording, s.events, bins) for s in usable) for bins in (COARSE, FINE))
+    coarse, fine = (courses_of([(s.recording, s.events) for s in usable], bins) for bins in (COARSE, FINE))
     solved = list(_watched(grow(coarse, layers or MOST_LAYERS), layers or MOST_LAYERS, progress, "layer by layer"))
     tried, best = _evidence(solved[-1:] if layers else solved, LAYERED[name], progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "in short steps")
     ended, population = next(work), next(work)
-    found, parameters = ruptures(ended), estimates(ended)
+    found, known = ruptures(ended), spread(ended)
+    parameters = known.estimates()
     model, trouble = _model(ended, found, given, usable)
     runs = {id(single): k for k, single in enumerate(usable)}
     recordings = tuple(_recording(single, runs.get(id(single)), ended, given) for single in singles)
@@ -54,10 +55,11 @@ def identify_layered(
         pooled_quality(recordings),
         (*warnings_of(singles, model, one_layer=False), *trouble, *words.warnings(ended, recordings)),
         words.held_fixed(ended),
-        words.unknown(ended, parameters),
+        (*words.unknown(ended, parameters), *known.correlations().sentences()),
         tuple((each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
         settings("cone_cylinder", given.needle, singles) | words.settings(best, tried),
         ruptures=found,
+        spread=known,
         population=None if population is None else _model(population, ruptures(population), given, usable)[0],
         population_contact=MM * float((population or ended).x[TOP]),
     )
@@ -79,11 +81,16 @@ def _watched(work: Iterable, count: int, progress: Callable | None, text: str) -
 
 def _evidence(solved: list[Solved], passive: bool, progress) -> tuple[list[Candidate], Candidate]:
     """Every candidate, and the one taken: first the number of layers, then what can be left away."""
-    named = (candidate(words.layers(each), made_passive(each) if passive else each) for each in solved)
-    tried = list(_watched(named, len(solved), progress, "leaving repeats out"))
+    shown = progress or (lambda work, _: work)
+    tried = [
+        candidate(words.layers(each), made_passive(each) if passive else each)
+        for each in shown(solved, "leaving repeats out")
+    ]
     best = chosen(with_bic(tried))
-    less = (candidate(f"{best.name}, {what}", each) for what, each in simpler(best.solved))
-    tried = with_bic(tried + list(_watched(less, len(MECHANISMS), progress, "leaving mechanisms out")))
+    less = removable(best.solved.problem.unknowns)
+    for what, values in shown(list(less.items()), "leaving mechanisms out"):
+        tried.append(candidate(f"{best.name}, {what}", without(best.solved, values)))
+    tried = with_bic(tried)
     return tried, chosen(tried)
 
 
@@ -109,7 +116,9 @@ def _recording(single: Single, run: int | None, solved: Solved, given: Given) ->
     except InputError as error:
         return RecordingFit(base.file, base.status, base.recording, base.events, own, notes=(*notes, str(error)))
     surface = MM * float(solved.x[TOP])
-    predicted = run_model(model, single.recording, surface)
+    problem, course = solved.problem, solved.problem.courses[run]
+    factor = (course.speed / problem.speed) ** solved.x[problem.unknowns.speed]
+    predicted = factor * run_model(model, single.recording, surface)
     cycle, _ = cycle_span(single.strokes, single.events)
     told = quality(single.recording.force[cycle], predicted[cycle])
     return RecordingFit(

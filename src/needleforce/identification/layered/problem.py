@@ -15,19 +15,21 @@ FREE, TIED = 3e-4, 0.3
 ABOVE = 0.5  # [mm]
 ROUNDS, GAIN = 3, 1e-3
 NEARBY = np.append(np.arange(-1.0, 1.01, 0.1), 0.0)  # [mm]
-REFUSED = 1e3  # times the peak: the core refuses these numbers
+REFUSED = 1e3  # times the scale: the core refuses these numbers
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
     """The law in ``unknowns`` beside the ``courses`` of the repeats; ``passive`` says in which of its two forms.
 
-    ``ridge`` holds the punctures of the runs together: ``FREE`` or ``TIED``.
+    ``ridge`` holds the punctures of the runs together: ``FREE`` or ``TIED``. ``speed`` [m/s] is that at which the
+    numbers hold.
     """
 
     courses: tuple[Course, ...]
     unknowns: Unknowns
     passive: bool
+    speed: float
     ridge: float = FREE
 
     def by_layer(self, course: Course, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
@@ -35,14 +37,18 @@ class Problem:
         (k, layers) [mm]; they add up."""
         rows = self.unknowns.rows(xs, punctures)
         forces = core.layer_forces(rows.reshape(-1, rows.shape[-1]), self.passive, course.depth, course.dt)
-        return forces.reshape(*rows.shape[:2], -1)
+        return forces.reshape(*rows.shape[:2], -1) * self._factor(course, xs)[:, None, None]
+
+    def _factor(self, course: Course, xs: np.ndarray) -> np.ndarray:
+        """By which the speed of a course multiplies its forces, (k,)."""
+        return (course.speed / self.speed) ** xs[:, self.unknowns.speed]
 
     def along(self, course: Course, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
         """Their sum (k, m) [N]."""
         return self.by_layer(course, xs, punctures).sum(axis=1)
 
     def residuals(self, run: int, x: np.ndarray) -> np.ndarray:
-        """Model minus measured force over the peak, weighted, (m,)."""
+        """Model minus measured force over the scale, weighted, (m,)."""
         course = self.courses[run]
         found = (self.along(course, x[None], self.unknowns.punctures(x)[run][None])[0] - course.force) * course.weight
         return np.nan_to_num(found, nan=REFUSED)
@@ -65,8 +71,9 @@ class Problem:
         punctures = xs[:, unknowns.punctures_of(run)]
         touched = np.array([unknowns.touches(place) for place in places])
         base = self.by_layer(course, x[None], x[None, unknowns.punctures_of(run)])[0]
-        rows = unknowns.rows(xs, punctures)[touched]
-        changes = core.layer_forces(rows, self.passive, course.depth, course.dt) - base[np.nonzero(touched)[1]]
+        rows, (moved, layer) = unknowns.rows(xs, punctures)[touched], np.nonzero(touched)
+        forces = core.layer_forces(rows, self.passive, course.depth, course.dt)
+        changes = forces * self._factor(course, xs)[moved, None] - base[layer]
         slopes = np.add.reduceat(changes, np.concatenate([[0], touched.sum(axis=1).cumsum()[:-1]]), axis=0)
         return places, (np.nan_to_num(slopes / steps[places, None]) * course.weight).T
 
@@ -144,7 +151,7 @@ class Problem:
         return x
 
     def squares(self, course: Course, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
-        """Sums of squares (k,) of the residual over the peak along a course."""
+        """Sums of squares (k,) of the residual over the scale along a course."""
         found = (((self.along(course, xs, punctures) - course.force) * course.weight) ** 2).sum(axis=1)
         return np.nan_to_num(found, nan=REFUSED)
 

@@ -15,6 +15,7 @@ QUICK, LONG = 15, 100  # evaluations of a screening, and of what is kept
 KEPT = 2
 TIMES = (0.13, 1.0)  # of the hold: 0.7 s and 5 s for a hold of 5 s; how it fades over longer times no hold can tell
 STIFFER = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7))  # logarithms of c and k_t
+FASTER = 1.3  # ratio of speeds that can tell how forces depend on speed
 NO_HOLD = 5.0  # [s] stands for the hold where there is none
 
 
@@ -36,13 +37,16 @@ def grow(courses: tuple[Course, ...], most: int) -> Iterator[Solved]:
     """Fits with 1, 2, … ``most`` layers in the form fitted to recordings, each from cold and from the one before."""
     rests = [course.rest for course in courses if course.rest > 0.0]
     rest = float(np.median(rests)) if rests else NO_HOLD
-    before = None
+    speeds, before = [course.speed for course in courses], None
+    typical = float(np.exp(np.mean(np.log(speeds))))
     for layers in range(1, most + 1):
         unknowns = Unknowns(layers, len(courses), (TIMES[0] * rest, TIMES[1] * rest))
+        if max(speeds) < FASTER * min(speeds):
+            unknowns = replace(unknowns, held=frozenset({unknowns.speed}))
         starts = list(first_starts(courses, unknowns)) if layers < 3 else []
         if before is not None:
             starts += grown_starts(courses, before.problem.unknowns, before.x)
-        before = best(Problem(courses, unknowns, passive=False), starts)
+        before = best(Problem(courses, unknowns, passive=False, speed=typical), starts)
         yield before
 
 

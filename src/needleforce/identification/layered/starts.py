@@ -12,7 +12,8 @@ LIKE_TISSUE = (0.0, 0.0, 0.0, 0.2, 5.5, -7.8, 2.0)
 """Grip ratio, stiffness of 250 N/m, rupture within 0.4 mm, a dimple of 2 mm; the contact is set by the forces."""
 SMALL = (7.6, -6.9, 0.0, 0.0, 4.6, -7.6, 1.0)
 """A weak layer, to be added: c = 2 kN/m^2, h_s = 1 mm, k_t = 100 N/m."""
-FADES, SHORT = 0.2, 0.0
+COMMON = (0.2, 0.0, 0.0)
+"""Half fades, half of it sooner; forces do not depend on speed."""
 BEYOND = 1.0  # [mm] past the deepest point: a layer that does not give way
 APART = 1.0  # [mm] between a layer's top and its puncture, at least
 TOPS = (0.35, 0.7, 1.0)  # of the way from contact to the first puncture, where a second layer may begin
@@ -38,7 +39,7 @@ def first_starts(courses: tuple[Course, ...], unknowns: Unknowns) -> Iterator[np
 def grown_starts(courses: tuple[Course, ...], before: Unknowns, x: np.ndarray) -> Iterator[np.ndarray]:
     """The vector ``x`` of a fit with one layer less, with a weak layer added at several places, that gives way or
     does not."""
-    shared, relaxing = x[: PER_LAYER * before.layers], x[PER_LAYER * before.layers : before.shared]
+    shared, common = x[: before.fading], x[before.fading : before.shared]
     deepest = np.median([course.deepest for course in courses]) / MM
     highest = shared[TOP::PER_LAYER].min()
     for top in np.linspace(highest + 1.0, deepest - 3.0, ADDED):
@@ -46,7 +47,7 @@ def grown_starts(courses: tuple[Course, ...], before: Unknowns, x: np.ndarray) -
             added = np.array(SMALL)
             added[TOP] = top
             own = np.column_stack([before.punctures(x), np.full(before.runs, puncture)])
-            yield np.concatenate([shared, added, relaxing, own.ravel()])
+            yield np.concatenate([shared, added, common, own.ravel()])
 
 
 def _start(courses, unknowns: Unknowns, tops: list[float], punctures: np.ndarray) -> np.ndarray:
@@ -61,7 +62,7 @@ def _start(courses, unknowns: Unknowns, tops: list[float], punctures: np.ndarray
         part[SATURATION], part[TOP] = np.log(saturation), top
         part[STIFFNESS] += np.log(peak / 5.0)  # a stiff tissue drags as stiffly as it resists
         parts.append(part)
-    return np.concatenate([*parts, [FADES, SHORT], punctures.ravel()])
+    return np.concatenate([*parts, COMMON, punctures.ravel()])
 
 
 def _seen(courses: tuple[Course, ...], least: float, otherwise: float) -> np.ndarray:

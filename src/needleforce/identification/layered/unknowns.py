@@ -16,7 +16,7 @@ SHARP, BARE, NO_FADING = np.log(2e-5), np.log(0.15), -30.0
 
 LOWEST = (np.log(1.0), np.log(2e-4), -500.0, -6.0, np.log(0.1), np.log(2e-5), -30.0)
 HIGHEST = (np.log(1e9), np.log(0.15), 500.0, 7.0, np.log(1e6), np.log(3e-2), 60.0)
-LEAST_FADING, MOST_FADING = (-31.0, -4.0), (4.0, 4.0)
+LEAST_COMMON, MOST_COMMON = (-31.0, -4.0, -1.0), (4.0, 4.0, 1.0)
 FAR = 1e4  # [mm]
 STEPS = np.array([1e-4, 1e-4, 1e-3, 1e-4, 1e-4, 1e-4, 1e-3])
 STEP_PUNCTURE = 0.03  # [mm] a third of a bin: less moves the rupture into no other bin
@@ -24,10 +24,12 @@ STEP_PUNCTURE = 0.03  # [mm] a third of a bin: less moves the rupture into no ot
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Layout of the vector x: ``layers`` times ``PER_LAYER`` numbers, two of relaxation, punctures [mm] run by run.
+    """Layout of the vector x: ``layers`` times ``PER_LAYER`` numbers, two of relaxation, one of speed, punctures [mm]
+    run by run.
 
     All repeats share everything but the punctures. Relaxation is the logit of the share that fades, and of the part
-    of it that has the shorter of the two ``times`` [s]. ``held`` are places in x that keep their value.
+    of it that has the shorter of the two ``times`` [s]; all forces go by the power ``speed`` of the insertion's speed.
+    ``held`` are places in x that keep their value.
     """
 
     layers: int
@@ -38,6 +40,16 @@ class Unknowns:
     @property
     def shared(self) -> int:
         """How many numbers the repeats share."""
+        return PER_LAYER * self.layers + 3
+
+    @property
+    def fading(self) -> int:
+        """Where in x the share stands that fades; the part that fades sooner comes after it."""
+        return PER_LAYER * self.layers
+
+    @property
+    def speed(self) -> int:
+        """Where in x the exponent of the speed stands."""
         return PER_LAYER * self.layers + 2
 
     @property
@@ -61,7 +73,7 @@ class Unknowns:
 
     def touches(self, place: int) -> np.ndarray:
         """True (layers,) for the layers whose force one unknown moves."""
-        if place < PER_LAYER * self.layers:
+        if place < self.fading:
             layer = place // PER_LAYER
         elif place < self.shared:
             return np.ones(self.layers, bool)
@@ -76,28 +88,28 @@ class Unknowns:
 
     def steps(self) -> np.ndarray:
         """Steps (size,) of the differences that stand for derivatives."""
-        relaxing, punctures = np.full(2, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE)
-        return np.concatenate([np.tile(STEPS, self.layers), relaxing, punctures])
+        common, punctures = np.full(3, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE)
+        return np.concatenate([np.tile(STEPS, self.layers), common, punctures])
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest x (size,)."""
-        ends = zip((LOWEST, HIGHEST), (LEAST_FADING, MOST_FADING), (-FAR, FAR))
+        ends = zip((LOWEST, HIGHEST), (LEAST_COMMON, MOST_COMMON), (-FAR, FAR))
         low, high = (
-            np.concatenate([np.tile(layer, self.layers), relaxing, np.full(self.layers * self.runs, far)])
-            for layer, relaxing, far in ends
+            np.concatenate([np.tile(layer, self.layers), common, np.full(self.layers * self.runs, far)])
+            for layer, common, far in ends
         )
         return low, high
 
     def in_order(self, x: np.ndarray) -> np.ndarray:
         """x with its layers from the surface down."""
-        own = x[: PER_LAYER * self.layers].reshape(self.layers, PER_LAYER)
+        own = x[: self.fading].reshape(self.layers, PER_LAYER)
         order = np.argsort(own[:, TOP], kind="stable")
-        relaxing = x[PER_LAYER * self.layers : self.shared]
-        return np.concatenate([own[order].ravel(), relaxing, self.punctures(x)[:, order].ravel()])
+        common = x[self.fading : self.shared]
+        return np.concatenate([own[order].ravel(), common, self.punctures(x)[:, order].ravel()])
 
     def rows(self, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
         """Rows (k, layers, 12) for the core from x (k, shared or more) and punctures (k, layers) [mm], in SI."""
-        own = xs[:, : PER_LAYER * self.layers].reshape(len(xs), self.layers, PER_LAYER)
+        own = xs[:, : self.fading].reshape(len(xs), self.layers, PER_LAYER)
         stiffness, top = np.exp(own[..., STIFFNESS]), MM * own[..., TOP]
         law = np.empty((len(xs), self.layers, ROW))
         law[..., 0], law[..., 1] = np.exp(own[..., COEFFICIENT]), np.exp(own[..., SATURATION])
@@ -109,7 +121,7 @@ class Unknowns:
 
     def _relaxation(self, xs: np.ndarray) -> np.ndarray:
         """Share, time, share, time, (k, 4)."""
-        fades, short = (logistic(xs[:, PER_LAYER * self.layers + k]) for k in (0, 1))
+        fades, short = (logistic(xs[:, self.fading + k]) for k in (0, 1))
         ones = np.ones(len(xs))
         return np.column_stack([fades * short, self.times[0] * ones, fades * (1 - short), self.times[1] * ones])
 

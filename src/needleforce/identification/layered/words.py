@@ -8,10 +8,9 @@ from ..fit import RecordingFit
 from .evidence import ENOUGH, Candidate, ties
 from .numbers import prefix
 from .search import Solved
-from .unknowns import MM, NO_FADING, PER_LAYER
+from .unknowns import MM, NO_FADING
 
 ODD = 2.0  # times the median residual
-FAST = 1.3  # ratio of speeds
 
 
 def layers(solved: Solved) -> str:
@@ -29,10 +28,6 @@ def warnings(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[str,
             f"{len(courses)} recordings cannot tell the scatter between repeats: the intervals hold the noise within "
             "runs alone; give three or more."
         )
-    speeds = [course.speed for course in courses]
-    if max(speeds) > FAST * min(speeds):
-        low, high = 1e3 * min(speeds), 1e3 * max(speeds)
-        said.append(f"The speeds differ, {low:.3g} to {high:.3g} mm/s: their common numbers are a mean over them.")
     residuals = {each.file: each.quality.nrmse for each in recordings if each.quality is not None}
     middle = float(np.median(list(residuals.values()))) if residuals else 0.0
     for file, residual in residuals.items():
@@ -48,8 +43,11 @@ def held_fixed(solved: Solved) -> tuple[str, ...]:
     """What was taken and not identified."""
     times, unknowns = solved.problem.unknowns.times, solved.problem.unknowns
     said = ["embedded length: counted from the moving surface; with it a separate cutting force tends to zero"]
-    if solved.x[PER_LAYER * unknowns.layers] > NO_FADING:
+    if solved.x[unknowns.fading] > NO_FADING:
         said.append(f"time constants of relaxation: {times[0]:.2g} s and {times[1]:.2g} s, by the length of the hold")
+    if unknowns.speed not in unknowns.held:
+        speed = f"{1e3 * solved.problem.speed:.3g} mm/s"
+        said.append(f"speed: the numbers hold at {speed}; all forces are taken to go by one power of it")
     return tuple(said)
 
 
@@ -67,14 +65,18 @@ def unknown(solved: Solved, parameters: dict[str, Estimate]) -> tuple[str, ...]:
                 f"Layer {layer + 1} gave way in no run: its puncture depth is more than {deepest / MM:.1f} mm, and "
                 "friction in it is not known."
             )
-    if len({round(1e4 * course.speed) for course in solved.problem.courses}) == 1:
-        said.append("Dependence on speed: all recordings have one speed; how relaxation goes on in motion likewise.")
+    if "speed_exponent" not in parameters:
+        said.append("Dependence on speed: the recordings do not tell it, nor how relaxation goes on in motion.")
     return tuple(said)
 
 
 def settings(found: Candidate, tried: list[Candidate]) -> dict[str, object]:
     """How the choice was made."""
-    rule = "repeats left out" if len(found.left_out) else "BIC, whole cycle, correlated samples as one"
+    rule = (
+        "repeats left out, fewest numbers within one standard error or 2 %"
+        if len(found.left_out)
+        else "BIC, whole cycle, correlated samples as one"
+    )
     rows = [
         {
             "choice": each.name,
@@ -87,4 +89,9 @@ def settings(found: Candidate, tried: list[Candidate]) -> dict[str, object]:
         }
         for each in tried
     ]
-    return {"layers": found.solved.problem.unknowns.layers, "chosen_by": rule, "evidence": rows}
+    return {
+        "speed_m_s": found.solved.problem.speed,
+        "layers": found.solved.problem.unknowns.layers,
+        "chosen_by": rule,
+        "evidence": rows,
+    }

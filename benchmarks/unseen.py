@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Repeats of real recordings foretold from the others, beside how well the experiment repeats itself.
+
+    python benchmarks/unseen.py [--full] [--write docs/unseen.md]
+
+Every condition with three repeats or more; a condition is all of a file's name but its last two parts, repeat and
+date. Models are identified from cold for every repeat left out, so that --full takes some twenty minutes on two cores;
+without it a few conditions and two layers show the way.
+"""
+
+import argparse
+import os
+import runpy
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+import numpy as np
+
+import needleforce as nf
+from needleforce.identification.compare import Row
+from needleforce.identification.span import STROKES
+
+ROOT = Path(__file__).resolve().parents[1]
+COLUMNS = {"force": "fz", "depth": "pz", "time": "time"}
+UNITS = {"time": "us", "depth": "mm", "force": "N"}
+ONE_LAYER = ("paper", "cone_cylinder", "power_law", "okamura", "maurin")
+LAYERED = ("layered_as_fitted", "layered")
+SHORT = 2  # conditions without --full
+HEAD = """# Repeats that were not seen
+
+Each repeat of {conditions} conditions is foretold by a model identified from the others alone, from cold: {files} files
+recorded by others in skin, muscle and artery phantoms, 1 to 3 mm/s. Numbers are errors over the *floor*: the mean of the
+other repeats of the same motion, by depth in the strokes and by time in the hold; both as rms over the whole cycle, hold
+included, over the peak. *Prediction* knows the motion alone, *replay* also the repeat's punctures where they were seen.
+A perfect predictor stands at {perfect:.2f}. Made by `python benchmarks/unseen.py --full --write docs/unseen.md`;
+conditions are taken from the files' names and nothing is set by them.
+
+"""
+
+
+def conditions(folder: Path) -> dict[str, list[Path]]:
+    """Files of each condition with three repeats or more."""
+    found: dict[str, list[Path]] = {}
+    for path in sorted(folder.glob("*.csv")):
+        found.setdefault(path.stem.rsplit("_", 2)[0], []).append(path)
+    return {name: files for name, files in found.items() if len(files) >= 3}
+
+
+def compared(files: list[Path], models: tuple[str, ...]) -> tuple[Row, ...]:
+    """The models on one condition; a file that cannot be read is left out."""
+    read = []
+    for file in files:
+        try:
+            read.append(nf.read(file, columns=COLUMNS, units=UNITS))
+        except nf.InputError as error:
+            print(f"{file.name}: {error}", file=sys.stderr)
+    return nf.compare(read, models)
+
+
+def table(rows: dict[str, dict[str, Row]]) -> list[str]:
+    """Markdown: medians over conditions for every model, then every condition with the layered ones."""
+    models = [model for model in (*ONE_LAYER, *LAYERED) if all(model in row for row in rows.values())]
+    heads = ("prediction, median", "90th percentile", "replay, median", "90th percentile", *STROKES)
+    lines = [f"| model | {' | '.join(heads)} |", "|---" * (1 + len(heads)) + "|"]
+    for model in models:
+        found = [row[model] for row in rows.values()]
+        prediction, replay = ([getattr(row, what) for row in found] for what in ("prediction", "replay"))
+        strokes = np.median([row.by_stroke for row in found], axis=0)
+        numbers = [*np.percentile(prediction, [50, 90]), *np.percentile(replay, [50, 90]), *strokes]
+        lines.append(f"| `{model}` | " + " | ".join(f"{number:.2f}" for number in numbers) + " |")
+    lines += [
+        "",
+        f"| condition | repeats | floor / peak | `{'` | `'.join(models)}` |",
+        "|---" * (3 + len(models)) + "|",
+    ]
+    for name, row in sorted(rows.items()):
+        unseen = next(iter(row.values())).unseen
+        shown = [f"{row[model].prediction:.2f}, {row[model].replay:.2f}" for model in models]
+        floor = float(np.sqrt(np.mean(unseen.floor[:, 0] ** 2)))
+        lines.append(f"| {name.replace('__', ' ')} | {len(unseen.floor)} | {floor:.3f} | " + " | ".join(shown) + " |")
+    return [*lines, "", "Prediction, replay of every condition."]
+
+
+def main(full: bool, write: Path | None) -> None:
+    folder = runpy.run_path(str(ROOT / "tests" / "conftest.py"))["RECORDINGS"] / "needle-insertion-rig"
+    if not folder.is_dir():
+        print(f"no recordings at {folder}: repeats left out are not measured")
+        return
+    found = dict(list(conditions(folder).items())[: None if full else SHORT])
+    models = (*ONE_LAYER, *(LAYERED if full else LAYERED[:1]))
+    rows: dict[str, dict[str, Row]] = {}
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        work = {name: pool.submit(compared, files, models) for name, files in found.items()}
+        for name, future in work.items():
+            rows[name] = {row.model: row for row in future.result()}
+            layered = rows[name][LAYERED[0]]
+            print(f"{name}: prediction {layered.prediction:.2f}, replay {layered.replay:.2f}", flush=True)
+    lines = table(rows)
+    print("\n".join(lines))
+    if write is not None:
+        repeats = np.median([len(next(iter(row.values())).unseen.floor) for row in rows.values()])
+        head = HEAD.format(
+            conditions=len(rows), files=sum(map(len, found.values())), perfect=np.sqrt((repeats - 1) / repeats)
+        )
+        write.write_text(head + "\n".join(lines) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--full", action="store_true")
+    parser.add_argument("--write", type=Path)
+    options = parser.parse_args()
+    main(options.full, options.write)

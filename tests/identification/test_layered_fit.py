@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The layered fit: simulated repeats with scatter of their own, recordings that cannot answer, and the engine's law."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+from needleforce import core
+from needleforce.identification.fit import with_ruptures
+from needleforce.identification.layered.course import courses_of
+from needleforce.identification.layered.search import grow, refined
+from needleforce.identification.layered.spread import spread
+
+MOTION = nf.Motion.insert(start=-3e-3, speed=2e-3, depth=21e-3, hold=5.0)
+NAMED = {"layered": core.laws.DraggedTissue, "layered_as_fitted": core.laws.DraggedTissueAsFitted}
+FIRST, SECOND, TOP = 8e-3, 5e-3, 10e-3  # [m] of the presets
+
+
+def repeat(seed, name="layered_as_fitted", layers=2, motion=MOTION, noise=5e-3, scale=0.0, speed=0.0, later=0.0):
+    """One repeat of the preset behind white noise: punctures scatter by 0.3 mm, forces by ``scale`` and go by the power
+    ``speed`` of the speed over 2 mm/s; ``later`` [m] puts off the punctures."""
+    random = np.random.default_rng(seed)
+    model = nf.preset(name)
+    model = model.replace(deeper=model.deeper[: layers - 1])
+    punctures = np.array([FIRST, TOP + SECOND])[:layers] + random.normal(0.0, 0.3e-3, layers) + later
+    run = nf.simulate(with_ruptures(model, punctures), motion, rate=100.0)
+    factor = (1.0 + random.normal(0.0, scale)) * (float(np.abs(run.velocity).max()) / 2e-3) ** speed
+    force = factor * run.force + random.normal(0.0, noise, len(run))
+    return dataclasses.replace(run, force=force, axes={}), punctures
+
+
+@pytest.fixture(scope="module", params=list(NAMED))
+def identified(request):
+    """Three repeats of two layers, where they gave way, and what was identified."""
+    runs, punctures = zip(*(repeat(seed, request.param) for seed in range(3)))
+    return request.param, runs, np.array(punctures), nf.identify(runs, model=request.param)
+
+
+def test_two_layers_are_found_with_their_numbers(identified):
+    name, _, punctures, fit = identified
+    assert fit.settings["layers"] == 2
+    # the passive form is found within some 2 % of the peak: its search comes to rest in poorer places
+    share, place, residual = (0.1, 0.6e-3, 0.01) if name == "layered_as_fitted" else (0.35, 4e-3, 0.03)
+    truth = {"friction_per_length": 140.0, "tissue_stiffness": 220.0, "layer_2_friction_per_length": 70.0,
+             "layer_2_tissue_stiffness": 110.0, "contact_depth": 0.0, "layer_2_top": TOP,
+             "relaxation_share_1": 0.31, "relaxation_share_2": 0.26}  # fmt: skip
+    for key, value in truth.items():
+        found = fit.parameters[key]
+        assert abs(found.value - value) < share * value + (place if found.unit == "m" else 0.0), found
+    for each, own in zip(fit.recordings, punctures):
+        seen = [each.parameters[key].value for key in ("puncture_depth", "layer_2_puncture_depth")]
+        np.testing.assert_allclose(seen[0], own[0], atol=0.15e-3)
+        assert name == "layered" or abs(seen[1] - own[1]) < 0.15e-3
+        assert each.quality.nrmse < residual
+    assert all(type(layer.friction) is NAMED[name] for layer in fit.model.layers)
+
+
+def test_every_choice_is_shown_and_the_one_that_made_the_recordings_taken(identified):
+    *_, fit = identified
+    rows = {row["choice"]: row for row in fit.settings["evidence"]}
+    assert {"1 layer", "2 layers", "3 layers", "2 layers, sharp rupture", "2 layers, no relaxation"} <= set(rows)
+    assert next(choice for choice, row in rows.items() if row["chosen"]).startswith("2 layers")
+    assert rows["2 layers, no relaxation"]["left_out"] > 2.0 * rows["2 layers"]["left_out"]
+
+
+def test_a_fit_is_a_preset_and_a_document(identified, tmp_path):
+    *_, fit = identified
+    fit.save(tmp_path / "mine.toml")
+    assert nf.preset(tmp_path / "mine.toml").layers == fit.model.layers
+    document = json.loads(fit.to_json())
+    assert {row["name"] for row in document["parameters"]} == set(fit.parameters)
+    fit.to_csv(tmp_path / "mine.csv")
+    assert (tmp_path / "mine.csv").read_text().count("layer_2_top") == 1
+
+
+def test_draws_are_as_wide_as_the_intervals(identified):
+    *_, fit = identified
+    draws = fit.draws(20_000, seed=3)
+    for name in ("friction_per_length", "tissue_stiffness", "relaxation_share_1", "puncture_depth"):
+        low, high = np.quantile(draws[name], [0.025, 0.975])
+        estimate = fit.parameters[name]
+        width = estimate.high - estimate.low
+        assert abs(low - estimate.low) < 0.1 * width and abs(high - estimate.high) < 0.1 * width, name
+    found = fit.correlations
+    assert np.allclose(found.matrix.diagonal(), 1.0) and np.abs(found.matrix).max() < 1.0 + 1e-9
+
+
+def test_a_new_insertion_is_foretold_and_replayed(identified):
+    name, *_, fit = identified
+    if name == "layered":  # far from the repeats the passive form, found less well, errs by a tenth
+        unseen, _ = repeat(99, name)
+        error = fit.predict(unseen) - unseen.force
+        assert np.sqrt(np.mean(error**2)) < 0.05 * unseen.force.max()
+        return
+    unseen, _ = repeat(99, name, noise=0.0, later=0.6e-3)
+    peak = unseen.force.max()
+    foretold, replayed = fit.predict(unseen), fit.predict(unseen, events=nf.segment(unseen))
+    errors = [float(np.sqrt(np.mean((force - unseen.force) ** 2))) / peak for force in (foretold, replayed)]
+    assert errors[1] < 0.03 and errors[1] < errors[0] < 0.12
+
+
+@pytest.mark.parametrize("passive", [True, False])
+def test_layers_run_one_by_one_add_up_to_the_engine(passive):
+    """What is fitted is the engine: the stack's force is the sum of the layers that the fit runs alone."""
+    model = nf.preset("layered" if passive else "layered_as_fitted")
+    run = nf.simulate(model, MOTION, rate=100.0)
+    dt = np.full(len(run), 0.01)
+    whole = nf.Insertion(model, max_speed=np.inf).run(run.depth, None, dt)["force"]
+    rows = []
+    for layer in model.layers:
+        contact, friction, fading = layer.stiffness, layer.friction, layer.relaxation
+        c = 2.0 / np.pi * contact.reduced_modulus * np.tan(contact.half_angle)
+        saturation = 0.5 * np.pi * contact.radius / np.tan(contact.half_angle)
+        puncture = layer.top + layer.puncture.depth
+        own = [friction.per_length, friction.stiffness, friction.rupture_length, friction.resting_surface]
+        shares = [fading.share_1, fading.time_1, fading.share_2, fading.time_2]
+        rows.append([c, saturation, layer.top, puncture, *own, *shares])
+    alone = core.layer_forces(np.array(rows), passive, run.depth, dt)
+    np.testing.assert_allclose(alone.sum(axis=0), whole, atol=1e-12 * whole.max())
+    assert np.isnan(core.layer_forces(np.array(rows)[:1] * -1.0, passive, run.depth, dt)).all()
+
+
+def test_intervals_hold_the_truth_between_repeats_that_scatter():
+    """Forces scatter by 8 % between repeats: 40 campaigns of four, one layer; fewer than 34 of 40 has a chance of 1 %
+    where 95 % are promised."""
+    inside = dict.fromkeys(("friction_per_length", "tissue_stiffness", "contact_stiffness", "puncture_depth"), 0)
+    truth = {"friction_per_length": 140.0, "tissue_stiffness": 220.0, "puncture_depth": FIRST}
+    truth["contact_stiffness"] = 2.0 * 30e3 * 6e-3
+    motion = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=14e-3, hold=2.0)
+    for campaign in range(40):
+        runs = [repeat(1000 + 4 * campaign + k, layers=1, motion=motion, scale=0.08)[0] for k in range(4)]
+        coarse, fine = (courses_of([(run, nf.segment(run)) for run in runs], bins) for bins in (125, 500))
+        found = spread(refined(next(grow(coarse, 1)), fine)).estimates()
+        for name, value in truth.items():
+            inside[name] += found[name].low <= value <= found[name].high
+    assert min(inside.values()) >= 34, inside
+
+
+def test_forces_that_go_by_a_power_of_the_speed():
+    motions = [nf.Motion.insert(start=-2e-3, speed=speed, depth=14e-3, hold=5.0) for speed in (1e-3, 2e-3, 4e-3)]
+    runs = [repeat(k, layers=1, motion=motions[k % 3], speed=0.12)[0] for k in range(6)]
+    fit = nf.identify(runs, model="layered_as_fitted", layers=1)
+    exponent = fit.parameters["speed_exponent"]
+    assert exponent.value == pytest.approx(0.12, abs=0.02) and exponent.low <= 0.12 <= exponent.high
+    faster, _ = repeat(7, layers=1, motion=nf.Motion.insert(start=-2e-3, speed=6e-3, depth=14e-3, hold=2.0), speed=0.12)
+    error = fit.predict(faster, events=nf.segment(faster)) - faster.force
+    assert np.sqrt(np.mean(error**2)) < 0.05 * faster.force.max()
+    assert "speed_exponent" not in nf.identify(runs[::3], model="layered_as_fitted", layers=1).parameters
+
+
+def test_what_cannot_answer_is_kept_and_the_rest_goes_on():
+    short = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=14e-3, hold=2.0)
+    runs = [repeat(k, layers=1, motion=short)[0] for k in range(3)]
+    blank = dataclasses.replace(runs[0], force=np.random.default_rng(0).normal(0.0, 5e-3, len(runs[0])))
+    shallow, _ = repeat(5, layers=1, motion=nf.Motion.insert(start=-2e-3, speed=3e-3, depth=6e-3, hold=2.0))
+    whole = runs[1]
+    inwards = int(np.argmax(whole.depth)) + 50
+    cut = nf.Recording(*(getattr(whole, name)[:inwards] for name in ("time", "depth", "velocity", "force")))
+    fit = nf.identify([*runs, blank, shallow, cut], model="layered_as_fitted", layers=1)
+    assert [str(each.status) for each in fit.recordings] == [*["ok"] * 3, "no_contact", "no_puncture", "incomplete"]
+    assert [bool(each.parameters) for each in fit.recordings] == [True, True, True, False, True, True]
+    never = fit.recordings[4].parameters["puncture_depth"]
+    assert never.high == np.inf and not never.identifiable and never.low > 5.5e-3
+    assert fit.parameters["tissue_stiffness"].value == pytest.approx(220.0, rel=0.1)
+    nothing = nf.identify([blank, shallow], model="layered")
+    assert nothing.model is None and any("needs a puncture" in note for note in nothing.recordings[1].notes)
+
+
+def test_without_a_hold_relaxation_rests_on_the_withdrawal():
+    motion = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=14e-3, hold=0.0)
+    fit = nf.identify([repeat(k, layers=1, motion=motion)[0] for k in range(3)], model="layered_as_fitted", layers=1)
+    assert fit.parameters["friction_per_length"].value == pytest.approx(140.0, rel=0.15)
+
+
+def test_what_is_refused():
+    run, _ = repeat(0)
+    with pytest.raises(nf.InputError, match="does not take"):
+        nf.identify([run], second_pass=[run], model="layered")
+    with pytest.raises(nf.InputError, match="layers"):
+        nf.identify([run], model="layered", layers=4)
+    with pytest.raises(nf.InputError, match="layers"):
+        nf.identify([run], model="paper", layers=2)
