@@ -33,6 +33,15 @@ def test_layers_one_by_one_add_up_to_the_model(layered_fit):
     assert one.indentation.max() == pytest.approx(20.0, abs=0.05)
 
 
+def test_a_power_of_the_speed_is_on_every_layer(layered_fit):
+    first, second = layered_fit.recordings
+    faster = dataclasses.replace(first, predicted=1.2 * first.predicted)
+    one = repeats(dataclasses.replace(layered_fit, recordings=(faster, second)))[0]
+    plain_one = repeats(layered_fit)[0]
+    for fast, slow in zip(layer_forces(layered_fit, one), layer_forces(layered_fit, plain_one)):
+        np.testing.assert_allclose(fast, 1.2 * slow, atol=1e-9)
+
+
 def test_the_choice_is_shown(page):
     section = re.search(r'<section id="choice">.*?</section>', page, re.S)[0]
     rows = [re.findall(r"<td[^>]*>(.*?)</td>", row) for row in re.findall(r"<tr>(.*?)</tr>", section)][1:]
