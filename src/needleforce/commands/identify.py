@@ -180,7 +180,7 @@ def _spread(estimate) -> str:
     spreads = (estimate.between_repeats_sd, estimate.within_run_sd)
     value = estimate.value
     shown = [quantity(value, value - sd, value + sd, estimate.unit) for sd in spreads if sd is not None]
-    return ", ".join(f"{each.half_width or '0'} {each.unit}" for each in shown)
+    return ", ".join(f"{each.half_width or '0'} {each.unit}".strip() for each in shown)
 
 
 def _events(each) -> list[str]:

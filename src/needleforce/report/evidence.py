@@ -35,8 +35,8 @@ def evidence_words(settings: dict) -> str:
         "as one; those within 10 of it tie."
     )
     by_repeats = (
-        "Of the choices that foretell each repeat from the others as well as the best, within one standard error or 2 % "
-        "(geometric mean over the repeats), the one of the fewest numbers is chosen. What ties has another error by no "
+        "Of the choices that foretell each repeat from the others as well as the best, within one standard error or "
+        "2 % (geometric mean over the repeats), the one of the fewest numbers is chosen. What ties has another error by no "
         "more than the noise between repeats: these recordings do not tell it from the chosen one. BIC, over the whole "
         "cycle, samples that are alike counting as one, is shown beside it and may ask for less."
     )
