@@ -29,12 +29,14 @@ LAYERED = ("layered_as_fitted", "layered")
 SHORT = 2  # conditions without --full
 HEAD = """# Repeats that were not seen
 
-Each repeat of {conditions} conditions is foretold by a model identified from the others alone, from cold: {files} files
-recorded by others in skin, muscle and artery phantoms, 1 to 3 mm/s. Numbers are errors over the *floor*: the mean of the
-other repeats of the same motion, by depth in the strokes and by time in the hold; both as rms over the whole cycle, hold
-included, over the peak. *Prediction* knows the motion alone, *replay* also the repeat's punctures where they were seen.
-A perfect predictor stands at {perfect:.2f}. Made by `python benchmarks/unseen.py --full --write docs/unseen.md`;
-conditions are taken from the files' names and nothing is set by them.
+Each repeat of {conditions} conditions is foretold by a model identified from the others alone, from cold.
+There are {files} files, recorded by others in skin, muscle and artery phantoms at 1 to 3 mm/s. Numbers are errors over
+the *floor*: the mean of the other repeats of the same motion, by depth in the strokes and by time in the hold. Both are
+rms over the whole cycle, hold included, over the peak. *Prediction* knows the motion alone, *replay* also the repeat's
+punctures where they were seen. A perfect predictor stands at {perfect:.2f}.
+
+Made by `python benchmarks/unseen.py --full --write docs/unseen.md`; conditions are taken from the files' names, and
+nothing is set by them.
 
 """
 

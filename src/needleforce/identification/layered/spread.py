@@ -2,6 +2,7 @@
 """How well the numbers of a layered fit are known: intervals, correlations, draws."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -53,7 +54,7 @@ class Spread:
         """Scatter (p,) between repeats, by the jackknife: what one repeat tells of a number strays by so much."""
         return np.sqrt((self.runs - 1) * (self.moves**2).sum(axis=0))
 
-    @property
+    @cached_property
     def half(self) -> np.ndarray:
         """Half widths (p,) of 95 % intervals: Student's on the scatter between repeats, never below the error within
         runs; that alone with fewer than three repeats."""
