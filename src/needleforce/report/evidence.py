@@ -35,10 +35,11 @@ def evidence_words(settings: dict) -> str:
         "as one; those within 10 of it tie."
     )
     by_repeats = (
-        "Of the choices that foretell each repeat from the others as well as the best, within one standard error or "
-        "2 % (geometric mean over the repeats), the one of the fewest numbers is chosen. What ties has another error by no "
-        "more than the noise between repeats: these recordings do not tell it from the chosen one. BIC, over the whole "
-        "cycle, samples that are alike counting as one, is shown beside it and may ask for less."
+        "Of the choices that foretell each repeat from the others as well as the best, within one standard "
+        "error or 2 % (geometric mean over the repeats), the one of the fewest numbers is chosen. What ties "
+        "has another error by no more than the noise between repeats: these recordings do not tell it from "
+        "the chosen one. BIC, over the whole cycle, samples that are alike counting as one, is shown beside "
+        "it and may ask for less."
     )
     given = sum("," not in row["choice"] for row in settings["evidence"]) == 1
     fixed = " The number of layers was given." if given else ""
