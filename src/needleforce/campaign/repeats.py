@@ -10,11 +10,10 @@ import numpy as np
 from ..identification import Fit, RecordingFit, identify
 from ..recording import Recording
 from ..vocabulary import Status
-from .alone import oddities_alone
-from .beside import Repeat, copies, oddities_beside
+from .beside import copies
 from .conditions import Label
-from .observed import Observed, event_quantities, observe
-from .oddity import SPOILED, Oddity
+from .observed import Observed, event_quantities
+from .odd_repeats import moving_repeats, odd_repeats
 from .outcome import Condition, Outcome
 from .outliers import outliers
 from .trace import Trace, trace
@@ -48,11 +47,12 @@ def condition(read: Sequence[Read], fields: dict[str, str], model: str | None, n
     first = _identified([each.recording for each in good if each.name not in twice], model, needle)
     fits = iter(first.recordings)
     fitted = {each.name: next(fits) for each in good if each.name not in twice}
-    contacts = [fit.events.contact.depth for fit in first.recordings if fit.events.contact is not None]
-    usual = float(np.median(contacts)) if contacts else None
-    with np.errstate(all="ignore"):  # numbers too large for a force are told by their status
-        seen = {name: observe(fit.recording, fit.events, usual) for name, fit in fitted.items()}
-        odd = _oddities(good, fitted, seen, twice)
+    moving = moving_repeats(
+        [(each.name, each.recording, fitted[each.name].events) for each in good if each.name in fitted]
+    )
+    seen, odd = {each.name: each.seen for each in moving}, {each.name: [] for each in good}
+    odd |= odd_repeats(moving, {each.name: each.label.fields for each in good})
+    odd |= {name: [oddity] for name, oddity in twice.items()}
     kept = [each for each in good if not any(one.left_out for one in odd[each.name])]
     pooled = first if len(kept) == len(fitted) else _identified([each.recording for each in kept], model, needle)
     for file, oddity in outliers({each.name: fitted[each.name].parameters for each in kept}):
@@ -66,27 +66,6 @@ def condition(read: Sequence[Read], fields: dict[str, str], model: str | None, n
 
 def _identified(recordings: list[Recording], model: str | None, needle) -> Fit:
     return identify(recordings, model=model, needle=needle) if recordings else Fit((), {}, None, None)
-
-
-def _oddities(good: list[Read], fitted: dict, seen: dict[str, Observed | None], twice: dict) -> dict[str, list[Oddity]]:
-    moving = [
-        Repeat(each.name, each.recording, fitted[each.name].events, seen[each.name])
-        for each in good
-        if seen.get(each.name) is not None
-    ]
-    beside = oddities_beside(moving)
-    found = {each.name: [twice[each.name]] if each.name in twice else [] for each in good}
-    fields = {each.name: each.label.fields for each in good}
-    for each in moving:
-        alone = oddities_alone(each.recording, each.events, each.seen, fields[each.name])
-        found[each.name] += _first_causes([*alone, *beside[each.name]])
-    return found
-
-
-def _first_causes(odd: list[Oddity]) -> list[Oddity]:
-    """Without the missing puncture where the numbers themselves are wrong: that is why none is seen."""
-    spoiled = any(each.kind in SPOILED for each in odd)
-    return [each for each in odd if not (spoiled and each.kind == "no_puncture")]
 
 
 def _outcome(read: Read, fit: RecordingFit | None, seen: Observed | None, odd: dict, pooled: set[str]) -> Outcome:
