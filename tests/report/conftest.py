@@ -6,6 +6,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.fit import Estimate, Fit, Quality, RecordingFit
+from needleforce.identification.layered.ruptures import Ruptures
 from needleforce.identification.two_pass import Site, TwoPass
 from needleforce.recording.recording import Card, Note, Recording
 from needleforce.segmentation.events import Event, Events, Puncture, Span
@@ -86,3 +87,53 @@ def empty_fit():
     silent = RecordingFit("silent.csv", Status.no_contact, silent.recording, Events(status=Status.no_contact))
     broken = RecordingFit("broken.csv", Status.unreadable, None, Events(status=Status.unreadable), notes=("no column",))
     return Fit((silent, broken), {}, None, None)
+
+
+LAYER_PUNCTURES = (10e-3, 17e-3)  # m, in the recordings' zero: 8 mm, and 5 mm below a top at 10 mm
+EVIDENCE = [
+    {"choice": "1 layer", "numbers": 12, "residual": 0.055, "bic": -100.0, "left_out": 0.068, "ties": False,
+     "chosen": False},
+    {"choice": "2 layers", "numbers": 22, "residual": 0.014, "bic": -964.0, "left_out": 0.037, "ties": False,
+     "chosen": True},
+    {"choice": "2 layers, no saturation", "numbers": 20, "residual": 0.015, "bic": -953.0, "left_out": 0.039,
+     "ties": True, "chosen": False},
+]  # fmt: skip
+
+
+def layered_run(number: int) -> RecordingFit:
+    """One run of the preset ``layered``, its surface at 2 mm, with the force that the whole model gave."""
+    motion = nf.Motion.insert(start=-5e-3, speed=3e-3, depth=20e-3, hold=2.0)
+    run = nf.simulate(nf.preset("layered"), motion, rate=100.0)
+    force = run.force + NOISE * np.random.default_rng(number).standard_normal(len(run))
+    recording = Recording(run.time, run.depth + CONTACT, run.velocity, force, {}, Card(source=f"run_{number}"), ())
+    reached = (True, number != 2)
+    own = {
+        name: Estimate(name, depth, "m", depth - 1e-4, depth + 1e-4, None, told)
+        for name, depth, told in zip(("puncture_depth", "layer_2_puncture_depth"), LAYER_PUNCTURES, reached)
+    }
+    quality = Quality(NOISE, NOISE / 1.7, 0.999)
+    status = Status.ok
+    return RecordingFit(f"run_{number}.csv", status, recording, events_of(recording), own, quality, run.force)
+
+
+@pytest.fixture
+def layered_fit():
+    """Two runs of the preset ``layered``, its own numbers identified."""
+    sizes = {
+        "contact_depth": (CONTACT, 1e-4, "m"), "puncture_depth": (10e-3, 2e-4, "m"),
+        "friction_per_length": (140.0, 5.0, "N/m"), "layer_2_top": (10e-3, 1e-3, "m"),
+        "layer_2_puncture_depth": (17e-3, 3e-4, "m"), "layer_2_friction_per_length": (70.0, 6.0, "N/m"),
+        "relaxation_share_1": (0.31, 0.02, "1"),
+    }  # fmt: skip
+    found = {
+        name: Estimate(name, value, unit, value - half, value + half, half / 2, True, "layered fit", half / 4)
+        for name, (value, half, unit) in sizes.items()
+    }
+    ruptures = Ruptures(np.array(LAYER_PUNCTURES), np.zeros(2), CONTACT)
+    model = nf.preset("layered")
+    settings = {"layers": 2, "chosen_by": "repeats left out", "evidence": EVIDENCE}
+    runs = (layered_run(1), layered_run(2))
+    return Fit(
+        runs, found, model, Quality(NOISE, 0.003, 0.999), choice=(("2 layers", -964.0), ("1 layer", -100.0)),
+        settings=settings, ruptures=ruptures, population=model, population_contact=CONTACT,
+    )  # fmt: skip

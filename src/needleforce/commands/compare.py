@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce compare``: models side by side on the same recordings."""
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -12,7 +13,8 @@ from .reading import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, good, read_all
 NAME = "compare"
 MODELS_HELP = (
     "Names of models, separated by commas: paper (quadratic), cone_cylinder, power_law, okamura or simone "
-    "(second-order polynomial), maurin (exponential)."
+    "(second-order polynomial), maurin (exponential), and layered, layered_as_fitted, which take a minute or two each. "
+    "all is every one of them."
 )
 
 
@@ -23,44 +25,46 @@ def run(
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+    report: Annotated[Path | None, typer.Option(help="Write table and figure as one HTML file.")] = None,
 ) -> None:
-    """Fit several models to the same recordings: BIC of the loading curve, residuals, error on repeats left out."""
+    """Fit several models to the same recordings: BIC of the loading curve, and repeats foretold from the others."""
     import dataclasses
 
     import needleforce as nf
 
-    check_outputs([json], files)
+    from ..report import write_comparison
+
+    check_outputs([json, report], files)
     done = read_all(files, column, unit, inwards=depth_inwards)
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(f"{file}: {problem}")
     if not good(done):
         raise typer.Exit(1)
-    rows = nf.compare(good(done), [name.strip() for name in models.split(",")], progress=progress)
+    rows = nf.compare(good(done), names_of(models), progress=progress)
     write_json([dataclasses.asdict(row) for row in rows], json)
-    if json != "-":
-        table("models, best BIC of the loading curve first", HEAD, [_shown(row, rows[0]) for row in rows])
-        for row in rows:
-            for sentence in row.notes:
-                say(f"{row.model}: {sentence}")
-    if all(row.bic != row.bic for row in rows):
+    if report is not None:
+        write_comparison(rows, report, files=[file for file, each in done if not isinstance(each, nf.InputError)])
+        say(f"report: {report}")
+    _show(rows, quiet=json == "-")
+    if all(math.isnan(row.bic) and math.isnan(row.nrmse) for row in rows):
         raise typer.Exit(1)
 
 
-HEAD = [
-    "model",
-    "BIC",
-    "more than best",
-    "correlated",
-    "won",
-    "loading residual / peak",
-    "cycle residual / peak",
-    "left-out repeat / peak",
-]
+def names_of(models: str) -> list[str]:
+    """The models named; of ``all`` each loading curve once and the layered ones."""
+    from ..identification.laws_from_log import COMPARED, LAYERED
+
+    return [*COMPARED, *LAYERED] if models.strip() == "all" else [name.strip() for name in models.split(",")]
 
 
-def _shown(row, best) -> list[str]:
-    """One line: ``correlated`` is the difference where samples that are alike count as one."""
-    lost = [f"{row.bic - best.bic:.1f}", f"{row.bic_correlated - best.bic_correlated:.1f}"]
-    shares = [f"{share:.3f}" for share in (row.residual, row.nrmse, row.left_out)]
-    return [row.model, f"{row.bic:.0f}", *lost, str(row.wins), *shares]
+def _show(rows, quiet: bool) -> None:
+    from ..report.models_table import MODELS, floor_words, model_rows
+
+    if quiet:
+        return
+    table("models, best first; ÷: over the floor, the mean of the other repeats", MODELS, model_rows(rows))
+    say(floor_words(rows))
+    for row in rows:
+        for sentence in row.notes:
+            say(f"{row.model}: {sentence}")

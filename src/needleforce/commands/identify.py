@@ -6,14 +6,17 @@ from typing import Annotated
 
 import typer
 
+from ..errors import InputError
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 from .reading import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, read_all
 
 NAME = "identify"
 MODEL_HELP = (
     "paper, cone_cylinder, power_law, okamura (or simone) or maurin; without it, paper or cone_cylinder, by the BIC of "
-    "the loading curve."
+    "the loading curve. layered (passive) or layered_as_fitted: whole cycles of layers that drag the tissue along, "
+    "rupture and relax, from repeats with a hold and a withdrawal; takes half a minute."
 )
+LAYERS_HELP = "Layers of a layered model, 1 to 3; without it, the fewest that foretell repeats left out as well as any."
 
 
 def run(
@@ -23,6 +26,7 @@ def run(
     ] = [],  # noqa: B006
     needle: Annotated[Path | None, typer.Option(help="TOML file with a section needle, such as a preset.")] = None,
     model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None,
+    layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
@@ -54,7 +58,8 @@ def run(
     done = read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options)
     seconds = read_all(second_pass, column, unit, motion[len(files) :], **options)
     _tell(done + seconds)
-    fit = _identified(nf, done, seconds, model=model, needle=body, bending=bending, tension=tension, progress=progress)
+    given = {"model": model, "layers": layers, "needle": body, "bending": bending, "tension": tension}
+    fit = _identified(nf, done, seconds, **given, progress=progress)
     _write(fit, json, report, save)
     _write_tables(fit, csv, draws)
     _show(fit, quiet=json == "-")
@@ -106,30 +111,27 @@ def _write_tables(fit, csv, draws) -> None:
     if csv is not None:
         fit.to_csv(csv)
         say(f"estimates: {csv}")
-    if draws is not None and any(each.cycle is not None for each in fit.recordings):
-        fit.draws().save(draws)
+    if draws is None:
+        return
+    try:
+        drawn = fit.draws()
+    except InputError as error:
+        say(f"{draws}: not written: {error}")
+    else:
+        drawn.save(draws)
         say(f"draws: {draws}")
-    elif draws is not None:
-        say(f"{draws}: not written, there is no one-layer cycle to draw from")
 
 
 def _show(fit, quiet: bool) -> None:
-    from ..report.numbers import quantity
-
     for each in fit.recordings:
         if not each.parameters:
             say(f"{each.file}: {each.status}: " + " ".join(each.notes))
     if quiet:
         return
     table("events", ["file", "status", "contact", "punctures", "exit"], [_events(each) for each in fit.recordings])
-    repeated = any(estimate.within_run_sd is not None for estimate in fit.parameters.values())
-    rows = [
-        [e.name, quantity(e.value, e.low, e.high, e.unit), *([_spread(e)] if repeated else []), _yes(e), e.source]
-        for e in fit.parameters.values()
-    ]
-    spread = ["sd between repeats, within run"] if repeated else []
-    if rows:
-        table("identified", ["quantity", "value, 95 % interval", *spread, "identifiable", "how"], rows)
+    _show_parameters(fit)
+    if "evidence" in fit.settings:
+        _show_evidence(fit.settings)
     ratio = fit.settings.get("lateral_over_axial_force")
     if ratio is not None:
         say(f"lateral forces: {100 * ratio:.0f} % of the axial one")
@@ -137,6 +139,34 @@ def _show(fit, quiet: bool) -> None:
         say(f"warning: {warning}")
     for bias in fit.two_pass.biases if fit.two_pass else ():
         say(f"two passes: {bias}")
+
+
+def _show_parameters(fit) -> None:
+    """One table, of several layers one each with the names within the layer."""
+    from ..report.numbers import quantity
+    from ..report.words import by_layer
+
+    repeated = any(estimate.between_repeats_sd is not None for estimate in fit.parameters.values())
+    within = any(estimate.within_run_sd is not None for estimate in fit.parameters.values())
+    spread = ["sd between repeats" + ", within run" * within] if repeated else []
+    sources = {estimate.source for estimate in fit.parameters.values()}
+    many = len(sources) > 1
+    for layer, parameters in by_layer(fit.parameters).items():
+        rows = [
+            [name, quantity(e.value, e.low, e.high, e.unit), *[_spread(e)] * repeated, _yes(e), *[e.source] * many]
+            for name, e in parameters.items()
+        ]
+        heads = ["quantity", "value, 95 % interval", *spread, "identifiable", *["how"] * many]
+        table(f"identified, {layer}" if layer else "identified", heads, rows)
+    if sources and not many:
+        say(f"how: {sources.pop()}")
+
+
+def _show_evidence(settings: dict) -> None:
+    from ..report.evidence import EVIDENCE, evidence_rows, evidence_words
+
+    table("choice of layers and mechanisms", EVIDENCE, evidence_rows(settings["evidence"]))
+    say(f"choice: {evidence_words(settings)}")
 
 
 def _yes(estimate) -> str:
@@ -148,11 +178,9 @@ def _spread(estimate) -> str:
     from ..report.numbers import quantity
 
     spreads = (estimate.between_repeats_sd, estimate.within_run_sd)
-    if None in spreads:
-        return ""
     value = estimate.value
-    shown = [quantity(value, value - spread, value + spread, estimate.unit) for spread in spreads]
-    return ", ".join(f"{each.half_width or '0'} {each.unit}" for each in shown)
+    shown = [quantity(value, value - sd, value + sd, estimate.unit) for sd in spreads if sd is not None]
+    return ", ".join(f"{each.half_width or '0'} {each.unit}".strip() for each in shown)
 
 
 def _events(each) -> list[str]:

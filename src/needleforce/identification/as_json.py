@@ -3,8 +3,10 @@
 
 import dataclasses
 import json
+import tomllib
 
 from ..finite import finite
+from ..preset_files.writing import as_toml
 from ..segmentation import Events
 from .fit import Fit, RecordingFit
 
@@ -23,8 +25,24 @@ def as_json(fit: Fit) -> str:
         "settings": fit.settings,
         "correlations": _correlations(fit.correlations),
         "two_pass": _two_pass(fit.two_pass),
+        "ruptures": _ruptures(fit.ruptures),
+        "population": _population(fit),
     }
     return json.dumps(finite(document), indent=2, allow_nan=False)
+
+
+def _ruptures(found) -> dict | None:
+    """Of a layered fit: where its layers give way, in the recordings' zero."""
+    if found is None:
+        return None
+    return {"depth_m": found.depth, "past_peak_m": found.past_peak, "contact_depth_m": found.contact}
+
+
+def _population(fit: Fit) -> dict | None:
+    """Of a layered fit: the law for an insertion not seen yet, in the form of a preset file."""
+    if fit.population is None:
+        return None
+    return {"contact_depth_m": fit.population_contact, "preset": tomllib.loads(as_toml(fit.population))}
 
 
 def _recording(each: RecordingFit) -> dict:

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report of an identification or of a campaign: one HTML file that opens offline, on a phone and on paper."""
+"""The report of an identification, a comparison or a campaign: one HTML file, offline, on a phone and on paper."""
 
-__all__ = ["write_campaign_report", "write_report"]
+from collections.abc import Sequence
+
+__all__ = ["write_campaign_report", "write_comparison", "write_report"]
 
 
 def write_report(fit, path, *, title: str | None = None, table: list[dict] | None = None) -> None:
@@ -15,6 +17,19 @@ def write_report(fit, path, *, title: str | None = None, table: list[dict] | Non
     from .page import page  # here, because drawing loads matplotlib, which importing needleforce must not cost
 
     text = page(fit, title, table)
+    with whole_file(path) as file:
+        file.write(text)
+
+
+def write_comparison(rows, path, *, files: Sequence = ()) -> None:
+    """Writes what ``compare`` gave to ``path``: table and figure in one HTML file without any reference to the outside.
+
+    ``files`` are the recordings' names, to be listed. The same input gives the same bytes.
+    """
+    from ..whole_file import whole_file
+    from .models_page import models_page
+
+    text = models_page(rows, files)
     with whole_file(path) as file:
         file.write(text)
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 RESIDUAL_FACTOR = 2.0  # the odd one out: residual above this many times the median of all …
+USUAL_SPEED = 3e-3  # [m/s], the paper's, where a recording does not tell
 FORCE_SHARE = 0.25  # … or a puncture force further than this share off the median
 
 
@@ -51,12 +52,13 @@ def repeats(fit) -> tuple[Repeat, ...]:
     """Every recording that can be drawn, in the order of the files."""
     odd = odd_ones(fit)
     numbered = ((k, one) for k, one in enumerate(fit.recordings, 1) if one.recording is not None)
-    return tuple(_repeat(k, one, k in odd) for k, one in numbered if len(one.recording) > 1)
+    shared = fit.parameters["contact_depth"].value if fit.ruptures is not None else None
+    return tuple(_repeat(k, one, k in odd, shared) for k, one in numbered if len(one.recording) > 1)
 
 
-def _repeat(number: int, one, odd: bool) -> Repeat:
+def _repeat(number: int, one, odd: bool, shared: float | None) -> Repeat:
     recording, events = one.recording, one.events
-    surface = _surface(one)
+    surface = _surface(one) if shared is None else shared
     model = one.predicted if len(one.predicted) == len(recording) else np.full(len(recording), np.nan)
     return Repeat(
         number, one, recording.time - recording.time[0], 1e3 * (recording.depth - surface), recording.force, model,
@@ -106,6 +108,13 @@ def loading(one: Repeat) -> slice:
     # the peak itself: the interval in which the puncture lies may reach into the drop
     peak = np.searchsorted(one.fit.recording.time, events.punctures[0].time) if events.punctures else deepest
     return slice(first, max(int(peak), first) + 1)
+
+
+def loading_speed(one: Repeat) -> float:
+    """Mean speed [m/s] from contact to the first puncture."""
+    part = loading(one)
+    travel, time = np.ptp(one.indentation[part]), np.ptp(one.time[part])
+    return 1e-3 * float(travel / time) if travel > 0.0 and time > 0.0 else USUAL_SPEED
 
 
 def envelope(x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

@@ -5,11 +5,12 @@ import numpy as np
 
 from ..model import Insertion
 from .canvas import INK, MEASURED, MEDIUM, MODEL, QUIET, SECOND, SLATE, TEXT, THICK, THIN, TINTS, axis_names, panels
-from .curves import columns_for, envelope, loading
+from .curves import columns_for, envelope, loading, loading_speed
 from .labels import Labels
 from .words import phase_name
 
 FORCE, DEPTH, TIME = "force [N]", "indentation [mm]", "time [s]"
+_STEPS = 200  # of a loading: what relaxes meanwhile is of first order in them
 
 
 def line(axes, x, y, columns: int, shift: float = 0.0, **style):
@@ -36,41 +37,55 @@ def over_time(figure, sheet, one) -> None:
         labels.on("model", *curves[1], MODEL)
 
 
-def over_depth(figure, sheet, drawn, chosen) -> None:
-    """The complete force over indentation, in and out (fig. 8): every repeat, and the chosen one's model."""
+def over_depth(figure, sheet, drawn, chosen, population=None) -> None:
+    """The complete force over indentation, in and out (fig. 8): every repeat, the chosen one's model, and along its
+    motion the force (n,) [N] of the law for insertions not seen yet, if there is one."""
     axes = panels(figure, sheet)[0, 0]
     columns = min(columns_for(len(drawn), sheet.columns), sheet.columns)
     curves = [line(axes, one.indentation, one.measured, columns, **repeat_style(one, len(drawn))) for one in drawn]
     if chosen.has_model:
         curves.append(line(axes, chosen.indentation, chosen.model, sheet.columns, color=MODEL, lw=THICK, alpha=0.9))
+    if population is not None:
+        style = {"color": INK, "lw": THIN, "ls": (0, (4, 2)), "zorder": 4}
+        curves.append(line(axes, chosen.indentation, population, sheet.columns, **style))
     axes.axhline(0.0, color=QUIET, lw=0.6)
     axes.margins(x=0.01)
     _headroom(axes, curves, 0.06)
     axis_names(axes, DEPTH, FORCE)
     labels = Labels(axes, curves)
     if chosen.has_model:
-        labels.on("model", *curves[-1], MODEL)
+        labels.on("model", *curves[len(drawn)], MODEL)
+    if population is not None:
+        labels.on("not seen yet", *curves[-1], INK)
     _name_repeats(labels, drawn, curves)
     _name_strokes(axes, labels, chosen)
 
 
-def _loading_force(model, depth: np.ndarray) -> np.ndarray:
-    """Force [N] of the first loading at depths (n,) [m], so fast that nothing relaxes."""
-    return Insertion(model, max_speed=np.inf).run(depth, None, np.full(len(depth), 1e-3))["force"]
+def _loading_force(model, depth: np.ndarray, speed: float) -> np.ndarray:
+    """Force [N] of the first loading at depths (n,) [m], evenly spaced, at a speed [m/s]."""
+    return Insertion(model, max_speed=np.inf).run(depth, None, np.full(len(depth), depth[1] / speed))["force"]
+
+
+def _puncture_near(model, indentation: float) -> float:
+    """Depth [m] where that layer gives way which does so nearest to an indentation [mm]; the first, if that is NaN."""
+    depths = sorted(layer.top + layer.laws.puncture_depth for layer in model.layers)
+    return min(depths, key=lambda depth: 0.0 if np.isnan(indentation) else abs(1e3 * depth - indentation))
 
 
 def before_puncture(figure, sheet, drawn, model) -> None:
-    """The stiffness force up to the puncture over indentation: every repeat against the identified law (fig. 4)."""
+    """The force up to the first puncture over indentation: every repeat against the identified model (fig. 4)."""
     axes = panels(figure, sheet)[0, 0]
     columns = min(columns_for(len(drawn), sheet.columns), sheet.columns)
     curves = []
     for one in drawn:
         part = loading(one)
         curves.append(line(axes, one.indentation[part], one.measured[part], columns, **repeat_style(one, len(drawn))))
-    if model is not None:
-        depth = np.linspace(0.0, model.puncture_depth * (1.0 - 1e-9), 80)
-        curves.append(line(axes, 1e3 * depth, _loading_force(model, depth), 80, color=MODEL, lw=THICK))
     peaks = np.array([one.puncture for one in drawn if one.puncture is not None])
+    if model is not None:
+        end = _puncture_near(model, np.median(peaks[:, 0]) if len(peaks) else np.nan)
+        depth = np.linspace(0.0, end * (1.0 - 1e-9), _STEPS)
+        force = _loading_force(model, depth, float(np.median([loading_speed(one) for one in drawn])))
+        curves.append(line(axes, 1e3 * depth, force, _STEPS, color=MODEL, lw=THICK))
     if len(peaks):
         axes.plot(*peaks.T, "o", mfc="white", mec=INK, ms=4, mew=0.9)
     axes.set_xlim(left=0.0)
@@ -81,7 +96,8 @@ def before_puncture(figure, sheet, drawn, model) -> None:
     if len(peaks):
         labels.at("puncture" if len(peaks) == 1 else "punctures", *np.median(peaks, axis=0), INK)
     if model is not None:
-        labels.on(f"model: {model.stiffness.name.replace('_', ' ')}", *curves[-1], MODEL)
+        what = f"{len(model.layers)} layers" if model.deeper else model.stiffness.name.replace("_", " ")
+        labels.on(f"model: {what}", *curves[-1], MODEL)
     _name_repeats(labels, drawn, curves)
 
 

@@ -3,7 +3,7 @@
 
 from functools import partial
 
-from . import comparison, figures, passes, repeats
+from . import comparison, figures, layers, passes, repeats
 from .canvas import BESIDE, FULL, drawing
 from .curves import FORCE_SHARE, RESIDUAL_FACTOR, odd_ones, representative
 from .markup import Markup, element, join, listing
@@ -12,6 +12,9 @@ from .numbers import plain
 from .words import counted
 
 _MEASURED = element("b", "Measured", class_="measured")
+_FORETOLD = (
+    "Dashed: the law for an insertion not seen yet, whose ruptures are spread over their scatter between repeats. "
+)
 _KEY = join([_MEASURED, " thin and grey, ", element("b", "model", class_="model"), " thick and orange. "])
 
 
@@ -21,7 +24,8 @@ def gallery(fit, drawn) -> Markup:
     if one is None:
         return Markup("")
     first = _over_time(one, len(drawn)), _before_puncture(fit, drawn), _two_pass(fit.two_pass)
-    return join([*first, _over_depth(drawn, one), _residuals(fit, drawn), _multiples(fit, drawn)])
+    over_depth = _over_depth(fit, drawn, one), _layers(fit, one)
+    return join([*first, *over_depth, _residuals(fit, drawn), _multiples(fit, drawn)])
 
 
 def ratio_figure(rows: list[dict]) -> Markup:
@@ -53,14 +57,19 @@ def _before_puncture(fit, drawn) -> Markup:
     shown = tuple(one for one in drawn if one.fit.events.contact is not None)
     if not shown:
         return Markup("")
-    every = "Every repeat from its own contact on; circles are" if len(shown) > 1 else "From contact on; the circle is"
+    its = "its own" if fit.ruptures is None else "the identified"
+    every = f"Every repeat from {its} contact on; circles are" if len(shown) > 1 else "From contact on; the circle is"
     caption = join([f"{every} the measured first puncture. ", _law(fit.model)])
     draw = partial(figures.before_puncture, drawn=shown, model=fit.model)
-    return _figure("stiffness", "Stiffness force before the puncture", caption, draw, (250, 230), beside=True)
+    title = "Stiffness force before the puncture" if fit.ruptures is None else "Force before the first puncture"
+    return _figure("stiffness", title, caption, draw, (250, 230), beside=True)
 
 
 def _law(model) -> str:
-    return "" if model is None else f"{model.stiffness.summary} The curve ends at the identified puncture."
+    if model is None:
+        return ""
+    said = "The layers that the tip has reached add up, at the mean speed." if model.deeper else model.stiffness.summary
+    return f"{said} The curve ends at the identified puncture."
 
 
 def _two_pass(two_pass) -> Markup:
@@ -92,12 +101,25 @@ def _pass_words(two_pass) -> Markup:
     return join([words, listing(two_pass.biases) if two_pass.biases else ""])
 
 
-def _over_depth(drawn, one) -> Markup:
+def _over_depth(fit, drawn, one) -> Markup:
     shown = tuple(each for each in drawn if each.fit.events.contact is not None) or (one,)
     model = f"The model is run along recording {one.number}. " if len(shown) > 1 and one.has_model else ""
-    caption = join([_KEY if one.has_model else "", model, "Indentation counts from each recording's own contact."])
-    draw = partial(figures.over_depth, drawn=shown, chosen=one)
+    counted_from = "each recording's own" if fit.ruptures is None else "the identified"
+    population = layers.population_force(fit, one)
+    foretold = "" if population is None else _FORETOLD
+    said = [_KEY if one.has_model else "", model, foretold, f"Indentation counts from {counted_from} contact."]
+    draw = partial(figures.over_depth, drawn=shown, chosen=one, population=population)
+    caption = join(said)
     return _figure("depth", "Complete force over depth", caption, draw, (300, 260))
+
+
+def _layers(fit, one) -> Markup:
+    """What each of several layers carries."""
+    if fit.ruptures is None or not (fit.model and fit.model.deeper and one.has_model):
+        return Markup("")
+    caption = f"The layers one by one along recording {one.number}; they add up to the model. Grey: measured."
+    draw = partial(layers.shares, one=one, forces=layers.layer_forces(fit, one))
+    return _figure("layers", "What each layer carries", caption, draw, (260, 240))
 
 
 def _residuals(fit, drawn) -> Markup:

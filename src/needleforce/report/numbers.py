@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 MOST_DIGITS = 6  # significant digits shown at most, however narrow the interval
 WITHOUT_INTERVAL = 4  # significant digits where no interval says how many are known
+UNKNOWN = 2.0  # half widths a value: beyond, of limits by factors, two digits of each are shown
 DASH = "–"
 
 # SI unit -> (from which magnitude on, factor, shown unit), the largest first
@@ -62,7 +63,11 @@ def quantity(value: float, low: float | None, high: float | None, unit: str, mos
     if not (math.isfinite(low) or math.isfinite(high)):
         return Quantity(_trimmed(fixed(value, places)), "", "", "", False, shown)
     symmetric = math.isfinite(half) and half > 0.0 and abs(high + low - 2.0 * value) <= 0.1 * half
-    texts = (fixed(x, places) for x in (value, low, high))
+    if not symmetric and math.inf > half > UNKNOWN * abs(value):
+        known = decimals(value, abs(value), 2)
+        texts = (fixed(x, min(known, decimals(x, abs(x), 2))) for x in (value, low, high))
+    else:
+        texts = (fixed(x, places) for x in (value, low, high))
     return Quantity(*texts, _at_least(half, places), symmetric, shown)
 
 

@@ -7,6 +7,7 @@ from string import Template
 
 from .comparison import comparison_table
 from .curves import odd_ones, repeats
+from .evidence import evidence_note, evidence_table
 from .gallery import gallery, ratio_figure
 from .markup import Markup, element, escape, join, listing, section
 from .notes import notes, warnings
@@ -45,7 +46,7 @@ def _sections(fit, table: list[dict]) -> list[Markup]:
         section("The model", law_list(fit.model) if fit.model is not None else "", name="model"),
         section("Held fixed", listing(fit.held_fixed) if fit.held_fixed else "", name="fixed"),
         section("What these logs cannot tell", listing(fit.unknown) if fit.unknown else "", name="unknown"),
-        section("Choice of law", choice_table(fit.choice), _choice_note(fit), name="choice"),
+        _choice(fit),
         section("Provenance", provenance(fit), name="provenance"),
     ]
 
@@ -58,9 +59,14 @@ def _own_note(fit) -> object:
     return element("p", note, class_="note") if fit.two_pass is not None else ""
 
 
-def _choice_note(fit) -> object:
+def _choice(fit) -> Markup:
+    """Of a layered fit how many layers and which mechanisms, else which stiffness law."""
+    if "evidence" in fit.settings:
+        shown = evidence_table(fit.settings["evidence"]), evidence_note(fit.settings)
+        return section("Choice of layers and mechanisms", *shown, name="choice")
     note = "BIC weighs misfit against the number of parameters: the lowest is preferred, by 10 and more decisively."
-    return element("p", note, class_="note") if fit.choice else ""
+    said = element("p", note, class_="note") if fit.choice else ""
+    return section("Choice of law", choice_table(fit.choice), said, name="choice")
 
 
 def _title(fit) -> str:
@@ -70,6 +76,7 @@ def _title(fit) -> str:
 
 def _kicker(fit) -> str:
     model = "no model" if fit.model is None else f"stiffness law {fit.model.stiffness.name.replace('_', ' ')}"
+    model = f"layered, {counted(len(fit.model.layers), 'layer')}" if fit.ruptures is not None else model
     return f"needleforce · {counted(len(fit.recordings), 'recording')} · {model}"
 
 

@@ -15,7 +15,8 @@ def provenance(fit) -> Markup:
     shared = _shared(files)
     own = [name for name in (files[0] if files else ()) if name not in shared]
     rows = ([_shown(name, file[name]) for name in own] for file in files)
-    settings = [("needleforce", __version__), *fit.settings.items(), *shared.items()]
+    told = ((name, value) for name, value in fit.settings.items() if name != "evidence")  # has its own section
+    settings = [("needleforce", __version__), *told, *shared.items()]
     return join([table(tuple(own), rows, class_="cards numbers provenance"), _definitions(settings)])
 
 

@@ -3,33 +3,49 @@
 
 from .markup import Markup, element, join, listing, table
 from .numbers import DASH, plain, quantity, with_unit
-from .words import file_name, quantity_name, status_name
+from .words import by_layer, file_name, quantity_name, status_name
 
-PARAMETERS = ("quantity", "value and 95 % interval", "sd between repeats", "identifiable", "how obtained")
+PARAMETERS = (
+    *("quantity", "value and 95 % interval", "sd between repeats", "error within a run (sd)", "identifiable"),
+    "how obtained",
+)
 EVENTS = ("no.", "event", "time", "depth", "indentation", "force", "drop", "between samples")
+ABSENT = ("no_relaxation",)  # not worth a line
 _FEW = 6  # recordings that a narrow screen still shows as cards
 OWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 
 
 def parameter_table(parameters: dict) -> Markup:
-    """Every estimate with its interval, its scatter between repeats, and how it was obtained."""
-    rows = [_parameter(estimate) for estimate in parameters.values()]
-    return table(PARAMETERS, rows, class_="cards numbers parameters") if rows else Markup("")
+    """Every estimate with its interval, its scatter between repeats, and how it was obtained; a table a layer."""
+    sources = {estimate.source for estimate in parameters.values()}
+    once = sources.pop() if len(sources) == 1 and len(parameters) > 1 else None
+    note = element("p", f"How obtained: {once}.", class_="note") if once else ""
+    return join([*(_of_layer(*each, once) for each in by_layer(parameters).items()), note])
 
 
-def _parameter(estimate) -> tuple:
+def _of_layer(layer: str, parameters: dict, once: str | None) -> Markup:
+    """A table under the name of its layer; what all estimates share is not said in each row."""
+    rows = [_parameter(name, estimate, once) for name, estimate in parameters.items()]
+    heading = element("h3", layer.capitalize()) if layer else ""
+    return join([heading, table(PARAMETERS, rows, class_="cards numbers parameters" + " layer" * bool(layer))])
+
+
+def _parameter(own_name: str, estimate, once: str | None) -> tuple:
     shown = quantity(estimate.value, estimate.low, estimate.high, estimate.unit)
     value = element("strong", shown.text) if not shown.interval else join(_value_and_interval(shown))
-    spread = estimate.between_repeats_sd
-    name = join([quantity_name(estimate.name), element("code", estimate.name)])
+    name = join([quantity_name(own_name), element("code", estimate.name)])
+    spreads = (
+        _spread(estimate.value, sd, estimate.unit) for sd in (estimate.between_repeats_sd, estimate.within_run_sd)
+    )
     identifiable = "yes" if estimate.identifiable else element("em", "no")
-    return name, value, "" if spread is None else _spread(estimate), identifiable, estimate.source
+    return name, value, *spreads, identifiable, "" if once else estimate.source
 
 
-def _spread(estimate) -> str:
+def _spread(value: float, spread: float | None, unit: str) -> str:
     """The scatter in the unit of its value, so that the two can be compared at a glance."""
-    value, spread = estimate.value, estimate.between_repeats_sd
-    shown = quantity(value, value - spread, value + spread, estimate.unit)
+    if spread is None:
+        return ""
+    shown = quantity(value, value - spread, value + spread, unit)
     return with_unit(shown.half_width, shown.unit) if shown.half_width else DASH
 
 
@@ -42,9 +58,9 @@ def _value_and_interval(shown) -> tuple:
 
 
 def law_list(model) -> Markup:
-    """The laws of the identified model, each with what it says and where it comes from."""
-    laws = ((part, getattr(model, part)) for part in ("stiffness", "puncture", "friction", "cutting"))
-    named = ((f"{part.capitalize()}: {law.name.replace('_', ' ')}.", law) for part, law in laws)
+    """The laws of the identified model, each with what it says and where it comes from, once for all layers."""
+    laws = {law.name: (law.family, law) for layer in model.layers for law in layer.parts if law.name not in ABSENT}
+    named = ((f"{family.capitalize()}: {law.name.replace('_', ' ')}.", law) for family, law in laws.values())
     return listing(join([element("strong", name), f" {law.summary} ({law.source})"]) for name, law in named)
 
 
@@ -62,7 +78,8 @@ def _lost(difference: float) -> object:
 
 def recording_table(fit, odd: set[int]) -> Markup:
     """Every file and what became of it: outcome, own parameters, residual."""
-    own = [name for name in OWN if any(name in one.parameters for one in fit.recordings)]
+    names = OWN if fit.ruptures is None else [name for name in fit.parameters if name.endswith("puncture_depth")]
+    own = [name for name in names if any(name in one.parameters for one in fit.recordings)]
     head = ("no.", "file", "outcome", *(quantity_name(name) for name in own), "rms residual", "R²")
     rows = (_recording(k, one, own, k in odd) for k, one in enumerate(fit.recordings, 1))
     return table(head, rows, class_="cards numbers" if len(fit.recordings) <= _FEW else "numbers dense")
@@ -74,9 +91,16 @@ def _recording(number: int, one, own: list[str], odd: bool) -> tuple:
     quality = one.quality
     return (
         number, element("span", file_name(one.file), class_="file"), join(outcome),
-        *("" if e is None else quantity(e.value, e.low, e.high, e.unit).text for e in values),
+        *(_own(e) for e in values),
         *(("", "") if quality is None else (plain(quality.rmse_N, "N", quality.rmse_N), f"{quality.r2:.4f}")),
     )  # fmt: skip
+
+
+def _own(estimate) -> str:
+    if estimate is None:
+        return ""
+    reached = estimate.identifiable or not estimate.name.endswith("puncture_depth")
+    return quantity(estimate.value, estimate.low, estimate.high, estimate.unit).text if reached else "not reached"
 
 
 def event_table(fit) -> Markup:

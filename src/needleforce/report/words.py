@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Names in words, and the outcome in one sentence."""
 
+import re
+
 from ..foundation import READINGS
 from .markup import Markup, element, join
 from .numbers import plain, quantity
@@ -29,6 +31,14 @@ _QUANTITIES = {
     "cutting_force_high_1mm_s": "cutting force at 1 mm/s, upper end",
     "implied_poisson_ratio": "implied Poisson ratio of the tissue",
     "presliding": "elastic travel of the friction before it slides",
+    "contact_stiffness": "slope of the contact where it saturates or gives way",
+    "top": "top of the layer, below the surface",
+    "tissue_stiffness": "stiffness of the tissue dragged along",
+    "rupture_length": "travel over which the rupture spreads",
+    "resting_surface": "surface at rest after the rupture, below the layer's top",
+    "relaxation_share_1": "share of the force that relaxes soon",
+    "relaxation_share_2": "share of the force that relaxes late",
+    "speed_exponent": "power of the speed by which all forces go",
 } | {f"friction_coefficient_{reading}": f"friction coefficient, reading {reading}" for reading in READINGS}
 _STATUS = {
     "ok": "identified",
@@ -41,9 +51,27 @@ _PHASES = {"free": "free travel", "deformation": "deformation", "insertion": "in
            "extraction": "withdrawal"}  # fmt: skip
 
 
+_DEEPER = re.compile(r"layer_(\d+)_(.+)")
+
+
 def quantity_name(name: str) -> str:
     """A quantity in words; one not listed here has its own name, spelled out."""
+    deeper = _DEEPER.fullmatch(name)
+    if deeper:
+        return f"{quantity_name(deeper[2])}, layer {deeper[1]}"
     return _QUANTITIES.get(name, name.replace("_", " "))
+
+
+def by_layer(parameters: dict) -> dict[str, dict]:
+    """The estimates by layer, each under its name within it; all under "" where there is no second layer."""
+    if not any(map(_DEEPER.fullmatch, parameters)):
+        return {"": parameters} if parameters else {}
+    found: dict[str, dict] = {}
+    for name, estimate in parameters.items():
+        deeper = _DEEPER.fullmatch(name)
+        layer = "all layers" if name.startswith(("relaxation_", "speed_")) else f"layer {deeper[1] if deeper else 1}"
+        found.setdefault(layer, {})[deeper[2] if deeper else name] = estimate
+    return found
 
 
 def status_name(status: str) -> str:
@@ -73,7 +101,8 @@ def outcome(fit) -> Markup:
         reasons = ", ".join(sorted({status_name(one.status).split(":")[0] for one in fit.recordings}))
         read = counted(len(fit.recordings), "recording")
         return join([f"No model could be identified from {read}", f" ({reasons})." if reasons else "."])
-    said = join([part for part in (_puncture(fit), _beyond(fit)) if part], "; ") or "a model was identified"
+    parts = (_puncture(fit), _beyond(fit)) if fit.ruptures is None else (_layers(fit),)
+    said = join([part for part in parts if part], "; ") or "a model was identified"
     said = Markup(said[0].upper() + said[1:] + ". ")
     return join([said, _quality(fit, answered)])
 
@@ -85,6 +114,23 @@ def _puncture(fit) -> Markup | None:
     if depth or force:
         return join(["the needle breaks through the surface at ", depth or force])
     return None
+
+
+def _layers(fit) -> Markup:
+    """How many layers, and how deep the tip is where they give way, which no recording may have reached."""
+    surface, layers = fit.parameters["contact_depth"].value, by_layer(fit.parameters)
+    broken = [e["puncture_depth"] for e in layers.values() if "puncture_depth" in e]
+    known = [e for e in broken if e.identifiable]
+    depths = [quantity(e.value - surface, e.low - surface, e.high - surface, e.unit, most=4).text for e in known]
+    count = len(fit.model.layers)
+    said = [element("strong", counted(count, "layer")), " of tissue" + ", with a share of the force each" * (count > 1)]
+    if known:
+        *first, last = (element("strong", depth) for depth in depths)
+        where = join([join(first, ", "), " and " * bool(first), last])
+        some = "one of them gives" if len(known) == 1 else f"{len(known)} of them give"
+        which = "it gives" if count == 1 else "they give" if len(known) == count else some
+        said += [f"; {which} way with the tip ", where, " below the surface"]
+    return join(said)
 
 
 def _beyond(fit) -> Markup | None:
