@@ -45,7 +45,9 @@ def conditions(folder: Path) -> dict[str, list[Path]]:
     """Files of each condition with three repeats or more."""
     found: dict[str, list[Path]] = {}
     for path in sorted(folder.glob("*.csv")):
-        found.setdefault(path.stem.rsplit("_", 2)[0], []).append(path)
+        name, repeat, _ = path.stem.rsplit("_", 2)
+        if repeat.isdigit():
+            found.setdefault(name, []).append(path)
     return {name: files for name, files in found.items() if len(files) >= 3}
 
 

@@ -9,6 +9,7 @@ import typer
 
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 from .reading import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, good, read_all
+from .sound import sound
 
 NAME = "compare"
 MODELS_HELP = (
@@ -35,7 +36,7 @@ def run(
     from ..report import write_comparison
 
     check_outputs([json, report], files)
-    done = read_all(files, column, unit, inwards=depth_inwards)
+    done = sound(read_all(files, column, unit, inwards=depth_inwards))
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(f"{file}: {problem}")

@@ -9,6 +9,7 @@ import typer
 from ..errors import InputError
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 from .reading import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, read_all
+from .sound import sound
 
 NAME = "identify"
 MODEL_HELP = (
@@ -55,7 +56,7 @@ def run(
     body = read_needle(needle) if needle else None
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
-    done = read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options)
+    done = sound(read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options))
     seconds = read_all(second_pass, column, unit, motion[len(files) :], **options)
     _tell(done + seconds)
     given = {"model": model, "layers": layers, "needle": body, "bending": bending, "tension": tension}

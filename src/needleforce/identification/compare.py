@@ -25,8 +25,9 @@ class Row:
 
     ``bic`` is summed over the recordings that all models fit, each with a contact depth of its own, with the same
     samples for every model; ``bic_correlated`` is the same where samples that are alike count as one. ``numbers`` are
-    those sought in each loading curve, ``wins`` the recordings where no model has a lower BIC, ``residual`` the median
-    rms of the loading curves over their peaks. ``nrmse`` is the residual of the whole cycles (rms / peak).
+    those sought in each loading curve, or those that the repeats share in a layered model, ``wins`` the recordings
+    where no model has a lower BIC, ``residual`` the median rms of the loading curves over their peaks. ``nrmse`` is the
+    residual of the whole cycles (rms / peak).
 
     ``left_out`` is the median over repeats of the error over the peak, whole cycle with its hold, of the model fitted
     to the others, with their mean contact and puncture depths. ``prediction`` is the rms of these errors over that of
@@ -108,7 +109,7 @@ def _row(name: str, law: str | None, singles: list[Single], common: list[dict[st
         fit.quality.nrmse if fit.quality else np.nan,
         float(np.median(errors)) if len(errors) else np.nan,
         np.nan,
-        len(fit.parameters) if law is None else len(CURVES[law].units) + 1,
+        fit.settings.get("numbers", 0) if law is None else len(CURVES[law].units) + 1,
         0,
         np.nan,
         prediction=float(ratios[0]),

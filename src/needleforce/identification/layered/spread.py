@@ -10,13 +10,15 @@ from ..correlations import Correlations
 from ..covariance import Z_95, noise_of
 from ..estimates import Estimate
 from ..pooling import student
-from .numbers import by_unknowns, positive, units, values
+from .numbers import SHARES, by_unknowns, positive, prefix, units, values
 from .search import Solved
+from .unknowns import PER_LAYER, RUPTURE, SATURATION
 from .words import counted
 
 UNFELT = 1e-9  # of the median: no run tells of a number that its residuals feel less
 MOST_FACTOR = 3.0  # a positive number that may be so much larger is not told
-FARTHEST = 300.0  # logarithms: what is known so badly is not known
+DERIVED = ("contact_stiffness", "puncture_indentation")
+FARTHEST, HOPELESS = 300.0, 7.0  # logarithms: what is known to a factor of a thousand is not known
 ENOUGH = 3  # repeats for a scatter
 
 
@@ -26,7 +28,8 @@ class Spread:
     neighbours alike; ``moves`` (runs, p) by which each run, left out, moves them, less the mean.
 
     The moves are one Gauss-Newton step each: the force jumps at ruptures, where a search would come to rest. What no
-    run feels has an infinite variance. ``reach`` [m] is the travel.
+    run feels has an infinite variance. ``reach`` [m] is the travel, ``held`` are the
+    names of what was not sought.
     """
 
     units: dict[str, str]
@@ -34,6 +37,7 @@ class Spread:
     within: np.ndarray
     moves: np.ndarray
     reach: float
+    held: frozenset[str]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -73,13 +77,15 @@ class Spread:
             value, half, above_zero = float(self.value[k]), float(self.half[k]), bool(positive([name])[0])
             low, high = _limits(value, half, above_zero)
             told = high < MOST_FACTOR * value if above_zero else half < (self.reach if unit == "m" else 1.0)
+            told = told and name not in self.held
             scatter = (float(self.between_sd[k]), float(self.within_sd[k])) if enough else (None, None)
             made[name] = Estimate(name, value, unit, low, high, scatter[0], bool(told), source, scatter[1])
         return made
 
     def correlations(self) -> Correlations:
-        """What the runs cannot tell apart: correlations of the errors within them."""
-        known = np.flatnonzero(np.isfinite(self.within_sd) & (self.within_sd > 0.0))
+        """What the runs cannot tell apart: correlations of the errors within them, of what is not made of the rest."""
+        made = np.array([name.endswith(DERIVED) for name in self.names])
+        known = np.flatnonzero(np.isfinite(self.within_sd) & (self.within_sd > 0.0) & ~made)
         sd = self.within_sd[known]
         relative = np.divide(
             sd, np.abs(self.value[known]), out=np.full(len(sd), np.nan), where=self.value[known] != 0.0
@@ -129,7 +135,17 @@ def spread(solved: Solved) -> Spread:
     within[unfelt, unfelt] = np.inf
     named = units(problem.unknowns.layers, problem.unknowns.speed not in problem.unknowns.held)
     reach = max(float(np.ptp(course.depth)) for course in problem.courses)
-    return Spread(named, values(solved, solved.x), within, _moves(solved, by, grams, slopes, felt), reach)
+    return Spread(
+        named, values(solved, solved.x), within, _moves(solved, by, grams, slopes, felt), reach, _held(solved)
+    )
+
+
+def _held(solved: Solved) -> frozenset[str]:
+    """Names of numbers that were held to take a mechanism away."""
+    unknowns = solved.problem.unknowns
+    names = {SATURATION: "saturation_depth", RUPTURE: "rupture_length"}
+    own = {prefix(k // PER_LAYER) + names[k % PER_LAYER] for k in unknowns.held if k < unknowns.fading}
+    return frozenset(own | (set(SHARES) if unknowns.fading in unknowns.held else set()))
 
 
 def _moves(solved: Solved, by: np.ndarray, grams: list, slopes: list, felt: np.ndarray) -> np.ndarray:
@@ -158,5 +174,5 @@ def _limits(value: float, half: float, above_zero: bool) -> tuple[float, float]:
         return (0.0 if above_zero else -np.inf), np.inf
     if not above_zero or value <= 0.0:
         return value - half, value + half
-    factor = np.exp(min(half / value, FARTHEST))
+    factor = float(np.exp(half / value)) if half < HOPELESS * value else np.inf
     return value / factor, value * factor

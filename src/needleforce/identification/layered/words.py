@@ -94,7 +94,10 @@ def settings(found: Candidate, tried: list[Candidate]) -> dict[str, object]:
         }
         for each in tried
     ]
+    unknowns = found.solved.problem.unknowns
     return {
+        "answering": unknowns.runs,
+        "numbers": int((unknowns.free < unknowns.shared).sum()),
         "speed_m_s": found.solved.problem.speed,
         "layers": found.solved.problem.unknowns.layers,
         "chosen_by": rule,
