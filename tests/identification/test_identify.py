@@ -91,6 +91,14 @@ def test_an_alias_is_the_same_model():
     assert first.bic == second.bic and {first.model, second.model} == {"okamura", "simone"}
 
 
+def test_models_that_a_log_cannot_tell_apart_are_said_to_be_so():
+    rows = {row.model: row for row in nf.compare([noisy(seed=k) for k in range(3)], ["cone_cylinder", "lugre", "azar"])}
+    assert len({row.bic for row in rows.values()}) == 1 == len({row.prediction for row in rows.values()})
+    assert "cannot tell" in rows["lugre"].notes[0] and not any("cannot tell" in n for n in rows["cone_cylinder"].notes)
+    with pytest.raises(nf.InputError, match="relaxing_surface"):
+        nf.compare([noisy()], ["relaxing_surface"])
+
+
 def test_comparing_what_cannot_answer_gives_rows_without_numbers():
     blank = noisy(motion=nf.Motion.insert(start=-9e-3, speed=3e-3, depth=-1e-3))
     rows = nf.compare([blank])

@@ -13,7 +13,7 @@ from .deformation_fit import DeformationFit
 from .fit import Fit
 from .identify import assemble
 from .information import criterion, independent_samples
-from .laws_from_log import COMPARED, LAYERED, MODELS, stiffness_law
+from .laws_from_log import COMPARED, LAYERED, MODELS, SAME_FORCE, stiffness_law
 from .single import Single, fit_single
 from .telling import Given
 from .unseen import Unseen, predict_unseen
@@ -65,7 +65,7 @@ def compare(recordings: Sequence[Recording], models: Sequence[str] = COMPARED, p
     if not models:
         known = ", ".join((*MODELS, *LAYERED))
         raise InputError("models", "none", "nothing to compare", next_step=f"Give some of {known}.")
-    laws = {name: None if name in LAYERED else stiffness_law(name) for name in models}
+    laws = {name: None if name in LAYERED else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
     watched = progress(recordings, "comparing") if progress else recordings
     singles = [fit_single(each, different, None) for each in watched]
@@ -117,7 +117,11 @@ def _row(name: str, law: str | None, singles: list[Single], common: list[dict[st
         by_stroke=tuple(float(ratio) for ratio in ratios[1:]),
         unseen=unseen,
     )
-    return row if law is None or not common else _with_loading_curve(row, law, common)
+    row = row if law is None or not common else _with_loading_curve(row, law, common)
+    if name in SAME_FORCE:
+        said = f"At one speed it predicts what {SAME_FORCE[name]} does: a log cannot tell them apart."
+        return replace(row, notes=(said, *row.notes))
+    return row
 
 
 def _with_loading_curve(row: Row, law: str, common: list[dict[str, DeformationFit]]) -> Row:

@@ -19,6 +19,17 @@ MODELS = {
     "simone": "polynomial",
     "maurin": "exponential",
 }
+SAME_FORCE = {
+    "paper_by_force": "paper",
+    "paper_by_energy": "paper",
+    "physical": "cone_cylinder",
+    "azar": "cone_cylinder",
+    "lugre": "cone_cylinder",
+    "stick_slip": "cone_cylinder",
+    "stribeck": "cone_cylinder",
+}
+"""Named models that a log at one speed cannot tell from another: what they add is a reason for the puncture, for the
+modulus or for the cutting force, friction at other speeds, or a swing about the mean."""
 LAYERED = {"layered": True, "layered_as_fitted": False}
 """Name of the model -> whether it is the passive form."""
 MECHANICAL = ("paper", "cone_cylinder")
