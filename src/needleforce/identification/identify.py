@@ -19,7 +19,17 @@ from .pooling import mean_estimate, pool
 from .single import Single, fit_single, seen
 from .subtraction import Pair, subtract
 from .swing import swing
-from .telling import Given, held_fixed, pooled_quality, recording_fit, settings, unknown, warnings_of
+from .telling import (
+    NO_MODEL,
+    Given,
+    held_fixed,
+    pooled_quality,
+    recording_fit,
+    reference_of,
+    settings,
+    unknown,
+    warnings_of,
+)
 from .turning import presliding_of
 from .two_pass import TwoPass
 
@@ -161,8 +171,7 @@ def _model(parameters: dict, law: str, needle, singles: list[Single]):
     if not parameters:
         return None, ()
     values = {name: estimate.value for name, estimate in parameters.items()}
-    sources = ", ".join(single.recording.card.source for single in singles[:3]) + (" ..." if len(singles) > 3 else "")
     try:
-        return model_of(values, law, needle, f"identified_{law}", f"identified by needleforce from {sources}"), ()
+        return model_of(values, law, needle, f"identified_{law}", reference_of(singles)), ()
     except InputError as error:
-        return None, (f"The identified values make no model: {error}",)
+        return None, (NO_MODEL.format(error),)

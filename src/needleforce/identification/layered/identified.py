@@ -13,7 +13,7 @@ from ..fit import Fit, RecordingFit, run_model
 from ..laws_from_log import LAYERED
 from ..single import Single
 from ..span import cycle_span
-from ..telling import Given, pooled_quality, quality, settings, warnings_of
+from ..telling import NO_MODEL, Given, pooled_quality, quality, reference_of, settings, warnings_of
 from . import words
 from .course import COARSE, FINE, Course, courses_of
 from .evidence import Candidate, candidate, chosen, removable, with_bic, without
@@ -96,11 +96,10 @@ def _evidence(solved: list[Solved], passive: bool, progress) -> tuple[list[Candi
 
 def _model(solved: Solved, found: Ruptures, given: Given, usable: list[Single]) -> tuple[Model | None, tuple[str, ...]]:
     """The model at the mean ruptures, or None and why."""
-    sources = ", ".join(single.recording.card.source for single in usable[:3]) + (" ..." if len(usable) > 3 else "")
     try:
-        return model_of(solved, found.depth, given.needle, f"identified by needleforce from {sources}"), ()
+        return model_of(solved, found.depth, given.needle, reference_of(usable)), ()
     except InputError as error:
-        return None, (f"The identified values make no model: {error}",)
+        return None, (NO_MODEL.format(error),)
 
 
 def _seen(single: Single) -> RecordingFit:
