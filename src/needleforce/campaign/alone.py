@@ -28,7 +28,7 @@ def oddities_alone(recording: Recording, events: Events, seen: Observed, fields:
     """Each with its sentence; nothing for a sound recording."""
     yield from _sign(recording, seen)
     yield from _saturated(events, seen)
-    yield from _dropped(recording, seen)
+    yield from _dropped(seen)
     yield from _drift(seen)
     yield from _speed_label(seen, fields)
 
@@ -55,7 +55,7 @@ def _saturated(events: Events, seen: Observed) -> Iterator[Oddity]:
     yield Oddity("saturated", "peak_force", seen.peak, float("nan"), "N", said, left_out=before)
 
 
-def _dropped(recording: Recording, seen: Observed) -> Iterator[Oddity]:
+def _dropped(seen: Observed) -> Iterator[Oddity]:
     blind = seen.gap * seen.speed
     if seen.gap > GAP * seen.step or (seen.gap > 3.0 * seen.step and blind > FALL_DEPTH) or seen.lost > LOST:
         said = f"Samples were dropped: the longest gap is {shown(seen.gap, 's')}, the median step {seen.step:.3g} s, "

@@ -19,6 +19,7 @@ from .oddity import Oddity, nearest, shown
 
 FORCE_FACTORS = {1000.0: "mN and N", 4.4482: "lbf and N", 9.80665: "kgf and N"}
 DEPTH_FACTORS = {1000.0: "mm and m", 25.4: "mm and in", 10.0: "mm and cm"}
+OWN_FIELD = "Give the two motions a field of their own, or record again."
 WITHIN = 0.2  # repeats of tissue differ by so much in force
 ALIKE = 0.9  # correlation of two loading curves of one shape
 SPEED, TRAVEL, HOLD = 0.05, 0.5e-3, 0.2  # [share], [m], [share] by which repeats of one motion differ at most
@@ -134,7 +135,7 @@ def _moves(quantity: str, value: float, usual: float, unit: str, sure: bool) -> 
             f"{shown(value, unit)}. Give each motion a field of its own."
         )
     said = f"It moves differently: its {quantity} is {shown(value, unit)}, that of its repeats {shown(usual, unit)}. "
-    return said + "Give the two motions a field of their own, or record again."
+    return said + OWN_FIELD
 
 
 def _punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:

@@ -32,7 +32,7 @@ def wrong_labels(
                 continue
             best = _nearest(curve, {other: mean for other, mean in means.items() if other != name})
             if best is not None and best[0] < away / CLEAR:
-                yield file, _oddity(name, best[1], away, best[0])
+                yield file, _oddity(best[1], away, best[0])
 
 
 def _mean(curves: list[np.ndarray]) -> tuple[np.ndarray, float] | None:
@@ -59,7 +59,7 @@ def _nearest(curve: np.ndarray, means: dict) -> tuple[float, str] | None:
     return min(near) if near else None
 
 
-def _oddity(own: str, other: str, away: float, near: float) -> Oddity:
+def _oddity(other: str, away: float, near: float) -> Oddity:
     said = f"Its label may be wrong: its force is {shown(away, 'N')} from the mean of its repeats, but only "
     said += f"{shown(near, 'N')} from that of the condition {other}. Check what it was recorded of."
     return Oddity("label", "peak_force", away, near, "N", said)

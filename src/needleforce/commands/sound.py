@@ -4,8 +4,6 @@
 from ..errors import InputError
 from .output import say
 
-OF_CAMPAIGNS = " Give the two motions a field of their own, or record again."
-
 
 def sound(done: list) -> list:
     """(file, Recording or InputError) for each file as before, with an InputError for one left out.
@@ -13,6 +11,7 @@ def sound(done: list) -> list:
     Left out are forces that are not what was measured (wrong sign, another unit, saturated up to the puncture), as long
     as another file stays. Other oddities are told: another motion is no fault for a model that runs along it.
     """
+    from ..campaign.beside import OWN_FIELD
     from ..campaign.odd_repeats import odd_recordings
     from ..campaign.oddity import SPOILED
 
@@ -23,7 +22,7 @@ def sound(done: list) -> list:
             if oddity.left_out and oddity.kind in SPOILED:
                 bad.setdefault(name, oddity)
             elif oddity.kind != "no_puncture":  # its status says so
-                say(f"{name}: {oddity.sentence.removesuffix(OF_CAMPAIGNS)}")
+                say(f"{name}: {oddity.sentence.removesuffix(OWN_FIELD).rstrip()}")
     if len(bad) == len(named):
         return done
     return [(file, _left_out(str(file), bad[str(file)]) if str(file) in bad else each) for file, each in done]

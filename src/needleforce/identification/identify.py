@@ -5,23 +5,31 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ..core import Needle
 from ..errors import InputError
-from ..model import Model
 from ..recording import Recording
-from .bench_tests import needle_estimate, tissue_estimate
 from .biases import spreading_force
 from .correlations import known_together
 from .derived import derived
 from .estimates import Estimate, estimates_of
 from .fit import Fit
+from .inputs import bench_estimates, needle_of, paired
 from .laws_from_log import LAYERED, MECHANICAL, model_of, needle_saturation, stiffness_law
 from .peak import measured_peak
 from .pooling import mean_estimate, pool
 from .single import Single, fit_single, seen
 from .subtraction import Pair, subtract
 from .swing import swing
-from .telling import Given, held_fixed, pooled_quality, recording_fit, settings, unknown, warnings_of
+from .telling import (
+    NO_MODEL,
+    Given,
+    held_fixed,
+    pooled_quality,
+    recording_fit,
+    reference_of,
+    settings,
+    unknown,
+    warnings_of,
+)
 from .turning import presliding_of
 from .two_pass import TwoPass
 
@@ -46,18 +54,16 @@ def identify(
     comes from it and cutting from the subtraction, as in the paper. ``model`` is a name that ``MODELS`` or ``LAYERED``
     lists; None takes ``paper`` or ``cone_cylinder``, whichever has loading curves of lower BIC: the two from which a
     modulus follows. ``layered`` (passive) and ``layered_as_fitted`` are fitted to whole cycles, with as many
-    ``layers``, up to three, as the recordings ask for, unless a number is given. With ``needle`` (and its tip) it is
-    told. ``bending`` and ``tension`` are CSV tables of the paper's two bench tests: the needle's modulus (needs
+    ``layers``, up to three, as the recordings ask for, unless a number is given. A modulus is told with ``needle`` (and
+    its tip). ``bending`` and ``tension`` are CSV tables of the paper's two bench tests: the needle's modulus (needs
     ``needle``) and the tissue's. ``progress(iterable, text)`` wraps the work over recordings.
 
     A recording that cannot answer is kept with its status and does not stop the rest. Raises InputError for an unknown
     model or second passes that do not pair with the recordings.
     """
-    recordings, seconds = _paired(recordings, second_pass)
-    needle = needle.needle if isinstance(needle, Model) else needle
-    if not isinstance(needle, Needle | None):
-        raise InputError("needle", repr(needle), "not a Needle", next_step="Give nf.Needle(...) or a preset's .needle.")
-    bench = _bench(bending, tension, needle)
+    recordings, seconds = paired(recordings, second_pass)
+    needle = needle_of(needle)
+    bench = bench_estimates(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
     if model in LAYERED:
@@ -126,46 +132,6 @@ def _own(single: Single, law: str, given: Given) -> dict[str, Estimate]:
     return found
 
 
-def _paired(recordings, seconds) -> tuple[list[Recording], list]:
-    """Both as lists; the second empty, or as long as the first."""
-    recordings = [recordings] if isinstance(recordings, Recording) else list(recordings)
-    seconds = [seconds] if isinstance(seconds, Recording) else list(seconds)
-    for each in [*recordings, *(second for second in seconds if second is not None)]:
-        if not isinstance(each, Recording):
-            raise InputError("recording", repr(each), "not a Recording", next_step="Give what nf.read(path) returns.")
-    if not recordings:
-        raise InputError("recordings", "none", "nothing to identify", next_step="Give at least one recording.")
-    if seconds and len(seconds) != len(recordings):
-        raise InputError(
-            "second passes",
-            len(seconds),
-            f"do not pair with {len(recordings)} recordings",
-            next_step="Give one second pass for each recording, in the same order.",
-        )
-    _different([*recordings, *(second for second in seconds if second is not None)])
-    return recordings, seconds
-
-
-def _different(recordings: list[Recording]) -> None:
-    """A file counted twice would pass for a repeat and narrow the intervals."""
-    seen: dict[str, str] = {}
-    for card in (recording.card for recording in recordings if recording.card.sha256):
-        if card.sha256 in seen:
-            twice = f"the same bytes as {seen[card.sha256]}"
-            raise InputError("recording", twice, "given twice", card.source, "Give each file once.")
-        seen[card.sha256] = card.source
-
-
-def _bench(bending, tension, needle) -> dict[str, Estimate]:
-    if bending is not None and needle is None:
-        raise InputError(
-            "needle", "missing", "the bending test needs its section and length", next_step="Give the needle."
-        )
-    found = [needle_estimate(bending, needle)] if bending is not None else []
-    found += [tissue_estimate(tension)] if tension is not None else []
-    return {estimate.name: estimate for estimate in found}
-
-
 def _choice(singles: list[Single], laws: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
     """Each law with the BIC of its loading curves, summed over the recordings that all laws fit, the best first."""
     common = [single for single in singles if set(laws) <= set(single.fits)]
@@ -205,8 +171,7 @@ def _model(parameters: dict, law: str, needle, singles: list[Single]):
     if not parameters:
         return None, ()
     values = {name: estimate.value for name, estimate in parameters.items()}
-    sources = ", ".join(single.recording.card.source for single in singles[:3]) + (" ..." if len(singles) > 3 else "")
     try:
-        return model_of(values, law, needle, f"identified_{law}", f"identified by needleforce from {sources}"), ()
+        return model_of(values, law, needle, f"identified_{law}", reference_of(singles)), ()
     except InputError as error:
-        return None, (f"The identified values make no model: {error}",)
+        return None, (NO_MODEL.format(error),)

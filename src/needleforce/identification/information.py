@@ -5,6 +5,8 @@ import math
 
 from .covariance import Noise
 
+VERY_STRONG = 10.0  # difference of two criteria, in the words of Kass & Raftery 1995
+
 
 def criterion(noise: Noise, numbers: int, samples: float) -> float:
     """n log(sum of squares / count) + numbers log(n), n being ``samples``; numbers do not count the noise's own."""

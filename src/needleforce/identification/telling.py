@@ -17,6 +17,8 @@ from .limits import crossed, lateral_ratio
 from .noise_words import noise_words
 from .single import Single
 
+NO_MODEL = "The identified values make no model: {}"
+
 
 @dataclass(frozen=True, eq=False)
 class Given:
@@ -25,6 +27,12 @@ class Given:
     needle: Any
     saturation: float | None
     bench: dict[str, Estimate]
+
+
+def reference_of(singles: list[Single]) -> str:
+    """Where a model comes from: the first recordings by name."""
+    sources = ", ".join(single.recording.card.source for single in singles[:3])
+    return f"identified by needleforce from {sources}" + (" ..." if len(singles) > 3 else "")
 
 
 def recording_fit(single: Single, own: dict[str, Estimate], law: str, needle, refused: str) -> RecordingFit:

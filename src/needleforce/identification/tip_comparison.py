@@ -10,8 +10,7 @@ import numpy as np
 from ..errors import InputError
 from .covariance import Z_95, noise_of
 from .indentation_curve import IndentationFit, fit_indentation
-
-DIFFERENT = 10.0  # in BIC: "very strong" in Kass & Raftery 1995
+from .information import VERY_STRONG
 
 
 class TipRow(NamedTuple):
@@ -51,4 +50,4 @@ def _row(fit: IndentationFit, best: IndentationFit) -> TipRow:
     more = fit.bic - best.bic
     apart = (fit.residual**2 - best.residual**2) / (best.residual_rms * fit.residual_rms)
     noise = Z_95 * math.sqrt(len(apart) * noise_of(apart - np.mean(apart), len(apart)).long_run)
-    return TipRow(fit, more, noise, more > max(DIFFERENT, noise))
+    return TipRow(fit, more, noise, more > max(VERY_STRONG, noise))

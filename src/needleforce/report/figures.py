@@ -58,7 +58,7 @@ def over_depth(figure, sheet, drawn, chosen, population=None) -> None:
     if population is not None:
         labels.on("not seen yet", *curves[-1], INK)
     _name_repeats(labels, drawn, curves)
-    _name_strokes(axes, labels, chosen)
+    _name_strokes(labels, chosen)
 
 
 def _loading_force(model, depth: np.ndarray, speed: float) -> np.ndarray:
@@ -118,7 +118,7 @@ def _name_repeats(labels: Labels, drawn, curves) -> None:
             labels.on(f"no. {one.number}", *curves[k], SECOND)
 
 
-def _name_strokes(axes, labels: Labels, one) -> None:
+def _name_strokes(labels: Labels, one) -> None:
     for name, inside in (("insertion →", one.inward), ("← withdrawal", one.outward)):
         inside = inside & (one.indentation > 0.0)
         if inside.any():

@@ -65,7 +65,10 @@ def course_of(recording: Recording, events: Events, bins: int) -> Course:
     time, depth, force = recording.time[span], undelayed_depth(recording)[span], recording.force[span]
     index = _bins(time, depth, stroke, bins)
     count = np.bincount(index)
-    mean = lambda values: np.bincount(index, values) / count  # noqa: E731
+
+    def mean(values: np.ndarray) -> np.ndarray:
+        return np.bincount(index, values) / count
+
     middle, step = mean(time - time[0]), float(np.median(np.diff(time)))
     return Course(
         mean(depth),

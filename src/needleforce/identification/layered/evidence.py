@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..covariance import noise_of
+from ..information import VERY_STRONG, independent_samples
 from ..pooling import student
 from .course import Course
 from .search import Solved, again, of_the_population
 from .unknowns import BARE, NO_FADING, PER_LAYER, RUPTURE, SATURATION, SHARP, Unknowns
 
-DECISIVE = 10.0
 AS_GOOD = 1.02  # ratio of errors
-ENOUGH = 3  # repeats to judge by those left out
+ENOUGH = 3  # repeats: to judge by those left out, and to tell a scatter
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ def with_bic(candidates: list[Candidate]) -> list[Candidate]:
 
 def _independent(solved: Solved, run: int) -> float:
     noise = noise_of(solved.problem.residuals(run, solved.x), len(solved.problem.courses[run].depth))
-    return max(noise.count * noise.variance / noise.long_run, 2.0) if noise.long_run > 0.0 else float(noise.count)
+    return independent_samples([noise])
 
 
 def chosen(candidates: list[Candidate]) -> Candidate:
@@ -94,7 +94,7 @@ def ties(one: Candidate, other: Candidate) -> bool:
     """True if the errors on the repeats left out have no other ratio than 1, by Student's t; without them, if the
     criteria differ by less than 10."""
     if not (len(one.left_out) and len(other.left_out)):
-        return abs(one.bic - other.bic) < DECISIVE
+        return abs(one.bic - other.bic) < VERY_STRONG
     return abs(_worse(one, other)) <= student(len(one.left_out))
 
 

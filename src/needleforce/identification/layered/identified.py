@@ -2,18 +2,18 @@
 """From repeats to an identified layered model."""
 
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from ...errors import InputError
 from ...model import Model
 from ...vocabulary import Status
-from ..estimates import Estimate
 from ..fit import Fit, RecordingFit, run_model
 from ..laws_from_log import LAYERED
 from ..single import Single
 from ..span import cycle_span
-from ..telling import Given, pooled_quality, quality, settings, warnings_of
+from ..telling import NO_MODEL, Given, pooled_quality, quality, reference_of, settings, warnings_of
 from . import words
 from .course import COARSE, FINE, Course, courses_of
 from .evidence import Candidate, candidate, chosen, removable, with_bic, without
@@ -37,7 +37,7 @@ def identify_layered(
     usable = [single for single in singles if single.events.contact is not None]
     pierced = any(single.events.punctures for single in usable)
     if not pierced:
-        return _without_model(singles, given, name)
+        return _without_model(singles, name)
     coarse, fine = (courses_of([(s.recording, s.events) for s in usable], bins) for bins in (COARSE, FINE))
     solved = list(_watched(grow(coarse, layers or MOST_LAYERS), layers or MOST_LAYERS, progress, "layer by layer"))
     tried, best = _evidence(solved[-1:] if layers else solved, LAYERED[name], progress)
@@ -46,8 +46,8 @@ def identify_layered(
     found, known = ruptures(ended), spread(ended)
     parameters = known.estimates()
     model, trouble = _model(ended, found, given, usable)
-    runs = {id(single): k for k, single in enumerate(usable)}
-    recordings = tuple(_recording(single, runs.get(id(single)), ended, given) for single in singles)
+    own = {id(single): _recording(single, run, ended, given) for run, single in enumerate(usable)}
+    recordings = tuple(own.get(id(single)) or _seen(single) for single in singles)
     return Fit(
         recordings,
         parameters,
@@ -96,43 +96,39 @@ def _evidence(solved: list[Solved], passive: bool, progress) -> tuple[list[Candi
 
 def _model(solved: Solved, found: Ruptures, given: Given, usable: list[Single]) -> tuple[Model | None, tuple[str, ...]]:
     """The model at the mean ruptures, or None and why."""
-    sources = ", ".join(single.recording.card.source for single in usable[:3]) + (" ..." if len(usable) > 3 else "")
     try:
-        return model_of(solved, found.depth, given.needle, f"identified by needleforce from {sources}"), ()
+        return model_of(solved, found.depth, given.needle, reference_of(usable)), ()
     except InputError as error:
-        return None, (f"The identified values make no model: {error}",)
+        return None, (NO_MODEL.format(error),)
 
 
-def _recording(single: Single, run: int | None, solved: Solved, given: Given) -> RecordingFit:
-    """One recording's outcome with its own ruptures along its own motion."""
+def _seen(single: Single) -> RecordingFit:
+    """One recording as segmentation saw it, without numbers."""
     notes = single.notes + tuple(note.message for note in single.recording.notes)
-    base = RecordingFit(single.recording.card.source, single.status, single.recording, single.events, notes=notes)
-    if run is None:
-        return base
-    own: dict[str, Estimate] = own_ruptures(solved, run)
+    return RecordingFit(single.recording.card.source, single.status, single.recording, single.events, notes=notes)
+
+
+def _recording(single: Single, run: int, solved: Solved, given: Given) -> RecordingFit:
+    """One recording's outcome with its own ruptures along its own motion."""
+    base, own = _seen(single), own_ruptures(solved, run)
     punctures = np.array([estimate.value for estimate in own.values()])
     try:
         model = model_of(solved, punctures, given.needle)
     except InputError as error:
-        return RecordingFit(base.file, base.status, base.recording, base.events, own, notes=(*notes, str(error)))
+        return replace(base, parameters=own, notes=(*base.notes, str(error)))
     surface = MM * float(solved.x[TOP])
     problem, course = solved.problem, solved.problem.courses[run]
     factor = (course.speed / problem.speed) ** solved.x[problem.unknowns.speed]
     predicted = factor * run_model(model, single.recording, surface)
     cycle, _ = cycle_span(single.strokes, single.events)
     told = quality(single.recording.force[cycle], predicted[cycle])
-    return RecordingFit(
-        base.file, base.status, base.recording, base.events, own, quality=told, predicted=predicted, notes=notes
-    )
+    return replace(base, parameters=own, quality=told, predicted=predicted)
 
 
-def _without_model(singles: list[Single], given: Given, name: str) -> Fit:
-    recordings = tuple(_recording(single, None, None, given) for single in singles)  # type: ignore[arg-type]
+def _without_model(singles: list[Single], name: str) -> Fit:
     said = f"The model {name} needs a puncture in one recording at least."
     told = tuple(
-        RecordingFit(each.file, each.status, each.recording, each.events, notes=(*each.notes, said))
-        if each.status is Status.no_puncture
-        else each
-        for each in recordings
+        replace(each, notes=(*each.notes, said)) if each.status is Status.no_puncture else each
+        for each in map(_seen, singles)
     )
     return Fit(told, {}, None, None, warnings_of(singles, None), settings=settings("cone_cylinder", None, singles))

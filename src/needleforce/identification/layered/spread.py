@@ -10,6 +10,7 @@ from ..correlations import Correlations
 from ..covariance import Z_95, noise_of
 from ..estimates import Estimate
 from ..pooling import student
+from .evidence import ENOUGH
 from .numbers import SHARES, by_unknowns, positive, prefix, units, values
 from .search import Solved
 from .unknowns import PER_LAYER, RUPTURE, SATURATION
@@ -19,17 +20,17 @@ UNFELT = 1e-9  # of the median: no run tells of a number that its residuals feel
 MOST_FACTOR = 3.0  # a positive number that may be so much larger is not told
 DERIVED = ("contact_stiffness", "puncture_indentation")
 FARTHEST, HOPELESS = 300.0, 7.0  # logarithms: what is known to a factor of a thousand is not known
-ENOUGH = 3  # repeats for a scatter
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
     """Of the named numbers (p,): ``value``, and ``within`` (p, p), their covariance from the noise within the runs,
-    neighbours alike; ``moves`` (runs, p) by which each run, left out, moves them, less the mean.
+    neighbours that are alike counting as one; ``moves`` (runs, p) by which each run, left out, moves them, less the
+    mean.
 
     The moves are one Gauss-Newton step each: the force jumps at ruptures, where a search would come to rest. What no
-    run feels has an infinite variance. ``reach`` [m] is the travel, ``held`` are the
-    names of what was not sought.
+    run feels has an infinite variance. ``reach`` [m] is the travel, ``held`` are the names of what was not
+    sought.
     """
 
     units: dict[str, str]

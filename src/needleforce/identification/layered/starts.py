@@ -26,14 +26,14 @@ def first_starts(courses: tuple[Course, ...], unknowns: Unknowns) -> Iterator[np
     deepest = np.median([course.deepest for course in courses]) / MM
     first = _seen(courses, 0.0, deepest + BEYOND)
     if unknowns.layers == 1:
-        yield _start(courses, unknowns, [contact], first[:, None])
+        yield _start(courses, [contact], first[:, None])
         return
     middle = float(np.median(first))
     never = np.full(len(courses), deepest + BEYOND)
     for share in TOPS:
         for second in (_seen(courses, middle + APART, 0.5 * (middle + deepest)), never):
             top = min(contact + share * (middle - contact), float(np.median(second)) - APART)
-            yield _start(courses, unknowns, [contact, top], np.column_stack([first, second]))
+            yield _start(courses, [contact, top], np.column_stack([first, second]))
 
 
 def grown_starts(courses: tuple[Course, ...], before: Unknowns, x: np.ndarray) -> Iterator[np.ndarray]:
@@ -50,7 +50,8 @@ def grown_starts(courses: tuple[Course, ...], before: Unknowns, x: np.ndarray) -
             yield np.concatenate([shared, added, common, own.ravel()])
 
 
-def _start(courses, unknowns: Unknowns, tops: list[float], punctures: np.ndarray) -> np.ndarray:
+def _start(courses: tuple[Course, ...], tops: list[float], punctures: np.ndarray) -> np.ndarray:
+    """The vector of layers like tissue from ``tops`` [mm], that give way at ``punctures`` (runs, layers) [mm]."""
     peak = np.median([course.peak for course in courses])
     parts = []
     for layer, top in enumerate(tops):

@@ -99,7 +99,7 @@ def settings(found: Candidate, tried: list[Candidate]) -> dict[str, object]:
         "answering": unknowns.runs,
         "numbers": int((unknowns.free < unknowns.shared).sum()),
         "speed_m_s": found.solved.problem.speed,
-        "layers": found.solved.problem.unknowns.layers,
+        "layers": unknowns.layers,
         "chosen_by": rule,
         "evidence": rows,
     }
