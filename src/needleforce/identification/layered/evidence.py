@@ -13,6 +13,7 @@ from .unknowns import BARE, NO_FADING, PER_LAYER, RUPTURE, SATURATION, SHARP, Un
 
 DECISIVE = 10.0
 AS_GOOD = 1.02  # ratio of errors
+ROUNDING = 1e-9  # of a ratio
 ENOUGH = 3  # repeats to judge by those left out
 
 
@@ -99,10 +100,13 @@ def ties(one: Candidate, other: Candidate) -> bool:
 
 
 def _worse(one: Candidate, other: Candidate) -> float:
-    """Mean logarithm of the ratio of the errors on the repeats left out, in its standard errors."""
+    """Mean logarithm of the ratio of the errors on the repeats left out, in its standard errors.
+
+    Repeats that are copies of one another have a ratio without scatter: rounding alone parts it from 1 or is its error.
+    """
     difference = np.log(one.left_out / other.left_out)
-    error = float(difference.std(ddof=1)) / np.sqrt(len(difference))
-    return float(difference.mean()) / error if error > 0.0 else 0.0
+    error = max(float(difference.std(ddof=1)) / np.sqrt(len(difference)), ROUNDING)
+    return float(difference.mean()) / error
 
 
 def removable(unknowns: Unknowns) -> dict[str, dict[int, float]]:
