@@ -8,6 +8,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.fit import with_ruptures
+from needleforce.recording import Card
 
 MOTION = nf.Motion.insert(start=-2e-3, speed=4e-3, depth=15e-3, hold=1.0)
 PUNCTURE = 8e-3  # [m]
@@ -46,6 +47,13 @@ def test_a_stranger_among_unnamed_repeats_is_told():
     fit = fit_of([repeat(0), repeat(1), repeat(2, factor=1e3)])
     assert any("describe these recordings poorly" in warning for warning in fit.warnings), fit.warnings
     assert not any("poorly" in warning for warning in fit_of([repeat(0), repeat(1)]).warnings)
+
+
+def test_a_repeat_in_another_zero_is_named():
+    runs = [repeat(0), repeat(1), repeat(2, zero=0.7)]
+    runs = [dataclasses.replace(run, card=Card(source=f"{k}.csv")) for k, run in enumerate(runs)]
+    told = [warning for warning in fit_of(runs).warnings if "one zero" in warning]
+    assert len(told) == 1 and told[0].startswith("2.csv: its contact at 70")
 
 
 def test_a_repeat_in_another_zero_does_not_stop_the_comparison():
