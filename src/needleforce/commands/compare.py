@@ -39,7 +39,7 @@ def run(
     done = sound(read_all(files, column, unit, inwards=depth_inwards))
     for file, problem in done:
         if isinstance(problem, nf.InputError):
-            say(f"{file}: {problem}")
+            say(str(problem) if str(file) in problem.place else f"{file}: {problem}")
     if not good(done):
         raise typer.Exit(1)
     rows = nf.compare(good(done), names_of(models), progress=progress)

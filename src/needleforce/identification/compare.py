@@ -112,6 +112,7 @@ def _row(name: str, law: str | None, singles: list[Single], common: list[dict[st
         fit.settings.get("numbers", 0) if law is None else len(CURVES[law].units) + 1,
         0,
         np.nan,
+        unseen.refused,
         prediction=float(ratios[0]),
         replay=float(replayed[0]),
         by_stroke=tuple(float(ratio) for ratio in ratios[1:]),
@@ -131,7 +132,7 @@ def _with_loading_curve(row: Row, law: str, common: list[dict[str, DeformationFi
         bic_correlated=sum(correlated(loading)[law] for loading in common),
         wins=sum(loading[law].bic <= min(each.bic for each in loading.values()) for loading in common),
         residual=float(np.median([loading[law].nrmse for loading in common])),
-        notes=tuple(dict.fromkeys(sentence for loading in common for sentence in loading[law].held)),
+        notes=row.notes + tuple(dict.fromkeys(sentence for loading in common for sentence in loading[law].held)),
     )
 
 

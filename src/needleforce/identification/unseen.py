@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import InputError
 from .fit import Fit
 from .pooling import student
 from .repeatability import Cycle, cycle_of, mean_of_others
@@ -18,12 +19,13 @@ class Unseen:
     """Rms errors over the peak (repeats, 4) on repeats left out: whole cycle, insertion, hold, withdrawal.
 
     ``prediction`` has the mean puncture depths, ``replay`` the punctures of the repeat itself, ``floor`` is the mean of
-    the other repeats. NaN where nothing answers.
+    the other repeats. NaN where nothing answers; ``refused`` says why, of repeats that the model cannot foretell.
     """
 
     prediction: np.ndarray
     replay: np.ndarray
     floor: np.ndarray
+    refused: tuple[str, ...] = ()
 
     def over_floor(self, errors: np.ndarray) -> np.ndarray:
         """Rms over the repeats of the errors over that of the floor, (4,): those repeats alone that have both."""
@@ -49,13 +51,15 @@ def predict_unseen(singles: list[Single], identified: Callable[[list[Single]], F
     """
     usable = [single for single in singles if single.events.contact is not None]
     cycles = [cycle_of(single) for single in usable]
-    rows = [_left_out(usable, cycles, k, identified) for k in watched(list(range(len(usable))))]
+    refused: list[str] = []
+    rows = [_left_out(usable, cycles, k, identified, refused) for k in watched(list(range(len(usable))))]
     prediction, replay, floor = np.array(rows).reshape(len(rows), 3, 4).transpose(1, 0, 2)
-    return Unseen(prediction, replay, floor)
+    return Unseen(prediction, replay, floor, tuple(refused))
 
 
-def _left_out(usable: list[Single], cycles: list[Cycle], k: int, identified) -> list[np.ndarray]:
-    """Errors on one repeat: predicted, replayed, and of the mean of the others."""
+def _left_out(usable: list[Single], cycles: list[Cycle], k: int, identified, refused: list[str]) -> list[np.ndarray]:
+    """Errors on one repeat: predicted, replayed, and of the mean of the others; why it is not foretold goes to
+    ``refused``."""
     others = identified(usable[:k] + usable[k + 1 :]) if len(usable) > 1 else None
     floor = cycles[k].errors(mean_of_others(cycles, k))
     if others is None or others.model is None:
@@ -63,5 +67,9 @@ def _left_out(usable: list[Single], cycles: list[Cycle], k: int, identified) -> 
     left, cycle = usable[k], cycles[k]
     # its punctures are given, and nothing else: neither its contact nor its exit
     events = dataclasses.replace(left.events, contact=None, exit=None)
-    forces = others.predict(left.recording), others.predict(left.recording, events=events)
+    try:
+        forces = others.predict(left.recording), others.predict(left.recording, events=events)
+    except InputError as error:
+        refused.append(f"{left.recording.card.source}: the model of the others does not foretell it: {error}")
+        return [np.full(4, np.nan), np.full(4, np.nan), floor]
     return [*(cycle.errors(force[cycle.span]) for force in forces), floor]

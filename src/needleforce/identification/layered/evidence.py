@@ -13,6 +13,7 @@ from .search import Solved, again, of_the_population
 from .unknowns import BARE, NO_FADING, PER_LAYER, RUPTURE, SATURATION, SHARP, Unknowns
 
 AS_GOOD = 1.02  # ratio of errors
+ROUNDING = 1e-9  # of a ratio
 ENOUGH = 3  # repeats: to judge by those left out, and to tell a scatter
 
 
@@ -81,12 +82,12 @@ def _independent(solved: Solved, run: int) -> float:
 
 
 def chosen(candidates: list[Candidate]) -> Candidate:
-    """Of those that foretell the repeats left out as well as the best, within one standard error or 2 %, the one of the
-    fewest numbers; with fewer than three repeats that of the least BIC."""
+    """Of those that foretell the repeats left out as well as the best, within 2 %, the one of the fewest numbers; with
+    fewer than three repeats that of the least BIC."""
     if not all(len(each.left_out) for each in candidates):
         return min(candidates, key=lambda each: each.bic)
-    best = min(candidates, key=lambda each: each.error)
-    good = [each for each in candidates if _worse(each, best) <= 1.0 or each.error <= AS_GOOD * best.error]
+    least = min(each.error for each in candidates)
+    good = [each for each in candidates if each.error <= AS_GOOD * least]
     return min(good, key=lambda each: (each.numbers, each.error))
 
 
@@ -99,10 +100,13 @@ def ties(one: Candidate, other: Candidate) -> bool:
 
 
 def _worse(one: Candidate, other: Candidate) -> float:
-    """Mean logarithm of the ratio of the errors on the repeats left out, in its standard errors."""
+    """Mean logarithm of the ratio of the errors on the repeats left out, in its standard errors.
+
+    Repeats that are copies of one another have a ratio without scatter: rounding alone parts it from 1 or is its error.
+    """
     difference = np.log(one.left_out / other.left_out)
-    error = float(difference.std(ddof=1)) / np.sqrt(len(difference))
-    return float(difference.mean()) / error if error > 0.0 else 0.0
+    error = max(float(difference.std(ddof=1)) / np.sqrt(len(difference)), ROUNDING)
+    return float(difference.mean()) / error
 
 
 def removable(unknowns: Unknowns) -> dict[str, dict[int, float]]:

@@ -108,10 +108,14 @@ class Problem:
         return filled(found).copy(), cost
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest x (size,): no layer begins far above the contact that is seen."""
+        """Lowest and highest x (size,): no layer begins far above the contact that is seen, nor below the deepest
+        point, wherever the recordings have their zero."""
         low, high = self.unknowns.bounds()
         tops = PER_LAYER * np.arange(self.unknowns.layers) + TOP
         low[tops] = min(course.contact for course in self.courses) / MM - ABOVE
+        high[tops] = max(course.deepest for course in self.courses) / MM
+        low[self.unknowns.shared :] += low[tops].min()
+        high[self.unknowns.shared :] += high[tops].max()
         return low, high
 
     def settled(self, x: np.ndarray, most: int) -> tuple[np.ndarray, float]:

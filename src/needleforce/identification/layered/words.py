@@ -11,6 +11,7 @@ from .search import Solved
 from .unknowns import MM, NO_FADING
 
 ODD = 2.0  # times the median residual
+POOR = 0.1  # of the peak: repeats of one specimen differ by less
 
 
 def layers(solved: Solved) -> str:
@@ -33,15 +34,35 @@ def warnings(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[str,
             f"The scatter between repeats is not told by {counted(len(courses))}: the intervals hold the noise within "
             "runs alone; give three or more."
         )
-    residuals = {each.file: each.quality.nrmse for each in recordings if each.quality is not None}
-    middle = float(np.median(list(residuals.values()))) if residuals else 0.0
-    for file, residual in residuals.items():
+    said += _other_zeros(recordings)
+    residuals = [(each.file, each.quality.nrmse) for each in recordings if each.quality is not None]
+    middle = float(np.median([residual for _, residual in residuals])) if residuals else 0.0
+    if middle > POOR:
+        said.append(
+            f"The residual is {100 * middle:.0f} % of the peak (median of {counted(len(residuals))}): the numbers "
+            "describe these recordings poorly. Identify them one by one: is each a repeat of the others?"
+        )
+    for file, residual in residuals:
         if residual > ODD * middle and len(residuals) > 2:
             said.append(
                 f"{file}: its residual is {100 * residual:.0f} % of its peak, the others' median {100 * middle:.0f} %: "
                 "is it a repeat of the same condition?"
             )
     return tuple(said)
+
+
+def _other_zeros(recordings: tuple[RecordingFit, ...]) -> list[str]:
+    """Recordings whose contact lies farther from the median contact than the insertions are deep."""
+    touching = [each for each in recordings if each.events.contact is not None]
+    contacts = np.array([each.events.contact.depth for each in touching])
+    usual = float(np.median(contacts))
+    long = float(np.median([each.recording.depth.max() for each in touching] - contacts))
+    return [
+        f"{each.file}: its contact at {contact / MM:.4g} mm lies far from the median of its repeats, {usual / MM:.4g} "
+        "mm: count the depth of all files from one zero."
+        for each, contact in zip(touching, contacts)
+        if abs(contact - usual) > long
+    ]
 
 
 def held_fixed(solved: Solved) -> tuple[str, ...]:
