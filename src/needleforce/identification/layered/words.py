@@ -99,7 +99,7 @@ def unknown(solved: Solved, parameters: dict[str, Estimate]) -> tuple[str, ...]:
 def settings(found: Candidate, tried: list[Candidate]) -> dict[str, object]:
     """How the choice was made."""
     rule = (
-        "repeats left out, fewest numbers within one standard error or 2 %"
+        "repeats left out, fewest numbers within 2 %"
         if len(found.left_out)
         else "BIC, whole cycle, correlated samples as one"
     )
