@@ -7,6 +7,7 @@
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
+#include <cstring>
 #include <optional>
 #include <string>
 #include <thread>
@@ -89,9 +90,12 @@ void bind_sample(nb::module_& module) {
       .def_ro("stiffness", &Sample::stiffness, "[N]")
       .def_ro("friction", &Sample::friction, "[N]")
       .def_ro("cutting", &Sample::cutting, "[N]")
+      .def_ro("lateral", &Sample::lateral, "[N] across the axis, estimated from the bevel; 0 without one")
       .def_ro("force_by_depth", &Sample::force_by_depth, "[N/m]")
       .def_ro("force_by_velocity", &Sample::force_by_velocity, "[N s/m]")
-      .def_ro("punctured", &Sample::punctured, "true in the one step that breaks through")
+      .def_ro("contact", &Sample::contact, "true in the one step that touches the tissue")
+      .def_ro("punctured", &Sample::punctured, "true in the one step that breaks through a layer")
+      .def_ro("exit", &Sample::exit, "true in the one step that leaves the tissue")
       .def_prop_ro("phase", [](const Sample& self) { return phase_names[static_cast<int>(self.phase)]; })
       .def_prop_ro("status", [](const Sample& self) { return status_names[static_cast<int>(self.status)]; });
 }
@@ -109,6 +113,21 @@ std::vector<Layer> stacked(const Stack& stack) {
                 fault.layer > 0 ? "Change it or the layer above; depths count from the undeformed surface."
                                 : "Choose other laws or numbers.");
   return layers;
+}
+
+nb::bytes saved_bytes(const Insertion& self) {
+  const Insertion::Saved saved = self.save();
+  return nb::bytes(&saved, sizeof saved);
+}
+
+void restore_bytes(Insertion& self, const nb::bytes& bytes) {
+  Insertion::Saved saved;
+  const bool fits = bytes.size() == sizeof saved;
+  if (fits) std::memcpy(&saved, bytes.data(), sizeof saved);
+  if (!fits || !self.restore(saved))
+    raise_input("snapshot", nb::str((std::to_string(bytes.size()) + " bytes").c_str()),
+                "not of this version and this model, or altered",
+                "Give what save() of an insertion of the same model gave.");
 }
 
 void sliding_force_of(const Model& self, const Values& depth, const std::optional<Values>& velocity,
@@ -152,15 +171,16 @@ void bind_insertion(nb::module_& module) {
   module.def("status_names", [] { return names(status_names); });
   bind_sample(module);
   bind_model(module);
+  bind_parameters<Bevel>(module, "Bevel");
   nb::class_<Insertion>(module, "Insertion", "The simulated insertion, one cycle at a time.")
       .def(
           "__init__",
-          [](Insertion* self, const Stack& layers, double max_speed, double hold_time) {
+          [](Insertion* self, const Stack& layers, double max_speed, double hold_time, const Bevel& bevel) {
             const Limits limits{.max_speed = max_speed, .hold_time = hold_time};
-            new (self) Insertion(std::span<const Layer>(stacked(layers)), limits);
+            new (self) Insertion(std::span<const Layer>(stacked(layers)), limits, bevel);
           },
           nb::arg("layers"), nb::arg("max_speed") = Limits{}.max_speed,
-          nb::arg("hold_time") = Limits{}.hold_time)
+          nb::arg("hold_time") = Limits{}.hold_time, nb::arg("bevel") = Bevel{})
       .def(
           "step",
           [](Insertion& self, double depth, std::optional<double> velocity, double dt) {
@@ -176,6 +196,10 @@ void bind_insertion(nb::module_& module) {
       .def(
           "restore", [](Insertion& self, const Insertion& saved) { self = saved; }, nb::arg("snapshot"),
           "Back to a snapshot, state and model.")
+      .def("save", &saved_bytes, "The memory alone, as bytes that any process may keep.")
+      .def("restore", &restore_bytes, nb::arg("snapshot"),
+           "The memory from bytes of save(); raises InputError for those of another version or model, or "
+           "altered ones.")
       .def_prop_ro("deepest_cut", &Insertion::deepest_cut, "[m], 0 before the puncture")
       .def_prop_ro("pierced_layers", &Insertion::pierced_layers, "how many, from the surface down");
 }

@@ -6,40 +6,35 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <type_traits>
 #include <utility>
 
+#include "bevel.hpp"
+#include "fingerprint.hpp"
 #include "layer.hpp"
+#include "limits.hpp"
 #include "model.hpp"
 #include "sample.hpp"
+#include "saved.hpp"
 
 namespace needleforce {
 
-/// What a step accepts, and what reaches the hand when it does not.
-struct Limits {
-  double max_speed = 1.0;        ///< [m/s]; a depth that moved faster since the last good step is refused
-  double velocity_slack = 2e-3;  ///< [m/s] by which velocity may differ from the change of depth
-  double velocity_slack_ratio = 0.5;  ///< and as a share of the larger of the two
-  double hold_time = 0.0;             ///< [s] for which a fault keeps the last force; after it the force is 0
+/// What an insertion remembers between two steps.
+struct InsertionState {
+  Sample last{};
+  double depth = 0.0;   // of the last accepted step
+  double waited = 0.0;  // time since the last accepted step
+  double deepest = -farthest;
+  double faded_over = 0.0;  // the step [s] whose exponentials the layers keep
+  Cut cut{};
+  std::size_t pierced = 0;
+  Phase phase = Phase::free;  // of the last accepted step
+  bool started = false;
+  std::array<LayerState, most_layers> layers{};
 };
-
-/// True if no limit is NaN or negative; an infinite `max_speed` accepts every jump.
-inline bool valid(const Limits& limits) noexcept {
-  return limits.max_speed > 0.0 && limits.velocity_slack >= 0.0 && limits.velocity_slack_ratio >= 0.0 &&
-         limits.hold_time >= 0.0;
-}
-
-/// Pass as velocity where none is measured: the step takes the change of depth over dt.
-inline constexpr double no_velocity = std::numeric_limits<double>::max();
-
-/// No needle goes deeper, or stands further above [m].
-inline constexpr double farthest = 1.0;
-/// No cycle is longer [s].
-inline constexpr double longest = 1e9;
-/// No needle is faster [m/s], even where every jump is accepted: rates beyond have no finite force.
-inline constexpr double fastest = 1e9;
 
 /// A needle going in and out of up to eight layers. Trivially copyable: a snapshot is a copy, restoring is
 /// assignment.
@@ -47,15 +42,18 @@ class Insertion {
  public:
   /// Checks and prepares the model; with an invalid one every step gives force 0 and `invalid_parameter`.
   /// A first step that lies below a puncture depth counts as pierced and cuts there.
-  explicit Insertion(const Model& model, const Limits& limits = {}) noexcept
-      : Insertion(std::span<const Layer>(std::array{Layer{0.0, model}}), limits) {}
+  explicit Insertion(const Model& model, const Limits& limits = {}, const Bevel& bevel = {}) noexcept
+      : Insertion(std::span<const Layer>(std::array{Layer{0.0, model}}), limits, bevel) {}
 
   /// The same for a stack of layers, from the surface down.
-  explicit Insertion(std::span<const Layer> layers, const Limits& limits = {}) noexcept
+  explicit Insertion(std::span<const Layer> layers, const Limits& limits = {},
+                     const Bevel& bevel = {}) noexcept
       : limits_(limits),
-        valid_(!first_fault(layers).reason && valid(limits)),
+        valid_(!first_fault(layers).reason && valid(limits) && !first_invalid(bevel)),
         count_(valid_ ? layers.size() : 1) {
     if (!valid_) return;
+    lateral_ratio_ = bevel.lateral_ratio();
+    model_ = fingerprint(layers);
     for (std::size_t i = 0; i < count_; ++i) layers_[i] = PreparedLayer(layers[i]);
     plain_ = count_ == 1 && layers_[0].plain();
   }
@@ -70,10 +68,21 @@ class Insertion {
   }
 
   /// Back to before the first contact.
-  void reset() noexcept { state_ = State{}; }
+  void reset() noexcept { state_ = InsertionState{}; }
 
-  /// The whole object; assign it back to restore.
+  /// The whole object; assign it back to restore. Wait-free.
   Insertion snapshot() const noexcept { return *this; }
+
+  /// The memory alone, as bytes that may leave the process. Wait-free.
+  using Saved = SavedBytes<InsertionState>;
+  Saved save() const noexcept { return saved(state_, model_); }
+  /// Takes a memory back; false, and nothing changes, for bytes of another version or another model, or
+  /// bytes that were altered. Wait-free.
+  bool restore(const Saved& bytes) noexcept {
+    if (!valid_ || !belongs(bytes, model_)) return false;
+    state_ = bytes.state();
+    return true;
+  }
 
   double puncture_depth_in_model() const noexcept { return layers_[0].puncture; }
   /// Deepest cut so far [m], 0 before the puncture.
@@ -84,39 +93,13 @@ class Insertion {
   std::size_t layers() const noexcept { return count_; }
 
  private:
-  struct State {
-    Sample last{};
-    double depth = 0.0;   // of the last accepted step
-    double waited = 0.0;  // time since the last accepted step
-    double deepest = -farthest;
-    double faded_over = 0.0;  // the step [s] whose exponentials the layers keep
-    Cut cut{};
-    std::size_t pierced = 0;
-    bool started = false;
-    std::array<LayerState, most_layers> layers{};
-  };
-
-  /// What is ordinary is seen by four comparisons, which NaN and infinity fail too; the rest is told apart.
+  /// What is ordinary is seen by a few comparisons; the rest is told apart.
   [[gnu::always_inline]] Status check(double depth, double velocity, double dt) const noexcept {
-    const bool ordinary = std::abs(depth) <= farthest && dt > 0.0 && dt <= longest &&
-                          (velocity == no_velocity || std::abs(velocity) <= fastest);
-    if (!ordinary || !valid_) return refusal(depth, velocity, dt);
-    if (!state_.started) return Status::ok;
-    const double elapsed = state_.waited + dt;
-    const double travel = depth - state_.depth;
-    if (std::abs(travel) > std::min(limits_.max_speed, fastest) * elapsed) return Status::outside_range;
-    return velocity == no_velocity || agrees(velocity, travel / elapsed) ? Status::ok : Status::outside_range;
-  }
-
-  [[gnu::noinline]] Status refusal(double depth, double velocity, double dt) const noexcept {
     if (!valid_) return Status::invalid_parameter;
-    const bool finite = std::isfinite(depth) && std::isfinite(dt) && std::isfinite(velocity);
-    return finite ? Status::outside_range : Status::not_finite;
-  }
-
-  bool agrees(double velocity, double measured) const noexcept {
-    const double larger = std::max(std::abs(velocity), std::abs(measured));
-    return std::abs(velocity - measured) <= limits_.velocity_slack + limits_.velocity_slack_ratio * larger;
+    if (!ordinary(depth, velocity, dt)) return refusal(depth, velocity, dt);
+    if (!state_.started) return Status::ok;
+    const bool possible = consistent(limits_, depth - state_.depth, velocity, state_.waited + dt);
+    return possible ? Status::ok : Status::outside_range;
   }
 
   /// The last force for a bounded time, then none; depth and memory stay as they were.
@@ -126,7 +109,7 @@ class Insertion {
     Sample sample = holding ? state_.last : Sample{};
     sample.depth = state_.depth;
     sample.velocity = 0.0;
-    sample.punctured = false;
+    sample.contact = sample.punctured = sample.exit = false;
     sample.status = status;
     return sample;
   }
@@ -210,17 +193,22 @@ class Insertion {
                                       const TipForce& tip) noexcept {
     const bool pushes = contacts.force > tip.force;
     const double stiffness = pushes ? contacts.force - tip.force : 0.0;
+    const Phase before = std::exchange(state_.phase, phase(contacts, shafts, move.velocity));
+    const bool was_free = before == Phase::free, is_free = state_.phase == Phase::free;
     Sample sample{.depth = move.depth,
                   .velocity = move.velocity,
                   .force = stiffness + shafts.force + tip.force,
                   .stiffness = stiffness,
                   .friction = shafts.force,
                   .cutting = tip.force,
+                  .lateral = lateral_ratio_ * tip.force,
                   .force_by_depth = shafts.by_depth + (pushes ? contacts.slope : tip.by_depth),
                   .force_by_velocity = shafts.by_velocity,
-                  .phase = phase(contacts, shafts, move.velocity),
+                  .phase = state_.phase,
                   .status = contacts.beyond ? Status::outside_range : Status::ok,
-                  .punctured = contacts.punctured};
+                  .contact = was_free && !is_free,
+                  .punctured = contacts.punctured,
+                  .exit = is_free && !was_free};
     if (limits_.hold_time > 0.0) state_.last = sample;  // else never shown again
     return sample;
   }
@@ -272,8 +260,10 @@ class Insertion {
   Limits limits_;
   bool valid_;
   bool plain_ = false;
+  double lateral_ratio_ = 0.0;
+  std::uint64_t model_ = 0;  // whose memory this is
   std::size_t count_;
-  State state_{};
+  InsertionState state_{};
 };
 
 static_assert(std::is_trivially_copyable_v<Insertion>);

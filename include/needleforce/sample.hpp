@@ -18,11 +18,14 @@ struct Sample {
   double stiffness = 0.0;          ///< [N]
   double friction = 0.0;           ///< [N]
   double cutting = 0.0;            ///< [N]
+  double lateral = 0.0;            ///< [N] across the axis, towards the bevel's point; 0 without an estimate
   double force_by_depth = 0.0;     ///< [N/m], the memory moving with the depth
   double force_by_velocity = 0.0;  ///< [N s/m]
   Phase phase = Phase::free;
   Status status = Status::ok;
-  bool punctured = false;  ///< true in the one step that breaks through
+  bool contact = false;    ///< true in the one step that touches the tissue
+  bool punctured = false;  ///< true in the one step that breaks through a layer
+  bool exit = false;       ///< true in the one step that leaves the tissue
 };
 
 }  // namespace needleforce

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "paper.hpp"
@@ -255,6 +257,51 @@ TEST(Insertion, AnInvalidModelNeverPushes) {
     EXPECT_EQ(sample.status, Status::invalid_parameter);
     EXPECT_EQ(sample.force, 0.0);
   });
+}
+
+TEST(Insertion, EventsAreToldInTheirStepAlone) {
+  Insertion insertion(paper::model());
+  std::vector<std::pair<char, double>> events;
+  const auto see = [&](const Sample& sample) {
+    if (sample.contact) events.emplace_back('c', sample.depth);
+    if (sample.punctured) events.emplace_back('p', sample.depth);
+    if (sample.exit) events.emplace_back('x', sample.depth);
+  };
+  for (int stroke = 0; stroke < 2; ++stroke) {
+    paper::move(insertion, -1e-3, 5e-3, 1e-5, see);
+    paper::move(insertion, 5e-3, -1e-3, 1e-5, see);
+  }
+  std::string kinds;
+  for (const auto& [kind, depth] : events) kinds += kind;
+  EXPECT_EQ(kinds, "cpxcx");  // the hole of the first stroke is not pierced again
+  EXPECT_NEAR(events[0].second, 0.0, 1.1e-5);
+  EXPECT_NEAR(events[1].second, paper::puncture, 1.1e-5);
+  EXPECT_NEAR(events[2].second, 0.0, 1.1e-5);
+}
+
+TEST(Insertion, LateralForceIsThatOfTheBevelsFace) {
+  const Bevel bevel{15.0 * tips::degree, 0.3, 1.0};
+  Insertion insertion(paper::model(), {}, bevel);
+  paper::move(insertion, -1e-3, 8e-3);
+  const Sample sample = insertion.step(8e-3 + 1e-5, no_velocity, 1e-3);
+  EXPECT_NEAR(sample.lateral, 0.126, 5e-4);  // Misra et al. 2010 with the paper's cutting force and mu = 0.3
+  EXPECT_EQ(Insertion(paper::model()).step(8e-3, no_velocity, 1e-3).lateral, 0.0);
+  EXPECT_EQ(Insertion(paper::model(), {}, {0.3, 0.0, 1.5}).step(0.0, no_velocity, 1e-3).status,
+            Status::invalid_parameter);
+}
+
+TEST(Insertion, AMemoryIsTakenBackByItsOwnModelAlone) {
+  Insertion insertion(paper::model()), other(paper::model(117e3));
+  paper::move(insertion, -1e-3, 8e-3);
+  Insertion::Saved saved = insertion.save();
+  const double next = insertion.step(8e-3 + 1e-5, no_velocity, 1e-3).force;
+  insertion.reset();
+  ASSERT_TRUE(insertion.restore(saved));
+  EXPECT_EQ(insertion.step(8e-3 + 1e-5, no_velocity, 1e-3).force, next);
+  EXPECT_FALSE(other.restore(saved));
+  saved.version += 1;
+  saved.checksum = saved.sum();
+  EXPECT_FALSE(insertion.restore(saved));
 }
 
 }  // namespace

@@ -101,8 +101,8 @@ def test_heavy_libraries_are_loaded_when_used():
 # each file of the core with what it may see: what stands before it in its row; laws/ is one place but for its
 # list, tips/ is one
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
-             "relaxation", "memory", "law", "laws", "laws/all", "chosen", "model", "sample", "layer", "insertion",
-             "sliding", "fit/layered"]  # fmt: skip
+             "bevel", "relaxation", "memory", "law", "laws", "laws/all", "chosen", "model", "fingerprint", "saved",
+             "sample", "limits", "layer", "insertion", "sliding", "fit/layered"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle"]  # fmt: skip
 

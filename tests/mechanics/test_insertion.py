@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import needleforce as nf
+from needleforce import core
 
 PAPER = nf.preset("paper")
 CYCLE = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=12e-3, hold=1.0, withdraw=True)
@@ -136,3 +137,33 @@ def test_snapshot_can_be_gone_back_to():
     insertion.run(np.linspace(8e-3, 12e-3, 1000), None, np.full(1000, 1e-3))
     insertion.restore(saved)
     assert insertion.deepest_cut == pytest.approx(8e-3)
+
+
+def test_a_memory_goes_through_bytes():
+    model = nf.preset("layered")
+    insertion, twin = nf.Insertion(model), nf.Insertion(model)
+    for k in range(3000):
+        insertion.step(4e-6 * k, None, 1e-3)
+    twin.restore(insertion.save())
+    ahead = [insertion.step(12e-3 - 4e-6 * k, None, 1e-3).force for k in range(500)]
+    assert ahead == [twin.step(12e-3 - 4e-6 * k, None, 1e-3).force for k in range(500)]
+
+
+def test_bytes_of_another_model_or_altered_ones_are_refused():
+    insertion = nf.Insertion(nf.preset("paper"))
+    saved = insertion.save()
+    for bad in (saved[:-1], saved[:100] + b"?" + saved[101:], nf.Insertion(nf.preset("layered")).save(), b""):
+        with pytest.raises(nf.InputError, match="not of this version and this model, or altered"):
+            insertion.restore(bad)
+
+
+def test_events_and_lateral_force_are_in_the_samples():
+    bevel = core.Bevel(half_angle=math.radians(15), friction_coefficient=0.3, face_share=1.0)
+    insertion = nf.Insertion(nf.preset("paper"), bevel=bevel)
+    depths = 1e-5 * np.concatenate([np.arange(-50, 900), np.arange(900, -50, -1)])
+    samples = [insertion.step(z, None, 1e-2) for z in depths]
+    assert [(s.contact, s.punctured, s.exit) for s in samples if s.contact or s.punctured or s.exit] == [
+        (True, False, False), (False, True, False), (False, False, True)]  # fmt: skip
+    assert max(s.lateral for s in samples) == pytest.approx(0.126, abs=5e-4)  # Misra et al. 2010
+    with pytest.raises(nf.InputError, match=r"bevel\.face_share"):
+        core.Bevel(face_share=1.5)

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C face of the insertion. Needs no C++ run-time library when compiled with -fno-exceptions -fno-rtti.
+#include "needleforce.h"
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <new>
+#include <type_traits>
+
+#include "by_name.hpp"
+#include "needleforce/insertion.hpp"
+
+using namespace needleforce;
+
+static_assert(NF_EXTRACTION == int(Phase::extraction) && std::size(phase_names) == NF_EXTRACTION + 1);
+static_assert(NF_NOT_FINITE == int(Status::not_finite) && std::size(status_names) == NF_NOT_FINITE + 1);
+static_assert(NF_NO_VELOCITY == no_velocity);
+static_assert(std::is_standard_layout_v<nf_sample> && std::is_trivially_copyable_v<nf_sample>);
+static_assert(std::is_standard_layout_v<nf_layer> && std::is_trivially_copyable_v<nf_layer>);
+static_assert(alignof(Insertion) <= alignof(double));
+
+struct nf_insertion {
+  Insertion insertion;
+};
+
+namespace {
+
+Limits limits_of(const nf_settings& s) noexcept {
+  return {s.max_speed, s.velocity_slack, s.velocity_slack_ratio, s.hold_time};
+}
+Bevel bevel_of(const nf_settings& s) noexcept {
+  return {s.bevel_half_angle, s.bevel_friction_coefficient, s.bevel_face_share};
+}
+
+bool settings_are_sound(const nf_settings& s, nf_fault& why) noexcept {
+  if (!valid(limits_of(s))) return c::refuse(why, "settings", "limits", "are NaN or negative");
+  const Bevel bevel = bevel_of(s);
+  const auto* bad = first_invalid(bevel);
+  return !bad ||
+         c::refuse(why, "bevel", bad->name, "is outside its range", bevel.*bad->member, bad->low, bad->high);
+}
+
+bool memory_is_sound(const void* memory, std::size_t size, nf_fault& why) noexcept {
+  if (!memory || size < sizeof(nf_insertion))
+    return c::refuse(why, "memory", "size", "is less than nf_size()", double(size),
+                     double(sizeof(nf_insertion)));
+  if (reinterpret_cast<std::uintptr_t>(memory) % alignof(nf_insertion))
+    return c::refuse(why, "memory", "address", "is not aligned as a double");
+  return true;
+}
+
+bool read_layers(const nf_layer* named, std::size_t count, std::array<Layer, most_layers>& layers,
+                 nf_fault& why) noexcept {
+  if (!named || count < 1 || count > most_layers)
+    return c::refuse(why, "layers", "count", "is outside its range", double(count), 1.0, double(most_layers));
+  for (why.layer = 0; why.layer < count; ++why.layer)
+    if (!c::read_layer(named[why.layer], layers[why.layer], why)) return false;
+  const Fault fault = first_fault({layers.data(), count});
+  why.layer = fault.layer;
+  return !fault.reason || c::refuse(why, "layer", fault.quantity, fault.reason);
+}
+
+}  // namespace
+
+extern "C" {
+
+const char* nf_version(void) { return version; }
+const char* nf_phase_name(int phase) {
+  return phase >= 0 && phase <= NF_EXTRACTION ? phase_names[phase] : "unknown";
+}
+const char* nf_status_name(int status) {
+  return status >= 0 && status <= NF_NOT_FINITE ? status_names[status] : "unknown";
+}
+
+nf_settings nf_default_settings(void) {
+  const Limits limits;
+  const Bevel bevel;
+  return {limits.max_speed, limits.hold_time,           limits.velocity_slack, limits.velocity_slack_ratio,
+          bevel.half_angle, bevel.friction_coefficient, bevel.face_share};
+}
+
+size_t nf_size(void) { return sizeof(nf_insertion); }
+
+nf_insertion* nf_init(void* memory, size_t size, const nf_layer* named, size_t count,
+                      const nf_settings* settings, nf_fault* why) {
+  nf_fault ignored{};
+  nf_fault& fault = why ? *why : ignored;
+  fault = nf_fault{};
+  const nf_settings chosen = settings ? *settings : nf_default_settings();
+  std::array<Layer, most_layers> layers{};
+  if (!memory_is_sound(memory, size, fault) || !settings_are_sound(chosen, fault) ||
+      !read_layers(named, count, layers, fault))
+    return nullptr;
+  return new (memory) nf_insertion{Insertion({layers.data(), count}, limits_of(chosen), bevel_of(chosen))};
+}
+
+void nf_step(nf_insertion* self, double depth, double velocity, double dt, nf_sample* out) {
+  const Sample s = self->insertion.step(depth, velocity, dt);
+  *out = {
+      s.depth,          s.velocity,          s.force,      s.stiffness,   s.friction, s.cutting,   s.lateral,
+      s.force_by_depth, s.force_by_velocity, int(s.phase), int(s.status), s.contact,  s.punctured, s.exit};
+}
+
+void nf_reset(nf_insertion* self) { self->insertion.reset(); }
+
+size_t nf_snapshot_size(void) { return sizeof(Insertion::Saved); }
+
+int nf_snapshot(const nf_insertion* self, void* bytes, size_t size) {
+  if (!bytes || size < sizeof(Insertion::Saved)) return 0;
+  const Insertion::Saved saved = self->insertion.save();
+  std::memcpy(bytes, &saved, sizeof saved);
+  return 1;
+}
+
+int nf_restore(nf_insertion* self, const void* bytes, size_t size) {
+  if (!bytes || size < sizeof(Insertion::Saved)) return 0;
+  Insertion::Saved saved;
+  std::memcpy(&saved, bytes, sizeof saved);
+  return self->insertion.restore(saved);
+}
+
+}  // extern "C"

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a step accepts, and what reaches the hand when it does not.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sample.hpp"
+
+namespace needleforce {
+
+/// Chosen before the loop; the defaults hold for any needle in a hand or on a robot.
+struct Limits {
+  double max_speed = 1.0;        ///< [m/s]; a depth that moved faster since the last good step is refused
+  double velocity_slack = 2e-3;  ///< [m/s] by which velocity may differ from the change of depth
+  double velocity_slack_ratio = 0.5;  ///< and as a share of the larger of the two
+  double hold_time = 0.0;             ///< [s] for which a fault keeps the last force; after it the force is 0
+};
+
+/// True if no limit is NaN or negative; an infinite `max_speed` accepts every jump.
+inline bool valid(const Limits& limits) noexcept {
+  return limits.max_speed > 0.0 && limits.velocity_slack >= 0.0 && limits.velocity_slack_ratio >= 0.0 &&
+         limits.hold_time >= 0.0;
+}
+
+/// Pass as velocity where none is measured: the step takes the change of depth over dt.
+inline constexpr double no_velocity = std::numeric_limits<double>::max();
+
+/// No needle goes deeper, or stands further above [m].
+inline constexpr double farthest = 1.0;
+/// No cycle is longer [s].
+inline constexpr double longest = 1e9;
+/// No needle is faster [m/s], even where every jump is accepted: rates beyond have no finite force.
+inline constexpr double fastest = 1e9;
+
+/// True for numbers that a step can take by themselves: four comparisons, which NaN and infinity fail too.
+/// Wait-free.
+inline bool ordinary(double depth, double velocity, double dt) noexcept {
+  return std::abs(depth) <= farthest && dt > 0.0 && dt <= longest &&
+         (velocity == no_velocity || std::abs(velocity) <= fastest);
+}
+
+/// Which word is due to numbers that are not ordinary. Wait-free.
+inline Status refusal(double depth, double velocity, double dt) noexcept {
+  const bool finite = std::isfinite(depth) && std::isfinite(dt) && std::isfinite(velocity);
+  return finite ? Status::outside_range : Status::not_finite;
+}
+
+/// True if a travel [m] within a time [s] is one that the needle can have made, and the velocity, where one
+/// is given, is that of the travel. Wait-free.
+inline bool consistent(const Limits& limits, double travel, double velocity, double elapsed) noexcept {
+  if (std::abs(travel) > std::min(limits.max_speed, fastest) * elapsed) return false;
+  if (velocity == no_velocity) return true;
+  const double measured = travel / elapsed, larger = std::max(std::abs(velocity), std::abs(measured));
+  return std::abs(velocity - measured) <= limits.velocity_slack + limits.velocity_slack_ratio * larger;
+}
+
+}  // namespace needleforce

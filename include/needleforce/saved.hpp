@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// A memory as bytes that may leave the process, with what says whose they are.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <type_traits>
+
+#include "fingerprint.hpp"
+#include "version.hpp"
+
+namespace needleforce {
+
+/// Plain bytes of a state: version and size of what wrote it, the model it belongs to, a checksum.
+template <class State>
+struct SavedBytes {
+  static_assert(std::is_trivially_copyable_v<State> && sizeof(State) % sizeof(std::uint64_t) == 0);
+  std::uint64_t version, size, model;
+  std::array<std::uint64_t, sizeof(State) / sizeof(std::uint64_t)> words;
+  std::uint64_t checksum;
+
+  State state() const noexcept { return std::bit_cast<State>(words); }
+  /// Of everything before the checksum.
+  std::uint64_t sum() const noexcept {
+    Fingerprint print;
+    for (const std::uint64_t word : {version, size, model}) print.add(word);
+    for (const std::uint64_t word : words) print.add(word);
+    return print.value();
+  }
+};
+
+namespace detail {
+constexpr std::uint64_t this_version() noexcept {
+  Fingerprint print;
+  print.add(needleforce::version);
+  return print.value();
+}
+}  // namespace detail
+
+/// A state as bytes. Wait-free.
+template <class State>
+SavedBytes<State> saved(const State& state, std::uint64_t model) noexcept {
+  using Bytes = SavedBytes<State>;
+  Bytes result{detail::this_version(), sizeof(Bytes), model, std::bit_cast<decltype(Bytes::words)>(state), 0};
+  result.checksum = result.sum();
+  return result;
+}
+
+/// True if these bytes were saved by this version, for this model, and are whole. Wait-free.
+template <class State>
+bool belongs(const SavedBytes<State>& bytes, std::uint64_t model) noexcept {
+  return bytes.version == detail::this_version() && bytes.size == sizeof bytes && bytes.model == model &&
+         bytes.checksum == bytes.sum();
+}
+
+}  // namespace needleforce
