@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Work of one step beside the bare closed form, in batches, the empty loop subtracted from both. Prints JSON.
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -13,7 +14,7 @@ using namespace needleforce;
 
 namespace {
 
-constexpr int many = 4000, few = 1000;  // batches of rows with a bar, and without
+constexpr int many = 4000, few = 1000, least = 50;  // batches: p99.9 needs many
 
 /// The paper's three phases written out, direction from the last depth: the floor of what a step must do.
 struct Bare {
@@ -118,9 +119,31 @@ void by_history(double nothing) {
   for (int power = 3; power <= 7; ++power) {
     for (const long until = std::lround(std::pow(10.0, power)); done < until; ++done)
       batches::sink = going(batches::depth_at(done));
-    const std::string name = "after 10^" + std::to_string(power) + " steps";
+    const std::string name = "4 layers after 10^" + std::to_string(power) + " steps";
     print(name.c_str(), batches::measure(going, few), nothing);
   }
+}
+
+/// What is kept and taken back, in and out of the process.
+template <class Keep>
+struct Keeping {
+  Insertion insertion;
+  Keep keep;
+  [[gnu::noinline]] double operator()(double z) { return keep(insertion, z); }
+};
+
+void keeping(double nothing) {
+  const Insertion insertion(full(4));
+  const auto row = [&](const char* name, auto keep) {
+    print(name, batches::measure(Keeping<decltype(keep)>{insertion, keep}, least), nothing);
+  };
+  row("snapshot and back, a copy", [](Insertion& own, double z) {
+    own = own.snapshot();
+    return z + static_cast<double>(own.pierced_layers());
+  });
+  row("save",
+      [](Insertion& own, double z) { return z + 0.0 * static_cast<double>(own.save().checksum >> 12); });
+  row("save and restore", [](Insertion& own, double z) { return z + own.restore(own.save()); });
 }
 
 /// How many multiplications take as long as a step.
@@ -137,14 +160,17 @@ int main() {
   print("bare", batches::measure(Bare{}, many), nothing);
   const batches::Times step = batches::measure(Step<Insertion>{Insertion(paper())}, many);
   print("step", step, nothing);
-  print("still", batches::measure(as_long_as(batches::at(step.alone, 0.5) - nothing, nothing), many), nothing);
+  print("still", batches::measure(as_long_as(batches::at(step.alone, 0.5) - nothing, nothing), many),
+        nothing);
   every_law(nothing);
   for (const int count : {1, 2, 4, 8}) {
     const std::string name = std::to_string(count) + " layers";
     print(name.c_str(), batches::measure(Step<Insertion>{Insertion(full(count))}, many), nothing);
   }
-  print("4 layers, wavering clock", batches::measure(WaveringStep<Insertion>{Insertion(full(4))}, few), nothing);
+  print("4 layers, wavering clock", batches::measure(WaveringStep<Insertion>{Insertion(full(4))}, few),
+        nothing);
   by_history(nothing);
+  keeping(nothing);
   std::printf("\"object_bytes\": %zu, \"memory_bytes\": %zu\n}\n", sizeof(Insertion),
               sizeof(Insertion::Saved));
 }
