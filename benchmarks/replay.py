@@ -30,40 +30,46 @@ ROOT = Path(__file__).resolve().parents[1]
 UNSEEN = runpy.run_path(str(ROOT / "benchmarks" / "unseen.py"))
 MODELS = ("layered_as_fitted", "layered", "paper")
 WAYS = ("prediction", "replay")
+JUMPS = ("at a rupture", "on the way out", "elsewhere")
 TICK = 1e-3  # [s]
+FALL = 0.1  # [s] after a rupture's peak in which its force falls
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """What the engine gave: time (n,) [s] and force (n,) [N] at 1 kHz, and where a layer gave way (n,)."""
+    """A force (n,) [N] over time (n,) [s], and when layers gave way [s]."""
 
     time: np.ndarray
     force: np.ndarray
     ruptures: np.ndarray
 
-    def jumps(self, cycle: Cycle) -> tuple[float, float]:
-        """Largest change of the force in one step [N] away from ruptures, and in the steps of a rupture."""
-        inside = (self.time[1:] >= cycle.time[0]) & (self.time[1:] <= cycle.time[-1])
-        changes, broke = np.abs(np.diff(self.force))[inside], self.ruptures[1:][inside]
-        return float(changes[~broke].max()), float(changes[broke].max(initial=0.0))
+    def jumps(self, cycle: Cycle) -> tuple[float, float, float]:
+        """Largest change in a millisecond [N]: while a layer gives way, on the way out, elsewhere in the cycle. Even
+        over the interval between two samples, where that is longer."""
+        start, stop = self.time[:-1], self.time[1:]
+        change = np.abs(np.diff(self.force)) * TICK / (stop - start)
+        breaks = np.zeros(len(change), bool)
+        for time in self.ruptures:
+            breaks |= (stop >= time) & (start <= time + FALL)
+        inside = (start >= cycle.time[0]) & (stop <= cycle.time[-1])
+        leaves = stop > cycle.time[cycle.stroke == 2].min(initial=np.inf)
+        parts = breaks, ~breaks & leaves, ~breaks & ~leaves
+        return tuple(float(change[inside & part].max(initial=0.0)) for part in parts)
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """One repeat left out, by model and way: the trace, and its error (n,) [N] at the samples of the cycle."""
+    """One repeat left out: what was measured, and by model and way what the engine gave."""
 
     source: str
     cycle: Cycle
+    measured: Trace
     traces: dict[tuple[str, str], Trace]
 
     def error(self, key: tuple[str, str]) -> np.ndarray:
+        """Error (n,) [N] at the samples of the cycle."""
         trace = self.traces[key]
         return np.interp(self.cycle.time, trace.time, trace.force) - self.cycle.force
-
-    @property
-    def measured_jump(self) -> float:
-        """Largest change of the measured force in a millisecond [N], evenly over the interval between two samples."""
-        return float(np.max(np.abs(np.diff(self.cycle.force)) / np.diff(self.cycle.time)) * TICK)
 
 
 def engine_force(model: nf.Model, recording: nf.Recording, surface: float) -> Trace:
@@ -76,7 +82,7 @@ def engine_force(model: nf.Model, recording: nf.Recording, surface: float) -> Tr
     if odd:
         print(f"{recording.card.source}, {model.name}: a step says {', '.join(odd)}", file=sys.stderr)
     force, broke = np.array([[sample.force, sample.punctured] for sample in samples]).T
-    return Trace(time, force, broke > 0)
+    return Trace(time, force, time[broke > 0])
 
 
 def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers: int | None = None) -> Outcome:
@@ -92,38 +98,52 @@ def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers
         for way, events in given.items():
             model, surface = fit.placed(own, events)
             traces[name, way] = engine_force(model, own, surface)
-    return Outcome(files[k].stem, cycle_of(single), traces)
+    seen_ruptures = np.array([puncture.time for puncture in single.events.punctures])
+    return Outcome(files[k].stem, cycle_of(single), Trace(own.time, own.force, seen_ruptures), traces)
 
 
 def numbers(outcome: Outcome, key: tuple[str, str]) -> list[float]:
-    """Rms, 95th percentile and maximum of the error [N], rms over the peak, largest jump and that at a rupture [N]."""
+    """Rms, 95th percentile and maximum of the error [N], rms over the peak, largest jumps [N]."""
     error = np.abs(outcome.error(key))
     rms = float(np.sqrt(np.mean(error**2)))
     jumps = outcome.traces[key].jumps(outcome.cycle)
     return [rms, float(np.percentile(error, 95)), float(error.max()), rms / outcome.cycle.peak, *jumps]
 
 
-def row(heads: list[str]) -> str:
-    return f"| {' | '.join(heads)} |"
+def row(cells: list[str]) -> str:
+    return f"| {' | '.join(cells)} |"
 
 
 def tables(outcomes: list[Outcome]) -> list[str]:
-    """Markdown: medians over the repeats left out, with the worst, then every one of them."""
-    heads = ["error rms, N", "95th percentile, N", "largest, N", "rms / peak", "jump in 1 ms, N", "at a rupture, N"]
+    """Markdown: medians over the repeats left out, with the worst; then every one of them."""
+    heads = ["rms, N", "95th percentile, N", "largest, N", "rms / peak", *(f"jump {where}, N" for where in JUMPS)]
     lines = [row(["model", "", *heads]), "|---" * (2 + len(heads)) + "|"]
     for key in ((name, way) for name in MODELS for way in WAYS):
         found = np.array([numbers(outcome, key) for outcome in outcomes])
-        shown = [f"{middle:.3f} ({most:.3f})" for middle, most in zip(np.median(found, axis=0), found.max(axis=0))]
-        lines.append(row([f"`{key[0]}`", key[1], *shown]))
-    jumps = [outcome.measured_jump for outcome in outcomes]
-    lines += ["", f"The measured force itself changes by {np.median(jumps):.3f} ({max(jumps):.3f}) N in a millisecond.", ""]
-    columns = [f"`{name}` {way}" for name in MODELS for way in WAYS]
-    lines += [row(["left out", "peak, N", "its jump, N", *columns]), "|---" * (3 + len(columns)) + "|"]
-    for outcome in outcomes:
-        shown = [f"{numbers(outcome, key)[0]:.3f}, {numbers(outcome, key)[4]:.3f}" for key in outcome.traces]
+        lines.append(row([f"`{key[0]}`", key[1], *map(spread, found.T)]))
+    own = np.array([outcome.measured.jumps(outcome.cycle) for outcome in outcomes])
+    lines += [row(["measured", "", *[""] * 4, *map(spread, own.T)]), ""]
+    return [*lines, *each(outcomes)]
+
+
+def spread(values: np.ndarray) -> str:
+    return f"{np.median(values):.3f} ({values.max():.3f})"
+
+
+def each(outcomes: list[Outcome]) -> list[str]:
+    """Markdown: every repeat left out."""
+    heads = ["left out", "peak, N", *(f"`{name}`" for name in MODELS), "jumps of `layered`", "measured"]
+    lines = [row(heads), "|---" * len(heads) + "|"]
+    for outcome in sorted(outcomes, key=lambda outcome: outcome.source):
         name = outcome.source.rsplit("_", 1)[0].replace("__", " ")
-        lines.append(row([name, f"{outcome.cycle.peak:.2f}", f"{outcome.measured_jump:.3f}", *shown]))
-    return [*lines, "", "Error rms and largest jump in 1 ms away from ruptures, both in N, of every repeat left out."]
+        rms = [", ".join(f"{numbers(outcome, (model, way))[0]:.3f}" for way in WAYS) for model in MODELS]
+        traces = outcome.traces["layered", "replay"], outcome.measured
+        jumps = [", ".join(f"{jump:.2f}" for jump in trace.jumps(outcome.cycle)) for trace in traces]
+        lines.append(row([name, f"{outcome.cycle.peak:.2f}", *rms, *jumps]))
+    said = (
+        f"Rms errors in N of prediction, replay; jumps in N in 1 ms {', '.join(JUMPS)}, of the replay and as measured."
+    )
+    return [*lines, "", said]
 
 
 def measured(count: int, full: bool) -> list[Outcome]:
@@ -135,7 +155,7 @@ def measured(count: int, full: bool) -> list[Outcome]:
     found = list(UNSEEN["conditions"](folder).values())[: None if full else count]
     outcomes = []
     with ProcessPoolExecutor(os.cpu_count()) as pool:
-        work = [pool.submit(left_out, files, k) for files in found for k in range(0 if full else -1, len(files) if full else 0)]
+        work = [pool.submit(left_out, files, k) for files in found for k in (range(len(files)) if full else [-1])]
         for future in work:
             outcomes.append(future.result())
             shown = ", ".join(f"{name} {numbers(outcomes[-1], (name, 'replay'))[3]:.3f}" for name in MODELS)
@@ -150,7 +170,7 @@ def main(count: int, full: bool, write: Path | None) -> None:
     print("\n".join(tables(outcomes)))
     if write is not None:
         page = runpy.run_path(str(ROOT / "benchmarks" / "replay_page.py"))
-        page["write"](write, outcomes, tables(outcomes))
+        page["write"](write, outcomes, tables(outcomes), FALL)
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ struct Empty {
 struct Still {
   int turns;
   [[gnu::noinline]] double operator()(double z) {
-    for (int i = 0; i < turns; ++i) asm volatile("mulsd %0, %0" : "+x"(z));
+    for (int i = 0; i < turns; ++i) asm volatile("addsd %0, %0" : "+x"(z));
     return 0.0;
   }
 };
@@ -141,12 +141,10 @@ void keeping(double nothing) {
     own = own.snapshot();
     return z + static_cast<double>(own.pierced_layers());
   });
-  row("save",
-      [](Insertion& own, double z) { return z + 0.0 * static_cast<double>(own.save().checksum >> 12); });
   row("save and restore", [](Insertion& own, double z) { return z + own.restore(own.save()); });
 }
 
-/// How many multiplications take as long as a step.
+/// How many additions take as long as a step.
 Still as_long_as(double step, double nothing) {
   const double hundred = batches::at(batches::measure(Still{100}, few).alone, 0.5) - nothing;
   return {static_cast<int>(100.0 * step / hundred)};
@@ -155,8 +153,10 @@ Still as_long_as(double step, double nothing) {
 }  // namespace
 
 int main() {
-  const double nothing = batches::at(batches::measure(Empty{}, many).alone, 0.5);
+  const batches::Times empty = batches::measure(Empty{}, many);
+  const double nothing = batches::at(empty.alone, 0.5);
   std::printf("{\n");
+  print("empty", empty, 0.0);
   print("bare", batches::measure(Bare{}, many), nothing);
   const batches::Times step = batches::measure(Step<Insertion>{Insertion(paper())}, many);
   print("step", step, nothing);
@@ -164,7 +164,7 @@ int main() {
         nothing);
   every_law(nothing);
   for (const int count : {1, 2, 4, 8}) {
-    const std::string name = std::to_string(count) + " layers";
+    const std::string name = std::to_string(count) + (count == 1 ? " layer" : " layers");
     print(name.c_str(), batches::measure(Step<Insertion>{Insertion(full(count))}, many), nothing);
   }
   print("4 layers, wavering clock", batches::measure(WaveringStep<Insertion>{Insertion(full(4))}, few),
