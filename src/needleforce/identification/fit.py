@@ -76,7 +76,8 @@ class Fit:
         from ``segment(recording)``) contact and punctures are the recording's own where they were seen, a replay.
         Raises InputError for a fit without a model.
         """
-        return self._speed_factor(recording) * run_model(*self.placed(recording, events))
+        model, surface = self.placed(recording, events)
+        return self._speed_factor(recording) * run_model(model, recording, surface)
 
     def _speed_factor(self, recording: Recording) -> float:
         """By which the speed of a recording's insertion multiplies the forces of the model."""

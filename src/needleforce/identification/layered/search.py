@@ -83,11 +83,12 @@ def made_passive(solved: Iterable[Solved]) -> Iterator[Solved]:
     """Fits with 1, 2, … layers in the passive form, from those in the other form."""
     before = None
     for fitted in solved:
-        starts = list(_stiffer(fitted))
+        problem = replace(fitted.problem, passive=True)
+        found = [best(problem, _stiffer(fitted))]
         if before is not None:
             # else one layer more may fit worse: what the other form's third layer is for, this one need not lack
-            starts += grown_starts(fitted.problem.courses, before.problem.unknowns, before.x)
-        before = best(replace(fitted.problem, passive=True), starts)
+            found.append(best(problem, grown_starts(problem.courses, before.problem.unknowns, before.x)))
+        before = min(found, key=lambda each: each.cost)
         yield before
 
 
