@@ -27,14 +27,15 @@ struct Wall {
   }
 };
 
-/// Where the device goes in one cycle: a speed and a constant acceleration.
+/// Where the device goes in one cycle of `time` [s]: a speed and a constant acceleration.
 struct Stretch {
-  double speed = 0.0, acceleration = 0.0;
-  double travel(double time) const { return (speed + 0.5 * acceleration * time) * time; }
+  double time = cycle, speed = 0.0, acceleration = 0.0;
+  double travel(double t) const { return (speed + 0.5 * acceleration * t) * t; }
+  double travel() const { return travel(time); }
   /// Every travel from the last sample lies between those at the end and at the turn.
   double turn() const {
-    const double time = acceleration != 0.0 ? -speed / acceleration : -1.0;
-    return time > 0.0 && time < cycle ? travel(time) : 0.0;
+    const double t = acceleration != 0.0 ? -speed / acceleration : -1.0;
+    return t > 0.0 && t < time ? travel(t) : 0.0;
   }
 };
 
@@ -42,11 +43,15 @@ struct Stretch {
 struct TrueEnergy {
   double in = 0.0, out = 0.0, least = 0.0;
   double balance() const { return in - out; }
-  void add(double force, const Stretch& stretch) {
-    least = std::min(least, balance() + force * stretch.turn());
-    const double work = force * stretch.travel(cycle);
+  /// What summing in double precision may be wrong by.
+  double rounding() const { return 1e-12 * (in + out); }
+  void add(double work) {
     (work > 0.0 ? in : out) += std::abs(work);
     least = std::min(least, balance());
+  }
+  void add(double force, const Stretch& stretch) {
+    least = std::min(least, balance() + force * stretch.turn());
+    add(force * stretch.travel());
   }
 };
 
@@ -56,15 +61,15 @@ class WilfulHand {
   WilfulHand(double from, double to, double most_speed, double most_acceleration, unsigned seed)
       : generator_(seed), place_(from, to), v_(most_speed), a_(most_acceleration), depth_(from) {}
   double depth() const { return depth_; }
-  Stretch move() {
+  Stretch move(double time = cycle) {
     if (left_-- <= 0) choose();
     constexpr double tau = 20e-3;
     const double wanted = (target_ - depth_ - 2.0 * tau * speed_) / (tau * tau);
-    const double slowest = std::max(-a_, (-pace_ - speed_) / cycle),
-                 fastest = std::min(a_, (pace_ - speed_) / cycle);
-    const Stretch stretch{speed_, std::clamp(wanted, std::min(slowest, a_), std::max(fastest, -a_))};
-    depth_ += stretch.travel(cycle);
-    speed_ += stretch.acceleration * cycle;
+    const double slowest = std::max(-a_, (-pace_ - speed_) / time),
+                 fastest = std::min(a_, (pace_ - speed_) / time);
+    const Stretch stretch{time, speed_, std::clamp(wanted, std::min(slowest, a_), std::max(fastest, -a_))};
+    depth_ += stretch.travel();
+    speed_ += stretch.acceleration * time;
     return stretch;
   }
 
