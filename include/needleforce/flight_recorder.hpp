@@ -48,15 +48,15 @@ class FlightRecorder {
     written_.store(number + 1, std::memory_order_release);
   }
 
-  /// The last cycles, oldest first, as many as are there and fit; the returned part of `out` holds them.
-  /// Cycles that the loop overtakes meanwhile are left out. Wait-free; for any thread.
+  /// The last cycles without a gap, oldest first, as many as are there and fit; the part of `out` that is
+  /// returned holds them. Those that the loop overtakes meanwhile are left out. Wait-free; for any thread.
   std::span<Cycle> read(std::span<Cycle> out) const noexcept {
     const std::uint64_t end = written_.load(std::memory_order_acquire);
     const std::uint64_t kept = std::min<std::uint64_t>({end, n, out.size()});
-    std::size_t count = 0;
-    for (std::uint64_t number = end - kept; number < end; ++number)
-      if (take(number, out[count])) ++count;
-    return out.first(count);
+    std::size_t first = kept;
+    // from the newest back: the loop overtakes the oldest first
+    while (first > 0 && take(end - kept + first - 1, out[first - 1])) --first;
+    return out.subspan(first, kept - first);
   }
 
   /// How many cycles were written in all. Wait-free.

@@ -150,19 +150,16 @@ class EnergyController {
     return force;
   }
 
-  /// The share [N] of a cycle that looks ahead at the speed seen last. It keeps no promise and needs none.
-  double shared(double wanted, double there, double cost) noexcept {
-    const double travel = foresight * speed_ * settings_.longest_cycle;
-    double expected = there;
-    for (int ago = delay_; ago > 0; --ago) expected += at(ago).force * travel;
-    const double along = wanted < 0.0 ? -travel : travel;
-    return expected / std::max(cost, caution * (delay_ + 1) * cost - along);
+  /// The share [N] of a cycle of what will be there once all that are open have passed, if the device goes on
+  /// as it did and they hold the same force. It keeps no promise and needs none.
+  double shared(double wanted, double there, double cost) const noexcept {
+    const double travel = speed_ * settings_.longest_cycle, along = wanted < 0.0 ? -travel : travel;
+    return there / std::max(cost, (delay_ + 1) * (caution * cost - foresight * along));
   }
 
-  // Each cycle takes its share of what will be there if the device goes on as it does: more on the way in
-  // than on the way out, or a hand that moves to and fro would lose by every turn, until nothing is left. The
-  // two numbers are those with which the force of a random hand differs least from the wanted one, over walls
-  // and tissues: docs/decisions/0008-guard.md.
+  // More is given on the way in than on the way out, or a hand that moves to and fro would lose by every turn
+  // until nothing is left. With these two numbers the force of a random hand differs least from the wanted
+  // one, over walls and tissues: docs/decisions/0008-guard.md.
   static constexpr double caution = 1.25, foresight = 4.0;
   static constexpr double rounding = 1.0 + 1e-6;  // of what counts as beyond a bound
 

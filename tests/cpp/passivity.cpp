@@ -209,7 +209,7 @@ double restless(Step step, int delay, TrueEnergy& energy) {
 
 TEST(Passivity, AHandleThatRestsAtAStiffWallIsDrivenByItOnlyWithoutAController) {
   for (const int delay : {0, 2}) {
-    // a handle with damping b at a wall k is restless where b < k T (1/2 + delay): Colgate & Schenkel 1997
+    // 2 N s/m is less than k T / 2 = 10 N s/m, which a sampled wall needs: Colgate & Schenkel 1997
     Wall wall{2e4};
     TrueEnergy bare, guarded;
     const double driven =

@@ -102,7 +102,8 @@ def test_heavy_libraries_are_loaded_when_used():
 # list, tips/ is one
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
              "bevel", "relaxation", "memory", "law", "laws", "laws/all", "chosen", "model", "fingerprint", "saved",
-             "sample", "limits", "layer", "insertion", "sliding", "fit/layered"]  # fmt: skip
+             "sample", "limits", "layer", "insertion", "sliding", "fit/layered", "guard_settings", "passivity", "guard",
+             "flight_recorder"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle"]  # fmt: skip
 
