@@ -125,6 +125,19 @@ TEST(Passivity, TheForceIsTheTissuesOwnWhereThereIsEnough) {
   });
 }
 
+TEST(Passivity, AnInsertionAtASteadySpeedFeelsNoController) {
+  for (const int delay : {0, 1, 2})
+    for (const double speed : {1e-3, 5e-3, 20e-3, 100e-3}) {
+      Insertion bare{std::span<const Layer>(paper())};
+      Guard guard(bare, bounds(delay));
+      const double step = speed * cycle;
+      for (int i = 0; step * i < 12e-3; ++i) {
+        const double wanted = bare.step(step * i, no_velocity, cycle).force;
+        ASSERT_EQ(guard.step(step * i, no_velocity, cycle).force, wanted) << delay << " " << speed;
+      }
+    }
+}
+
 TEST(Passivity, LostMeasurementsAndAnUnevenClockCostNoPromise) {
   for (const int delay : delays) {
     std::mt19937 generator(3);
