@@ -53,6 +53,7 @@ ALLOWED = {
     "needle_mechanics": CORE,
     "energy": CORE,
     "motion": CORE,
+    "hand": CORE,
 }
 # the one step back: a fit and a campaign write their own report when they are asked to
 EXCEPTIONS = {("identification", "report"), ("campaign", "report")}
