@@ -157,9 +157,9 @@ class EnergyController {
     return there / std::max(cost, (delay_ + 1) * (caution * cost - foresight * along));
   }
 
-  // More is given on the way in than on the way out, or a hand that moves to and fro would lose by every turn
-  // until nothing is left. With these two numbers the force of a random hand differs least from the wanted
-  // one, over walls and tissues: docs/decisions/0008-guard.md.
+  // More is given on the way in than on the way out, or a hand that moves back and forth would lose by every
+  // turn until nothing is left. With these two numbers the force of a random hand differs least from the
+  // wanted one, over walls and tissues: docs/decisions/0008-guard.md.
   static constexpr double caution = 1.25, foresight = 4.0;
   static constexpr double rounding = 1.0 + 1e-6;  // of what counts as beyond a bound
 

@@ -64,7 +64,7 @@ void expect_passive(const Outcome& outcome, const GuardSettings& settings, const
   EXPECT_EQ(outcome.outside, 0) << what;
 }
 
-/// Every tissue of the evidence, with the range in which a hand moves.
+/// Every tissue, with the range in which a hand moves.
 template <class Visit>
 void with_each_tissue(Visit visit) {
   const Limits limits{.max_speed = 1.0};
@@ -82,7 +82,8 @@ TEST(Passivity, AMillionStepsOfARandomHandGetNoMoreOutThanIn) {
   with_each_tissue([](const char* name, const auto& engine, double from, double to) {
     for (const int delay : delays) {
       const GuardSettings settings = bounds(delay);
-      const Outcome outcome = trial(engine, from, to, settings, 1000000);
+      const Outcome outcome =
+          trial(engine, from, to, settings, 1000000 / static_cast<int>(std::size(delays)));
       expect_passive(outcome, settings, name + std::string(", delay ") + std::to_string(delay));
       EXPECT_GT(outcome.guarded.in, 0.1 * outcome.bare.in) << name << delay;  // a force was felt
     }

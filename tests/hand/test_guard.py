@@ -60,7 +60,7 @@ def test_bad_input_is_rejected_and_recorded_as_given(insertion, bad):
 
 
 def test_the_energy_of_a_sampled_spring_is_kept(insertion):
-    """To and fro in the elastic contact, whose force is a cycle late: with a guard no energy comes out."""
+    """Back and forth in the elastic contact, whose force is a cycle late: with a guard no energy comes out."""
     bare = nf.Insertion(nf.preset("paper"))
     guard = Guard(insertion, longest_cycle=MS, most_speed=0.2, initial_reserve=1e-6)
     time = np.arange(20001) * MS
