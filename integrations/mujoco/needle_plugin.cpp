@@ -33,7 +33,7 @@ static_assert(sizeof(mjtNum) == sizeof(double) && sizeof(Memory) % sizeof(mjtNum
 struct Instance {
   Insertion engine;
   Place place;
-  double share = 1.0;  ///< of the tree's mass
+  int needles = 1;     ///< on the same tree, which share its mass
   Sample sample{};     ///< of the state at the beginning of the step
   double began = 0.0;  ///< time of it [s]
   double elapsed = 0.0;
@@ -55,7 +55,7 @@ int count_state(const mjModel*, int) { return state_numbers; }
 int count_sensor(const mjModel*, int, int) { return 8; }
 
 /// Needles on the same tree share its mass.
-double share_of(const mjModel* m, int instance, const Place& place) {
+int needles_beside(const mjModel* m, int instance, const Place& place) {
   int needles = 0;
   for (int i = 0; i < m->nplugin; ++i) {
     if (m->plugin[i] != m->plugin[instance]) continue;
@@ -63,7 +63,7 @@ double share_of(const mjModel* m, int instance, const Place& place) {
     const Place other = read_place(values, m);
     needles += values.fault.empty() && other.tree(m) == place.tree(m);
   }
-  return 1.0 / std::max(1, needles);
+  return std::max(1, needles);
 }
 
 int start(const mjModel* m, mjData* d, int instance) {
@@ -75,7 +75,7 @@ int start(const mjModel* m, mjData* d, int instance) {
     mju_warning("%s '%s': %s", plugin_name, name ? name : "", values.fault.c_str());
     return -1;
   }
-  auto* data = new Instance{.engine = engine, .place = place, .share = share_of(m, instance, place)};
+  auto* data = new Instance{.engine = engine, .place = place, .needles = needles_beside(m, instance, place)};
   d->plugin_data[instance] = reinterpret_cast<uintptr_t>(data);
   return 0;
 }
@@ -105,7 +105,7 @@ bool later_stage(const mjModel* m, const mjData* d, const Instance& data) {
 
 Sample compute_sample(const mjModel* m, mjData* d, int instance, Instance& data, double elapsed) {
   Free free = free_motion(data.place, m, d);
-  free.per_force *= data.share;
+  free.per_force *= data.needles;
   free.elapsed = elapsed;
   const Memory memory = recall(m, d, instance);
   return at_end_of_step(free, memory.force, [&](double depth) noexcept {

@@ -34,7 +34,7 @@ def on_arm(plugin="", integrator="implicitfast"):
           <body><joint name="wrist" type="hinge" axis="0 1 0"/><geom size="0.02" mass="0.1" contype="0"/>
             <geom size="0.01" mass="0.05" pos="0 0 -0.1" contype="0"/>
             <site name="tip" pos="0 0 -0.15" euler="180 0 0"/></body></body></body></worldbody>
-    <actuator>{joints}<position joint="wrist" kp="20" kv="1"/></actuator>{SENSOR if plugin else ""}</mujoco>"""
+    <actuator>{joints}<position joint="wrist" kp="10" kv="0.1"/></actuator>{SENSOR if plugin else ""}</mujoco>"""
 
 
 def stiff_models():

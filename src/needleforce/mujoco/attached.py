@@ -31,13 +31,13 @@ class Attached:
         self._memory.reset()
         self.sample = None
 
-    def push(self, m, d, share: float = 1.0):
+    def push(self, m, d, needles: int = 1):
         """Adds the tissue's force of this step to ``d.qfrc_passive`` and moves the memory; returns the sample.
 
-        For use between ``mj_step1`` and ``mj_step2``. ``share`` is the part of the tree's mass that is this needle's.
+        For use between ``mj_step1`` and ``mj_step2``. ``needles`` share the mass of its tree.
         """
         depth, per_force = self.place.free(m, d)
-        self.sample = self._at_end_of_step(depth, share * per_force, m.opt.timestep)
+        self.sample = self._at_end_of_step(depth, needles * per_force, m.opt.timestep)
         self._memory.restore(self._trial)
         self.place.apply(m, d, self.sample)
         return self.sample
@@ -95,5 +95,5 @@ def step(mj_model, data, *needles: Attached) -> None:
     trees = [needle.place.tree for needle in needles]
     mujoco.mj_step1(mj_model, data)
     for needle in needles:
-        needle.push(mj_model, data, 1.0 / trees.count(needle.place.tree))
+        needle.push(mj_model, data, trees.count(needle.place.tree))
     mujoco.mj_step2(mj_model, data)
