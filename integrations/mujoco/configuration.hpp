@@ -124,7 +124,7 @@ inline void read_surface(Values& values, const mjModel* m, Place& place) {
   if (normal.empty()) return;
   const bool plane = normal.size() == 3 && mju_norm3(normal.data()) > 1e-6;
   if (!plane)
-    return values.refuse("surface.normal", values.text("surface.normal"), "no direction", "Give x y z.");
+    return values.refuse("surface.normal", values.whole("surface.normal"), "no direction", "Give x y z.");
   mju_copy3(place.normal, normal.data());
   mju_normalize3(place.normal);
 }
@@ -154,8 +154,8 @@ inline Insertion read_engine(Values& values) {
     values.refuse("max_speed", in_words(limits.max_speed), "not above 0 m/s", "Give it in m/s.");
   if (const auto* bad = first_invalid(bevel))
     values.refuse(std::string("bevel.") + bad->name, in_words(bevel.*bad->member),
-                  "outside " + in_words(bad->low) + " to " + in_words(bad->high) + " " + bad->unit,
-                  "Change it.");
+                  "outside " + in_words(bad->low) + " to " + in_words(bad->high),
+                  std::string("It is the ") + bad->meaning + ".");
   const std::vector<Layer> layers = read_layers(values);
   return Insertion(layers, limits, bevel);
 }

@@ -17,7 +17,13 @@ class Values {
  public:
   Values(const mjModel* m, int instance) : m_(m), instance_(instance) {}
 
-  /// The text of an attribute, or of a number that its law carries; nullptr if it is not given.
+  /// All of an attribute's text, empty if it is not given.
+  std::string whole(const std::string& name) const {
+    const char* value = mj_getPluginConfig(m_, instance_, name.c_str());
+    return value ? value : "";
+  }
+  /// The first word of an attribute, or the text of a number that its law carries; nullptr if it is not
+  /// given.
   const char* text(const std::string& name) {
     if (const std::string value = first_word(name); !value.empty()) return kept(value);
     const std::size_t dot = name.rfind('.');
@@ -66,10 +72,6 @@ class Values {
   std::string fault;
 
  private:
-  std::string whole(const std::string& name) const {
-    const char* value = mj_getPluginConfig(m_, instance_, name.c_str());
-    return value ? value : "";
-  }
   std::string first_word(const std::string& name) const {
     std::string word;
     std::istringstream(whole(name)) >> word;
