@@ -45,10 +45,15 @@ Instance& instance_of(const mjData* d, int instance) {
   return *reinterpret_cast<Instance*>(d->plugin_data[instance]);
 }
 
-Memory recall(const mjModel* m, const mjData* d, int instance) {
+Memory memory_of(const mjModel* m, const mjData* d, int instance) {
   Memory memory;
   std::memcpy(&memory, d->plugin_state + m->plugin_stateadr[instance], sizeof memory);
   return memory;
+}
+
+/// The engine as it was; with bytes of another tissue or version, in whole tissue.
+void recall(Insertion& engine, const Memory& memory) noexcept {
+  if (!engine.restore(memory.engine)) engine.reset();
 }
 
 int count_state(const mjModel*, int) { return state_numbers; }
@@ -107,9 +112,9 @@ Sample compute_sample(const mjModel* m, mjData* d, int instance, Instance& data,
   Free free = free_motion(data.place, m, d);
   free.per_force *= data.needles;
   free.elapsed = elapsed;
-  const Memory memory = recall(m, d, instance);
+  const Memory memory = memory_of(m, d, instance);
   return at_end_of_step(free, memory.force, [&](double depth) noexcept {
-    data.engine.restore(memory.engine);
+    recall(data.engine, memory);
     return data.engine.step(depth, no_velocity, elapsed);
   });
 }
@@ -146,7 +151,7 @@ void advance(const mjModel* m, mjData* d, int instance) {
   Instance& data = instance_of(d, instance);
   if (!data.computed) return;
   if (!data.holds) {
-    data.engine.restore(recall(m, d, instance).engine);
+    recall(data.engine, memory_of(m, d, instance));
     data.engine.step(data.sample.depth, no_velocity, data.elapsed);
   }
   const Memory memory{data.sample.force, data.engine.save()};

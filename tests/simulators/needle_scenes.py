@@ -15,7 +15,7 @@ def on_slide(plugin="", *, integrator="implicitfast", timestep=1e-3, servo="", g
     return f"""<mujoco><option timestep="{timestep}" integrator="{integrator}" gravity="0 0 -{gravity}"/>
     <extension>{plugin}</extension>
     <worldbody><body><joint name="slide" type="slide" axis="0 0 -1"/>
-      <geom size="0.005" mass="{mass}" contype="0" conaffinity="0"/><site name="tip" euler="180 0 0"/></body></worldbody>
+      <geom size="0.005" mass="{mass}" contype="0"/><site name="tip" euler="180 0 0"/></body></worldbody>
     <actuator>{servo}</actuator>{SENSOR if plugin else ""}</mujoco>"""
 
 

@@ -60,12 +60,12 @@ def test_layers_that_contradict_each_other_are_refused(mujoco):
         "layer2.friction": "coulomb per_length=3",
         "layer2.cutting": "constant_cutting force=0.1",
     }
-    with pytest.raises(ValueError, match="layer2.top is refused, the layer above punctures below this top"):
+    with pytest.raises(ValueError, match=r"layer2\.top is refused, the layer above punctures below this top"):
         mujoco.MjModel.from_xml_string(on_slide(with_keys(second)))
 
 
 def test_unknown_attributes_are_refused(mujoco):
-    with pytest.raises(ValueError, match="unrecognized attribute 'plugin:frictio' for plugin needleforce.needle"):
+    with pytest.raises(ValueError, match="unrecognized attribute 'plugin:frictio'"):
         mujoco.MjModel.from_xml_string(on_slide(with_keys({"frictio": "coulomb"})))
 
 
@@ -98,7 +98,7 @@ def test_rk4_is_left_to_the_plugin(mujoco):
 def test_xml_of_what_has_no_model_is_refused():
     with pytest.raises(nf.InputError, match="without a model"):
         plugin_xml(None, joint="slide")
-    with pytest.raises(nf.InputError, match="keyword is hinge, of no known name. One of joint, site"):
+    with pytest.raises(nf.InputError, match="keyword is hinge, of no known name"):
         plugin_xml(nf.preset("paper"), hinge="slide")
 
 

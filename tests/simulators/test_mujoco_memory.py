@@ -96,13 +96,20 @@ def test_reset_makes_the_tissue_whole(mujoco, scene):
     np.testing.assert_array_equal(course(mujoco, m, d, AFTER), first)
 
 
-def test_a_state_of_another_tissue_is_refused(mujoco):
+@pytest.mark.parametrize("altered", ["of another tissue", "zeros", "one bit"])
+def test_a_state_that_is_not_its_own_is_whole_tissue(mujoco, altered):
     m, d = loaded(mujoco, on_slide(with_plugin(nf.preset("paper")), servo=SERVO))
+    plain = course(mujoco, m, mujoco.MjData(m), BEFORE)
     other, there = loaded(mujoco, on_slide(with_plugin(nf.preset("maurin")), servo=SERVO))
     course(mujoco, other, there, AFTER)
-    d.plugin_state[:] = there.plugin_state
-    plain = course(mujoco, m, mujoco.MjData(m), BEFORE)
-    np.testing.assert_allclose(course(mujoco, m, d, BEFORE), plain, atol=1e-9)
+    course(mujoco, m, d, AFTER)
+    assert d.qpos[0] > 10e-3  # punctured: what is refused must not be felt
+    if altered == "one bit":
+        d.plugin_state[100] += 1e-12
+    else:
+        d.plugin_state[:] = there.plugin_state if altered == "of another tissue" else 0.0
+    d.qpos[0] = d.qvel[0] = d.time = 0.0
+    np.testing.assert_allclose(course(mujoco, m, d, BEFORE), plain, atol=1e-8)
 
 
 def test_nan_and_teleports_push_nothing(mujoco, scene):
