@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The cost of a step of MuJoCo with the plugin beside its bare step, in one run, as JSON {bare_us, plugin_us, ratio}."""
+"""The cost of a step of MuJoCo with the plugin beside its bare step, in one run: JSON {bare_us, plugin_us, ratio}."""
 
 import json
 import os

@@ -60,3 +60,10 @@ def with_plugin(nf_model, **place):
 
 def inserted(time, speed=20e-3, start=-2e-3, depth=20e-3):
     return np.minimum(start + speed * time, depth)
+
+
+def oblique():
+    """The arm comes down 30 mm deep with its wrist at 0.2 rad, moves sideways and goes out."""
+    time = np.arange(0.0, 3.0, 1e-3)[:, None]
+    down = -np.clip(0.15 * time, 0.0, 0.13) + np.clip(0.15 * (time - 2.0), 0.0, 0.13)
+    return np.hstack([np.tan(-0.2) * down + 2e-3 * (time > 1.4), down, np.full_like(time, 0.2)])

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from needle_scenes import MASS, MOTOR, SERVO, inserted, loaded, on_slide, stiff_models, with_plugin
+from needle_scenes import MASS, MOTOR, SERVO, inserted, loaded, oblique, on_arm, on_slide, stiff_models, with_plugin
 
 INTEGRATORS = ("Euler", "implicitfast", "RK4")
 LOAD = 0.3  # N along the axis, above the 0.21 N of the puncture
@@ -40,6 +40,20 @@ def test_under_a_constant_load_the_tissue_holds_it_to_the_last_digit(mujoco, nam
         held = force[-1000:]
         assert held.mean() == pytest.approx(LOAD, abs=1e-6)
         assert held.std() < 1e-6
+
+
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("name", ["coulomb", "lugre_rigid"])
+def test_an_arm_holds_its_needle_still(mujoco, name, integrator):
+    """As light as the needle, but with the mass that its tip has through three joints, in the axis' direction."""
+    plugin = with_plugin(stiff_models()[name], site="tip", surface_site="skin")
+    m, d = loaded(mujoco, on_arm(plugin, integrator))
+    force = []
+    for control in [*oblique()[:1400], *np.repeat(oblique()[1399:1400], 1600, axis=0)]:
+        d.ctrl[:] = control
+        mujoco.mj_step(m, d)
+        force.append(d.sensor("tissue").data[1])
+    assert np.mean(force[-1000:]) > 0.3 and np.std(force[-1000:]) < 2e-6
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)

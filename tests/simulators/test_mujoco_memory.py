@@ -119,3 +119,20 @@ def test_nan_and_teleports_push_nothing(mujoco, scene):
         d.qpos[0] = where
         mujoco.mj_forward(m, d)
         assert d.qfrc_passive[0] == 0.0 and d.sensor("tissue").data[7] in (1.0, 3.0)
+
+
+def test_threads_go_on_alike(mujoco, scene):
+    from mujoco import rollout
+
+    m, d = scene
+    course(mujoco, m, d, BEFORE)
+    kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+    state = np.empty((4, mujoco.mj_stateSize(m, kind)))
+    for row in state:
+        mujoco.mj_getState(m, d, row, kind)
+    control = np.repeat(inserted(AFTER, speed=40e-3)[None, :, None], 4, axis=0)
+    data = [mujoco.MjData(m) for _ in range(2)]
+    _, felt = rollout.rollout(m, data, state, control)
+    alone = course(mujoco, m, d, AFTER)[:, 2:]
+    for thread in felt:
+        np.testing.assert_allclose(thread, alone, rtol=0, atol=1e-9)

@@ -5,7 +5,7 @@ import types
 
 import numpy as np
 import pytest
-from needle_scenes import SERVO, inserted, loaded, on_arm, on_slide, stiff_models, with_plugin
+from needle_scenes import SERVO, inserted, loaded, oblique, on_arm, on_slide, stiff_models, with_plugin
 
 import needleforce as nf
 from needleforce import core
@@ -77,13 +77,6 @@ def test_on_a_joint_the_xml_of_a_model_is_the_model(mujoco, name):
     plugin = plugin_xml(model, joint="slide")
     there = by_plugin(mujoco, on_slide(plugin, servo=SERVO), controls)
     assert_same(there, by_python(mujoco, on_slide(servo=SERVO), controls, model, joint="slide"))
-
-
-def oblique():
-    """The arm comes down 30 mm deep with its wrist at 0.2 rad, moves sideways and goes out."""
-    time = np.arange(0.0, 3.0, 1e-3)[:, None]
-    down = -np.clip(0.15 * time, 0.0, 0.13) + np.clip(0.15 * (time - 2.0), 0.0, 0.13)
-    return np.hstack([np.tan(-0.2) * down + 2e-3 * (time > 1.4), down, np.full_like(time, 0.2)])
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "implicit"])
