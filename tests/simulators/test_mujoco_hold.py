@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 from needle_scenes import MASS, MOTOR, SERVO, inserted, loaded, oblique, on_arm, on_slide, stiff_models, with_plugin
 
+import needleforce as nf
+
 INTEGRATORS = ("Euler", "implicitfast", "RK4")
 LOAD = 0.3  # N along the axis, above the 0.21 N of the puncture
 
@@ -40,6 +42,19 @@ def test_under_a_constant_load_the_tissue_holds_it_to_the_last_digit(mujoco, nam
         held = force[-1000:]
         assert held.mean() == pytest.approx(LOAD, abs=1e-6)
         assert held.std() < 1e-6
+
+
+@pytest.mark.parametrize("name, least", [("paper", 0.1), ("coulomb", 0.2), ("lugre_rigid", 0.5)])
+def test_the_engine_at_the_beginning_of_the_step_would_ring(mujoco, name, least):
+    """The same load, and the same engine asked where MuJoCo asks: bristles that do not slip lose nothing."""
+    m, d = loaded(mujoco, on_slide(servo=MOTOR, gravity=9.81))
+    engine, force = nf.Insertion(stiff_models()[name]), []
+    d.ctrl[0] = LOAD - MASS * 9.81
+    while d.time < 3.0:
+        force.append(engine.step(d.qpos[0], None, 1e-3).force)
+        d.qfrc_applied[0] = -force[-1]
+        mujoco.mj_step(m, d)
+    assert np.std(force[-1000:]) > least
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
