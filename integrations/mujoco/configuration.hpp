@@ -73,8 +73,9 @@ inline void tell(Values& values, const nf_fault& why) {
   const auto is_family = [&](const FamilyNames& family) { return c::same(family.name, why.quantity); };
   const bool law = std::any_of(families().begin(), families().end(), is_family);
   const bool range = why.low != 0.0 || why.high != 0.0;
+  const bool shown = std::isfinite(why.value) && (range || why.value != 0.0);  // a fault in words has none
   std::string quantity = law || !why.law ? why.quantity : std::string(why.law) + "." + why.quantity;
-  std::string value = law ? (why.law ? why.law : "") : std::isfinite(why.value) ? in_words(why.value) : "";
+  std::string value = law ? (why.law ? why.law : "") : shown ? in_words(why.value) : "";
   std::string reason = why.reason;
   if (reason.starts_with("is ")) reason = reason.substr(3);
   if (range) reason += " of " + in_words(why.low) + " to " + in_words(why.high);

@@ -12,6 +12,7 @@ from needleforce.mujoco import attach, plugin_xml, step
 from needleforce.mujoco.elements import attributes
 
 PAPER = {"joint": "slide"} | attributes(nf.preset("paper"))
+TIP_CONTACT = {"stiffness": "tip_contact radius=1e-3", "stiffness.half_angle": None}
 LISTED = "`needleforce laws` lists every law with its numbers."
 
 
@@ -33,6 +34,11 @@ def with_keys(changes):
         ({"friction": "karnop"}, f"friction is karnop, of no known name. {LISTED}"),
         ({"puncture.depth": None}, "puncture_depth.depth is missing or not a number of 0 to 0.5."),
         ({"cutting": None}, "cutting is left out, but force is given. Name the law."),
+        (TIP_CONTACT, f"tip_contact.tip is missing. {LISTED}"),
+        (
+            TIP_CONTACT | {"stiffness.tip": "lancet_bevel half_angle=0.3 equivalence=none"},
+            f"lancet_bevel.equivalence is none of the known readings of a bevel. {LISTED}",
+        ),
         ({"layer2.top": "0.008"}, f"layer2.stiffness is missing. {LISTED}"),
         ({"layer3.top": "0.008"}, "layer2.top is left out. Number the layers without gaps."),
         ({"joint": "slyde"}, "joint is slyde, no such name in the model."),
