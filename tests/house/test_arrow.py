@@ -35,6 +35,7 @@ ALLOWED = {
     "identification": MECHANICS | {"recording", "segmentation"},
     "simulation": MECHANICS | {"recording"},
     "rig": MECHANICS | {"recording", "simulation"},
+    "mujoco": MECHANICS,
     "campaign": MECHANICS | {"recording", "segmentation", "identification"},
     "report": MECHANICS | {"recording", "segmentation", "identification", "campaign"},
     "model": CORE | {"validity", "layer", "named_models"},
