@@ -21,9 +21,13 @@ class Guard(core.Guard):
     """
 
     def __init__(self, engine, **settings: float):
-        if not isinstance(engine, core.Insertion):
-            raise InputError("engine", repr(engine), "not one that a guard can step", next_step="Give nf.Insertion(…).")
-        super().__init__(engine, core.GuardSettings(**settings))
+        checked = core.GuardSettings(**settings)
+        try:
+            super().__init__(engine, checked)
+        except TypeError:
+            raise InputError(
+                "engine", repr(engine), "not one that a guard can step", "", "Give nf.Insertion(…)."
+            ) from None
         self.engine = engine
 
     def recorder(self) -> dict[str, np.ndarray]:
