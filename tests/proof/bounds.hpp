@@ -42,6 +42,13 @@ inline double cutting(const laws::StribeckCutting& law, double speed) {
   return law.static_force + law.damping * speed + law.stiffness * widest;
 }
 
+/// The largest velocity [m/s] that agrees with a travel at the speed limit.
+inline double fastest_accepted(const Limits& limits) {
+  const double ratio = limits.velocity_slack_ratio;
+  const double agreeing = (limits.max_speed + limits.velocity_slack) / (1.0 - ratio);
+  return ratio < 1.0 ? std::min(fastest, 1.001 * agreeing) : fastest;
+}
+
 struct Parts {
   double stiffness = 0.0, friction = 0.0, cutting = 0.0;
 };

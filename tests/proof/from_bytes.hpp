@@ -3,6 +3,7 @@
 // end, beyond it, or none at all. Bytes that have run out are zeros.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -134,6 +135,8 @@ inline Limits limits(Bytes& bytes) {
   return {bytes.number(1e-3, 1e9), bytes.number(0.0, 1.0), bytes.number(0.0, 1.0), bytes.number(0.0, 1.0)};
 }
 
+inline Bevel bevel(Bytes& bytes) { return bytes.below(2) == 0 ? Bevel{} : numbers_of<Bevel>(bytes); }
+
 /// What a loop may ask of the engine in one cycle.
 enum class Ask { step, reset, keep, restore };
 
@@ -142,6 +145,8 @@ struct Cycle {
   double depth = 0.0, velocity = no_velocity, dt = 1e-3;
   std::size_t times = 1;  ///< with the same travel each time
   double travel = 0.0;
+  std::uint16_t where = 0;  ///< a byte of the snapshot that is restored, altered by
+  std::uint8_t change = 0;
 };
 
 /// A motion from bytes: strokes at some speed, leaps, and cycles that no clock or sensor should give.
@@ -152,6 +157,7 @@ class Motion {
     Cycle cycle;
     if (kind >= 244) {
       cycle.ask = kind >= 252 ? Ask::restore : kind >= 248 ? Ask::keep : Ask::reset;
+      if (cycle.ask == Ask::restore) cycle.where = bytes.take<std::uint16_t>(), cycle.change = bytes.take<std::uint8_t>();
       return cycle;
     }
     if (kind >= 176) cycle.dt = bytes.number(1e-9, 1e9);
