@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C face for JavaScript, which knows no structs: a model is told piece by piece, a sample read as numbers. One
-// instance of the module holds one insertion; its memory only grows, before the loop.
+// The C face for JavaScript, which knows no structs: a model is told piece by piece, a sample read as
+// numbers. One instance of the module holds one insertion; its memory only grows, before the loop.
 #include <__verbose_abort>
 #include <cstddef>
 #include <cstring>
@@ -16,7 +16,8 @@ extern "C" unsigned char __heap_base;
 
 namespace {
 
-constexpr std::size_t page = 65536, most_layers = 9, most_knots = 33;  // one more than is accepted, to be refused
+constexpr std::size_t page = 65536, most_layers = 9,
+                      most_knots = 33;  // one more than is accepted, to be refused
 
 nf_layer layers[most_layers];
 nf_tip tips[most_layers];
@@ -122,7 +123,9 @@ double EXPORT(fault_number)(int which) {
 
 const nf_sample* EXPORT(sample_at)() { return &sample; }
 unsigned char* EXPORT(snapshot_at)() { return snapshot; }
-void EXPORT(step)(double depth, double velocity, double dt) { nf_step(insertion, depth, velocity, dt, &sample); }
+void EXPORT(step)(double depth, double velocity, double dt) {
+  nf_step(insertion, depth, velocity, dt, &sample);
+}
 void EXPORT(reset)() { nf_reset(insertion); }
 void EXPORT(save)() { nf_snapshot(insertion, snapshot, nf_snapshot_size()); }
 int EXPORT(restore)(std::size_t size) { return nf_restore(insertion, snapshot, size); }

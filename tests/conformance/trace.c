@@ -104,7 +104,8 @@ static void step(Case* c, double depth, double velocity, double dt) {
   nf_step(c->insertion, depth, velocity, dt, &s);
   printf("%.17g %.17g %.17g %.17g %.17g ", s.depth, s.velocity, s.force, s.stiffness, s.friction);
   printf("%.17g %.17g %.17g %.17g ", s.cutting, s.lateral, s.force_by_depth, s.force_by_velocity);
-  printf("%s %s %d %d %d\n", nf_phase_name(s.phase), nf_status_name(s.status), s.contact, s.punctured, s.exit);
+  printf("%s %s %d %d %d\n", nf_phase_name(s.phase), nf_status_name(s.status), s.contact, s.punctured,
+         s.exit);
 }
 
 static void go(Case* c, const Words* w) {

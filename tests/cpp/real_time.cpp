@@ -33,11 +33,23 @@ using namespace needleforce;
 
 namespace {
 
-static_assert(std::is_trivially_copyable_v<Insertion>);
-static_assert(std::is_trivially_copyable_v<Sample>);
+template <class... T>
+constexpr bool all_trivially_copyable = (std::is_trivially_copyable_v<T> && ...);
+template <class... T>
+constexpr bool all_plain = ((std::is_standard_layout_v<T> && std::is_trivial_v<T>) && ...);
+
+static_assert(
+    all_trivially_copyable<Insertion, InsertionState, Insertion::Saved, Sample, Model, Layer, Limits, Bevel>);
+static_assert(
+    all_plain<nf_number, nf_tip, nf_law, nf_layer, nf_settings, nf_fault, nf_sample, Insertion::Saved>);
 static_assert(noexcept(std::declval<Insertion&>().step(0.0, 0.0, 0.0)));
 static_assert(noexcept(std::declval<Insertion&>().reset()));
+static_assert(noexcept(std::declval<const Insertion&>().snapshot()));
+static_assert(noexcept(std::declval<const Insertion&>().save()));
+static_assert(noexcept(std::declval<Insertion&>().restore(std::declval<const Insertion::Saved&>())));
+static_assert(std::is_nothrow_copy_assignable_v<Insertion>);
 static_assert(std::is_nothrow_constructible_v<Insertion, const Model&>);
+static_assert(std::is_nothrow_constructible_v<Insertion, std::span<const Layer>>);
 
 /// Mostly a plausible random walk, now and then a value that no sensor should give, or a leap.
 class RandomInput {

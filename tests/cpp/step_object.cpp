@@ -12,6 +12,8 @@ double needleforce_one_step(Insertion* insertion, double depth, double velocity,
 void needleforce_reset(Insertion* insertion) { insertion->reset(); }
 void needleforce_snapshot(const Insertion* insertion, Insertion* copy) { *copy = insertion->snapshot(); }
 void needleforce_save(const Insertion* insertion, Insertion::Saved* saved) { *saved = insertion->save(); }
-bool needleforce_restore(Insertion* insertion, const Insertion::Saved* saved) { return insertion->restore(*saved); }
+bool needleforce_restore(Insertion* insertion, const Insertion::Saved* saved) {
+  return insertion->restore(*saved);
+}
 
 }  // extern "C"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// No more than this can a stack of layers push, whatever the motion: from the numbers of its laws, generously. The tip
-// lies within 1 m of the surface and is no faster than the engine allows.
+// No more than this can a stack of layers push, whatever the motion: from the numbers of its laws,
+// generously. The tip lies within 1 m of the surface and is no faster than the engine allows.
 #pragma once
 
+#include <limits>
 #include <span>
 
 #include "needleforce/insertion.hpp"
@@ -13,10 +14,21 @@ using namespace needleforce;
 
 inline constexpr double widest = 2.0 * farthest;  ///< [m] between two depths
 
+/// Of a law that is not named below nothing is known but that it is finite.
+template <class L>
+double friction(const L&, double) {
+  return std::numeric_limits<double>::max();
+}
+template <class L>
+double cutting(const L&, double) {
+  return std::numeric_limits<double>::max();
+}
+
 inline double friction(const laws::Coulomb& law, double) { return law.per_length * widest; }
 inline double friction(const laws::RelaxingSurface& law, double) { return law.per_length * 2.0 * widest; }
 inline double friction(const laws::Karnopp& law, double speed) {
-  const double sliding = std::max(law.coulomb_in + law.viscous_in * speed, law.viscous_out * speed - law.coulomb_out);
+  const double sliding =
+      std::max(law.coulomb_in + law.viscous_in * speed, law.viscous_out * speed - law.coulomb_out);
   return std::max({sliding, law.static_in, -law.static_out}) * widest;
 }
 /// Bristles bent at rest spring back at speed against the weaker limit: 1 + F_s / F_c.

@@ -14,8 +14,8 @@ class CLayers {
  public:
   explicit CLayers(std::span<const needleforce::Layer> layers) {
     for (const needleforce::Layer& layer : layers)
-      layers_.push_back({layer.top, law(layer.laws.stiffness), law(layer.laws.puncture), law(layer.laws.friction),
-                         law(layer.laws.cutting), law(layer.laws.relaxation)});
+      layers_.push_back({layer.top, law(layer.laws.stiffness), law(layer.laws.puncture),
+                         law(layer.laws.friction), law(layer.laws.cutting), law(layer.laws.relaxation)});
   }
   nf_layer* data() { return layers_.data(); }
   std::size_t size() const { return layers_.size(); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Models, settings and motions from the bytes of a fuzzer: mostly numbers inside their ranges, now and then one at an
-// end, beyond it, or none at all. Bytes that have run out are zeros.
+// Models, settings and motions from the bytes of a fuzzer: mostly numbers inside their ranges, now and then
+// one at an end, beyond it, or none at all. Bytes that have run out are zeros.
 #pragma once
 
 #include <algorithm>
@@ -45,8 +45,10 @@ class Bytes {
   /// What no sensor should give.
   static double odd(std::size_t which) {
     using number = std::numeric_limits<double>;
-    const double numbers[] = {number::quiet_NaN(), number::infinity(), -number::infinity(), number::max(),
-                              -number::max(),      0.0,                number::denorm_min(), -1e-300};
+    const double numbers[] = {number::quiet_NaN(),  number::infinity(),
+                              -number::infinity(),  number::max(),
+                              -number::max(),       0.0,
+                              number::denorm_min(), -1e-300};
     return numbers[which % std::size(numbers)];
   }
 
@@ -123,8 +125,9 @@ inline std::vector<Layer> layers(Bytes& bytes) {
   std::vector<Layer> stack(count);
   double top = 0.0;
   for (Layer& layer : stack) {
-    layer = {top, {laws_of<Stiffness>(bytes), laws_of<Puncture>(bytes), laws_of<Friction>(bytes),
-                   laws_of<Cutting>(bytes), laws_of<Relaxation>(bytes)}};
+    layer = {top,
+             {laws_of<Stiffness>(bytes), laws_of<Puncture>(bytes), laws_of<Friction>(bytes),
+              laws_of<Cutting>(bytes), laws_of<Relaxation>(bytes)}};
     top += bytes.number(1e-6, 1e-1);
   }
   return stack;
@@ -157,7 +160,8 @@ class Motion {
     Cycle cycle;
     if (kind >= 244) {
       cycle.ask = kind >= 252 ? Ask::restore : kind >= 248 ? Ask::keep : Ask::reset;
-      if (cycle.ask == Ask::restore) cycle.where = bytes.take<std::uint16_t>(), cycle.change = bytes.take<std::uint8_t>();
+      if (cycle.ask == Ask::restore)
+        cycle.where = bytes.take<std::uint16_t>(), cycle.change = bytes.take<std::uint8_t>();
       return cycle;
     }
     if (kind >= 176) cycle.dt = bytes.number(1e-9, 1e9);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is called in the loop, declared nonblocking: the compiler follows every call and fails on one that may allocate,
-// lock, throw or call what it cannot see. Functions of the mathematics library it knows by name.
+// What is called in the loop, declared nonblocking: the compiler follows every call and fails on one that may
+// allocate, lock, throw or call what it cannot see. Functions of the mathematics library it knows by name.
 #include "../../bindings/c/needleforce.cpp"
 
 namespace {
@@ -19,7 +19,8 @@ using needleforce::Sample;
 [[maybe_unused]] Insertion::Saved save(const Insertion& insertion) noexcept [[clang::nonblocking]] {
   return insertion.save();
 }
-[[maybe_unused]] bool restore(Insertion& insertion, const Insertion::Saved& saved) noexcept [[clang::nonblocking]] {
+[[maybe_unused]] bool restore(Insertion& insertion, const Insertion::Saved& saved) noexcept
+    [[clang::nonblocking]] {
   return insertion.restore(saved);
 }
 

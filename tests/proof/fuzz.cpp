@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fuzzer on parameters and motions. Whatever the bytes say: nothing that is not finite comes out, no force beyond what
-// the laws' numbers allow, a refused cycle says so, and the same input gives the same bits, also from a snapshot on and
-// through the C face.
+// A fuzzer on parameters and motions. Whatever the bytes say: nothing that is not finite comes out, no force
+// beyond what the laws' numbers allow, a refused cycle says so, and the same input gives the same bits, also
+// from a snapshot on and through the C face.
 #include "trial.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One input of the fuzzer: the engine beside a second one of the same model, one that goes on from the last snapshot,
-// and the same model through the C face, each step compared to the bit.
+// One input of the fuzzer: the engine beside a second one of the same model, one that goes on from the last
+// snapshot, and the same model through the C face, each step compared to the bit.
 #pragma once
 
 #include <array>
@@ -23,9 +23,20 @@ inline void require(bool kept, const char* property) {
 
 /// Every number of a sample of either face, and its words as numbers.
 auto numbers_of(const auto& s) {
-  return std::array{s.depth,   s.velocity,       s.force,             s.stiffness,          s.friction,
-                    s.cutting, s.lateral,        s.force_by_depth,    s.force_by_velocity,  double(s.phase),
-                    double(s.status), double(s.contact), double(s.punctured), double(s.exit)};
+  return std::array{s.depth,
+                    s.velocity,
+                    s.force,
+                    s.stiffness,
+                    s.friction,
+                    s.cutting,
+                    s.lateral,
+                    s.force_by_depth,
+                    s.force_by_velocity,
+                    double(s.phase),
+                    double(s.status),
+                    double(s.contact),
+                    double(s.punctured),
+                    double(s.exit)};
 }
 bool same(const auto& a, const auto& b) {
   using Bits = std::array<std::uint64_t, 14>;
@@ -38,9 +49,9 @@ class CFace {
   CFace(std::span<const Layer> layers, const Limits& limits, const Bevel& bevel)
       : memory_(nf_size() / sizeof(double) + 1), kept_(nf_snapshot_size()) {
     CLayers named(layers);
-    const nf_settings settings{limits.max_speed,  limits.hold_time,           limits.velocity_slack,
-                               limits.velocity_slack_ratio, bevel.half_angle, bevel.friction_coefficient,
-                               bevel.face_share};
+    const nf_settings settings{
+        limits.max_speed, limits.hold_time,           limits.velocity_slack, limits.velocity_slack_ratio,
+        bevel.half_angle, bevel.friction_coefficient, bevel.face_share};
     nf_fault why{};
     insertion_ = nf_init(memory_.data(), nf_size(), named.data(), named.size(), &settings, &why);
     require((insertion_ == nullptr) == (why.reason != nullptr), "who is refused is told why");
@@ -56,7 +67,9 @@ class CFace {
   void keep() {
     if (insertion_) require(nf_snapshot(insertion_, kept_.data(), kept_.size()) == 1, "a snapshot is taken");
   }
-  void restore() { require(nf_restore(insertion_, kept_.data(), kept_.size()) == 1, "a snapshot is taken back"); }
+  void restore() {
+    require(nf_restore(insertion_, kept_.data(), kept_.size()) == 1, "a snapshot is taken back");
+  }
   /// One byte changed, or the last ones missing.
   void restore_altered(std::size_t where, std::uint8_t change) {
     std::vector<std::uint8_t> altered = kept_;
@@ -115,7 +128,8 @@ class Trial {
   void check(const Sample& sample) const {
     for (const double number : numbers_of(sample)) require(std::isfinite(number), "every number is finite");
     require(std::abs(sample.depth) <= farthest, "the depth is one that was accepted");
-    require(sample.stiffness >= 0.0 && sample.stiffness <= most_.stiffness, "a contact pushes as far as it can");
+    require(sample.stiffness >= 0.0 && sample.stiffness <= most_.stiffness,
+            "a contact pushes as far as it can");
     require(sample.cutting >= 0.0 && sample.cutting <= most_.cutting, "cutting pushes as far as it can");
     require(std::abs(sample.friction) <= most_.friction, "friction is no more than it can be");
     const double sum = sample.stiffness + sample.friction + sample.cutting;
