@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "needleforce/guard.hpp"
 #include "needleforce/insertion.hpp"
 
 namespace from_bytes {
@@ -54,6 +55,7 @@ class Bytes {
 
  private:
   static double along(double low, double high, double place) {
+    if (std::isinf(high)) return place < 0.25 ? high : along(low, std::max(1e3, 1e9 * low), place);
     if (low > 0.0 && high > 100.0 * low) return low * std::pow(high / low, place);
     return low + place * (high - low);
   }
@@ -139,6 +141,15 @@ inline Limits limits(Bytes& bytes) {
 }
 
 inline Bevel bevel(Bytes& bytes) { return bytes.below(2) == 0 ? Bevel{} : numbers_of<Bevel>(bytes); }
+
+/// Whole delays, and an energy controller now and then.
+inline GuardSettings guard_settings(Bytes& bytes) {
+  if (bytes.below(2) == 0) return {};
+  GuardSettings settings = numbers_of<GuardSettings>(bytes);
+  settings.delay = bytes.number(0.0, 0.0) + static_cast<double>(bytes.below(most_delay + 2));
+  if (bytes.below(2) == 0) settings.most_speed = settings.most_acceleration = unlimited;
+  return settings;
+}
 
 /// What a loop may ask of the engine in one cycle.
 enum class Ask { step, reset, keep, restore };

@@ -2,6 +2,8 @@
 // What is called in the loop, declared nonblocking: the compiler follows every call and fails on one that may
 // allocate, lock, throw or call what it cannot see. Functions of the mathematics library it knows by name.
 #include "../../bindings/c/needleforce.cpp"
+#include "needleforce/flight_recorder.hpp"
+#include "needleforce/guard.hpp"
 
 namespace {
 
@@ -30,6 +32,13 @@ using needleforce::Sample;
   nf_reset(insertion);
   nf_snapshot(insertion, bytes, size);
   nf_restore(insertion, bytes, size);
+}
+
+[[maybe_unused]] void guarded(needleforce::Guard<Insertion>& guard,
+                              needleforce::FlightRecorder<64>& recorder) noexcept [[clang::nonblocking]] {
+  recorder.write(0.0, 0.0, 1e-3, guard.step(0.0, 0.0, 1e-3));
+  guard.miss(1e-3);
+  guard.reset();
 }
 
 }  // namespace

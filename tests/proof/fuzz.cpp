@@ -9,7 +9,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   from_bytes::Bytes bytes(data, size);
   const Limits limits = from_bytes::limits(bytes);
   const Bevel bevel = from_bytes::bevel(bytes);
-  proof::Trial trial(from_bytes::layers(bytes), limits, bevel);
+  const std::vector<Layer> layers = from_bytes::layers(bytes);
+  proof::Trial trial(layers, limits, bevel, from_bytes::guard_settings(bytes));
   from_bytes::Motion motion;
   while (!bytes.empty()) {
     const from_bytes::Cycle cycle = motion.next(bytes);

@@ -84,9 +84,33 @@ class CFace {
   nf_insertion* insertion_ = nullptr;
 };
 
+/// What reaches the hand, of an engine of its own.
+class Hand {
+ public:
+  Hand(const Insertion& engine, const GuardSettings& settings) : guard_(engine, settings) {}
+  void step(double depth, double velocity, double dt) {
+    const Output output = guard_.step(depth, velocity, dt);
+    check(output);
+    const bool bad = !std::isfinite(depth) || !(dt > 0.0) || std::isinf(dt);
+    require(!bad || !valid(guard_.settings()) || output.did.rejected, "the guard says what it rejects");
+  }
+  void miss(double dt) { check(guard_.miss(dt)); }
+  void reset() { guard_.reset(); }
+
+ private:
+  void check(const Output& output) const {
+    for (const double number : {output.force, output.energy, output.reserve})
+      require(std::isfinite(number), "every number of the guard is finite");
+    const bool possible = valid(guard_.settings());
+    require(std::abs(output.force) <= (possible ? guard_.settings().most_force : 0.0),
+            "no force above the clamp");
+  }
+  Guard<Insertion> guard_;
+};
+
 class Trial {
  public:
-  Trial(std::span<const Layer> layers, const Limits& limits, const Bevel& bevel)
+  Trial(std::span<const Layer> layers, const Limits& limits, const Bevel& bevel, const GuardSettings& guard)
       : valid_(!first_fault(layers).reason && needleforce::valid(limits) && !first_invalid(bevel)),
         limits_(limits),
         most_(valid_ ? bounds::of(layers, bounds::fastest_accepted(limits)) : bounds::Parts{}),
@@ -94,14 +118,16 @@ class Trial {
         twin_(layers, limits, bevel),
         kept_(insertion_.snapshot()),
         shadow_(kept_),
-        c_(layers, limits, bevel) {
+        c_(layers, limits, bevel),
+        hand_(insertion_, guard) {
     require(c_.made() == valid_, "C takes the models that C++ takes");
   }
 
   void ask(const from_bytes::Cycle& cycle) {
+    hand_.miss(1e-5 * cycle.where);
     if (!valid_) return;
     if (cycle.ask == from_bytes::Ask::reset) {
-      insertion_.reset(), twin_.reset(), shadow_ = insertion_.snapshot(), c_.reset();
+      insertion_.reset(), twin_.reset(), shadow_ = insertion_.snapshot(), c_.reset(), hand_.reset();
     } else if (cycle.ask == from_bytes::Ask::keep) {
       kept_ = insertion_.snapshot(), shadow_ = kept_, c_.keep();
       require(twin_.restore(insertion_.save()), "a twin takes the memory");
@@ -117,6 +143,7 @@ class Trial {
     require(same(sample, shadow_.step(depth, velocity, dt)), "a snapshot goes on as the engine does");
     if (valid_) require(same(sample, c_.step(depth, velocity, dt)), "C gives the bits of C++");
     check(sample);
+    hand_.step(depth, velocity, dt);
     const bool bad = !std::isfinite(depth) || !std::isfinite(velocity) || !std::isfinite(dt) || !(dt > 0.0) ||
                      !(std::abs(depth) <= farthest);
     require(!bad || sample.status != Status::ok, "bad input says so");
@@ -141,6 +168,7 @@ class Trial {
   bounds::Parts most_;
   Insertion insertion_, twin_, kept_, shadow_;
   CFace c_;
+  Hand hand_;
 };
 
 }  // namespace needleforce::proof
