@@ -45,7 +45,7 @@ class CLayers {
           nf_law named{law.name, {}, nullptr};
           name_numbers(law, named.numbers);
           if constexpr (requires { law.tip; }) {
-            tips_.push_back(std::visit([this](const auto& shape) { return tip(shape); }, law.tip));
+            tips_.push_back(std::visit([this](const auto& shape) { return this->tip(shape); }, law.tip));
             named.tip = &tips_.back();
           }
           return named;
