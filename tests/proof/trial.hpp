@@ -11,7 +11,7 @@
 
 #include "bounds.hpp"
 #include "c_layers.hpp"
-#include "from_bytes.hpp"
+#include "motion.hpp"
 
 namespace needleforce::proof {
 
