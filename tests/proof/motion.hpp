@@ -19,6 +19,7 @@ struct Cycle {
   std::uint8_t change = 0;
 };
 
+/// Where the tip is between two cycles.
 class Motion {
  public:
   Cycle next(Bytes& bytes) {
