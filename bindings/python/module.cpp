@@ -16,5 +16,6 @@ NB_MODULE(core, module) {
   needleforce::python::bind_laws(module);
   needleforce::python::bind_contact(module);
   needleforce::python::bind_insertion(module);
+  needleforce::python::bind_live(module);
   needleforce::python::bind_fit(module);
 }
