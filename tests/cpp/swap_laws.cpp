@@ -93,8 +93,9 @@ Seen swapped(const Model& first, const Model& second, int every) {
   return seen;
 }
 
-/// A contact may be pressed on from one model's puncture to the other's, and a crack's or a bristle's part
-/// may come from the one and the friction from the other.
+/// No more force than one of the two by itself, but for a quarter: what drags its tissue pulls on the way out
+/// by up to f' (z - z_r) / (1 - f' / k_t), which by itself it no longer reaches, as it must turn from pushing
+/// first.
 void expect_sound(const Model& first, const Model& second, double most) {
   const std::string name = name_of(first) + " | " + name_of(second);
   const Seen seen = swapped(first, second, 47);
@@ -102,7 +103,7 @@ void expect_sound(const Model& first, const Model& second, double most) {
   EXPECT_TRUE(seen.between) << name;
   EXPECT_TRUE(seen.even) << name;
   EXPECT_TRUE(seen.free) << name;
-  EXPECT_LE(seen.largest, 1.1 * most) << name;
+  EXPECT_LE(seen.largest, 1.25 * most) << name;
   EXPECT_EQ(seen.punctures, 1) << name;
 }
 

@@ -124,7 +124,7 @@ TEST(Layers, AreTheSameIfTheirTopsAreNearestWhereTheirNumberChanges) {
 TEST(Layers, MovingAtRandomEventsAreToldOnceAndNothingJumps) {
   std::mt19937_64 generator{1};
   std::uniform_real_distribution<double> noise{-0.2e-3, 0.2e-3};
-  for (int trial = 0; trial < 200; ++trial) {
+  for (int trial = 0; trial < 50; ++trial) {
     const auto stack = [&] {
       return std::vector{at(0.0, 0.0), at(6e-3 + noise(generator), 1e-3), at(10e-3 + noise(generator), 1e-3)};
     };

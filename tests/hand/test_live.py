@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model replaced from another thread while a loop in Python runs."""
 
+import itertools
 import math
 import threading
 import time
@@ -52,13 +53,13 @@ def test_a_writer_in_another_thread_never_breaks_the_loop(model):
     writer.start()
     highest = pressed(model, 2e-3)
     forces, ends = [], time.monotonic() + 30.0
-    while live.taken < 20 and time.monotonic() < ends or len(forces) < 20000:
+    while (live.taken < 20 and time.monotonic() < ends) or len(forces) < 20000:
         forces.append(live.step(2e-3, None, 1e-3).force)
     done.set()
     writer.join()
     assert live.taken >= 20 and live.refused == 0
     assert min(forces) >= 0.5 * highest * (1.0 - 1e-12) and max(forces) <= highest * (1.0 + 1e-12)
-    steepest = max(abs(b - a) for a, b in zip(forces, forces[1:]))
+    steepest = max(abs(b - a) for a, b in itertools.pairwise(forces))
     assert steepest <= 0.5 * highest / 10 * (1.0 + 1e-9)
 
 
@@ -77,7 +78,7 @@ def test_the_hole_stays_where_a_layer_is_added_around_the_tip(model):
 def test_an_invalid_model_is_kept_out_and_told(model):
     live = LiveInsertion(model)
     before = live.step(2e-3, None, 1e-3).force
-    with pytest.raises(nf.InputError, match="NoneType|not a Model"):
+    with pytest.raises(nf.InputError, match="not a Model"):
         live.replace(None)
     # layers that overlap make no Model; the core takes them by themselves
     with pytest.raises(nf.InputError, match=r"layer 2, top is refused, .*The model before it goes on"):

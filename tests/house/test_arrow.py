@@ -41,6 +41,7 @@ ALLOWED = {
     "named_models": CORE | {"derived_parameters"},
     "derived_parameters": CORE | {"foundation", "needle_mechanics"},
     "layer": CORE,
+    "hand": MECHANICS,
     "law_list": {"core"},
     "bibliography": set(),
     "published": set(),
@@ -102,7 +103,8 @@ def test_heavy_libraries_are_loaded_when_used():
 # list, tips/ is one
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
              "bevel", "relaxation", "memory", "law", "laws", "laws/all", "chosen", "model", "fingerprint", "saved",
-             "sample", "limits", "layer", "insertion", "sliding", "fit/layered"]  # fmt: skip
+             "sample", "limits", "layer", "adoption", "insertion", "sliding", "fit/layered", "exchange",
+             "live"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle"]  # fmt: skip
 
