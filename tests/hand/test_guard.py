@@ -10,7 +10,8 @@ import pytest
 
 import needleforce as nf
 from needleforce import core
-from needleforce.hand import FLAGS, Guard
+from needleforce.hand import Guard
+from needleforce.hand.guard import FLAGS
 
 MS = 1e-3
 
