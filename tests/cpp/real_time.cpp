@@ -7,6 +7,7 @@
 #include <new>
 #include <random>
 
+#include "../../bindings/c/needleforce_guard.h"
 #include "../proof/c_layers.hpp"
 #include "every_model.hpp"
 #include "needleforce/flight_recorder.hpp"
@@ -40,8 +41,8 @@ constexpr bool all_plain = ((std::is_standard_layout_v<T> && std::is_trivial_v<T
 
 static_assert(
     all_trivially_copyable<Insertion, InsertionState, Insertion::Saved, Sample, Model, Layer, Limits, Bevel>);
-static_assert(
-    all_plain<nf_number, nf_tip, nf_law, nf_layer, nf_settings, nf_fault, nf_sample, Insertion::Saved>);
+static_assert(all_plain<nf_number, nf_tip, nf_law, nf_layer, nf_settings, nf_fault, nf_sample, nf_output,
+                        Insertion::Saved>);
 static_assert(noexcept(std::declval<Insertion&>().step(0.0, 0.0, 0.0)));
 static_assert(noexcept(std::declval<Insertion&>().reset()));
 static_assert(noexcept(std::declval<const Insertion&>().snapshot()));

@@ -2,6 +2,7 @@
 // What is called in the loop, declared nonblocking: the compiler follows every call and fails on one that may
 // allocate, lock, throw or call what it cannot see. Functions of the mathematics library it knows by name.
 #include "../../bindings/c/needleforce.cpp"
+#include "../../bindings/c/needleforce_guard.cpp"
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/guard.hpp"
 
@@ -32,6 +33,12 @@ using needleforce::Sample;
   nf_reset(insertion);
   nf_snapshot(insertion, bytes, size);
   nf_restore(insertion, bytes, size);
+}
+
+[[maybe_unused]] void c_guard(nf_guard* guard, nf_output* output) noexcept [[clang::nonblocking]] {
+  nf_guard_step(guard, 0.0, 0.0, 1e-3, output);
+  nf_guard_miss(guard, 1e-3, output);
+  nf_guard_reset(guard);
 }
 
 [[maybe_unused]] void guarded(needleforce::Guard<Insertion>& guard,

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# What the object of the C face needs from outside. Beside what a step may need (tests/cpp/undefined_symbols.sh) there is
+# What the objects of the C face need from outside. Beside what a step may need (tests/cpp/undefined_symbols.sh) there is
 # what nf_init alone calls, before the loop: strcmp for names; the trigonometry and special functions of contact
 # integrals; abort, where std::visit would meet a variant without a value, which layers read by name never have.
-# Then the same with an allocation, a lock and a file planted beside it, which must be refused.
+# Then the same for objects with an allocation, a lock and an output planted in them, which must be refused.
 set -eu
 cd "$(dirname "$0")/../.."
 folder=$(mktemp -d)
@@ -13,14 +13,16 @@ compile() {
   "${CXX:-g++}" -std=c++20 -O2 -fno-exceptions -fno-rtti -fno-stack-protector -U_FORTIFY_SOURCE -Iinclude \
     -c "$1" -o "$folder/object.o"
 }
-check() { tests/cpp/undefined_symbols.sh "$folder/object.o" nf_step "${before_the_loop[@]}"; }
+check() { tests/cpp/undefined_symbols.sh "$folder/object.o" "$1" "${before_the_loop[@]}"; }
 
 compile bindings/c/needleforce.cpp
-check
+check nf_step
+compile bindings/c/needleforce_guard.cpp
+check nf_guard_step
 planted() {
-  printf '#include "%s/bindings/c/needleforce.cpp"\n%s\n' "$PWD" "$1" > "$folder/planted.cpp"
+  printf 'extern "C" void nf_step() {}\n%s\n' "$1" > "$folder/planted.cpp"
   compile "$folder/planted.cpp"
-  if check > /dev/null; then
+  if check nf_step > /dev/null; then
     echo "the symbols of a planted '$1' were not seen"
     exit 1
   fi
