@@ -12,8 +12,8 @@
      hollow is not stated
    Doubt: contact: beyond 2.05 mm the contact is wider than the needle; see the preset physical
    Doubt: friction: the foundation formula lacks a 1/b and the friction coefficient is not given, so the
-     measured value is used
-   clang-format off */
+     measured value is used */
+/* clang-format off */
 #ifndef NEEDLEFORCE_MODEL_gel
 #define NEEDLEFORCE_MODEL_gel
 #include "needleforce.h"

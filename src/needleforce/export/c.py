@@ -9,14 +9,15 @@ from .words import heading, meaning, top_meaning
 def header(model: Model, name: str, sources: tuple[str, ...]) -> str:
     """The text of the header."""
     use = f"nf_init(memory, size, {name}, {name}_layers, NULL, &why);"
-    first, *others = heading(model, use, sources)
+    top = [f"   {line}" for line in heading(model, use, sources)]
     tips, layers = [], []
     for number, layer in enumerate(model.layers, 1):
         layers += _layer(layer, number, f"{name}_tip_{number}", tips)
     lines = [
-        f"/* {first}",
-        *(f"   {line}" for line in others),
-        "   clang-format off */",
+        f"/* {top[0].lstrip()}",
+        *top[1:-1],
+        f"{top[-1]} */",
+        "/* clang-format off */",
         f"#ifndef NEEDLEFORCE_MODEL_{name}",
         f"#define NEEDLEFORCE_MODEL_{name}",
         '#include "needleforce.h"',
