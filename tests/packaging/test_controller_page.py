@@ -11,7 +11,8 @@ from building import TOOLS, said
 
 import needleforce as nf
 
-C_AROUND = """#include <stdlib.h>
+C_AROUND = """#include <stdio.h>
+#include <stdlib.h>
 #include "gel.h"
 nf_sample run(double depth, double velocity, double dt) {{ nf_fault why; nf_sample sample; {} return sample; }}
 """

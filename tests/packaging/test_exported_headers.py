@@ -27,7 +27,7 @@ def traces(request, prefix, tmp_path_factory):
         (folder / f"{name}.{ending}").write_text(header(model, request.param, name), encoding="utf-8")
     (folder / source).write_text(program(list(models())), encoding="utf-8")
     where = [f"-I{prefix / 'include'}", f"-L{prefix / 'lib'}"]
-    said([*compiler, "-O1", *STRICT, *where, source, "-o", "main", *libraries], cwd=folder)
+    said([*compiler, "-O0", *STRICT, *where, source, "-o", "main", *libraries], cwd=folder)
     text = said([folder / "main"], input="\n".join(map(repr, way().tolist())))
     return dict(zip(models(), (np.array(line.split(), float) for line in text.splitlines()), strict=True))
 
@@ -36,7 +36,7 @@ def traces(request, prefix, tmp_path_factory):
 def test_the_force_is_that_of_python(traces, name):
     depth = way()
     force = nf.Insertion(models()[name]).run(depth, None, np.full(len(depth), 1e-3))["force"]
-    assert np.abs(force).max() > 0.05
+    assert np.abs(force).max() > 5e-4
     np.testing.assert_allclose(traces[name], force, rtol=0.0, atol=1e-12 * np.abs(force).max())
 
 
