@@ -8,6 +8,7 @@
 #include <random>
 
 #include "every_model.hpp"
+#include "needleforce/flight_recorder.hpp"
 
 namespace {
 std::atomic<bool> armed{false};
@@ -175,6 +176,63 @@ TEST(RealTime, AStepFromAboveIntoTheTissueIsAnInsertionAndOneOutOfItAnExit) {
       }
     }
   }
+}
+
+/// Steps of a guard and its recorder with the allocator armed; the largest force, or NaN if one was none.
+template <class Engine>
+double guarded(Guard<Engine> guard, RandomInput input, int n) {
+  static FlightRecorder<256> recorder;
+  double largest = 0.0;
+  armed = true;
+  for (int i = 0; i < n; ++i) {
+    const double depth = input.depth(), velocity = input.velocity(), dt = input.dt();
+    const Output output = i % 17 == 0 ? guard.miss(dt) : guard.step(depth, velocity, dt);
+    recorder.write(depth, velocity, dt, output);
+    const bool finite = std::isfinite(output.force) && std::isfinite(output.energy) &&
+                        std::isfinite(output.reserve) && std::isfinite(output.sample.force);
+    largest = finite ? std::fmax(largest, std::abs(output.force)) : nan("");
+    if (!finite) break;
+  }
+  armed = false;
+  return largest;
+}
+
+/// Settings all over their ranges, as far as they go together.
+GuardSettings random_settings(std::mt19937_64& generator) {
+  GuardSettings settings;
+  do
+    for (const auto& row : GuardSettings::table) {
+      const double high = std::min(row.high, 1e3), place = static_cast<double>(generator() % 1001) * 1e-3;
+      settings.*row.member = generator() % 3 == 0 ? row.initial : along(row.low, high, place);
+      if (row.member == &GuardSettings::delay) settings.delay = std::floor(settings.delay);
+    }
+  while (!valid(settings));
+  return settings;
+}
+
+TEST(RealTime, AGuardNeitherAllocatesNorExceedsItsClampWhateverItIsToldAndGiven) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  const Limits lenient{.max_speed = infinite, .velocity_slack = infinite};
+  const Insertion insertion(paper::model(), lenient);
+  const GuardSettings energetic{.most_force = 0.25,
+                                .most_slew = 500.0,
+                                .stale_after = 2e-3,
+                                .fall_time = 10e-3,
+                                .longest_cycle = 2e-3,
+                                .most_speed = 0.5,
+                                .delay = 2.0,
+                                .most_reserve = 0.01,
+                                .position_error = 1e-6};
+  const double largest = guarded(Guard(insertion, energetic), RandomInput(), 1000000);
+  EXPECT_LE(largest, 0.25);
+  EXPECT_GT(largest, 0.0);
+  std::mt19937_64 generator(4);
+  for (int i = 0; i < 200; ++i) {
+    const GuardSettings settings = random_settings(generator);
+    EXPECT_LE(guarded(Guard(insertion, settings), RandomInput(1e-4), 5000), settings.most_force);
+  }
+  EXPECT_EQ(allocations, 0);
+  allocations = 0;
 }
 
 TEST(RealTime, TheArmedAllocatorSeesAnAllocation) {

@@ -35,6 +35,7 @@ ALLOWED = {
     "identification": MECHANICS | {"recording", "segmentation"},
     "simulation": MECHANICS | {"recording"},
     "rig": MECHANICS | {"recording", "simulation"},
+    "mujoco": MECHANICS,
     "campaign": MECHANICS | {"recording", "segmentation", "identification"},
     "report": MECHANICS | {"recording", "segmentation", "identification", "campaign"},
     "model": CORE | {"validity", "layer", "named_models"},
@@ -54,6 +55,7 @@ ALLOWED = {
     "needle_mechanics": CORE,
     "energy": CORE,
     "motion": CORE,
+    "hand": CORE,
 }
 # the one step back: a fit and a campaign write their own report when they are asked to
 EXCEPTIONS = {("identification", "report"), ("campaign", "report")}
@@ -103,7 +105,8 @@ def test_heavy_libraries_are_loaded_when_used():
 # list, tips/ is one
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
              "bevel", "relaxation", "memory", "law", "laws", "laws/all", "chosen", "model", "fingerprint", "saved",
-             "sample", "limits", "layer", "insertion", "sliding", "fit/layered"]  # fmt: skip
+             "sample", "limits", "layer", "insertion", "sliding", "fit/layered", "guard_settings", "passivity", "guard",
+             "flight_recorder"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle"]  # fmt: skip
 
