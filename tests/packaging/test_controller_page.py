@@ -14,10 +14,13 @@ import needleforce as nf
 C_AROUND = """#include <stdio.h>
 #include <stdlib.h>
 #include "gel.h"
-nf_sample run(double depth, double velocity, double dt) {{ nf_fault why; nf_sample sample; {} return sample; }}
+#include "needleforce_guard.h"
+double run(double depth, double velocity, double dt) {{
+nf_fault why; nf_sample sample; nf_output output; {} return output.force; }}
 """
 CPP_AROUND = """#include "gel.hpp"
-double run(double depth, double velocity, double dt) {{ {} return sample.force; }}
+#include "needleforce/guard.hpp"
+double run(double depth, double velocity, double dt) {{ {} return sample.force + output.force; }}
 """
 
 
@@ -46,20 +49,21 @@ def test_the_commands_of_the_readme_make_the_header(root, tmp_path):
     "language, around, compiler", [("cpp", CPP_AROUND, "g++ -std=c++20"), ("c", C_AROUND, "gcc -std=c11")]
 )
 def test_the_lines_of_the_page_compile(root, language, around, compiler):
-    (shown,) = blocks(root / "docs" / "controllers.md", language)
+    shown = "".join(blocks(root / "docs" / "controllers.md", language))
     where = [f"-I{root / folder}" for folder in ("include", "bindings/c", f"examples/outside/{language}")]
     command = [*compiler.split(), "-fsyntax-only", "-Wall", "-Werror", "-x", {"cpp": "c++", "c": "c"}[language]]
     said([*command, *where, "-"], input=around.format(shown))
 
 
 def test_the_lines_for_python_run(root, tmp_path, monkeypatch):
-    (shown,) = blocks(root / "docs" / "controllers.md", "python")
+    shown = "import needleforce.hand\n" + "".join(blocks(root / "docs" / "controllers.md", "python"))
     monkeypatch.chdir(tmp_path)
     shutil.copy(root / "src" / "needleforce" / "presets" / "paper.toml", "mine.toml")
     names = {"nf": nf, "depth": 1e-3, "velocity": 3e-3, "dt": 1e-3}
     exec(shown, names)
     # the cone that has 0.2101 N at 3.237 mm
     assert names["sample"].force == pytest.approx(0.2101 / 3.237**2, rel=1e-3)
+    assert names["output"].force == names["sample"].force
 
 
 SECONDS = [

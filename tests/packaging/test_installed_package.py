@@ -32,6 +32,9 @@ def test_pkg_config_gives_the_flags(prefix, outside):
     flags = said([tool, "--cflags", "--libs", "needleforce-c"], env=search).split()
     said(["gcc", "main.c", *flags, "-o", "controller"], cwd=outside / "c")
     assert said([outside / "c" / "controller"]) == SAID
+    guarded = '#include "needleforce_guard.h"\nint main(void) { return nf_guard_size() == 0; }\n'
+    said(["gcc", "-x", "c", "-", *flags, "-o", outside / "guarded"], input=guarded)
+    said([outside / "guarded"])
     flags = said([tool, "--cflags", "--libs", "needleforce"], env=search).split()
     said(["g++", "-std=c++20", "-fsyntax-only", *flags, "main.cpp"], cwd=outside / "cpp")
 
