@@ -43,6 +43,14 @@ inline std::string class_name(const std::string& name) {
   return result;
 }
 
+/// The type's own name in C++, as "needleforce::laws::ConeCylinder".
+template <class T>
+std::string cpp_name() {
+  const std::string text = __PRETTY_FUNCTION__;  // "... cpp_name() [with T = <name>; std::string = ...]"
+  const std::size_t start = text.find("T = ") + 4;
+  return text.substr(start, text.find_first_of(";]", start) - start);
+}
+
 inline std::string number(double value) { return nb::cast<std::string>(nb::repr(nb::float_(value))); }
 
 /// Calls `visit` with each member of T that is no number; nothing where T lists none.
@@ -286,6 +294,7 @@ nb::class_<T> bind_values(nb::module_& module, const std::string& type) {
   bound.def_static("table", &table_rows<T>, "The parameter table: name, unit, range, meaning, source.");
   bound.def("__repr__", [type](const T& self) { return described(self, type); });
   bound.attr("name") = T::name;
+  bound.attr("cpp_name") = cpp_name<T>();
   bound.attr("summary") = T::summary;
   if constexpr (Law<T>) {
     bound.attr("family") = family_names[static_cast<int>(T::family)];

@@ -49,6 +49,7 @@ ALLOWED = {
     "applicability": CORE | {"indentation", "validity"},
     "validity": CORE | {"needle_mechanics"},
     "preset_files": MECHANICS,
+    "export": MECHANICS,
     "indentation": CORE | {"slope_contact"},
     "slope_contact": CORE,
     "foundation": CORE,
