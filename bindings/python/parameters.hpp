@@ -43,6 +43,14 @@ inline std::string class_name(const std::string& name) {
   return result;
 }
 
+/// The type's own name in C++, as "needleforce::laws::ConeCylinder".
+template <class T>
+std::string cpp_name() {
+  const std::string text = __PRETTY_FUNCTION__;  // "... cpp_name() [with T = <name>; std::string = ...]"
+  const std::size_t start = text.find("T = ") + 4;
+  return text.substr(start, text.find_first_of(";]", start) - start);
+}
+
 inline std::string number(double value) { return nb::cast<std::string>(nb::repr(nb::float_(value))); }
 
 /// Calls `visit` with each member of T that is no number; nothing where T lists none.
@@ -123,8 +131,8 @@ void check_range(const T& value) {
                 "outside " + number(bad->low) + " to " + number(bad->high) + " " + bad->unit,
                 std::string("It is the ") + bad->meaning + ".");
   check_flaw(value);
-  if constexpr (Law<T>) {
-    if (const char* words = contradiction(value))
+  if constexpr (requires { value.contradiction(); }) {
+    if (const char* words = value.contradiction())
       raise_input(T::name, nb::str(described(value, "").c_str()), words, "Change one of these numbers.");
   }
 }
@@ -253,7 +261,7 @@ std::string signature() {
     text += std::string(", ") + parameter.name + ": float";
     // the table's order is the caller's; Python wants a default behind a default
     if (has_default || optional)
-      text += " = " + (has_default ? number(parameter.initial) : std::string("..."));
+      text += " = " + (std::isfinite(parameter.initial) ? number(parameter.initial) : std::string("..."));
     optional = optional || has_default;
   }
   for_each_part<T>([&]<class Value>(const Part<T, Value>& part) {
@@ -286,6 +294,7 @@ nb::class_<T> bind_values(nb::module_& module, const std::string& type) {
   bound.def_static("table", &table_rows<T>, "The parameter table: name, unit, range, meaning, source.");
   bound.def("__repr__", [type](const T& self) { return described(self, type); });
   bound.attr("name") = T::name;
+  bound.attr("cpp_name") = cpp_name<T>();
   bound.attr("summary") = T::summary;
   if constexpr (Law<T>) {
     bound.attr("family") = family_names[static_cast<int>(T::family)];

@@ -163,6 +163,7 @@ void bind_knots(nb::module_& module) {
         new (&self) tips::Profile(make_profile(state["radii"], state["heights"]));
       });
   bound.attr("name") = tips::Profile::name;
+  bound.attr("cpp_name") = cpp_name<tips::Profile>();
   bound.attr("summary") = tips::Profile::summary;
   bound.attr("parts") = nb::tuple();
   bound.attr("columns") = true;

@@ -35,18 +35,21 @@ ALLOWED = {
     "identification": MECHANICS | {"recording", "segmentation"},
     "simulation": MECHANICS | {"recording"},
     "rig": MECHANICS | {"recording", "simulation"},
+    "mujoco": MECHANICS,
     "campaign": MECHANICS | {"recording", "segmentation", "identification"},
     "report": MECHANICS | {"recording", "segmentation", "identification", "campaign"},
     "model": CORE | {"validity", "layer", "named_models"},
     "named_models": CORE | {"derived_parameters"},
     "derived_parameters": CORE | {"foundation", "needle_mechanics"},
     "layer": CORE,
+    "hand": MECHANICS,
     "law_list": {"core"},
     "bibliography": set(),
     "published": set(),
     "applicability": CORE | {"indentation", "validity"},
     "validity": CORE | {"needle_mechanics"},
     "preset_files": MECHANICS,
+    "export": MECHANICS,
     "indentation": CORE | {"slope_contact"},
     "slope_contact": CORE,
     "foundation": CORE,
@@ -102,7 +105,8 @@ def test_heavy_libraries_are_loaded_when_used():
 # list, tips/ is one
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
              "bevel", "relaxation", "memory", "law", "laws", "laws/all", "chosen", "model", "fingerprint", "saved",
-             "sample", "limits", "layer", "insertion", "sliding", "fit/layered"]  # fmt: skip
+             "sample", "limits", "layer", "adoption", "insertion", "sliding", "fit/layered", "exchange", "live",
+             "guard_settings", "passivity", "guard", "flight_recorder"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle"]  # fmt: skip
 

@@ -80,6 +80,10 @@ struct StribeckCutting::Prepared {
     if (carried < 0.0) cut.speed = 0.0;
     cut.front = depth - std::max(0.0, carried) / law.stiffness;
   }
+  /// A crack that sticks holds no more than breaks it, also where another law or other numbers loaded it.
+  void adopt(Cut& cut, double depth) const noexcept {
+    if (cut.speed == 0.0) cut.front = std::max(cut.front, depth - law.static_force / law.stiffness);
+  }
   [[gnu::noinline]] void advance(Cut& cut, const Move& move) const noexcept {
     const double last = law.stiffness * (move.depth - cut.front);
     if (cut.speed == 0.0 && last <= law.static_force) return;  // it sticks

@@ -18,6 +18,7 @@ def as_json(fit: Fit) -> str:
         "parameters": _estimates(fit.parameters),
         "quality": _quality(fit.quality),
         "model": None if fit.model is None else fit.model.name,
+        "preset": _preset(fit.model),
         "choice": [{"model": name, "bic": bic} for name, bic in fit.choice],
         "warnings": list(fit.warnings),
         "held_fixed": list(fit.held_fixed),
@@ -39,10 +40,15 @@ def _ruptures(found) -> dict | None:
 
 
 def _population(fit: Fit) -> dict | None:
-    """Of a layered fit: the law for an insertion not seen yet, in the form of a preset file."""
+    """Of a layered fit: the law for an insertion not seen yet."""
     if fit.population is None:
         return None
-    return {"contact_depth_m": fit.population_contact, "preset": tomllib.loads(as_toml(fit.population))}
+    return {"contact_depth_m": fit.population_contact, "preset": _preset(fit.population)}
+
+
+def _preset(model) -> dict | None:
+    """The whole model in the form of a preset file, what ``needleforce export`` reads."""
+    return None if model is None else tomllib.loads(as_toml(model))
 
 
 def _recording(each: RecordingFit) -> dict:

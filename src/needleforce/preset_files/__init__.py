@@ -31,6 +31,22 @@ def preset(name_or_path) -> Model:
         raise InputError("preset", "not readable", error.strerror or "", str(path)) from None
 
 
+def preset_of(document: dict) -> Model:
+    """The model of a preset that is held in a larger document, as JSON of a fit holds one.
+
+    Raises InputError, with the path inside the preset, as ``preset`` does.
+    """
+    import msgspec
+
+    from .build import build
+    from .schema import PresetFile
+
+    try:
+        return build(msgspec.convert(document, type=PresetFile))
+    except msgspec.ValidationError as error:
+        raise InputError("preset", limit=str(error), next_step="Identify again and write the fit anew.") from None
+
+
 def _path(name_or_path) -> Path:
     if name_or_path in presets():
         return FOLDER / f"{name_or_path}.toml"

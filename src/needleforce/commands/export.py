@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``needleforce export``: a model as a C++ or C header of constants, for a controller that reads no files."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .output import check_outputs, say
+
+NAME = "export"
+MODEL_HELP = "JSON of identify, a preset file, or the name of a shipped preset."
+NAME_HELP = "Name of the constant; without it that of the file or preset."
+
+
+def run(
+    model: Annotated[str, typer.Argument(help=MODEL_HELP, show_default=False)],
+    language: Annotated[str, typer.Option(help="c++ or c.")] = "c++",
+    name: Annotated[str | None, typer.Option(help=NAME_HELP)] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="The header; without it it is printed.")] = None,
+) -> None:
+    """Write a model as a C++ or C header of constants, so that a controller reads no file."""
+    from ..export import given, header, identifier
+    from ..whole_file import whole_file
+
+    check_outputs([output], [model])
+    found = given(model)
+    text = header(found.model, language, name or identifier(found.name), found.sources)
+    if output is None:
+        print(text, end="")
+        return
+    with whole_file(output) as file:
+        file.write(text)
+    say(f"{output}: {found.model.name}, layers: {len(found.model.layers)}")

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the README and docs/controllers.md tell a controller's author to write and to run."""
+
+import os
+import re
+import shutil
+import subprocess
+
+import pytest
+from building import TOOLS, said
+
+import needleforce as nf
+
+C_AROUND = """#include <stdio.h>
+#include <stdlib.h>
+#include "gel.h"
+#include "needleforce_guard.h"
+double run(double depth, double velocity, double dt) {{
+nf_fault why; nf_sample sample; nf_output output; {} return output.force; }}
+"""
+CPP_AROUND = """#include "gel.hpp"
+#include "needleforce/guard.hpp"
+double run(double depth, double velocity, double dt) {{ {} return sample.force + output.force; }}
+"""
+
+
+def blocks(page, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", page.read_text(encoding="utf-8"), re.S)
+
+
+@pytest.mark.parametrize("language, file", [("cmake", "CMakeLists.txt"), ("cpp", "main.cpp")])
+def test_the_readme_shows_the_program_outside(root, language, file):
+    (shown,) = blocks(root / "README.md", language)
+    assert (root / "examples" / "outside" / "cpp" / file).read_text().endswith(shown)
+
+
+def test_the_commands_of_the_readme_make_the_header(root, tmp_path):
+    for path in ("examples/insertion.csv", "src/needleforce/presets/paper.toml"):
+        (tmp_path / path).parent.mkdir(parents=True)
+        shutil.copy(root / path, tmp_path / path)
+    commands = next(text for text in blocks(root / "README.md", "sh") if "export" in text)
+    path = {"PATH": f"{TOOLS}{os.pathsep}/usr/bin{os.pathsep}/bin"}
+    done = subprocess.run(["sh", "-e", "-c", commands], cwd=tmp_path, capture_output=True, text=True, env=path)
+    assert done.returncode == 0, done.stderr
+    assert "needleforce::Layer gel[]" in (tmp_path / "gel.hpp").read_text()
+
+
+@pytest.mark.parametrize(
+    "language, around, compiler", [("cpp", CPP_AROUND, "g++ -std=c++20"), ("c", C_AROUND, "gcc -std=c11")]
+)
+def test_the_lines_of_the_page_compile(root, language, around, compiler):
+    shown = "".join(blocks(root / "docs" / "controllers.md", language))
+    where = [f"-I{root / folder}" for folder in ("include", "bindings/c", f"examples/outside/{language}")]
+    command = [*compiler.split(), "-fsyntax-only", "-Wall", "-Werror", "-x", {"cpp": "c++", "c": "c"}[language]]
+    said([*command, *where, "-"], input=around.format(shown))
+
+
+def test_the_lines_for_python_run(root, tmp_path, monkeypatch):
+    shown = "import needleforce.hand\n" + "".join(blocks(root / "docs" / "controllers.md", "python"))
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(root / "src" / "needleforce" / "presets" / "paper.toml", "mine.toml")
+    names = {"nf": nf, "depth": 1e-3, "velocity": 3e-3, "dt": 1e-3}
+    exec(shown, names)
+    # the cone that has 0.2101 N at 3.237 mm
+    assert names["sample"].force == pytest.approx(0.2101 / 3.237**2, rel=1e-3)
+    assert names["output"].force == names["sample"].force
+
+
+SECONDS = [
+    ("ok", 1.001e-3, 1e-3, 1e-3),
+    ("outside_range", 1.5, None, 1e-3),
+    ("outside_range", 1e-3, None, 0.0),
+    ("outside_range", 1e-3, None, -1e-3),
+    ("outside_range", 0.5, None, 1e-3),
+    ("outside_range", 1.001e-3, 0.5, 1e-3),
+    ("not_finite", float("nan"), None, 1e-3),
+    ("not_finite", 1e-3, float("inf"), 1e-3),
+]
+
+
+@pytest.mark.parametrize("hold_time", [0.0, 0.1])
+@pytest.mark.parametrize("status, depth, velocity, dt", SECONDS)
+def test_a_status_is_what_the_page_says(status, depth, velocity, dt, hold_time):
+    hand = nf.Insertion(nf.preset("paper"), hold_time=hold_time)
+    before = hand.step(1e-3, 0.0, 1e-3).force
+    sample = hand.step(depth, velocity, dt)
+    assert sample.status == status
+    if status != "ok":
+        held = hold_time > 0.0 and dt > 0.0
+        assert sample.force == (before if held else 0.0) and before > 0.0
+    again = hand.step(1.001e-3, None, 1e-3)
+    assert again.status == "ok" and again.force == pytest.approx(before * 1.001**2, rel=1e-9)

@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`needleforce export`: from a fit, a preset file or a preset; and what it refuses."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+import needleforce as nf
+from needleforce.cli import main
+from needleforce.export import given, header
+
+
+@pytest.fixture(scope="module")
+def fit(root):
+    return nf.identify(nf.read(root / "examples" / "insertion.csv"), needle=nf.preset("paper").needle)
+
+
+def export(*arguments):
+    code = "from needleforce.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code, "export", *map(str, arguments)], capture_output=True, text=True)
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_the_json_of_a_fit_holds_the_whole_model(fit, tmp_path):
+    (tmp_path / "fit.json").write_text(fit.to_json())
+    assert given(tmp_path / "fit.json").model == fit.model
+
+
+def test_a_fit_and_the_preset_it_saves_export_the_same_numbers(fit, tmp_path):
+    (tmp_path / "fit.json").write_text(fit.to_json())
+    fit.save(tmp_path / "fit.toml")
+    of_json, of_toml = (given(tmp_path / f"fit.{ending}") for ending in ("json", "toml"))
+    assert header(of_json.model, "c", "fit") == header(of_toml.model, "c", "fit")
+    assert of_json.sources[0] == f"Recording insertion.csv, ok, sha256 {fit.recordings[0].recording.card.sha256[:16]}"
+    assert any(fit.warnings[0] in line for line in of_json.sources)
+
+
+def test_the_command_prints_or_writes_the_header(tmp_path):
+    code, text, _ = export("paper", "--name", "gel", "--language", "c")
+    assert code == 0 and text == header(nf.preset("paper"), "c", "gel")
+    code, printed, told = export("paper", "-o", tmp_path / "gel.hpp")
+    assert (code, printed) == (0, "") and "paper" in told
+    assert (tmp_path / "gel.hpp").read_text() == header(nf.preset("paper"), "c++", "paper")
+
+
+OLD = {"recordings": [], "parameters": [], "model": "paper"}
+
+
+@pytest.mark.parametrize(
+    "document, words",
+    [
+        (OLD, "written before fits kept the whole model"),
+        (OLD | {"model": None, "preset": None}, "without a model, no recording could answer. See its notes"),
+        (OLD | {"preset": {"name": "x"}}, "missing required field"),
+        ([{"model": "paper", "bic": 1.0}], "file is no fit"),
+        ({"conditions": []}, "file is no fit"),
+    ],
+)
+def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_path, capsys, monkeypatch):
+    path = tmp_path / "fit.json"
+    path.write_text(json.dumps(document))
+    monkeypatch.setattr(sys, "argv", ["needleforce", "export", str(path)])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    told = capsys.readouterr().err
+    assert stopped.value.code == 2 and words in told and "fit.json" in told
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (["nowhere.json"], "not readable"),
+        (["nothing"], "not known"),
+        (["paper", "--language", "rust"], "known are c++ and c"),
+        (["paper", "--name", "int"], "no name that C and C++ take"),
+        (["paper", "-o", "nowhere/x.hpp"], "there is no such folder"),
+    ],
+)
+def test_wrong_usage_is_told_in_one_line(arguments, words):
+    code, text, told = export(*arguments)
+    assert (code, text) == (2, "") and words in told and told.count("\n") == 1
+
+
+def test_a_number_lost_in_the_json_is_told_with_its_place(fit, tmp_path):
+    document = json.loads(fit.to_json())
+    document["preset"]["friction"]["per_length_N_per_m"] = None
+    (tmp_path / "fit.json").write_text(json.dumps(document))
+    with pytest.raises(nf.InputError, match=r"fit.json: .*friction.*per_length"):
+        given(tmp_path / "fit.json")
+    (tmp_path / "fit.json").write_bytes(b"\xff\xfe{")
+    with pytest.raises(nf.InputError, match="no JSON"):
+        given(tmp_path / "fit.json")
