@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "batches.hpp"
-#include "needleforce/insertion.hpp"
+#include "needleforce/guard.hpp"
+#include "needleforce/live.hpp"
 #include "typical.hpp"
 
 using namespace needleforce;
@@ -109,6 +110,23 @@ void every_law(double nothing) {
   rows<Relaxation>(nothing, [](Model& model, const auto& law) { model.relaxation = law; });
 }
 
+/// What stands around one layer: the guard with everything on, and the engine whose model may be replaced.
+void around(double nothing) {
+  const GuardSettings settings{.most_force = 20.0,
+                               .most_slew = 1e4,
+                               .stale_after = 5e-3,
+                               .fall_time = 50e-3,
+                               .most_jump = 1e-3,
+                               .longest_cycle = 10e-3,
+                               .most_speed = 1.0,
+                               .delay = 1.0};
+  const Guard<Insertion> guard(Insertion(paper()), settings);
+  print("guarded", batches::measure(Step<Guard<Insertion>>{guard}, few), nothing);
+  const std::vector<Layer> layers{{0.0, paper()}};
+  LiveInsertion live(layers);
+  print("live", batches::measure(Step<LiveInsertion&>{live}, few), nothing);
+}
+
 /// The same insertion after 10^3 to 10^7 steps of one object, never reset.
 void by_history(double nothing) {
   struct Going {
@@ -169,6 +187,7 @@ int main() {
   }
   print("4 layers, wavering clock", batches::measure(WaveringStep<Insertion>{Insertion(full(4))}, few),
         nothing);
+  around(nothing);
   by_history(nothing);
   keeping(nothing);
   std::printf("\"object_bytes\": %zu, \"memory_bytes\": %zu\n}\n", sizeof(Insertion),
