@@ -61,14 +61,15 @@ proof-effects: proof-tools
 proof-symbols: .venv/.packages
 	@tests/proof/symbols.sh
 
-# scanning for C++ modules, which nobody uses here, asks for one more tool
+# scanning for C++ modules, which nobody uses here, asks for one more tool; the energy controller's walks of a million steps
+# are left to the fuzzer, which has the same sanitizers and runs faster
 proof-sanitizers: proof-tools
 	@$(BIN)/cmake -S . -B $(CXX_SANITIZED) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DNEEDLEFORCE_TESTS=ON \
 	  -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++-19 -DCMAKE_CXX_SCAN_FOR_MODULES=OFF \
 	  -DCMAKE_CXX_FLAGS="-g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all" > $(CXX_SANITIZED).log 2>&1 \
 	  || (cat $(CXX_SANITIZED).log; false)
 	@$(BIN)/cmake --build $(CXX_SANITIZED) > $(CXX_SANITIZED).log 2>&1 || (cat $(CXX_SANITIZED).log; false)
-	@for tests in $(CXX_SANITIZED)/tests/cpp/*_tests; do $$tests --gtest_brief=1 > $(CXX_SANITIZED).log 2>&1 || { cat $(CXX_SANITIZED).log; exit 1; }; done
+	@for tests in $(CXX_SANITIZED)/tests/cpp/*_tests; do $$tests --gtest_brief=1 --gtest_filter=-Passivity.* > $(CXX_SANITIZED).log 2>&1 || { cat $(CXX_SANITIZED).log; exit 1; }; done
 	@echo "sanitizers: nothing found in the C++ tests"
 
 proof-threads: proof-tools
