@@ -4,11 +4,13 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 
-#include <array>
-#include <memory>
+#include <limits>
 #include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
+#include "live.hpp"
 #include "module.hpp"
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/insertion.hpp"
@@ -37,6 +39,8 @@ AnyEngine any(Engine& engine) {
           },
           [](void* self) noexcept { static_cast<Engine*>(self)->reset(); }};
 }
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
 /// What a guard in Python is: it always records.
 struct Recorded {
@@ -84,6 +88,17 @@ nb::dict columns_of(const Recorded& self) {
   return columns;
 }
 
+/// Lets a guard be made around an engine of this type, which stays with its owner.
+template <class Engine>
+void takes(nb::class_<Recorded>& bound) {
+  bound.def(
+      "__init__",
+      [](Recorded* self, Engine& engine, const GuardSettings& settings) {
+        new (self) Recorded{Guard<AnyEngine>(any(engine), settings)};
+      },
+      nb::arg("engine"), nb::arg("settings"), nb::keep_alive<1, 2>());
+}
+
 void bind_output(nb::module_& module) {
   constexpr const char* meaning[] = {
       "True if the measurement was none: not finite, a leap, a clock that stood.",
@@ -109,29 +124,23 @@ void bind_output(nb::module_& module) {
 void bind_guard(nb::module_& module) {
   bind_parameters<GuardSettings>(module, "GuardSettings");
   bind_output(module);
-  nb::class_<Recorded>(module, "Guard", "Limits between an engine and a device, and the last 4096 cycles.")
-      .def(
-          "__init__",
-          [](Recorded* self, Insertion& engine, const GuardSettings& settings) {
-            new (self) Recorded{Guard<AnyEngine>(any(engine), settings)};
-          },
-          nb::arg("engine"), nb::arg("settings"), nb::keep_alive<1, 2>())
+  nb::class_<Recorded> bound(module, "Guard",
+                             "Limits between an engine and a device, and the last 4096 cycles.");
+  takes<Insertion>(bound);
+  takes<Live>(bound);
+  bound
       .def(
           "step",
           [](Recorded& self, double depth, std::optional<double> velocity, double dt) {
-            const double v = velocity.value_or(no_velocity);
-            return self.keep(depth, v, dt, self.guard.step(depth, v, dt));
+            const needleforce::Output output = self.guard.step(depth, velocity.value_or(no_velocity), dt);
+            return self.keep(depth, velocity.value_or(none), dt, output);
           },
           nb::arg("depth"), nb::arg("velocity").none(), nb::arg("dt"),
           "A cycle with a measurement of the device: depth [m], velocity [m/s] or None, dt [s] since the "
           "last "
           "cycle. Never raises.")
       .def(
-          "miss",
-          [](Recorded& self, double dt) {
-            const double none = std::numeric_limits<double>::quiet_NaN();
-            return self.keep(none, none, dt, self.guard.miss(dt));
-          },
+          "miss", [](Recorded& self, double dt) { return self.keep(none, none, dt, self.guard.miss(dt)); },
           nb::arg("dt"), "A cycle in which no measurement came. Never raises.")
       .def(
           "reset", [](Recorded& self) { self.guard.reset(); },

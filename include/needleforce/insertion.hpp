@@ -12,6 +12,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "adoption.hpp"
 #include "bevel.hpp"
 #include "fingerprint.hpp"
 #include "layer.hpp"
@@ -84,6 +85,21 @@ class Insertion {
     return true;
   }
 
+  /// Goes on where an insertion into other layers stands: the same tip in the same hole, with other laws; see
+  /// docs/decisions/0009. Wait-free.
+  void continue_from(const Insertion& old) noexcept {
+    state_ = old.state_;
+    if (model_ == old.model_) return;
+    state_.faded_over = 0.0;  // the exponentials are other ones
+    if (!state_.started) return;
+    state_.pierced = 0;
+    for (std::size_t i = 0; i < most_layers; ++i) {
+      state_.layers[i] = i < count_ ? inherited(old, i) : LayerState{};
+      if (state_.layers[i].pierced) state_.pierced = i + 1;
+    }
+    if (state_.pierced > 0 && old.state_.pierced > 0) front().adopt(state_.cut, old.front(), state_.depth);
+  }
+
   double puncture_depth_in_model() const noexcept { return layers_[0].puncture; }
   /// Deepest cut so far [m], 0 before the puncture.
   double deepest_cut() const noexcept { return state_.pierced > 0 ? state_.cut.front : 0.0; }
@@ -97,8 +113,9 @@ class Insertion {
   [[gnu::always_inline]] Status check(double depth, double velocity, double dt) const noexcept {
     if (!valid_) return Status::invalid_parameter;
     if (!ordinary(depth, velocity, dt)) return refusal(depth, velocity, dt);
-    if (!state_.started) return Status::ok;
-    const bool possible = consistent(limits_, depth - state_.depth, velocity, state_.waited + dt);
+    const bool possible = state_.started
+                              ? consistent(limits_, depth - state_.depth, velocity, state_.waited + dt)
+                              : velocity == no_velocity || std::abs(velocity) <= limits_.max_speed;
     return possible ? Status::ok : Status::outside_range;
   }
 
@@ -249,6 +266,36 @@ class Insertion {
     if (!(depth > state_.cut.foot)) return {};
     const double share = (depth - state_.cut.foot) / length;
     return {share * tip.force, share * tip.by_depth + tip.force / length};
+  }
+
+  Tops tops() const noexcept {
+    Tops result{.count = count_};
+    for (std::size_t i = 0; i < count_; ++i) result.depth[i] = layers_[i].top;
+    return result;
+  }
+  /// How far the tissue is open [m]: to the deepest point, or the first interface that only gives.
+  double hole() const noexcept {
+    double open = state_.deepest;
+    for (std::size_t i = 0; i < count_; ++i)
+      if (!state_.layers[i].pierced) open = std::min(open, layers_[i].top);
+    return open;
+  }
+  /// What layer i remembers after another model: of its counterpart, or, if it was added, of the tissue
+  /// there.
+  LayerState inherited(const Insertion& old, std::size_t i) const noexcept {
+    const Tops before = old.tops();
+    const std::size_t same = counterpart(before, tops(), i);
+    const bool added = same == before.count;
+    const std::size_t from = added ? before.around(layers_[i].top) : same;
+    const bool touched = !added && old.state_.depth > before.depth[from];
+    LayerState state = old.state_.layers[from];
+    const bool was_pierced = state.pierced && !added;
+    layers_[i].adopt(state, old.layers_[from], state_.deepest, state_.depth,
+                     i + 1 < count_ ? layers_[i + 1].top : farthest);
+    if (was_pierced && layers_[i].top < state_.deepest) return state;
+    const bool passed = !was_pierced && (added ? layers_[i].top : layers_[i].puncture) < old.hole();
+    if (was_pierced || added || (passed && !touched)) layers_[i].begin(state, passed, state_.deepest);
+    return state;
   }
 
   const PreparedLayer& front() const noexcept { return layers_[state_.pierced - 1]; }

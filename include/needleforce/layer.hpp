@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "chosen.hpp"
@@ -139,9 +140,88 @@ class PreparedLayer {
         cutting_, [&](const auto& law) { return TipForce{law.force(cut, depth), law.by_depth(cut, depth)}; });
   }
 
+  /// Goes on with the memory of a layer that this one replaces, the tip at `depth` [m], the next layer below
+  /// at `bottom` [m]; see docs/decisions/0009. A contact's forces grow as its law at the deepest point;
+  /// friction keeps its traction within the new limits, and takes hold anew where its law is of another kind.
+  void adopt(LayerState& state, const PreparedLayer& old, double deepest, double depth,
+             double bottom) const noexcept {
+    if (!state.pierced) adopt_contact(state, old, deepest);
+    adopt_shaft(state, old, std::min(depth, bottom) - top);
+    state.gave_way = std::clamp(state.gave_way + (top - old.top), top, std::max(top, deepest));
+  }
+  /// Becomes a layer that the tip went through before it was known to be there, or, where it is not
+  /// `pierced`, one that was never touched. Of the shaft it has what the tissue there had, but for a law that
+  /// counts its own.
+  void begin(LayerState& state, bool pierced, double deepest) const noexcept {
+    Shaft shaft = state.shaft;
+    if (counts_whole_shaft()) shaft = Shaft{};
+    state = LayerState{};
+    state.shaft = shaft;
+    state.pierced = pierced;
+    state.gave_way = std::min(puncture, std::max(top, deepest));
+  }
+  /// The same for the cut, which this layer goes on with.
+  void adopt(Cut& cut, const PreparedLayer& old, double depth) const noexcept {
+    const double at = std::max(cut.front, depth), carried = old.cut(std::as_const(cut), at).force;
+    if (cutting_.index() != old.cutting_.index()) cut.speed = 0.0, cut.running = false;
+    with_chosen(cutting_, [&](const auto& law) {
+      law.enter(cut, at, carried);
+      if constexpr (requires { law.adopt(cut, depth); }) law.adopt(cut, depth);
+    });
+  }
+
   double top = 0.0;  ///< [m]
 
  private:
+  /// True for a friction whose memory is a force and not one per length.
+  bool counts_whole_shaft() const noexcept {
+    return with_chosen(friction_, [](const auto& law) { return requires { law.own_surface; }; });
+  }
+  /// Force [N] and energy [J] of the contact without relaxation where the tip was at most at a depth [m].
+  std::pair<double, double> most(double deepest) const noexcept {
+    const double indentation = std::clamp(deepest - top, 0.0, puncture - top);
+    return with_chosen(stiffness_, [&](const auto& law) {
+      return std::pair{law.force(indentation), law.energy(indentation)};
+    });
+  }
+
+  void adopt_contact(LayerState& state, const PreparedLayer& old, double deepest) const noexcept {
+    if (!old.fades_) state.contact = Element{state.contact_force};
+    state.contact.continue_with(old.relaxing(1.0), relaxing(1.0));
+    const auto [force, energy] = most(deepest);
+    const auto [old_force, old_energy] = old.most(deepest);
+    const double grown = old_force > 1e-12 ? force / old_force : 0.0;
+    for (double* number : {&state.contact.elastic, &state.contact.memory[0], &state.contact.memory[1],
+                           &state.contact_force, &state.contact_slope})
+      *number *= grown;
+    state.work *= old_energy > 1e-15 ? energy / old_energy : 0.0;
+    const double most_indented = fades_ ? std::numeric_limits<double>::infinity() : puncture - top;
+    state.indentation = std::clamp(state.indentation + (old.top - top), 0.0, most_indented);
+  }
+
+  void adopt_shaft(LayerState& state, const PreparedLayer& old, double length) const noexcept {
+    const bool same = friction_.index() == old.friction_.index();
+    if (!same) take_hold(state, old, length);
+    with_chosen(friction_, [&](const auto& law) {
+      if constexpr (requires { law.adopt(state.shaft); })
+        law.adopt(state.shaft);
+      else
+        state.shaft.element.continue_with(same ? old.relaxing(1.0) : Relaxing{}, relaxing(1.0));
+    });
+  }
+  /// The force stays, as a traction along `length` [m] or the other way round, and the place of the surface.
+  void take_hold(LayerState& state, const PreparedLayer& old, double length) const noexcept {
+    Shaft& shaft = state.shaft;
+    if (counts_whole_shaft() && !old.counts_whole_shaft()) shaft.traction *= shaft.embedded;
+    if (!counts_whole_shaft() && old.counts_whole_shaft())
+      shaft.traction = length > 0.0 ? shaft.traction / length : 0.0;
+    shaft.element = Element{shaft.traction};
+    shaft.slides = false;
+    const double dimple = state.gave_way - old.top;
+    if (state.pierced)
+      shaft.dimple = dimple > 0.0 ? std::clamp((shaft.surface - old.top) / dimple, 0.0, 1.0) : 0.0;
+  }
+
   template <class Law, class Laws, class Visit>
   [[gnu::always_inline]] static auto chosen(const Laws& laws, Visit visit) noexcept {
     if constexpr (std::is_void_v<Law>)

@@ -39,9 +39,8 @@ namespace needleforce {
 /// f_{j-1}|), which is set aside. Travel of several cycles without a measurement is settled at once:
 /// whichever way it was shared among them, forces about their middle cost no more than their spread over the
 /// way possible. Dissipation raises the reserve without bound, and with it what an active tissue could return
-/// at once: `most_reserve` forgets the rest. Energy is known in order, so each bound keeps its meaning
-/// whatever was wanted, and a first contact needs E_0, or a speed that `most_acceleration` cannot turn round
-/// in time. Wait-free, trivially copyable.
+/// at once: `most_reserve` forgets the rest. A first contact needs E_0, or a speed that `most_acceleration`
+/// cannot turn round in time. Wait-free, trivially copyable.
 class EnergyController {
  public:
   EnergyController() = default;

@@ -55,6 +55,15 @@ struct Element {
     return force;
   }
 
+  /// Goes on under other relaxation: what has faded keeps its share, a term that was not there starts with
+  /// nothing faded, and where nothing fades any more the force stays as it is. Wait-free.
+  void continue_with(const Relaxing& before, const Relaxing& now) noexcept {
+    if (before.fades && !now.fades) elastic = before.lasting * elastic + memory[0] + memory[1];
+    for (int j = 0; j < 2; ++j)
+      memory[j] =
+          before.share[j] > 1e-9 ? memory[j] * (now.share[j] / before.share[j]) : now.share[j] * elastic;
+  }
+
   /// Slips at once where the limits fell below its last force, as they do with a velocity that turns: a load
   /// counts from there, whatever the step. Wait-free.
   void yield(double force, double low, double high, const Relaxing& relaxing) noexcept {

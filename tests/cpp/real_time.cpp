@@ -7,6 +7,8 @@
 #include <new>
 #include <random>
 
+#include "../../bindings/c/needleforce_guard.h"
+#include "../proof/c_layers.hpp"
 #include "every_model.hpp"
 #include "needleforce/flight_recorder.hpp"
 
@@ -32,11 +34,23 @@ using namespace needleforce;
 
 namespace {
 
-static_assert(std::is_trivially_copyable_v<Insertion>);
-static_assert(std::is_trivially_copyable_v<Sample>);
+template <class... T>
+constexpr bool all_trivially_copyable = (std::is_trivially_copyable_v<T> && ...);
+template <class... T>
+constexpr bool all_plain = ((std::is_standard_layout_v<T> && std::is_trivial_v<T>) && ...);
+
+static_assert(
+    all_trivially_copyable<Insertion, InsertionState, Insertion::Saved, Sample, Model, Layer, Limits, Bevel>);
+static_assert(all_plain<nf_number, nf_tip, nf_law, nf_layer, nf_settings, nf_fault, nf_sample, nf_output,
+                        Insertion::Saved>);
 static_assert(noexcept(std::declval<Insertion&>().step(0.0, 0.0, 0.0)));
 static_assert(noexcept(std::declval<Insertion&>().reset()));
+static_assert(noexcept(std::declval<const Insertion&>().snapshot()));
+static_assert(noexcept(std::declval<const Insertion&>().save()));
+static_assert(noexcept(std::declval<Insertion&>().restore(std::declval<const Insertion::Saved&>())));
+static_assert(std::is_nothrow_copy_assignable_v<Insertion>);
 static_assert(std::is_nothrow_constructible_v<Insertion, const Model&>);
+static_assert(std::is_nothrow_constructible_v<Insertion, std::span<const Layer>>);
 
 /// Mostly a plausible random walk, now and then a value that no sensor should give, or a leap.
 class RandomInput {
@@ -78,8 +92,30 @@ struct Seen {
   long refused = 0, steps = 0;
 };
 
+/// The same engine through the C face.
+class CInsertion {
+ public:
+  explicit CInsertion(std::span<const Layer> layers) : memory_(nf_size() / sizeof(double) + 1) {
+    CLayers named(layers);
+    insertion_ = nf_init(memory_.data(), nf_size(), named.data(), named.size(), nullptr, nullptr);
+  }
+  Sample step(double depth, double velocity, double dt) noexcept {
+    nf_sample sample;
+    nf_step(insertion_, depth, velocity, dt, &sample);
+    return {.force = sample.force,
+            .force_by_depth = sample.force_by_depth,
+            .force_by_velocity = sample.force_by_velocity,
+            .status = Status(sample.status)};
+  }
+
+ private:
+  std::vector<double> memory_;
+  nf_insertion* insertion_;
+};
+
 /// Steps with the allocator armed.
-Seen run(Insertion insertion, RandomInput input, int n) {
+template <class Engine>
+Seen run(Engine insertion, RandomInput input, int n) {
   Seen seen;
   armed = true;
   for (int i = 0; i < n; ++i) {
@@ -121,6 +157,22 @@ std::vector<Layer> eight_of(const Model& model) {
 
 TEST(RealTime, MillionStepsAllocateNothingAndStayFinite) {
   expect_sound(run(Insertion(paper::model(), Limits{.hold_time = 5e-3}), RandomInput(), 1000000), "paper");
+}
+
+/// Four layers with bristles, relaxation and a crack that sticks and slips.
+std::vector<Layer> full_stack() {
+  const Model model{usual<laws::ConeCylinder>(), usual<laws::PunctureForce>(), usual<laws::LuGre>(),
+                    usual<laws::StickSlip>(), usual<laws::Prony>()};
+  return {{0.0, model}, {5e-3, model}, {1e-2, model}, {1.5e-2, model}};
+}
+
+TEST(RealTime, NorDoTheyInFourLayersWithEveryKindOfMemory) {
+  expect_sound(run(Insertion(full_stack()), RandomInput(1e-4), 1000000), "four layers");
+}
+
+TEST(RealTime, NorDoTheyThroughTheCFace) {
+  const std::vector<Layer> stack = full_stack();
+  expect_sound(run(CInsertion(stack), RandomInput(1e-4), 1000000), "C");
 }
 
 TEST(RealTime, NorDoesAnyLawInEightLayersWhateverTheLimits) {

@@ -10,7 +10,8 @@ import pytest
 
 import needleforce as nf
 from needleforce import core
-from needleforce.hand import FLAGS, Guard
+from needleforce.hand import Guard
+from needleforce.hand.guard import FLAGS
 
 MS = 1e-3
 
@@ -56,7 +57,8 @@ def test_bad_input_is_rejected_and_recorded_as_given(insertion, bad):
     assert output.rejected and output.force == 0.0
     last = {name: column[-1] for name, column in guard.recorder().items()}
     assert last["rejected"] and last["number"] == 1
-    np.testing.assert_equal([last["depth"], last["dt"]], [bad[0], bad[2]])
+    given = [bad[0], math.nan if bad[1] is None else bad[1], bad[2]]
+    np.testing.assert_equal([last["depth"], last["velocity"], last["dt"]], given)
 
 
 def test_the_energy_of_a_sampled_spring_is_kept(insertion):
@@ -103,6 +105,7 @@ def test_the_record_is_a_ring_and_a_file(insertion, tmp_path):
     assert {len(column) for column in record.values()} == {4096}
     np.testing.assert_array_equal(record["number"], np.arange(905, 5001))
     np.testing.assert_array_equal(record["depth"], [*depth[905:], math.nan])
+    np.testing.assert_array_equal(record["velocity"], [1e-3] * 4095 + [math.nan])
     assert set(record["phase"]) == {"deformation", "insertion"} and set(record["status"]) == {"ok"}
     guard.save_recorder(tmp_path / "record.csv")
     read = pd.read_csv(tmp_path / "record.csv")

@@ -42,6 +42,7 @@ ALLOWED = {
     "named_models": CORE | {"derived_parameters"},
     "derived_parameters": CORE | {"foundation", "needle_mechanics"},
     "layer": CORE,
+    "hand": MECHANICS,
     "law_list": {"core"},
     "bibliography": set(),
     "published": set(),
@@ -55,7 +56,6 @@ ALLOWED = {
     "needle_mechanics": CORE,
     "energy": CORE,
     "motion": CORE,
-    "hand": CORE,
 }
 # the one step back: a fit and a campaign write their own report when they are asked to
 EXCEPTIONS = {("identification", "report"), ("campaign", "report")}
@@ -105,8 +105,8 @@ def test_heavy_libraries_are_loaded_when_used():
 # list, tips/ is one
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
              "bevel", "relaxation", "memory", "law", "laws", "laws/all", "chosen", "model", "fingerprint", "saved",
-             "sample", "limits", "layer", "insertion", "sliding", "fit/layered", "guard_settings", "passivity", "guard",
-             "flight_recorder"]  # fmt: skip
+             "sample", "limits", "layer", "adoption", "insertion", "sliding", "fit/layered", "exchange", "live",
+             "guard_settings", "passivity", "guard", "flight_recorder"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle"]  # fmt: skip
 

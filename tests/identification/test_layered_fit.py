@@ -10,9 +10,10 @@ import pytest
 import needleforce as nf
 from needleforce import core
 from needleforce.identification.fit import with_ruptures
-from needleforce.identification.layered.course import courses_of
-from needleforce.identification.layered.search import grow, refined
+from needleforce.identification.layered.course import COARSE, courses_of
+from needleforce.identification.layered.search import grow, made_passive, refined
 from needleforce.identification.layered.spread import spread
+from needleforce.identification.single import seen
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=2e-3, depth=21e-3, hold=5.0)
 NAMED = {"layered": core.laws.DraggedTissue, "layered_as_fitted": core.laws.DraggedTissueAsFitted}
@@ -183,3 +184,14 @@ def test_what_is_refused():
         nf.identify([run], model="layered", layers=4)
     with pytest.raises(nf.InputError, match="layers"):
         nf.identify([run], model="paper", layers=2)
+
+
+def test_in_the_passive_form_one_layer_more_never_fits_worse(recordings):
+    """A third layer that weighs nothing would fit as well: three of skin, where the search once fell short of two."""
+    files = sorted((recordings / "needle-insertion-rig").glob("dev__control-needle__skin_2_0_2_*.csv"))[:3]
+    read = [
+        nf.read(file, columns={"force": "fz", "depth": "pz"}, units={"time": "us", "depth": "mm"}) for file in files
+    ]
+    courses = courses_of([(single.recording, single.events) for single in map(seen, read)], COARSE)
+    residuals = [each.residual for each in made_passive(grow(courses, 3))]
+    assert residuals[2] < residuals[1] < residuals[0]

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -108,6 +109,10 @@ struct LuGre::Prepared {
     shaft.embed(bed, move.depth, bed.top);
   }
   void pierce(Shaft&, const Held&) const noexcept {}
+  /// Bristles that another law or other numbers bent hold no more than these.
+  void adopt(Shaft& shaft) const noexcept {
+    shaft.element.elastic = std::clamp(shaft.element.elastic, -law.static_friction, law.static_friction);
+  }
   double traction(const Shaft& shaft, double v) const noexcept {
     return shaft.element.elastic + (law.bristle_damping * remaining(shaft, v) + law.viscous) * v;
   }

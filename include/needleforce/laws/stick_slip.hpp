@@ -76,6 +76,10 @@ struct StickSlip {
       if (carried < 0.0) cut.running = true;  // the puncture's crack is just stopping
       cut.front = depth - (carried < 0.0 ? arrest_force : carried) / stiffness;
     }
+    /// A crack that sticks holds no more than breaks it, also where another law or other numbers loaded it.
+    void adopt(Cut& cut, double depth) const noexcept {
+      if (!cut.running) cut.front = std::max(cut.front, depth - break_force / stiffness);
+    }
     [[gnu::noinline]] void advance(Cut& cut, const Move& move) const noexcept {
       double force = stiffness * (move.depth - move.travel - cut.front);
       double left = move.dt;

@@ -80,15 +80,20 @@ struct StribeckCutting::Prepared {
     if (carried < 0.0) cut.speed = 0.0;
     cut.front = depth - std::max(0.0, carried) / law.stiffness;
   }
+  /// A crack that sticks holds no more than breaks it, also where another law or other numbers loaded it.
+  void adopt(Cut& cut, double depth) const noexcept {
+    if (cut.speed == 0.0) cut.front = std::max(cut.front, depth - law.static_force / law.stiffness);
+  }
   [[gnu::noinline]] void advance(Cut& cut, const Move& move) const noexcept {
     const double last = law.stiffness * (move.depth - cut.front);
     if (cut.speed == 0.0 && last <= law.static_force) return;  // it sticks
     const int steps = static_cast<int>(std::clamp(std::ceil(move.dt * 1e5), 1.0, 256.0));
-    const double dt = move.dt / steps;
+    const double dt = move.dt / steps, travel = move.travel / steps, inertia = law.mass / dt;
     double depth = move.depth - move.travel;
     for (int i = 0; i < steps; ++i) {
-      depth += move.travel / steps;
-      cut.speed = next_speed(cut, depth, dt);
+      depth += travel;
+      const double push = inertia * cut.speed + law.stiffness * (depth - cut.front);
+      cut.speed = next_speed(cut.speed, push, inertia + law.stiffness * dt);
       cut.front += cut.speed * dt;
     }
   }
@@ -100,21 +105,20 @@ struct StribeckCutting::Prepared {
   }
 
  private:
-  /// Implicit Euler: v with m (v - v_0) / dt = k (z - front - v dt) - F_ss(v), or 0 where it stays stuck.
-  double next_speed(const Cut& cut, double depth, double dt) const noexcept {
-    const double inertia = law.mass / dt;
-    const double push = inertia * cut.speed + law.stiffness * (depth - cut.front);
-    const double resisting = inertia + law.stiffness * dt;
+  /// Implicit Euler: v with m (v - v_0) / dt = k (z - front - v dt) - F_ss(v), or 0 where it stays stuck:
+  /// resisting v + F_ss(v) = push.
+  double next_speed(double speed, double push, double resisting) const noexcept {
     if (push <= law.static_force) return 0.0;
     // Newton from the last speed, by halving where it would leave the bracket: bounded, and seldom four turns
+    const double per_speed = 1.0 / law.stribeck_speed;
     double low = 0.0, high = push / resisting;  // the force is positive
-    double v = std::min(cut.speed, high);
+    double v = std::min(speed, high);
     for (int i = 0; i < 12; ++i) {
-      const double falling = (law.static_force - law.kinetic_force) * std::exp(-v / law.stribeck_speed);
+      const double falling = (law.static_force - law.kinetic_force) * std::exp(-v * per_speed);
       const double excess = push - resisting * v - (law.kinetic_force + falling + law.damping * v);
       (excess > 0.0 ? low : high) = v;
-      const double next = v + excess / (resisting + law.damping - falling / law.stribeck_speed);
-      if (std::abs(next - v) <= 1e-14 * v) break;
+      const double next = v + excess / (resisting + law.damping - falling * per_speed);
+      if (std::abs(next - v) <= 1e-8 * v) return next;  // its digits double in a turn: these are the last
       v = next > low && next < high ? next : 0.5 * (low + high);
     }
     return v;

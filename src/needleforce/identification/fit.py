@@ -76,7 +76,8 @@ class Fit:
         from ``segment(recording)``) contact and punctures are the recording's own where they were seen, a replay.
         Raises InputError for a fit without a model.
         """
-        return self._speed_factor(recording) * self._at_reference_speed(recording, events)
+        model, surface = self.placed(recording, events)
+        return self._speed_factor(recording) * run_model(model, recording, surface)
 
     def _speed_factor(self, recording: Recording) -> float:
         """By which the speed of a recording's insertion multiplies the forces of the model."""
@@ -87,20 +88,26 @@ class Fit:
         speed = stroke_speed(recording.time[inwards], recording.depth[inwards])
         return (speed / self.settings["speed_m_s"]) ** exponent.value
 
-    def _at_reference_speed(self, recording: Recording, events: Events | None) -> np.ndarray:
+    def placed(self, recording: Recording, events: Events | None = None) -> tuple[Model, float]:
+        """The model that ``predict`` runs along a recording, to run in a loop instead, and the depth [m] of its
+        surface in the recording's zero.
+
+        ``nf.Insertion(model)`` takes the recording's depth less that of the surface. Forces at another speed than that
+        of the fit are not scaled. Raises InputError for a fit without a model.
+        """
         model = self._identified()
         contact = self.parameters["contact_depth"].value
         if self.population is not None and (events is None or not events.punctures):
             own = self.ruptures.of(events, recording)[0] if events is not None else 0.0
-            return run_model(self.population, recording, self.population_contact + own)
+            return self.population, self.population_contact + own
         if self.ruptures is not None and events is not None:
             shift, depths = self.ruptures.of(events, recording)
-            return run_model(with_ruptures(model, depths - contact - shift), recording, contact + shift)
+            return with_ruptures(model, depths - contact - shift), contact + shift
         if events is not None and events.contact is not None:
             contact = events.contact.depth
         if events is not None and events.punctures:
             model = with_ruptures(model, [events.punctures[0].depth - contact])
-        return run_model(model, recording, contact)
+        return model, contact
 
     @property
     def correlations(self) -> Correlations | None:

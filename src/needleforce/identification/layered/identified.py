@@ -40,7 +40,9 @@ def identify_layered(
         return _without_model(singles, name)
     coarse, fine = (courses_of([(s.recording, s.events) for s in usable], bins) for bins in (COARSE, FINE))
     solved = list(_watched(grow(coarse, layers or MOST_LAYERS), layers or MOST_LAYERS, progress, "layer by layer"))
-    tried, best = _evidence(solved[-1:] if layers else solved, LAYERED[name], progress)
+    if LAYERED[name]:
+        solved = list(made_passive(solved))
+    tried, best = _evidence(solved[-1:] if layers else solved, progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "in short steps")
     ended, population = next(work), next(work)
     found, known = ruptures(ended), spread(ended)
@@ -79,13 +81,10 @@ def _watched(work: Iterable, count: int, progress: Callable | None, text: str) -
         yield next(items)
 
 
-def _evidence(solved: list[Solved], passive: bool, progress) -> tuple[list[Candidate], Candidate]:
+def _evidence(solved: list[Solved], progress) -> tuple[list[Candidate], Candidate]:
     """Every candidate, and the one taken: first the number of layers, then what can be left away."""
     shown = progress or (lambda work, _: work)
-    tried = [
-        candidate(words.layers(each), made_passive(each) if passive else each)
-        for each in shown(solved, "leaving repeats out")
-    ]
+    tried = [candidate(words.layers(each), each) for each in shown(solved, "leaving repeats out")]
     best = chosen(with_bic(tried))
     less = removable(best.solved.problem.unknowns)
     for what, values in shown(list(less.items()), "leaving mechanisms out"):

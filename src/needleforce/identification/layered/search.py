@@ -79,14 +79,24 @@ def of_the_population(solved: Solved) -> Solved:
     return Solved(problem, unknowns.in_order(x), cost)
 
 
-def made_passive(solved: Solved) -> Solved:
-    """The passive form, from the numbers of the other and from stiffer ones: its spring takes over less at a
-    rupture."""
-    starts = []
+def made_passive(solved: Iterable[Solved]) -> Iterator[Solved]:
+    """Fits with 1, 2, … layers in the passive form, from those in the other form."""
+    before = None
+    for fitted in solved:
+        problem = replace(fitted.problem, passive=True)
+        found = [best(problem, _stiffer(fitted))]
+        if before is not None:
+            # else one layer more may fit worse: what the other form's third layer is for, this one need not lack
+            found.append(best(problem, grown_starts(problem.courses, before.problem.unknowns, before.x)))
+        before = min(found, key=lambda each: each.cost)
+        yield before
+
+
+def _stiffer(solved: Solved) -> Iterator[np.ndarray]:
+    """The numbers of the other form, and stiffer ones: the passive form's spring takes over less at a rupture."""
     for contact, spring in STIFFER:
         x, layers = solved.x.copy(), PER_LAYER * np.arange(solved.problem.unknowns.layers)
         x[layers + COEFFICIENT] += contact
         x[layers + STIFFNESS] += spring
         x[layers + GRIP] -= spring
-        starts.append(x)
-    return best(replace(solved.problem, passive=True), starts)
+        yield x

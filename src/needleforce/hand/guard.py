@@ -3,16 +3,16 @@
 
 import numpy as np
 
-from . import core
-from .errors import InputError
-from .vocabulary import Phase, Status
-from .whole_file import whole_file
+from .. import core
+from ..errors import InputError
+from ..vocabulary import Phase, Status
+from ..whole_file import whole_file
 
 FLAGS = ("rejected", "stale", "clamped", "slewed", "limited_by_energy", "outside_bounds")
 
 
 class Guard(core.Guard):
-    """Limits between an engine, as ``nf.Insertion``, and a device: scale, clamp, slew, watchdog, energy.
+    """Limits between an engine, ``nf.Insertion`` or ``LiveInsertion``, and a device: scale, clamp, slew, watchdog, energy.
 
     ``settings`` are those of ``core.GuardSettings``, in SI and the device's range; ``core.GuardSettings.table()`` lists
     them. Raises InputError for one that is unknown or outside its range, and for two that do not go together. The
@@ -21,9 +21,13 @@ class Guard(core.Guard):
     """
 
     def __init__(self, engine, **settings: float):
-        if not isinstance(engine, core.Insertion):
-            raise InputError("engine", repr(engine), "not one that a guard can step", next_step="Give nf.Insertion(…).")
-        super().__init__(engine, core.GuardSettings(**settings))
+        checked = core.GuardSettings(**settings)
+        try:
+            super().__init__(engine, checked)
+        except TypeError:
+            raise InputError(
+                "engine", repr(engine), "not one that a guard can step", "", "Give nf.Insertion(…) or LiveInsertion(…)."
+            ) from None
         self.engine = engine
 
     def recorder(self) -> dict[str, np.ndarray]:

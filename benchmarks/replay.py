@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Real recordings through the engine: their motion in at 1 kHz, the force of an identified model out, step by step.
+
+    python benchmarks/replay.py [--conditions 2] [--full] [--write docs/replay.md]
+
+Of every condition with three repeats or more (all of a file's name but repeat and date) the last repeat is left out,
+with --full each in turn. The model is identified from the others alone, from cold, and goes through ``nf.Insertion``
+along the motion of the one left out: a prediction; with that one's own punctures, a replay. Positions are logged at
+some 100 Hz; between them runs a cubic that keeps each interval monotone (PCHIP), so that a needle at rest stays at
+rest and none goes beyond where it was seen.
+"""
+
+import argparse
+import dataclasses
+import os
+import runpy
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+import needleforce as nf
+from needleforce.identification.repeatability import Cycle, cycle_of
+from needleforce.identification.single import seen
+
+ROOT = Path(__file__).resolve().parents[1]
+UNSEEN = runpy.run_path(str(ROOT / "benchmarks" / "unseen.py"))
+MODELS = ("layered_as_fitted", "layered", "paper")
+WAYS = ("prediction", "replay")
+JUMPS = ("at a rupture", "on the way out", "elsewhere")
+TICK = 1e-3  # [s]
+FALL = 0.1  # [s] after a rupture's peak in which its force falls
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A force (n,) [N] over time (n,) [s], and when layers gave way [s]."""
+
+    time: np.ndarray
+    force: np.ndarray
+    ruptures: np.ndarray
+
+    def jumps(self, cycle: Cycle) -> tuple[float, float, float]:
+        """Largest change in a millisecond [N]: while a layer gives way, on the way out, elsewhere in the cycle. Even
+        over the interval between two samples, where that is longer."""
+        start, stop = self.time[:-1], self.time[1:]
+        change = np.abs(np.diff(self.force)) * TICK / (stop - start)
+        breaks = np.zeros(len(change), bool)
+        for time in self.ruptures:
+            breaks |= (stop >= time) & (start <= time + FALL)
+        inside = (start >= cycle.time[0]) & (stop <= cycle.time[-1])
+        leaves = stop > cycle.time[cycle.stroke == 2].min(initial=np.inf)
+        parts = breaks, ~breaks & leaves, ~breaks & ~leaves
+        return tuple(float(change[inside & part].max(initial=0.0)) for part in parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """One repeat left out: what was measured, and by model and way what the engine gave."""
+
+    source: str
+    cycle: Cycle
+    measured: Trace
+    traces: dict[tuple[str, str], Trace]
+
+    def error(self, key: tuple[str, str]) -> np.ndarray:
+        """Error (n,) [N] at the samples of the cycle."""
+        trace = self.traces[key]
+        return np.interp(self.cycle.time, trace.time, trace.force) - self.cycle.force
+
+
+def engine_force(model: nf.Model, recording: nf.Recording, surface: float) -> Trace:
+    """The engine along the motion of a recording whose surface is at ``surface`` [m], 1000 steps a second."""
+    time = np.arange(recording.time[0], recording.time[-1], TICK)
+    depths = PchipInterpolator(recording.time, recording.depth)(time) - surface
+    hand = nf.Insertion(model)
+    samples = [hand.step(depth, None, TICK) for depth in depths]
+    odd = {str(sample.status) for sample in samples} - {"ok"}
+    if odd:
+        print(f"{recording.card.source}, {model.name}: a step says {', '.join(odd)}", file=sys.stderr)
+    force, broke = np.array([[sample.force, sample.punctured] for sample in samples]).T
+    return Trace(time, force, time[broke > 0])
+
+
+def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers: int | None = None) -> Outcome:
+    """The k-th of a condition's files through models of the others."""
+    recordings = [nf.read(file, columns=UNSEEN["COLUMNS"], units=UNSEEN["UNITS"]) for file in files]
+    own = recordings.pop(k)
+    single = seen(own)
+    # its punctures are given, and nothing else: neither its contact nor its exit
+    given = {"prediction": None, "replay": dataclasses.replace(single.events, contact=None, exit=None)}
+    traces = {}
+    for name in models:
+        fit = nf.identify(recordings, model=name, layers=layers if name.startswith("layered") else None)
+        for way, events in given.items():
+            model, surface = fit.placed(own, events)
+            traces[name, way] = engine_force(model, own, surface)
+    seen_ruptures = np.array([puncture.time for puncture in single.events.punctures])
+    return Outcome(files[k].stem, cycle_of(single), Trace(own.time, own.force, seen_ruptures), traces)
+
+
+def numbers(outcome: Outcome, key: tuple[str, str]) -> list[float]:
+    """Rms, 95th percentile and maximum of the error [N], rms over the peak, largest jumps [N]."""
+    error = np.abs(outcome.error(key))
+    rms = float(np.sqrt(np.mean(error**2)))
+    jumps = outcome.traces[key].jumps(outcome.cycle)
+    return [rms, float(np.percentile(error, 95)), float(error.max()), rms / outcome.cycle.peak, *jumps]
+
+
+def row(cells: list[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def tables(outcomes: list[Outcome]) -> list[str]:
+    """Markdown: medians over the repeats left out, with the worst; then every one of them."""
+    heads = ["rms, N", "95th percentile, N", "largest, N", "rms / peak", *(f"jump {where}, N" for where in JUMPS)]
+    lines = [row(["model", "", *heads]), "|---" * (2 + len(heads)) + "|"]
+    for key in ((name, way) for name in MODELS for way in WAYS):
+        found = np.array([numbers(outcome, key) for outcome in outcomes])
+        lines.append(row([f"`{key[0]}`", key[1], *map(spread, found.T)]))
+    own = np.array([outcome.measured.jumps(outcome.cycle) for outcome in outcomes])
+    lines += [row(["measured", "", *[""] * 4, *map(spread, own.T)]), ""]
+    return [*lines, *each(outcomes)]
+
+
+def spread(values: np.ndarray) -> str:
+    return f"{np.median(values):.3f} ({values.max():.3f})"
+
+
+def each(outcomes: list[Outcome]) -> list[str]:
+    """Markdown: every repeat left out."""
+    heads = ["left out", "peak, N", *(f"`{name}`" for name in MODELS), "jumps of `layered`", "measured"]
+    lines = [row(heads), "|---" * len(heads) + "|"]
+    for outcome in sorted(outcomes, key=lambda outcome: outcome.source):
+        name = outcome.source.rsplit("_", 1)[0].replace("__", " ")
+        rms = [", ".join(f"{numbers(outcome, (model, way))[0]:.3f}" for way in WAYS) for model in MODELS]
+        traces = outcome.traces["layered", "replay"], outcome.measured
+        jumps = [", ".join(f"{jump:.2f}" for jump in trace.jumps(outcome.cycle)) for trace in traces]
+        lines.append(row([name, f"{outcome.cycle.peak:.2f}", *rms, *jumps]))
+    said = (
+        f"Rms errors in N of prediction, replay; jumps in N in 1 ms {', '.join(JUMPS)}, of the replay and as measured."
+    )
+    return [*lines, "", said]
+
+
+def measured(count: int, full: bool) -> list[Outcome]:
+    """Every repeat left out that was asked for; empty where there are no recordings."""
+    folder = runpy.run_path(str(ROOT / "tests" / "conftest.py"))["RECORDINGS"] / "needle-insertion-rig"
+    if not folder.is_dir():
+        print(f"no recordings at {folder}: none is replayed")
+        return []
+    found = list(UNSEEN["conditions"](folder).values())[: None if full else count]
+    outcomes = []
+    with ProcessPoolExecutor(os.cpu_count()) as pool:
+        work = [pool.submit(left_out, files, k) for files in found for k in (range(len(files)) if full else [-1])]
+        for future in work:
+            outcomes.append(future.result())
+            shown = ", ".join(f"{name} {numbers(outcomes[-1], (name, 'replay'))[3]:.3f}" for name in MODELS)
+            print(f"{outcomes[-1].source}: replay, rms / peak: {shown}", flush=True)
+    return outcomes
+
+
+def main(count: int, full: bool, write: Path | None) -> None:
+    outcomes = measured(count, full)
+    if not outcomes:
+        return
+    print("\n".join(tables(outcomes)))
+    if write is not None:
+        page = runpy.run_path(str(ROOT / "benchmarks" / "replay_page.py"))
+        page["write"](write, outcomes, tables(outcomes), FALL)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--conditions", type=int, default=2, help="how many, without --full")
+    parser.add_argument("--full", action="store_true", help="each repeat of every condition")
+    parser.add_argument("--write", type=Path)
+    options = parser.parse_args()
+    main(options.conditions, options.full, options.write)

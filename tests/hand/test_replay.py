@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Real recordings through the engine at 1 kHz, as the benchmark replays them."""
+
+import dataclasses
+import runpy
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+from needleforce.identification.repeatability import cycle_of, mean_of_others
+from needleforce.identification.single import seen
+
+WORST = 1.27  # of the table in docs/unseen.md, over the experiment's own repeatability, as is its 90th percentile 1.18
+
+
+@pytest.fixture(scope="module")
+def replay(root):
+    return runpy.run_path(str(root / "benchmarks" / "replay.py"))
+
+
+@pytest.fixture(scope="module")
+def files(recordings):
+    return sorted((recordings / "needle-insertion-rig").glob("dev__control-needle__skin_2_0_2_*.csv"))
+
+
+@pytest.fixture(scope="module")
+def outcome(replay, files):
+    assert len(files) == 5
+    return replay["left_out"](files[:4], 0, models=("layered_as_fitted",), layers=2)
+
+
+def test_a_model_of_other_repeats_gives_the_force_of_this_one_in_the_loop(replay, files, outcome):
+    read = [nf.read(f, columns={"force": "fz", "depth": "pz"}, units={"time": "us", "depth": "mm"}) for f in files[:4]]
+    cycles = [cycle_of(seen(run)) for run in read]
+    floor = cycles[0].errors(mean_of_others(cycles, 0))[0]
+    for way in ("prediction", "replay"):
+        rms, _, _, relative, *_ = replay["numbers"](outcome, ("layered_as_fitted", way))
+        assert relative == pytest.approx(rms / np.abs(cycles[0].force).max(), rel=1e-12)
+        assert relative < WORST * floor
+
+
+def test_the_force_in_the_loop_moves_no_more_in_a_millisecond_than_the_measured_one_does(outcome):
+    broke, out, elsewhere = outcome.traces["layered_as_fitted", "replay"].jumps(outcome.cycle)
+    measured = outcome.measured.jumps(outcome.cycle)
+    assert elsewhere < measured[2] and out < measured[1]
+    # what was measured is even over 10 ms: nothing that fell in one of them can have fallen more
+    assert broke < 10.0 * measured[0]
+
+
+def test_jumps_are_told_apart_by_where_they_are(replay, outcome):
+    """Steps of 3, 2 and 1 N at a rupture, on the way out and elsewhere, on 1 ms; half as steep on 2 ms."""
+    time = np.arange(0.0, 4.0, 1e-3)
+    stroke = np.select([time < 2.0, time < 3.0], [0, 1], 2)
+    force = 3.0 * (time >= 1.0) + 2.0 * (time >= 3.5) + 1.0 * (time >= 2.5)
+    cycle = dataclasses.replace(outcome.cycle, time=time, force=force, depth=time, stroke=stroke)
+    trace = replay["Trace"](time, force, np.array([1.0]))
+    np.testing.assert_allclose(trace.jumps(cycle), [3.0, 2.0, 1.0], rtol=1e-9)
+    twice = replay["Trace"](time[::2], force[::2], np.array([1.0]))
+    np.testing.assert_allclose(twice.jumps(cycle), [1.5, 1.0, 0.5], rtol=1e-9)
+
+
+def test_motion_between_slow_samples_neither_overshoots_nor_leaves_rest(replay):
+    """A needle that stops at once: the engine at 1 kHz never goes deeper, and its force at rest is constant."""
+    time = np.arange(0.0, 4.0, 1e-2)
+    depth = np.minimum(-2e-3 + 3e-3 * time, 5e-3)
+    recording = dataclasses.replace(
+        nf.simulate(nf.preset("paper"), nf.Motion.insert(start=-1e-3, speed=3e-3, depth=2e-3), rate=100.0),
+        time=time, depth=depth, force=np.zeros_like(time), velocity=np.zeros_like(time), axes={},
+    )  # fmt: skip
+    trace = replay["engine_force"](nf.preset("paper"), recording, 0.0)
+    resting = trace.time > 2.35
+    assert np.ptp(trace.force[resting]) == 0.0 and trace.force[resting][0] > 0.1
+    # 18.6 N/m over 5 mm and 0.0776 N: the paper's closed form where the needle rests
+    model = nf.preset("paper")
+    wanted = model.friction.per_length * 5e-3 + model.cutting.force
+    assert trace.force[-1] == pytest.approx(wanted, rel=1e-9)
+    np.testing.assert_allclose(trace.ruptures, [(2e-3 + model.puncture_depth) / 3e-3], atol=2e-3)
