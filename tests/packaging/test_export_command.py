@@ -56,6 +56,7 @@ OLD = {"recordings": [], "parameters": [], "model": "paper"}
         (OLD | {"preset": {"name": "x"}}, "missing required field"),
         ([{"model": "paper", "bic": 1.0}], "file is no fit"),
         ({"conditions": []}, "file is no fit"),
+        (OLD | {"recordings": [{"status": "ok"}]}, "file is no fit"),
     ],
 )
 def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_path, capsys, monkeypatch):

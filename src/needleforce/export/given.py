@@ -9,6 +9,7 @@ from ..errors import InputError
 from ..model import Model
 from ..preset_files import preset, preset_of
 
+FIT = {"recordings", "parameters", "model"}
 AGAIN = "Identify again with --json, or give the preset that --save wrote."
 
 
@@ -43,9 +44,13 @@ def _read(path: Path) -> dict:
         raise InputError("fit", "not readable", error.strerror or "", str(path)) from None
     except ValueError as error:  # of JSON, and of text that is not UTF-8
         raise InputError("fit", "no JSON", str(error), path.name, AGAIN) from None
-    if not (isinstance(document, dict) and {"recordings", "parameters", "model"} <= set(document)):
+    if not (isinstance(document, dict) and FIT <= set(document) and all(map(_is_recording, document["recordings"]))):
         raise InputError("file", "no fit", "needed is what identify --json writes", path.name, AGAIN)
     return document
+
+
+def _is_recording(each) -> bool:
+    return isinstance(each, dict) and isinstance(each.get("file"), str) and "status" in each
 
 
 def _model(document: dict) -> Model:
