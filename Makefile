@@ -4,12 +4,17 @@ PYTHON ?= python3
 BIN := .venv/bin
 CORE_SOURCES := $(shell find include bindings -type f) CMakeLists.txt pyproject.toml
 PYTHON_SOURCES := src tests benchmarks examples
-CXX_SOURCES := $(shell find include bindings tests/cpp examples benchmarks -name '*.hpp' -o -name '*.cpp' -o -name '*.h')
+CXX_SOURCES := $(shell find include bindings tests examples benchmarks -name '*.hpp' -o -name '*.cpp' -o -name '*.h' -o -name '*.c')
 CXX_TESTS := build/cpp
+CXX_SANITIZED := build/sanitized
+# every test in which one thread speaks to another
+THREAD_TESTS := $(wildcard tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp)
+MINUTES ?= 10
 FILE ?= tests/reference_values.json
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-cpp test-python bench bench-full lint format docs reference clean
+.PHONY: help setup demo test test-cpp test-python proof proof-tools proof-effects proof-symbols proof-sanitizers proof-threads \
+        proof-fuzz fuzz wasm bench bench-full lint format docs reference clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -43,6 +48,41 @@ test-cpp: .venv/.packages
 
 test-python: setup
 	@$(BIN)/python -m pytest
+
+proof: proof-effects proof-symbols proof-sanitizers proof-threads proof-fuzz  ## the real-time claims, by compiler, sanitizers and fuzzer
+
+proof-tools: .venv/.packages
+	@PYTHON=$(PYTHON) tools/system_packages.sh proof
+	@$(BIN)/pip install --quiet --disable-pip-version-check --requirement tests/proof/requirements.txt
+
+proof-effects: proof-tools
+	@tests/proof/function_effects.sh
+
+proof-symbols: .venv/.packages
+	@tests/proof/symbols.sh
+
+# scanning for C++ modules, which nobody uses here, asks for one more tool
+proof-sanitizers: proof-tools
+	@$(BIN)/cmake -S . -B $(CXX_SANITIZED) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DNEEDLEFORCE_TESTS=ON \
+	  -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++-19 -DCMAKE_CXX_SCAN_FOR_MODULES=OFF \
+	  -DCMAKE_CXX_FLAGS="-g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all" > $(CXX_SANITIZED).log 2>&1 \
+	  || (cat $(CXX_SANITIZED).log; false)
+	@$(BIN)/cmake --build $(CXX_SANITIZED) > $(CXX_SANITIZED).log 2>&1 || (cat $(CXX_SANITIZED).log; false)
+	@for tests in $(CXX_SANITIZED)/tests/cpp/*_tests; do $$tests --gtest_brief=1 > $(CXX_SANITIZED).log 2>&1 || { cat $(CXX_SANITIZED).log; exit 1; }; done
+	@echo "sanitizers: nothing found in the C++ tests"
+
+proof-threads: proof-tools
+	@tests/proof/threads.sh $(THREAD_TESTS)
+
+proof-fuzz: proof-tools
+	@tests/proof/fuzz.sh 60
+
+fuzz: proof-tools  ## MINUTES=10: the fuzzer alone, for longer
+	@tests/proof/fuzz.sh $$(($(MINUTES) * 60))
+
+wasm: .venv/.packages  ## the core for WebAssembly and its module, in build/wasm
+	@PYTHON=$(PYTHON) tools/system_packages.sh proof
+	@bindings/wasm/build.sh build/wasm
 
 bench: setup  ## the bars as ratios, measured in one run
 	@$(BIN)/pip install --quiet --disable-pip-version-check --requirement benchmarks/requirements.txt

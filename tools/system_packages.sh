@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# What pip cannot bring: for `core` a C++20 compiler and Python with its headers, for `tests` GoogleTest as well.
+# What pip cannot bring: for `core` a C++20 compiler and Python with its headers, for `tests` GoogleTest as well, for `proof`
+# clang with its sanitizers and fuzzer, what it needs for WebAssembly, and Node.
 # Installs them where it may, else says in one line what to install.
 set -eu
 python=${PYTHON:-python3}
@@ -14,6 +15,17 @@ command -v "$python" > /dev/null || needed+=(python3)
 ask 'import ensurepip' || needed+=(python3-venv)
 ask 'import sysconfig, pathlib, sys; sys.exit(not (pathlib.Path(sysconfig.get_path("include")) / "Python.h").exists())' || needed+=(python3-dev)
 [ "${1:-core}" = core ] || has_header gtest/gtest.h || needed+=(libgtest-dev)
+if [ "${1:-core}" = proof ]; then
+  # a header for each package that brings one
+  clang=/usr/lib/llvm-19/lib/clang/19/lib wasm=/usr/include/wasm32-wasi
+  command -v clang++-19 > /dev/null || needed+=(clang-19)
+  [ -e $clang/linux ] || needed+=(libclang-rt-19-dev)
+  command -v wasm-ld-19 > /dev/null || needed+=(lld-19)
+  [ -e $clang/wasi ] || needed+=(libclang-rt-19-dev-wasm32)
+  [ -e $wasm/stdlib.h ] || needed+=(wasi-libc)
+  [ -e $wasm/c++/v1/variant ] || needed+=(libc++-19-dev-wasm32 libc++abi-19-dev-wasm32)
+  command -v node > /dev/null || needed+=(nodejs)
+fi
 
 if [ ${#needed[@]} -gt 0 ]; then
   if [ "$(id -u)" = 0 ] && command -v apt-get > /dev/null; then

@@ -38,11 +38,10 @@ const Parameter<T>* parameter_named(const char* name) noexcept {
 }
 
 /// Fills the table's numbers: those given, else their defaults.
-template <class T, std::size_t most>
-bool fill(T& value, const nf_number (&numbers)[most], nf_fault& why) noexcept {
-  static_assert(T::table.size() < most, "the arrays of needleforce.h hold fewer numbers than this table");
+template <class T>
+bool fill(T& value, std::span<const nf_number> numbers, nf_fault& why) noexcept {
   for (const Parameter<T>& parameter : T::table) value.*parameter.member = parameter.initial;
-  for (const nf_number& number : given(numbers)) {
+  for (const nf_number& number : numbers) {
     const Parameter<T>* parameter = parameter_named<T>(number.name);
     if (!parameter) return refuse(why, T::name, number.name, "is no parameter of it", number.value);
     value.*parameter->member = number.value;
@@ -53,6 +52,12 @@ bool fill(T& value, const nf_number (&numbers)[most], nf_fault& why) noexcept {
   const bool missing = bad->initial != bad->initial && number != number;
   return refuse(why, T::name, bad->name, missing ? "is missing or not a number" : "is outside its range",
                 number, bad->low, bad->high);
+}
+
+template <class T, std::size_t most>
+bool fill(T& value, const nf_number (&numbers)[most], nf_fault& why) noexcept {
+  static_assert(T::table.size() < most, "the arrays of needleforce.h hold fewer numbers than this table");
+  return fill(value, given(numbers), why);
 }
 
 inline bool fill_profile(tips::Profile& profile, const nf_tip& tip, nf_fault& why) noexcept {

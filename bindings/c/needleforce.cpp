@@ -3,13 +3,11 @@
 #include "needleforce.h"
 
 #include <array>
-#include <cstdint>
 #include <cstring>
 #include <new>
 #include <type_traits>
 
-#include "by_name.hpp"
-#include "needleforce/insertion.hpp"
+#include "in_memory.hpp"
 
 using namespace needleforce;
 
@@ -18,11 +16,6 @@ static_assert(NF_NOT_FINITE == int(Status::not_finite) && std::size(status_names
 static_assert(NF_NO_VELOCITY == no_velocity);
 static_assert(std::is_standard_layout_v<nf_sample> && std::is_trivially_copyable_v<nf_sample>);
 static_assert(std::is_standard_layout_v<nf_layer> && std::is_trivially_copyable_v<nf_layer>);
-static_assert(alignof(Insertion) <= alignof(double));
-
-struct nf_insertion {
-  Insertion insertion;
-};
 
 namespace {
 
@@ -39,15 +32,6 @@ bool settings_are_sound(const nf_settings& s, nf_fault& why) noexcept {
   const auto* bad = first_invalid(bevel);
   return !bad ||
          c::refuse(why, "bevel", bad->name, "is outside its range", bevel.*bad->member, bad->low, bad->high);
-}
-
-bool memory_is_sound(const void* memory, std::size_t size, nf_fault& why) noexcept {
-  if (!memory || size < sizeof(nf_insertion))
-    return c::refuse(why, "memory", "size", "is less than nf_size()", double(size),
-                     double(sizeof(nf_insertion)));
-  if (reinterpret_cast<std::uintptr_t>(memory) % alignof(nf_insertion))
-    return c::refuse(why, "memory", "address", "is not aligned as a double");
-  return true;
 }
 
 bool read_layers(const nf_layer* named, std::size_t count, std::array<Layer, most_layers>& layers,
@@ -89,17 +73,14 @@ nf_insertion* nf_init(void* memory, size_t size, const nf_layer* named, size_t c
   fault = nf_fault{};
   const nf_settings chosen = settings ? *settings : nf_default_settings();
   std::array<Layer, most_layers> layers{};
-  if (!memory_is_sound(memory, size, fault) || !settings_are_sound(chosen, fault) ||
+  if (!c::holds<nf_insertion>(memory, size, fault) || !settings_are_sound(chosen, fault) ||
       !read_layers(named, count, layers, fault))
     return nullptr;
   return new (memory) nf_insertion{Insertion({layers.data(), count}, limits_of(chosen), bevel_of(chosen))};
 }
 
 void nf_step(nf_insertion* self, double depth, double velocity, double dt, nf_sample* out) {
-  const Sample s = self->insertion.step(depth, velocity, dt);
-  *out = {
-      s.depth,          s.velocity,          s.force,      s.stiffness,   s.friction, s.cutting,   s.lateral,
-      s.force_by_depth, s.force_by_velocity, int(s.phase), int(s.status), s.contact,  s.punctured, s.exit};
+  *out = c::plain(self->insertion.step(depth, velocity, dt));
 }
 
 void nf_reset(nf_insertion* self) { self->insertion.reset(); }

@@ -9,13 +9,14 @@
 NB_MODULE(core, module) {
   // what is alive when Python ends is mostly its own caches, and no concern of a user
   nanobind::set_leak_warnings(false);
-  module.doc() = "The compiled core of needleforce: laws, contact, foundation, insertion, fit.";
+  module.doc() = "The compiled core of needleforce: laws, contact, foundation, insertion, guard, fit.";
   module.attr("version") = needleforce::version;
   needleforce::python::bind_tips(module);
   needleforce::python::bind_mechanics(module);
   needleforce::python::bind_laws(module);
   needleforce::python::bind_contact(module);
   needleforce::python::bind_insertion(module);
+  needleforce::python::bind_guard(module);
   needleforce::python::bind_live(module);
   needleforce::python::bind_fit(module);
 }

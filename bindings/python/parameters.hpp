@@ -123,8 +123,8 @@ void check_range(const T& value) {
                 "outside " + number(bad->low) + " to " + number(bad->high) + " " + bad->unit,
                 std::string("It is the ") + bad->meaning + ".");
   check_flaw(value);
-  if constexpr (Law<T>) {
-    if (const char* words = contradiction(value))
+  if constexpr (requires { value.contradiction(); }) {
+    if (const char* words = value.contradiction())
       raise_input(T::name, nb::str(described(value, "").c_str()), words, "Change one of these numbers.");
   }
 }
@@ -253,7 +253,7 @@ std::string signature() {
     text += std::string(", ") + parameter.name + ": float";
     // the table's order is the caller's; Python wants a default behind a default
     if (has_default || optional)
-      text += " = " + (has_default ? number(parameter.initial) : std::string("..."));
+      text += " = " + (std::isfinite(parameter.initial) ? number(parameter.initial) : std::string("..."));
     optional = optional || has_default;
   }
   for_each_part<T>([&]<class Value>(const Part<T, Value>& part) {

@@ -113,8 +113,9 @@ class Insertion {
   [[gnu::always_inline]] Status check(double depth, double velocity, double dt) const noexcept {
     if (!valid_) return Status::invalid_parameter;
     if (!ordinary(depth, velocity, dt)) return refusal(depth, velocity, dt);
-    if (!state_.started) return Status::ok;
-    const bool possible = consistent(limits_, depth - state_.depth, velocity, state_.waited + dt);
+    const bool possible = state_.started
+                              ? consistent(limits_, depth - state_.depth, velocity, state_.waited + dt)
+                              : velocity == no_velocity || std::abs(velocity) <= limits_.max_speed;
     return possible ? Status::ok : Status::outside_range;
   }
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "../../bindings/c/needleforce.h"
+#include "../../bindings/c/needleforce_guard.h"
 #include "paper.hpp"
 
 namespace {
@@ -82,7 +82,7 @@ TEST(CInterface, RefusesMemoryThatIsTooSmallOrMissing) {
   std::vector<double> memory(nf_size() / sizeof(double) + 1);
   nf_fault why;
   EXPECT_EQ(nf_init(memory.data(), nf_size() - 1, &layer, 1, nullptr, &why), nullptr);
-  EXPECT_STREQ(why.reason, "is less than nf_size()");
+  EXPECT_STREQ(why.reason, "is less than what it needs");
   EXPECT_EQ(nf_init(nullptr, 1 << 20, &layer, 1, nullptr, nullptr), nullptr);
   EXPECT_EQ(nf_init(reinterpret_cast<char*>(memory.data()) + 1, nf_size(), &layer, 1, nullptr, &why),
             nullptr);
@@ -146,6 +146,47 @@ TEST(CInterface, SnapshotsAreTakenBackOrRefused) {
     altered[i] ^= 0x10;
     EXPECT_EQ(nf_restore(made.insertion, altered.data(), altered.size()), 0) << i;
   }
+}
+
+/// A guard around an insertion of the paper's, or what was said against it.
+struct Guarded {
+  Made made = Made(paper_layer());
+  std::vector<double> memory = std::vector<double>(nf_guard_size() / sizeof(double) + 1);
+  nf_fault why{};
+  nf_guard* guard = nullptr;
+  explicit Guarded(std::vector<nf_number> settings)
+      : guard(nf_guard_init(memory.data(), memory.size() * sizeof(double), made.insertion, settings.data(),
+                            settings.size(), &why)) {}
+};
+
+TEST(CInterface, TheGuardClampsRejectsAndFallsToZero) {
+  Guarded guarded({{"most_force", 0.1}, {"stale_after", 2e-3}, {"fall_time", 5e-3}});
+  ASSERT_TRUE(guarded.guard) << guarded.why.quantity << guarded.why.reason;
+  nf_output output{};
+  for (int k = 0; k <= 2000; ++k) nf_guard_step(guarded.guard, 3e-6 * k, NF_NO_VELOCITY, 1e-3, &output);
+  EXPECT_EQ(output.force, 0.1);
+  EXPECT_EQ(output.did, NF_CLAMPED);
+  EXPECT_NEAR(output.sample.force, paper::friction * 6e-3 + paper::cutting, 1e-3);
+  nf_guard_step(guarded.guard, std::nan(""), NF_NO_VELOCITY, 1e-3, &output);
+  EXPECT_TRUE(output.did & NF_REJECTED);
+  for (int k = 0; k < 10; ++k) nf_guard_miss(guarded.guard, 1e-3, &output);
+  EXPECT_EQ(output.force, 0.0);
+  EXPECT_TRUE(output.did & NF_STALE);
+  nf_guard_reset(guarded.guard);
+  nf_guard_step(guarded.guard, -1e-3, NF_NO_VELOCITY, 1e-3, &output);
+  EXPECT_EQ(output.sample.phase, NF_FREE);
+}
+
+TEST(CInterface, TheGuardRefusesSettingsThatAreNone) {
+  EXPECT_STREQ(Guarded({{"most_furce", 1.0}}).why.reason, "is no parameter of it");
+  EXPECT_STREQ(Guarded({{"most_force", std::nan("")}}).why.quantity, "most_force");
+  EXPECT_STREQ(Guarded({{"delay", 1.5}}).why.reason, "delay is no whole number of cycles");
+  EXPECT_EQ(Guarded({{"delay", 1.5}}).guard, nullptr);
+  nf_fault why{};
+  double small[4];
+  EXPECT_EQ(nf_guard_init(small, sizeof small, Made(paper_layer()).insertion, nullptr, 0, &why), nullptr);
+  EXPECT_STREQ(why.law, "memory");
+  EXPECT_EQ(nf_guard_init(small, sizeof small, nullptr, nullptr, 0, nullptr), nullptr);
 }
 
 }  // namespace

@@ -251,6 +251,13 @@ TEST(Insertion, LimitsAreChecked) {
   EXPECT_EQ(insertion.step(1e-3, no_velocity, 1e-3).status, Status::invalid_parameter);
 }
 
+TEST(Insertion, AFirstStepIsNoFasterThanTheNeedle) {
+  Insertion insertion(paper::model(), Limits{.max_speed = 0.1});
+  EXPECT_EQ(insertion.step(8e-3, 0.2, 1e-3).status, Status::outside_range);
+  EXPECT_EQ(insertion.step(8e-3, -0.2, 1e-3).force, 0.0);
+  EXPECT_EQ(insertion.step(8e-3, 0.05, 1e-3).status, Status::ok);
+}
+
 TEST(Insertion, AnInvalidModelNeverPushes) {
   Insertion insertion(paper::model(-1.0));
   paper::move(insertion, -1e-3, 6e-3, 1e-4, [](const Sample& sample) {

@@ -7,7 +7,9 @@
 #include <new>
 #include <random>
 
+#include "../proof/c_layers.hpp"
 #include "every_model.hpp"
+#include "needleforce/flight_recorder.hpp"
 
 namespace {
 std::atomic<bool> armed{false};
@@ -31,11 +33,23 @@ using namespace needleforce;
 
 namespace {
 
-static_assert(std::is_trivially_copyable_v<Insertion>);
-static_assert(std::is_trivially_copyable_v<Sample>);
+template <class... T>
+constexpr bool all_trivially_copyable = (std::is_trivially_copyable_v<T> && ...);
+template <class... T>
+constexpr bool all_plain = ((std::is_standard_layout_v<T> && std::is_trivial_v<T>) && ...);
+
+static_assert(
+    all_trivially_copyable<Insertion, InsertionState, Insertion::Saved, Sample, Model, Layer, Limits, Bevel>);
+static_assert(
+    all_plain<nf_number, nf_tip, nf_law, nf_layer, nf_settings, nf_fault, nf_sample, Insertion::Saved>);
 static_assert(noexcept(std::declval<Insertion&>().step(0.0, 0.0, 0.0)));
 static_assert(noexcept(std::declval<Insertion&>().reset()));
+static_assert(noexcept(std::declval<const Insertion&>().snapshot()));
+static_assert(noexcept(std::declval<const Insertion&>().save()));
+static_assert(noexcept(std::declval<Insertion&>().restore(std::declval<const Insertion::Saved&>())));
+static_assert(std::is_nothrow_copy_assignable_v<Insertion>);
 static_assert(std::is_nothrow_constructible_v<Insertion, const Model&>);
+static_assert(std::is_nothrow_constructible_v<Insertion, std::span<const Layer>>);
 
 /// Mostly a plausible random walk, now and then a value that no sensor should give, or a leap.
 class RandomInput {
@@ -77,8 +91,30 @@ struct Seen {
   long refused = 0, steps = 0;
 };
 
+/// The same engine through the C face.
+class CInsertion {
+ public:
+  explicit CInsertion(std::span<const Layer> layers) : memory_(nf_size() / sizeof(double) + 1) {
+    CLayers named(layers);
+    insertion_ = nf_init(memory_.data(), nf_size(), named.data(), named.size(), nullptr, nullptr);
+  }
+  Sample step(double depth, double velocity, double dt) noexcept {
+    nf_sample sample;
+    nf_step(insertion_, depth, velocity, dt, &sample);
+    return {.force = sample.force,
+            .force_by_depth = sample.force_by_depth,
+            .force_by_velocity = sample.force_by_velocity,
+            .status = Status(sample.status)};
+  }
+
+ private:
+  std::vector<double> memory_;
+  nf_insertion* insertion_;
+};
+
 /// Steps with the allocator armed.
-Seen run(Insertion insertion, RandomInput input, int n) {
+template <class Engine>
+Seen run(Engine insertion, RandomInput input, int n) {
   Seen seen;
   armed = true;
   for (int i = 0; i < n; ++i) {
@@ -120,6 +156,22 @@ std::vector<Layer> eight_of(const Model& model) {
 
 TEST(RealTime, MillionStepsAllocateNothingAndStayFinite) {
   expect_sound(run(Insertion(paper::model(), Limits{.hold_time = 5e-3}), RandomInput(), 1000000), "paper");
+}
+
+/// Four layers with bristles, relaxation and a crack that sticks and slips.
+std::vector<Layer> full_stack() {
+  const Model model{usual<laws::ConeCylinder>(), usual<laws::PunctureForce>(), usual<laws::LuGre>(),
+                    usual<laws::StickSlip>(), usual<laws::Prony>()};
+  return {{0.0, model}, {5e-3, model}, {1e-2, model}, {1.5e-2, model}};
+}
+
+TEST(RealTime, NorDoTheyInFourLayersWithEveryKindOfMemory) {
+  expect_sound(run(Insertion(full_stack()), RandomInput(1e-4), 1000000), "four layers");
+}
+
+TEST(RealTime, NorDoTheyThroughTheCFace) {
+  const std::vector<Layer> stack = full_stack();
+  expect_sound(run(CInsertion(stack), RandomInput(1e-4), 1000000), "C");
 }
 
 TEST(RealTime, NorDoesAnyLawInEightLayersWhateverTheLimits) {
@@ -175,6 +227,63 @@ TEST(RealTime, AStepFromAboveIntoTheTissueIsAnInsertionAndOneOutOfItAnExit) {
       }
     }
   }
+}
+
+/// Steps of a guard and its recorder with the allocator armed; the largest force, or NaN if one was none.
+template <class Engine>
+double guarded(Guard<Engine> guard, RandomInput input, int n) {
+  static FlightRecorder<256> recorder;
+  double largest = 0.0;
+  armed = true;
+  for (int i = 0; i < n; ++i) {
+    const double depth = input.depth(), velocity = input.velocity(), dt = input.dt();
+    const Output output = i % 17 == 0 ? guard.miss(dt) : guard.step(depth, velocity, dt);
+    recorder.write(depth, velocity, dt, output);
+    const bool finite = std::isfinite(output.force) && std::isfinite(output.energy) &&
+                        std::isfinite(output.reserve) && std::isfinite(output.sample.force);
+    largest = finite ? std::fmax(largest, std::abs(output.force)) : nan("");
+    if (!finite) break;
+  }
+  armed = false;
+  return largest;
+}
+
+/// Settings all over their ranges, as far as they go together.
+GuardSettings random_settings(std::mt19937_64& generator) {
+  GuardSettings settings;
+  do
+    for (const auto& row : GuardSettings::table) {
+      const double high = std::min(row.high, 1e3), place = static_cast<double>(generator() % 1001) * 1e-3;
+      settings.*row.member = generator() % 3 == 0 ? row.initial : along(row.low, high, place);
+      if (row.member == &GuardSettings::delay) settings.delay = std::floor(settings.delay);
+    }
+  while (!valid(settings));
+  return settings;
+}
+
+TEST(RealTime, AGuardNeitherAllocatesNorExceedsItsClampWhateverItIsToldAndGiven) {
+  const double infinite = std::numeric_limits<double>::infinity();
+  const Limits lenient{.max_speed = infinite, .velocity_slack = infinite};
+  const Insertion insertion(paper::model(), lenient);
+  const GuardSettings energetic{.most_force = 0.25,
+                                .most_slew = 500.0,
+                                .stale_after = 2e-3,
+                                .fall_time = 10e-3,
+                                .longest_cycle = 2e-3,
+                                .most_speed = 0.5,
+                                .delay = 2.0,
+                                .most_reserve = 0.01,
+                                .position_error = 1e-6};
+  const double largest = guarded(Guard(insertion, energetic), RandomInput(), 1000000);
+  EXPECT_LE(largest, 0.25);
+  EXPECT_GT(largest, 0.0);
+  std::mt19937_64 generator(4);
+  for (int i = 0; i < 200; ++i) {
+    const GuardSettings settings = random_settings(generator);
+    EXPECT_LE(guarded(Guard(insertion, settings), RandomInput(1e-4), 5000), settings.most_force);
+  }
+  EXPECT_EQ(allocations, 0);
+  allocations = 0;
 }
 
 TEST(RealTime, TheArmedAllocatorSeesAnAllocation) {

@@ -1,8 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// One step as a controller would call it; its undefined symbols are checked against an allow-list.
+// What a controller calls in its loop; the undefined symbols are checked against an allow-list.
 #include "needleforce/insertion.hpp"
 
-extern "C" double needleforce_one_step(needleforce::Insertion* insertion, double depth, double velocity,
-                                       double dt) {
+using needleforce::Insertion;
+
+extern "C" {
+
+double needleforce_one_step(Insertion* insertion, double depth, double velocity, double dt) {
   return insertion->step(depth, velocity, dt).force;
 }
+void needleforce_reset(Insertion* insertion) { insertion->reset(); }
+void needleforce_snapshot(const Insertion* insertion, Insertion* copy) { *copy = insertion->snapshot(); }
+void needleforce_save(const Insertion* insertion, Insertion::Saved* saved) { *saved = insertion->save(); }
+bool needleforce_restore(Insertion* insertion, const Insertion::Saved* saved) {
+  return insertion->restore(*saved);
+}
+
+}  // extern "C"

@@ -187,6 +187,8 @@ TEST(Profile, KnotsThatAreNoProfileAreRefusedByPlace) {
   EXPECT_EQ(flaw(profile.radius[2], 1e-4).index, 2);
   EXPECT_EQ(flaw(profile.rise[2], 1.5e-4).index, 2);
   EXPECT_EQ(flaw(profile.radius[1], std::numeric_limits<double>::quiet_NaN()).index, 1);
+  EXPECT_EQ(flaw(profile.rise[2], 1.1).index, 2);
+  EXPECT_EQ(flaw(profile.radius[2], 0.11).index, 2);
 }
 
 }  // namespace

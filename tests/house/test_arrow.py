@@ -35,6 +35,7 @@ ALLOWED = {
     "identification": MECHANICS | {"recording", "segmentation"},
     "simulation": MECHANICS | {"recording"},
     "rig": MECHANICS | {"recording", "simulation"},
+    "mujoco": MECHANICS,
     "campaign": MECHANICS | {"recording", "segmentation", "identification"},
     "report": MECHANICS | {"recording", "segmentation", "identification", "campaign"},
     "model": CORE | {"validity", "layer", "named_models"},
@@ -103,8 +104,8 @@ def test_heavy_libraries_are_loaded_when_used():
 # list, tips/ is one
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
              "bevel", "relaxation", "memory", "law", "laws", "laws/all", "chosen", "model", "fingerprint", "saved",
-             "sample", "limits", "layer", "adoption", "insertion", "sliding", "fit/layered", "exchange",
-             "live"]  # fmt: skip
+             "sample", "limits", "layer", "adoption", "insertion", "sliding", "fit/layered", "exchange", "live",
+             "guard_settings", "passivity", "guard", "flight_recorder"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle"]  # fmt: skip
 

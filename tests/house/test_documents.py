@@ -70,6 +70,15 @@ def test_the_twins_of_the_layers_say_the_same(root, tmp_path):
     assert said.endswith("outside again 0.0000 N\n")
 
 
+def test_the_twins_of_the_guard_say_the_same(root, tmp_path):
+    said = twin(root, tmp_path, "guard")
+    # the sum over cycles of min(2 F, 0.5 N) at the depth of two cycles ago times 20 um, with F of the paper's model
+    assert "largest force 0.5000 N, energy put in 4.122 mJ" in said
+    assert "no force after 15 cycles" in said  # 5 ms held, 10 ms falling
+    # 2 (18.6 N/m * 20 um * 543 + 0.0776 N)
+    assert "cycle 544: 0.500 N of 0.559 N, clamped" in said
+
+
 def test_the_twins_of_the_planner_say_the_same(root, tmp_path):
     said = twin(root, tmp_path, "planner")
     assert "120 models taken over, 0 kept out" in said and "puncture at 3.00 mm" in said

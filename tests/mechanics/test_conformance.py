@@ -1,59 +1,119 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same trace from C++ and from Python."""
+"""One set of insertions through C++, C, Python and WebAssembly: the four agree. That their numbers are true is the
+matter of the other tests."""
 
+import re
+import shutil
 import subprocess
+import sys
 
 import numpy as np
 import pytest
 
-import needleforce as nf
-from needleforce.layer import Layer
+from needleforce import core
+from needleforce.law_list import FAMILIES, laws_of
+
+# of the largest force of the case, and of its largest derivative: the languages have mathematics libraries of their own
+TOLERANCE = 1e-12
+FACES = ("c++", "c", "python", "wasm")
+# columns of a step: numbers, then words
+NUMBERS, FORCES = 9, slice(2, 7)
+
+
+def compiled(root, folder, compiler: list, source: str, *more):
+    binary = folder / source.replace(".", "_")
+    path = root / "tests" / "conformance" / source
+    subprocess.run([*compiler, "-O1", f"-I{root / 'include'}", path, *more, "-o", binary], check=True)
+    return [binary]
+
+
+def c_trace(root, folder):
+    """As a C program is built: the object from C++, everything else from C, and no C++ library."""
+    core_object = folder / "needleforce.o"
+    as_c_needs_it = ["-std=c++20", "-O1", "-fno-exceptions", "-fno-rtti", f"-I{root / 'include'}"]
+    source = root / "bindings" / "c" / "needleforce.cpp"
+    subprocess.run(["g++", *as_c_needs_it, "-c", source, "-o", core_object], check=True)
+    return compiled(root, folder, ["gcc", "-std=c11", "-Wall", "-Werror"], "trace.c", core_object, "-lm")
+
+
+def wasm_trace(root, folder):
+    missing = [tool for tool in ("clang++-19", "node") if shutil.which(tool) is None]
+    if missing:
+        pytest.skip(f"no {' and no '.join(missing)}: tools/system_packages.sh proof installs what WebAssembly needs")
+    subprocess.run([root / "bindings" / "wasm" / "build.sh", folder], check=True)
+    return ["node", root / "tests" / "conformance" / "trace.mjs", folder / "needleforce.mjs"]
 
 
 @pytest.fixture(scope="module")
-def binary(root, tmp_path_factory):
-    """The C++ trace, compiled as a user would compile it."""
-    path = tmp_path_factory.mktemp("trace") / "trace"
-    source = root / "tests" / "cpp" / "trace.cpp"
-    subprocess.run(["g++", "-std=c++20", "-O2", f"-I{root / 'include'}", source, "-o", path], check=True)
-    return path
+def trace(root, tmp_path_factory):
+    """What a face says of every case, each run once: lines of words by case."""
+    folder, cases, said = tmp_path_factory.mktemp("traces"), sorted(root.glob("tests/conformance/cases/*.txt")), {}
+    command = {
+        "c++": lambda: compiled(root, folder, ["g++", "-std=c++20", "-Wall", "-Werror"], "trace.cpp"),
+        "c": lambda: c_trace(root, folder),
+        "python": lambda: [sys.executable, root / "tests" / "conformance" / "trace.py"],
+        "wasm": lambda: wasm_trace(root, folder),
+    }
+
+    def of(face: str) -> dict:
+        if face not in said:
+            run = [*command[face](), *cases]
+            first, again = (subprocess.run(run, capture_output=True, text=True, check=True).stdout for _ in range(2))
+            assert first == again, f"{face} gives other bits the second time"
+            parts = [part.splitlines() for part in first.split("case ")[1:]]
+            said[face] = {re.search(r"(\w+)\.txt", path).group(1): lines for path, *lines in parts}
+        return said[face]
+
+    return of
 
 
-def physical():
-    return nf.preset("physical").replace(
-        stiffness=nf.laws.ConeCylinder(154666.55782265437, 0.2617993877991494, 0.00035),
-        puncture=nf.laws.PunctureForce(0.2),
-        friction=nf.laws.Coulomb(18.6, dimple_ratio=0.25),
-    )
+def steps(lines: list[str]) -> tuple[np.ndarray, list]:
+    """Numbers (n, 9) of the steps, and the words of every line."""
+    rows = [line.split() for line in lines]
+    numbers = [row[:NUMBERS] for row in rows if len(row) > NUMBERS]
+    return np.array(numbers, float).reshape(-1, NUMBERS), [row[NUMBERS:] or row for row in rows]
 
 
-def layered():
-    laws = nf.laws
-    contact = laws.ConeCylinder(154666.55782265437, 0.2617993877991494, 0.00035)
-    fading = laws.Prony(0.31, 0.7, 0.26, 5.0)
-    bristles = laws.Lugre(
-        bristle_stiffness=1e6, bristle_damping=100.0, viscous=200.0, coulomb=18.0, static_friction=25.0
-    )
-    crack = laws.StickSlip(0.1, 0.04, 1.5e-3, 25.07, 200.0)
-    shaft, cut = laws.Coulomb(30.0, 20e-6, 0.0), laws.ConstantCutting(0.12, 20e-6)
-    deeper = Layer(5e-3, contact, laws.PunctureDepth(1e-3), shaft, cut, fading)
-    return nf.Model(contact, laws.PunctureForce(0.15), bristles, crack, relaxation=fading, deeper=(deeper,))
+def units(numbers: np.ndarray) -> np.ndarray:
+    """What each column is measured in: its largest, for parts of the force the largest force."""
+    unit = np.abs(numbers).max(axis=0, initial=0.0)
+    unit[FORCES] = unit[2]
+    return unit
 
 
-@pytest.mark.parametrize(("name", "make"), [("physical", physical), ("layered", layered)])
-def test_cpp_and_python_agree(binary, name, make):
-    random = np.random.default_rng(0)
-    strokes = [np.linspace(-1e-3, 6e-3, 700), np.linspace(6e-3, 5.9e-3, 50), np.linspace(5.9e-3, 9e-3, 300)]
-    strokes += [9e-3 + 2e-6 * random.standard_normal(100), np.linspace(9e-3, -1e-3, 800), np.linspace(-1e-3, 1e-2, 900)]
-    depth = np.concatenate(strokes)
-    text = "\n".join(repr(float(z)) for z in depth)
-    asked = [binary, *(["layered"] if name == "layered" else [])]
-    out = subprocess.run(asked, input=text, capture_output=True, text=True, check=True).stdout
-    traced = np.array([line.split() for line in out.splitlines()], float)
-    model = make()
-    insertion = nf.Insertion(model)
-    samples = [insertion.step(z, None, 1e-3) for z in depth]
-    ours = np.array([[s.force, s.stiffness, s.friction, s.cutting, s.force_by_depth] for s in samples])
-    np.testing.assert_array_max_ulp(ours, traced, maxulp=4)
-    run = nf.Insertion(model).run(depth, None, np.full(len(depth), 1e-3))
-    np.testing.assert_array_equal(run["force"], ours[:, 0])
+@pytest.mark.parametrize("face", FACES[1:])
+def test_every_face_gives_the_same_insertion(trace, face):
+    ours, theirs = trace("c++"), trace(face)
+    assert ours.keys() == theirs.keys()
+    for case, lines in ours.items():
+        numbers, words = steps(lines)
+        others, other_words = steps(theirs[case])
+        assert words == other_words, f"{face}, {case}: phases, status or events differ"
+        error = np.abs(others - numbers)
+        assert np.all(error <= TOLERANCE * units(numbers)), f"{face}, {case}: {error.max(axis=0)}"
+
+
+def test_the_set_has_every_law_and_tip(root):
+    text = "\n".join(path.read_text(encoding="utf-8") for path in root.glob("tests/conformance/cases/*.txt"))
+    for family in FAMILIES:
+        for law in laws_of(family):
+            assert re.search(rf"^{family} {law.name}\b", text, re.M), law.name
+    for tip in (tip for tip in vars(core.tips).values() if isinstance(tip, type)):
+        assert re.search(rf"^tip {tip.name}\b", text, re.M), tip.name
+
+
+def test_the_set_has_every_phase_status_and_event_and_what_is_refused(trace):
+    rows = [line.split() for lines in trace("c++").values() for line in lines]
+    seen = [row for row in rows if len(row) > NUMBERS]
+    assert {row[9] for row in seen} == set(core.phase_names())
+    assert {row[10] for row in seen} == set(core.status_names()) - {"invalid_parameter"}  # models are refused before
+    assert all(any(row[column] == "1" for row in seen) for column in (11, 12, 13))
+    assert ["taken"] in rows and ["refused"] in rows
+    finite = np.isfinite(np.array([row[:NUMBERS] for row in seen], float))
+    assert finite.all()
+
+
+@pytest.mark.parametrize("face", FACES)
+def test_cases_that_are_to_be_refused_are(trace, face):
+    refused = {case for case, lines in trace(face).items() if lines == ["refused"]}
+    assert refused == {case for case in trace(face) if case.startswith("refused_")}

@@ -32,6 +32,9 @@ struct Profile {
     for (int k = 1; k < count; ++k) {
       if (!(std::isfinite(radius[k]) && std::isfinite(rise[k])))
         return {"heights", k, rise[k], "with its radius not finite", "Give numbers in m."};
+      if (!(radius[k] <= 0.1 && rise[k] <= 1.0))
+        return {"heights", k, rise[k], "of a knot beyond 1 m of height or 0.1 m of radius",
+                "Give numbers in m."};
       if (!(radius[k] > radius[k - 1]))
         return {"radii", k, radius[k], "not beyond the one before: the slope would be vertical",
                 "Give radii that grow; the shank beyond the tip is told by its own radius."};

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: Apache-2.0
+   A guard between an insertion and a device: scale, clamp, slew, watchdog, energy; docs/guard.md. Settings by
+   name as there, in SI; those left out are off. The caller owns all memory; nf_guard_step, _miss, _reset are
+   wait-free. */
+#ifndef NEEDLEFORCE_GUARD_H
+#define NEEDLEFORCE_GUARD_H
+#include "needleforce.h"
+#ifdef __cplusplus
+extern "C" {
+#endif
+/* clang-format off */
+
+typedef struct nf_guard nf_guard;
+enum nf_did { /* what the guard did in a cycle: bits */
+  NF_REJECTED = 1, NF_STALE = 2, NF_CLAMPED = 4, NF_SLEWED = 8, NF_LIMITED_BY_ENERGY = 16, NF_OUTSIDE_BOUNDS = 32
+};
+typedef struct {
+  double force;           /* [N] for the device, + opposes insertion */
+  double energy, reserve; /* [J] the hand has put in so far; what it may still take out */
+  int did;
+  nf_sample sample;       /* of the tissue */
+} nf_output;
+
+size_t nf_guard_size(void); /* bytes of memory for one guard, aligned as a double */
+/* Before the loop, around an insertion that stays the caller's. NULL if refused, and *why says it. */
+nf_guard* nf_guard_init(void* memory, size_t size, nf_insertion* insertion, const nf_number* settings, size_t count,
+                        nf_fault* why);
+void nf_guard_step(nf_guard* guard, double depth, double velocity, double dt, nf_output* output);
+void nf_guard_miss(nf_guard* guard, double dt, nf_output* output); /* a cycle without a measurement */
+void nf_guard_reset(nf_guard* guard);                              /* the insertion too */
+
+/* clang-format on */
+#ifdef __cplusplus
+}
+#endif
+#endif

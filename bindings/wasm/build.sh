@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# build.sh FOLDER: the core for WebAssembly, and the module that loads it.
+set -eu
+cd "$(dirname "$0")/../.."
+mkdir -p "$1"
+compiler=${WASM_CXX:-clang++-19}
+"$compiler" --target=wasm32-wasi -std=c++20 -O2 -fno-exceptions -fno-rtti -ffp-contract=off -Wall -Wextra -Werror \
+  -mexec-model=reactor -Iinclude bindings/c/needleforce.cpp bindings/wasm/pieces.cpp -o "$1/needleforce.wasm" \
+  -Wl,--strip-all -Wl,-z,stack-size=1048576 -Wl,--stack-first
+cp bindings/wasm/needleforce.mjs "$1/"

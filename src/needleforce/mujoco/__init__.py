@@ -1,0 +1,10 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A needle in MuJoCo: any model on a slide joint or at the tip of an arm, from Python or as the plugin's XML.
+
+``attach`` and ``step`` need the extra ``mujoco``; ``plugin_xml`` needs nothing.
+"""
+
+from .attached import Attached, attach, step
+from .elements import plugin_xml
+
+__all__ = ["Attached", "attach", "plugin_xml", "step"]

@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: Apache-2.0
+   The conformance set through the C header alone; README.md says what a case is. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../../bindings/c/needleforce.h"
+
+enum { MOST_LAYERS = 16, MOST_KNOTS = 32, MOST_WORDS = 64 };
+
+typedef struct {
+  nf_layer layers[MOST_LAYERS];
+  nf_tip tips[MOST_LAYERS];
+  double radii[MOST_LAYERS][MOST_KNOTS], heights[MOST_LAYERS][MOST_KNOTS];
+  size_t count;
+  nf_settings settings;
+  void *memory, *kept;
+  nf_insertion* insertion;
+  int made;
+  long ticks;
+} Case;
+
+typedef struct {
+  char* word[MOST_WORDS];
+  int n;
+} Words;
+
+static char* copy_of(const char* text) {
+  char* copy = malloc(strlen(text) + 1);
+  return copy ? strcpy(copy, text) : NULL;
+}
+static double number(const char* word) { return strtod(word, NULL); }
+static double velocity_of(const char* word) { return strcmp(word, "-") ? number(word) : NF_NO_VELOCITY; }
+static nf_layer* layer_of(Case* c) { return &c->layers[c->count - 1]; }
+
+static void name_numbers(nf_number* numbers, const Words* w, int from) {
+  for (int i = from; i + 1 < w->n; i += 2) {
+    numbers->name = copy_of(w->word[i]);
+    numbers++->value = number(w->word[i + 1]);
+  }
+}
+
+static void set(nf_settings* s, const char* name, double value) {
+  if (!strcmp(name, "max_speed")) s->max_speed = value;
+  if (!strcmp(name, "hold_time")) s->hold_time = value;
+  if (!strcmp(name, "bevel_half_angle")) s->bevel_half_angle = value;
+  if (!strcmp(name, "bevel_friction_coefficient")) s->bevel_friction_coefficient = value;
+  if (!strcmp(name, "bevel_face_share")) s->bevel_face_share = value;
+}
+
+static nf_law* law_of(Case* c, const char* family) {
+  if (c->count == 0) return NULL;
+  if (!strcmp(family, "stiffness")) return &layer_of(c)->stiffness;
+  if (!strcmp(family, "puncture")) return &layer_of(c)->puncture;
+  if (!strcmp(family, "friction")) return &layer_of(c)->friction;
+  if (!strcmp(family, "cutting")) return &layer_of(c)->cutting;
+  return strcmp(family, "relaxation") ? NULL : &layer_of(c)->relaxation;
+}
+
+static void choose_tip(Case* c, const Words* w) {
+  nf_tip* tip = &c->tips[c->count - 1];
+  tip->name = copy_of(w->word[1]);
+  tip->radii = c->radii[c->count - 1];
+  tip->heights = c->heights[c->count - 1];
+  if (w->n > 4 && !strcmp(w->word[4], "equivalence")) {
+    tip->equivalence = copy_of(w->word[5]);
+    tip->numbers[0].name = copy_of(w->word[2]);
+    tip->numbers[0].value = number(w->word[3]);
+  } else {
+    name_numbers(tip->numbers, w, 2);
+  }
+  layer_of(c)->stiffness.tip = tip;
+}
+
+static void add_knot(Case* c, const Words* w) {
+  nf_tip* tip = &c->tips[c->count - 1];
+  c->radii[c->count - 1][tip->knots] = number(w->word[1]);
+  c->heights[c->count - 1][tip->knots++] = number(w->word[2]);
+}
+
+/* 1 for a line of the model */
+static int describe(Case* c, const Words* w) {
+  nf_law* law = law_of(c, w->word[0]);
+  if (law) {
+    law->name = copy_of(w->word[1]);
+    name_numbers(law->numbers, w, 2);
+  } else if (!strcmp(w->word[0], "layer")) {
+    c->layers[c->count++].top = number(w->word[1]);
+  } else if (!strcmp(w->word[0], "set")) {
+    set(&c->settings, w->word[1], number(w->word[2]));
+  } else if (!strcmp(w->word[0], "tip")) {
+    choose_tip(c, w);
+  } else if (!strcmp(w->word[0], "knot")) {
+    add_knot(c, w);
+  } else {
+    return 0;
+  }
+  return 1;
+}
+
+static void step(Case* c, double depth, double velocity, double dt) {
+  nf_sample s;
+  nf_step(c->insertion, depth, velocity, dt, &s);
+  printf("%.17g %.17g %.17g %.17g %.17g ", s.depth, s.velocity, s.force, s.stiffness, s.friction);
+  printf("%.17g %.17g %.17g %.17g ", s.cutting, s.lateral, s.force_by_depth, s.force_by_velocity);
+  printf("%s %s %d %d %d\n", nf_phase_name(s.phase), nf_status_name(s.status), s.contact, s.punctured,
+         s.exit);
+}
+
+static void go(Case* c, const Words* w) {
+  for (int i = 0, n = atoi(w->word[1]); i < n; ++i) {
+    c->ticks += atol(w->word[4 + i % (w->n - 4)]);
+    step(c, ldexp((double)c->ticks, -30), velocity_of(w->word[3]), number(w->word[2]));
+  }
+}
+
+static void restore(Case* c) {
+  puts(nf_restore(c->insertion, c->kept, nf_snapshot_size()) ? "taken" : "refused");
+}
+
+static void make(Case* c) {
+  c->made = 1;
+  c->memory = malloc(nf_size());
+  c->kept = malloc(nf_snapshot_size());
+  c->insertion = nf_init(c->memory, nf_size(), c->layers, c->count, &c->settings, NULL);
+  if (!c->insertion) puts("refused");
+}
+
+static void move(Case* c, const Words* w) {
+  const char* what = w->word[0];
+  if (!c->made) make(c);
+  if (!c->insertion) return;
+  if (!strcmp(what, "at")) c->ticks = atol(w->word[1]);
+  if (!strcmp(what, "go")) go(c, w);
+  if (!strcmp(what, "step")) step(c, number(w->word[1]), velocity_of(w->word[2]), number(w->word[3]));
+  if (!strcmp(what, "reset")) nf_reset(c->insertion);
+  if (!strcmp(what, "keep")) nf_snapshot(c->insertion, c->kept, nf_snapshot_size());
+  if (!strcmp(what, "restore")) restore(c);
+  if (!strcmp(what, "alter")) {
+    unsigned char* byte = (unsigned char*)c->kept + atol(w->word[1]);
+    *byte ^= 1;
+    restore(c);
+    *byte ^= 1;
+  }
+}
+
+int main(int count, char** paths) {
+  for (int i = 1; i < count; ++i) {
+    char line[1024];
+    Case* c = calloc(1, sizeof *c);
+    FILE* file = fopen(paths[i], "r");
+    if (!c || !file) return 1;
+    printf("case %s\n", paths[i]);
+    c->settings = nf_default_settings();
+    while (fgets(line, sizeof line, file)) {
+      Words w = {{NULL}, 0};
+      for (char* word = strtok(line, " \n"); word && w.n < MOST_WORDS; word = strtok(NULL, " \n"))
+        w.word[w.n++] = word;
+      if (w.n == 0 || w.word[0][0] == '#') continue;
+      if (!describe(c, &w)) move(c, &w);
+    }
+    fclose(file);
+  }
+  return 0;
+}

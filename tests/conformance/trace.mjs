@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// The conformance set through WebAssembly; README.md says what a case is. The first argument is needleforce.mjs.
+import { readFileSync } from "node:fs";
+import { pathToFileURL } from "node:url";
+
+const [module, ...paths] = process.argv.slice(2);
+const { load } = await import(pathToFileURL(module));
+const { Insertion } = await load();
+const FAMILIES = ["stiffness", "puncture", "friction", "cutting", "relaxation"];
+const PARTS = ["depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth",
+  "force_by_velocity"];
+const said = [];
+
+const ODD = { nan: NaN, inf: Infinity, "-inf": -Infinity };
+const number = (word) => ODD[word] ?? Number(word);
+const velocityOf = (word) => (word === "-" ? null : number(word));
+const text = (value) => (Object.is(value, -0) ? "-0" : String(value));
+
+/** A law or tip: `NAME {NUMBER VALUE}`. */
+function named([name, ...words]) {
+  const one = { name };
+  for (let i = 0; i < words.length; i += 2)
+    one[words[i]] = words[i] === "equivalence" ? words[i + 1] : number(words[i + 1]);
+  return one;
+}
+
+class Case {
+  layers = [];
+  settings = {};
+  ticks = 0;
+
+  /** True for a line of the model. */
+  describe(what, words) {
+    const layer = this.layers.at(-1);
+    if (what === "layer") this.layers.push({ top: number(words[0]) });
+    else if (what === "set") this.settings[words[0]] = number(words[1]);
+    else if (FAMILIES.includes(what)) layer[what] = named(words);
+    else if (what === "tip") layer.stiffness.tip = named(words);
+    else if (what === "knot") this.knot(layer.stiffness.tip, ...words.map(number));
+    else return false;
+    return true;
+  }
+  knot(tip, radius, height) {
+    tip.radii = [...(tip.radii ?? []), radius];
+    tip.heights = [...(tip.heights ?? []), height];
+  }
+  make() {
+    try {
+      this.insertion = new Insertion(this.layers, this.settings);
+    } catch (error) {
+      if (!(error instanceof RangeError)) throw error;
+      this.insertion = null;
+      said.push("refused");
+    }
+  }
+  move(what, words) {
+    if (this.insertion === undefined) this.make();
+    if (this.insertion === null) return;
+    if (what === "at") this.ticks = Number(words[0]);
+    if (what === "go") this.go(...words);
+    if (what === "step") this.step(number(words[0]), velocityOf(words[1]), number(words[2]));
+    if (what === "reset") this.insertion.reset();
+    if (what === "keep") this.kept = this.insertion.snapshot();
+    if (what === "restore") this.restore(this.kept);
+    if (what === "alter") this.restore(this.kept.map((byte, i) => (i === Number(words[0]) ? byte ^ 1 : byte)));
+  }
+  restore(bytes) {
+    said.push(this.insertion.restore(bytes) ? "taken" : "refused");
+  }
+  go(n, dt, velocity, ...travels) {
+    for (let i = 0; i < Number(n); ++i) {
+      this.ticks += Number(travels[i % travels.length]);
+      this.step(this.ticks * 2 ** -30, velocityOf(velocity), number(dt));
+    }
+  }
+  step(depth, velocity, dt) {
+    const sample = this.insertion.step(depth, velocity, dt);
+    const events = [sample.contact, sample.punctured, sample.exit].map(Number);
+    said.push([...PARTS.map((part) => text(sample[part])), sample.phase, sample.status, ...events].join(" "));
+  }
+}
+
+for (const path of paths) {
+  said.push(`case ${path}`);
+  const one = new Case();
+  for (const line of readFileSync(path, "utf8").split("\n")) {
+    const [what, ...words] = line.split(" ").filter((word) => word !== "");
+    if (what && what[0] !== "#" && !one.describe(what, words)) one.move(what, words);
+  }
+}
+process.stdout.write(said.join("\n") + "\n");

@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The conformance set through the Python package; README.md says what a case is."""
+
+import sys
+from math import ldexp
+from pathlib import Path
+
+import needleforce as nf
+from needleforce.law_list import FAMILIES, law_called
+
+PARTS = ("depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth")
+PARTS += ("force_by_velocity", "phase", "status")
+TIPS = {tip.name: tip for tip in vars(nf.tips).values() if hasattr(tip, "name")}
+
+
+def numbers(words: list[str]) -> dict:
+    pairs = zip(words[::2], words[1::2])
+    return {name: value if name == "equivalence" else float(value) for name, value in pairs}
+
+
+def velocity_of(word: str) -> float | None:
+    return None if word == "-" else float(word)
+
+
+class Case:
+    def __init__(self):
+        self.layers, self.settings, self.ticks, self.insertion, self.made = [], {}, 0, None, False
+
+    def describe(self, what: str, words: list[str]) -> bool:
+        """True for a line of the model."""
+        if what == "layer":
+            self.layers.append({"top": float(words[0])})
+        elif what == "set":
+            self.settings[words[0]] = float(words[1])
+        elif what in FAMILIES:
+            self.layers[-1][what] = words
+        elif what in ("tip", "knot"):
+            self.layers[-1].setdefault(what, []).append(words)
+        else:
+            return False
+        return True
+
+    def law(self, layer: dict, family: str):
+        name, *words = layer.get(family, ["no_relaxation"])
+        given = numbers(words)
+        if "tip" in layer and family == "stiffness":
+            (tip, *words) = layer["tip"][0]
+            knots = [[float(word) for word in knot] for knot in layer.get("knot", [])]
+            given["tip"] = TIPS[tip](*map(list, zip(*knots))) if knots else TIPS[tip](**numbers(words))
+        return law_called(family, name)(**given)
+
+    def make(self):
+        self.made = True
+        bevel = {name.removeprefix("bevel_"): v for name, v in self.settings.items() if name.startswith("bevel_")}
+        limits = {name: v for name, v in self.settings.items() if not name.startswith("bevel_")}
+        try:
+            stack = [nf.Layer(layer["top"], *(self.law(layer, family) for family in FAMILIES)) for layer in self.layers]
+            first, deeper = dict(zip(FAMILIES, stack[0].parts)), tuple(stack[1:])
+            model = nf.Model(**first, deeper=deeper)
+            self.insertion = nf.Insertion(model, **limits, bevel=nf.core.Bevel(**bevel))
+        except nf.InputError:
+            print("refused")
+
+    def move(self, what: str, words: list[str]):
+        if not self.made:
+            self.make()
+        if self.insertion is not None:
+            getattr(self, what)(*words)
+
+    def at(self, ticks):
+        self.ticks = int(ticks)
+
+    def go(self, n, dt, velocity, *travels):
+        for i in range(int(n)):
+            self.ticks += int(travels[i % len(travels)])
+            self.advance(ldexp(self.ticks, -30), velocity_of(velocity), float(dt))
+
+    def step(self, depth, velocity, dt):
+        self.advance(float(depth), velocity_of(velocity), float(dt))
+
+    def reset(self):
+        self.insertion.reset()
+
+    def keep(self):
+        self.kept = self.insertion.save()
+
+    def restore(self):
+        self.take(self.kept)
+
+    def alter(self, where):
+        altered = bytearray(self.kept)
+        altered[int(where)] ^= 1
+        self.take(bytes(altered))
+
+    def take(self, memory: bytes):
+        try:
+            self.insertion.restore(memory)
+            print("taken")
+        except nf.InputError:
+            print("refused")
+
+    def advance(self, depth, velocity, dt):
+        sample = self.insertion.step(depth, velocity, dt)
+        events = (sample.contact, sample.punctured, sample.exit)
+        print(*(getattr(sample, part) for part in PARTS), *(int(event) for event in events))
+
+
+for path in sys.argv[1:]:
+    print("case", path)
+    case = Case()
+    for line in Path(path).read_text(encoding="utf-8").splitlines():
+        what, *words = line.split() or ["#"]
+        if not what.startswith("#") and not case.describe(what, words):
+            case.move(what, words)

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Every claim points at a test that is there."""
+
+import re
+
+import pytest
+
+FILE = re.compile(r"`([\w./]+/[\w.]+|Makefile)`")
+TEST = re.compile(r"`([A-Z]\w+|test_\w+|proof-\w+)`")
+
+
+def claims(root) -> list[tuple[str, str]]:
+    """(claim, what shows it), the rows of the table."""
+    text = (root / "docs" / "proof.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (.+?) \| (.+) \|$", text, re.M)
+    return rows[1:]
+
+
+def missing(root, shown: str) -> list[str]:
+    """The files that are not there, and the tests that are in none of them."""
+    files = FILE.findall(shown)
+    absent = [name for name in files if not (root / name).is_file()]
+    text = "\n".join((root / name).read_text(encoding="utf-8") for name in files if name not in absent)
+    tests = [name for name in TEST.findall(shown) if name != "Makefile"]
+    return absent + [name for name in tests if not re.search(rf"\b{name}\b", text)]
+
+
+def test_every_claim_points_at_what_shows_it(root):
+    rows = claims(root)
+    assert len(rows) >= 15
+    for claim, shown in rows:
+        assert FILE.search(shown) or "the fuzzer" in shown, claim
+        assert missing(root, shown) == [], claim
+
+
+@pytest.mark.parametrize(
+    "shown", ["`tests/cpp/nowhere.cpp`", "`NoSuchTest` in `tests/cpp/insertion.cpp`", "`proof-nothing` in `Makefile`"]
+)
+def test_a_claim_that_points_nowhere_is_found(root, shown):
+    assert len(missing(root, shown)) == 1

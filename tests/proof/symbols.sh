@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# What the object of the C face needs from outside. Beside what a step may need (tests/cpp/undefined_symbols.sh) there is
+# what nf_init alone calls, before the loop: strcmp for names; the trigonometry and special functions of contact
+# integrals; abort, where std::visit would meet a variant without a value, which layers read by name never have.
+# Then the same with an allocation, a lock and a file planted beside it, which must be refused.
+set -eu
+cd "$(dirname "$0")/../.."
+folder=$(mktemp -d)
+trap 'rm -r "$folder"' EXIT
+before_the_loop=(strcmp abort atan atan2 atanh ceil cos sin sincos tan tanh log1p tgamma)
+compile() {
+  "${CXX:-g++}" -std=c++20 -O2 -fno-exceptions -fno-rtti -fno-stack-protector -U_FORTIFY_SOURCE -Iinclude \
+    -c "$1" -o "$folder/object.o"
+}
+check() { tests/cpp/undefined_symbols.sh "$folder/object.o" nf_step "${before_the_loop[@]}"; }
+
+compile bindings/c/needleforce.cpp
+check
+planted() {
+  printf '#include "%s/bindings/c/needleforce.cpp"\n%s\n' "$PWD" "$1" > "$folder/planted.cpp"
+  compile "$folder/planted.cpp"
+  if check > /dev/null; then
+    echo "the symbols of a planted '$1' were not seen"
+    exit 1
+  fi
+}
+planted 'double* planted() { return new double(1.0); }'
+planted 'extern "C" int pthread_mutex_lock(void*); int planted(void* lock) { return pthread_mutex_lock(lock); }'
+planted 'extern "C" int puts(const char*); int planted() { return puts("said in the loop"); }'
+echo "symbols: the C face needs arithmetic and strcmp; three planted faults were seen"
