@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "live.hpp"
 #include "module.hpp"
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/insertion.hpp"
@@ -126,6 +127,7 @@ void bind_guard(nb::module_& module) {
   nb::class_<Recorded> bound(module, "Guard",
                              "Limits between an engine and a device, and the last 4096 cycles.");
   takes<Insertion>(bound);
+  takes<Live>(bound);
   bound
       .def(
           "step",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "needleforce/live.hpp"
+#include "live.hpp"
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
@@ -7,7 +7,6 @@
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
-#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -34,29 +33,15 @@ void raise_if(const Fault& fault) {
                 fault.reason, "The model before it goes on.");
 }
 
-/// The core's, which takes one writer, for as many as Python has threads: they queue, the loop does not.
-class Live {
- public:
-  Live(const Stack& stack, double blend_time, const Limits& limits, const Bevel& bevel)
-      : live_(layers_of(stack), blend_time, limits, bevel) {}
-
-  void replace(const Stack& stack) {
-    const std::vector<Layer> layers = layers_of(stack);
-    Fault fault;
-    {
-      nb::gil_scoped_release release;
-      const std::lock_guard one_at_a_time(writers_);
-      fault = live_.replace(layers);
-    }
-    raise_if(fault);
+void replace(Live& self, const Stack& stack) {
+  const std::vector<Layer> layers = layers_of(stack);
+  Fault fault;
+  {
+    nb::gil_scoped_release release;
+    fault = self.replace(layers);
   }
-  LiveInsertion& operator*() { return live_; }
-  const LiveInsertion& operator*() const { return live_; }
-
- private:
-  LiveInsertion live_;
-  std::mutex writers_;
-};
+  raise_if(fault);
+}
 
 }  // namespace
 
@@ -66,7 +51,8 @@ void bind_live(nb::module_& module) {
           "__init__",
           [](Live* self, const Stack& layers, double blend_time, double max_speed, double hold_time,
              const Bevel& bevel) {
-            new (self) Live(layers, blend_time, {.max_speed = max_speed, .hold_time = hold_time}, bevel);
+            new (self)
+                Live(layers_of(layers), blend_time, {.max_speed = max_speed, .hold_time = hold_time}, bevel);
           },
           nb::arg("layers"), nb::arg("blend_time") = LiveInsertion::usual_blend,
           nb::arg("max_speed") = Limits{}.max_speed, nb::arg("hold_time") = Limits{}.hold_time,
@@ -74,30 +60,30 @@ void bind_live(nb::module_& module) {
       .def(
           "step",
           [](Live& self, double depth, std::optional<double> velocity, double dt) {
-            return (*self).step(depth, velocity.value_or(no_velocity), dt);
+            return self.step(depth, velocity.value_or(no_velocity), dt);
           },
           nb::arg("depth"), nb::arg("velocity").none(), nb::arg("dt"),
           "One cycle: depth [m], velocity [m/s] or None for the change of depth, dt [s]. Never raises.")
-      .def("replace_layers", &Live::replace, nb::arg("layers"),
+      .def("replace_layers", &replace, nb::arg("layers"),
            "Offers other layers (top [m], laws) to the loop, from any thread; raises InputError for the "
            "first fault, and the old ones stay.")
       .def(
-          "reset", [](Live& self) { (*self).reset(); }, "Back to before the first contact.")
+          "reset", [](Live& self) { self.reset(); }, "Back to before the first contact.")
       .def_prop_ro(
-          "deepest_cut", [](const Live& self) { return (*self).deepest_cut(); }, "[m], 0 before the puncture")
+          "deepest_cut", [](const Live& self) { return self.deepest_cut(); }, "[m], 0 before the puncture")
       .def_prop_ro(
-          "pierced_layers", [](const Live& self) { return (*self).pierced_layers(); },
+          "pierced_layers", [](const Live& self) { return self.pierced_layers(); },
           "how many, from the surface down")
       .def_prop_ro(
-          "blending", [](const Live& self) { return (*self).blending(); },
+          "blending", [](const Live& self) { return self.blending(); },
           "True while the force goes from an old model's to a new one's")
       .def_prop_ro(
-          "taken", [](const Live& self) { return (*self).taken(); }, "how many models the loop took over")
+          "taken", [](const Live& self) { return self.taken(); }, "how many models the loop took over")
       .def_prop_ro(
-          "refused", [](const Live& self) { return (*self).refused(); },
+          "refused", [](const Live& self) { return self.refused(); },
           "how many models were kept out as invalid")
       .def_prop_ro(
-          "last_refused", [](const Live& self) { return (*self).last_refused(); },
+          "last_refused", [](const Live& self) { return self.last_refused(); },
           "True if the last model offered was kept out, so that an older one stays");
   module.attr("longest_blend") = LiveInsertion::longest_blend;
 }
