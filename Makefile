@@ -8,7 +8,7 @@ CXX_SOURCES := $(shell find include bindings tests examples benchmarks -name '*.
 CXX_TESTS := build/cpp
 CXX_SANITIZED := build/sanitized
 # every test in which one thread speaks to another
-THREAD_TESTS := $(wildcard tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp)
+THREAD_TESTS := $(wildcard tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp)
 MINUTES ?= 10
 FILE ?= tests/reference_values.json
 

@@ -10,7 +10,7 @@ import pytest
 
 import needleforce as nf
 from needleforce import core
-from needleforce.hand import LiveInsertion
+from needleforce.hand import Guard, LiveInsertion
 
 
 @pytest.fixture
@@ -106,3 +106,14 @@ def test_a_bad_step_says_so_and_reset_begins_again(model):
     assert live.step(math.nan, None, 1e-3).status == nf.Status.not_finite
     live.reset()
     assert live.deepest_cut == 0.0 and live.step(-1e-3, None, 1e-3).force == 0.0
+
+
+def test_a_guard_stands_around_it(model):
+    live = LiveInsertion(model, blend_time=0.0)
+    guard = Guard(live, most_force=0.05)
+    for i in range(301):
+        output = guard.step(1e-5 * i, None, 1e-3)
+    assert output.sample.force == pytest.approx(pressed(model, 3e-3), rel=1e-12) and output.force <= 0.05
+    live.replace(softer(model, 0.1))
+    output = guard.step(3e-3, None, 1e-3)
+    assert output.force == output.sample.force == pytest.approx(0.1 * pressed(model, 3e-3), rel=1e-12)
