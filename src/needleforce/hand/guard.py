@@ -12,12 +12,13 @@ FLAGS = ("rejected", "stale", "clamped", "slewed", "limited_by_energy", "outside
 
 
 class Guard(core.Guard):
-    """Limits between an engine, ``nf.Insertion`` or ``LiveInsertion``, and a device: scale, clamp, slew, watchdog, energy.
+    """Limits between an engine and a device: scale, clamp, slew, watchdog, energy.
 
     ``settings`` are those of ``core.GuardSettings``, in SI and the device's range; ``core.GuardSettings.table()`` lists
     them. Raises InputError for one that is unknown or outside its range, and for two that do not go together. The
-    engine stays the caller's and must not be stepped elsewhere. ``step`` and ``miss`` give a ``GuardOutput``: ``force``
-    [N] for the device, ``sample``, the balance of energy, and what the guard did.
+    engine, ``nf.Insertion`` or ``LiveInsertion``, stays the caller's and must not be stepped elsewhere. ``step`` and
+    ``miss`` give a ``GuardOutput``: ``force`` [N] for the device, ``sample``, the balance of energy, and what the guard
+    did.
     """
 
     def __init__(self, engine, **settings: float):
