@@ -4,7 +4,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 CORE_SOURCES := $(shell find include bindings -type f) CMakeLists.txt pyproject.toml
 PYTHON_SOURCES := src tests benchmarks examples
-CXX_SOURCES := $(shell find include bindings tests examples benchmarks -name '*.hpp' -o -name '*.cpp' -o -name '*.h' -o -name '*.c')
+CXX_SOURCES := $(shell find include bindings integrations tests examples benchmarks -name '*.hpp' -o -name '*.cpp' -o -name '*.h' -o -name '*.c')
 CXX_TESTS := build/cpp
 CXX_SANITIZED := build/sanitized
 # every test in which one thread speaks to another
@@ -65,7 +65,7 @@ proof-symbols: .venv/.packages
 # are left to the fuzzer, which has the same sanitizers and runs faster
 proof-sanitizers: proof-tools
 	@$(BIN)/cmake -S . -B $(CXX_SANITIZED) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DNEEDLEFORCE_TESTS=ON \
-	  -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++-19 -DCMAKE_CXX_SCAN_FOR_MODULES=OFF \
+	  -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++-19 \
 	  -DCMAKE_CXX_FLAGS="-g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all" > $(CXX_SANITIZED).log 2>&1 \
 	  || (cat $(CXX_SANITIZED).log; false)
 	@$(BIN)/cmake --build $(CXX_SANITIZED) > $(CXX_SANITIZED).log 2>&1 || (cat $(CXX_SANITIZED).log; false)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# What pip cannot bring: for `core` a C++20 compiler and Python with its headers, for `tests` GoogleTest as well, for `proof`
+# What pip cannot bring: for `core` a C++20 compiler and Python with its headers, for `tests` GoogleTest and pkg-config as well, for `proof`
 # clang with its sanitizers and fuzzer, what it needs for WebAssembly, and Node.
 # Installs them where it may, else says in one line what to install.
 set -eu
@@ -15,6 +15,7 @@ command -v "$python" > /dev/null || needed+=(python3)
 ask 'import ensurepip' || needed+=(python3-venv)
 ask 'import sysconfig, pathlib, sys; sys.exit(not (pathlib.Path(sysconfig.get_path("include")) / "Python.h").exists())' || needed+=(python3-dev)
 [ "${1:-core}" = core ] || has_header gtest/gtest.h || needed+=(libgtest-dev)
+[ "${1:-core}" = core ] || command -v pkg-config > /dev/null || needed+=(pkg-config)
 if [ "${1:-core}" = proof ]; then
   # a header for each package that brings one
   clang=/usr/lib/llvm-19/lib/clang/19/lib wasm=/usr/include/wasm32-wasi

@@ -5,6 +5,7 @@
 #include "../../bindings/c/needleforce_guard.cpp"
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/guard.hpp"
+#include "needleforce/live.hpp"
 
 namespace {
 
@@ -46,6 +47,13 @@ using needleforce::Sample;
   recorder.write(0.0, 0.0, 1e-3, guard.step(0.0, 0.0, 1e-3));
   guard.miss(1e-3);
   guard.reset();
+}
+
+// what the loop calls while another thread replaces the model
+[[maybe_unused]] Sample live(needleforce::LiveInsertion& live) noexcept [[clang::nonblocking]] {
+  const bool blends = live.blending() || live.last_refused();
+  if (blends && live.taken() + live.refused() > 1000) live.reset();
+  return live.step(0.0, 0.0, 1e-3);
 }
 
 }  // namespace
