@@ -7,7 +7,7 @@ cd "$(dirname "$0")/../.."
 folder=build/fuzz
 seeds=$folder/seeds
 mkdir -p $folder/corpus $seeds
-# one input a line, its bytes as hexadecimal digits; the last two once broke a property
+# one input a line, its bytes as hexadecimal digits; the last three once broke a property
 n=0
 sed 's/../\\x&/g' tests/proof/seeds.txt | while read -r seed; do printf %b "$seed" > "$seeds/$((n += 1))"; done
 # division by zero is defined for floating-point numbers; what comes of it is checked at every step
