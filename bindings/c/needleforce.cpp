@@ -36,10 +36,14 @@ bool settings_are_sound(const nf_settings& s, nf_fault& why) noexcept {
 
 bool read_layers(const nf_layer* named, std::size_t count, std::array<Layer, most_layers>& layers,
                  nf_fault& why) noexcept {
-  if (!named || count < 1 || count > most_layers)
+  if (!named) return c::refuse(why, "layers", "layers", "are missing");
+  if (count < 1 || count > most_layers)
     return c::refuse(why, "layers", "count", "is outside its range", double(count), 1.0, double(most_layers));
   for (why.layer = 0; why.layer < count; ++why.layer)
-    if (!c::read_layer(named[why.layer], layers[why.layer], why)) return false;
+    if (!c::read_layer(named[why.layer], layers[why.layer], why)) {
+      if (!why.law) why.law = "layer";  // a law without a name; the caller prints it
+      return false;
+    }
   const Fault fault = first_fault({layers.data(), count});
   why.layer = fault.layer;
   return !fault.reason || c::refuse(why, "layer", fault.quantity, fault.reason);
