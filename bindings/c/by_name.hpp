@@ -43,7 +43,8 @@ bool fill(T& value, std::span<const nf_number> numbers, nf_fault& why) noexcept 
   for (const Parameter<T>& parameter : T::table) value.*parameter.member = parameter.initial;
   for (const nf_number& number : numbers) {
     const Parameter<T>* parameter = parameter_named<T>(number.name);
-    if (!parameter) return refuse(why, T::name, number.name, "is no parameter of it", number.value);
+    if (!parameter)
+      return refuse(why, T::name, number.name ? number.name : "name", "is no parameter of it", number.value);
     value.*parameter->member = number.value;
   }
   const Parameter<T>* bad = first_invalid(value);

@@ -26,20 +26,23 @@ Bevel bevel_of(const nf_settings& s) noexcept {
   return {s.bevel_half_angle, s.bevel_friction_coefficient, s.bevel_face_share};
 }
 
-bool settings_are_sound(const nf_settings& s, nf_fault& why) noexcept {
-  if (!valid(limits_of(s))) return c::refuse(why, "settings", "limits", "are NaN or negative");
-  const Bevel bevel = bevel_of(s);
-  const auto* bad = first_invalid(bevel);
+template <class T>
+bool in_range(const T& value, nf_fault& why) noexcept {
+  const auto* bad = first_invalid(value);
   return !bad ||
-         c::refuse(why, "bevel", bad->name, "is outside its range", bevel.*bad->member, bad->low, bad->high);
+         c::refuse(why, T::name, bad->name, "is outside its range", value.*bad->member, bad->low, bad->high);
 }
 
 bool read_layers(const nf_layer* named, std::size_t count, std::array<Layer, most_layers>& layers,
                  nf_fault& why) noexcept {
-  if (!named || count < 1 || count > most_layers)
+  if (!named) return c::refuse(why, "layers", "layers", "are missing");
+  if (count < 1 || count > most_layers)
     return c::refuse(why, "layers", "count", "is outside its range", double(count), 1.0, double(most_layers));
   for (why.layer = 0; why.layer < count; ++why.layer)
-    if (!c::read_layer(named[why.layer], layers[why.layer], why)) return false;
+    if (!c::read_layer(named[why.layer], layers[why.layer], why)) {
+      if (!why.law) why.law = "layer";  // a law without a name; the caller prints it
+      return false;
+    }
   const Fault fault = first_fault({layers.data(), count});
   why.layer = fault.layer;
   return !fault.reason || c::refuse(why, "layer", fault.quantity, fault.reason);
@@ -73,8 +76,8 @@ nf_insertion* nf_init(void* memory, size_t size, const nf_layer* named, size_t c
   fault = nf_fault{};
   const nf_settings chosen = settings ? *settings : nf_default_settings();
   std::array<Layer, most_layers> layers{};
-  if (!c::holds<nf_insertion>(memory, size, fault) || !settings_are_sound(chosen, fault) ||
-      !read_layers(named, count, layers, fault))
+  if (!c::holds<nf_insertion>(memory, size, fault) || !in_range(limits_of(chosen), fault) ||
+      !in_range(bevel_of(chosen), fault) || !read_layers(named, count, layers, fault))
     return nullptr;
   return new (memory) nf_insertion{Insertion({layers.data(), count}, limits_of(chosen), bevel_of(chosen))};
 }

@@ -172,15 +172,14 @@ void bind_insertion(nb::module_& module) {
   bind_sample(module);
   bind_model(module);
   bind_parameters<Bevel>(module, "Bevel");
+  bind_parameters<Limits>(module, "Limits");
   nb::class_<Insertion>(module, "Insertion", "The simulated insertion, one cycle at a time.")
       .def(
           "__init__",
-          [](Insertion* self, const Stack& layers, double max_speed, double hold_time, const Bevel& bevel) {
-            const Limits limits{.max_speed = max_speed, .hold_time = hold_time};
+          [](Insertion* self, const Stack& layers, const Limits& limits, const Bevel& bevel) {
             new (self) Insertion(std::span<const Layer>(stacked(layers)), limits, bevel);
           },
-          nb::arg("layers"), nb::arg("max_speed") = Limits{}.max_speed,
-          nb::arg("hold_time") = Limits{}.hold_time, nb::arg("bevel") = Bevel{})
+          nb::arg("layers"), nb::arg("limits") = Limits{}, nb::arg("bevel") = Bevel{})
       .def(
           "step",
           [](Insertion& self, double depth, std::optional<double> velocity, double dt) {

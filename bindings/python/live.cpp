@@ -49,13 +49,10 @@ void bind_live(nb::module_& module) {
   nb::class_<Live>(module, "LiveInsertion", "An insertion whose model another thread may replace.")
       .def(
           "__init__",
-          [](Live* self, const Stack& layers, double blend_time, double max_speed, double hold_time,
-             const Bevel& bevel) {
-            new (self)
-                Live(layers_of(layers), blend_time, {.max_speed = max_speed, .hold_time = hold_time}, bevel);
+          [](Live* self, const Stack& layers, double blend_time, const Limits& limits, const Bevel& bevel) {
+            new (self) Live(layers_of(layers), blend_time, limits, bevel);
           },
-          nb::arg("layers"), nb::arg("blend_time") = LiveInsertion::usual_blend,
-          nb::arg("max_speed") = Limits{}.max_speed, nb::arg("hold_time") = Limits{}.hold_time,
+          nb::arg("layers"), nb::arg("blend_time") = LiveInsertion::usual_blend, nb::arg("limits") = Limits{},
           nb::arg("bevel") = Bevel{})
       .def(
           "step",

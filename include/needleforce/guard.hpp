@@ -138,7 +138,9 @@ class Guard {
     state_.missed = std::min(state_.missed + 1, 1 << 30);
     state_.dt = dt;
     const double over = state_.waited - settings_.stale_after;
-    const double share = over <= 0.0 ? 1.0 : std::max(0.0, 1.0 - over / settings_.fall_time);
+    // not divided by a time of 0, nor of -0: that would be a force that grows, or none
+    const double left = settings_.fall_time - over;
+    const double share = over <= 0.0 ? 1.0 : left > 0.0 ? left / settings_.fall_time : 0.0;
     const double most = std::abs(state_.force);
     Output output{.sample = state_.sample};
     output.sample.contact = output.sample.punctured = output.sample.exit = false;

@@ -3,26 +3,39 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "parameter.hpp"
 #include "sample.hpp"
 
 namespace needleforce {
 
 /// Chosen before the loop; the defaults hold for any needle in a hand or on a robot.
 struct Limits {
-  double max_speed = 1.0;        ///< [m/s]; a depth that moved faster since the last good step is refused
-  double velocity_slack = 2e-3;  ///< [m/s] by which velocity may differ from the change of depth
-  double velocity_slack_ratio = 0.5;  ///< and as a share of the larger of the two
-  double hold_time = 0.0;             ///< [s] for which a fault keeps the last force; after it the force is 0
+  double max_speed = 1.0;
+  double velocity_slack = 2e-3;
+  double velocity_slack_ratio = 0.5;
+  double hold_time = 0.0;
+
+  static constexpr const char* name = "limits";
+  static constexpr const char* summary = "What a step accepts.";
+  static constexpr double endless = std::numeric_limits<double>::infinity();
+  static constexpr std::array<Parameter<Limits>, 4> table{{
+      {&Limits::max_speed, "max_speed", "m/s", 1e-9, endless, 1.0, "v",
+       "a depth that moved faster since the last good step is refused; infinity accepts every leap", "free"},
+      {&Limits::velocity_slack, "velocity_slack", "m/s", 0.0, endless, 2e-3, "dv",
+       "by which velocity may differ from the change of depth", "free"},
+      {&Limits::velocity_slack_ratio, "velocity_slack_ratio", "1", 0.0, endless, 0.5, "r",
+       "and as a share of the larger of the two", "free"},
+      {&Limits::hold_time, "hold_time", "s", 0.0, 1.0, 0.0, "t_h",
+       "for which a refused step keeps the last force; after it the force is 0", "free"},
+  }};
 };
 
-/// True if no limit is NaN or negative; an infinite `max_speed` accepts every jump.
-inline bool valid(const Limits& limits) noexcept {
-  return limits.max_speed > 0.0 && limits.velocity_slack >= 0.0 && limits.velocity_slack_ratio >= 0.0 &&
-         limits.hold_time >= 0.0;
-}
+/// True if every limit lies in its range.
+inline bool valid(const Limits& limits) noexcept { return !first_invalid(limits); }
 
 /// Pass as velocity where none is measured: the step takes the change of depth over dt.
 inline constexpr double no_velocity = std::numeric_limits<double>::max();

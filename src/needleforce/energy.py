@@ -47,7 +47,7 @@ def _integrated(model, deepest: float, speed: float) -> dict[str, float]:
     steps = int(np.ceil((deepest - above) / STEP))
     stroke = np.linspace(above, deepest, steps + 1)
     depth = np.concatenate([stroke, stroke[-2::-1]])
-    run = core.Insertion(model.stack, max_speed=np.inf).run(
+    run = core.Insertion(model.stack, core.Limits(max_speed=np.inf)).run(
         depth, None, np.full(len(depth), (stroke[1] - stroke[0]) / speed)
     )
     inwards = slice(0, steps + 1), slice(steps, None)

@@ -116,8 +116,8 @@ class Insertion(core.Insertion):
     """The simulated insertion: ``step(depth, velocity, dt) -> Sample``, ``reset()``, ``snapshot()``, ``restore()``,
     ``run(...)``.
 
-    ``max_speed`` [m/s]: a depth that moved faster is refused. ``hold_time`` [s]: how long a refused step keeps the
-    last force before it falls to 0. A step never raises; its ``status`` says what was wrong. ``bevel``, as
+    ``max_speed`` [m/s]: a depth that moved faster is refused. ``hold_time`` [s], at most 1: how long a refused step
+    keeps the last force before it falls to 0. A step never raises; its ``status`` says what was wrong. ``bevel``, as
     ``needleforce.core.Bevel(half_angle, friction_coefficient, face_share)``, gives each sample a ``lateral`` force [N].
     ``save()`` gives the memory as bytes, which ``restore()`` takes as it takes a snapshot.
     """
@@ -127,11 +127,8 @@ class Insertion(core.Insertion):
     ):
         if not isinstance(model, Model):
             raise InputError("model", repr(model), "not a Model", next_step="Give nf.preset(…) or nf.Model(…).")
-        if not max_speed > 0.0:
-            raise InputError("max_speed", max_speed, "must be above 0 m/s")
-        if not hold_time >= 0.0:
-            raise InputError("hold_time", hold_time, "must be at least 0 s")
-        super().__init__(model.stack, max_speed, hold_time, bevel or core.Bevel())
+        limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
+        super().__init__(model.stack, limits, bevel or core.Bevel())
         self.model = model
 
     def snapshot(self) -> "Insertion":

@@ -58,13 +58,13 @@ std::string refusal(Change change) {
   change(layer);
   const Made made(layer);
   EXPECT_EQ(made.insertion, nullptr);
-  return std::string(made.why.law ? made.why.law : "none") + "." + made.why.quantity + " " + made.why.reason;
+  return std::string(made.why.law) + "." + made.why.quantity + " " + made.why.reason;
 }
 
 TEST(CInterface, RefusesWhatIsNoModelAndSaysWhy) {
   EXPECT_EQ(refusal([](nf_layer& l) { l.stiffness.name = "spring"; }),
             "spring.stiffness is of no known name");
-  EXPECT_EQ(refusal([](nf_layer& l) { l.cutting.name = nullptr; }), "none.cutting is missing");
+  EXPECT_EQ(refusal([](nf_layer& l) { l.cutting.name = nullptr; }), "layer.cutting is missing");
   EXPECT_EQ(refusal([](nf_layer& l) { l.friction.numbers[0].name = "mu"; }),
             "coulomb.mu is no parameter of it");
   EXPECT_EQ(refusal([](nf_layer& l) { l.friction.numbers[0].value = -1; }),
@@ -88,6 +88,7 @@ TEST(CInterface, RefusesMemoryThatIsTooSmallOrMissing) {
             nullptr);
   EXPECT_EQ(nf_init(memory.data(), nf_size(), &layer, 9, nullptr, &why), nullptr);
   EXPECT_EQ(nf_init(memory.data(), nf_size(), nullptr, 1, nullptr, &why), nullptr);
+  EXPECT_STREQ(why.reason, "are missing");
 }
 
 TEST(CInterface, TakesTipsByName) {
@@ -122,7 +123,11 @@ TEST(CInterface, SettingsAreCheckedAndGiveALateralForce) {
   EXPECT_STREQ(Made(paper_layer(), &settings).why.quantity, "friction_coefficient");
   settings = nf_default_settings();
   settings.max_speed = std::nan("");
-  EXPECT_STREQ(Made(paper_layer(), &settings).why.quantity, "limits");
+  EXPECT_STREQ(Made(paper_layer(), &settings).why.quantity, "max_speed");
+  settings = nf_default_settings();
+  settings.hold_time = 2.0;
+  EXPECT_STREQ(Made(paper_layer(), &settings).why.quantity, "hold_time");
+  EXPECT_EQ(Made(paper_layer(), &settings).why.high, 1.0);
 }
 
 TEST(CInterface, SnapshotsAreTakenBackOrRefused) {
@@ -179,6 +184,7 @@ TEST(CInterface, TheGuardClampsRejectsAndFallsToZero) {
 
 TEST(CInterface, TheGuardRefusesSettingsThatAreNone) {
   EXPECT_STREQ(Guarded({{"most_furce", 1.0}}).why.reason, "is no parameter of it");
+  EXPECT_STREQ(Guarded({{nullptr, 1.0}}).why.quantity, "name");
   EXPECT_STREQ(Guarded({{"most_force", std::nan("")}}).why.quantity, "most_force");
   EXPECT_STREQ(Guarded({{"delay", 1.5}}).why.reason, "delay is no whole number of cycles");
   EXPECT_EQ(Guarded({{"delay", 1.5}}).guard, nullptr);

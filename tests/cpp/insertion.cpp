@@ -311,4 +311,11 @@ TEST(Insertion, AMemoryIsTakenBackByItsOwnModelAlone) {
   EXPECT_FALSE(insertion.restore(saved));
 }
 
+TEST(Insertion, LimitsStandOnceAndAFaultIsNeverHeldForEver) {
+  for (const auto& row : Limits::table) EXPECT_EQ(Limits{}.*row.member, row.initial) << row.name;
+  const double infinite = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(Insertion(paper::model(), Limits{.hold_time = infinite}).step(1e-3, no_velocity, 1e-3).status,
+            Status::invalid_parameter);
+}
+
 }  // namespace

@@ -57,6 +57,7 @@ OLD = {"recordings": [], "parameters": [], "model": "paper"}
         ([{"model": "paper", "bic": 1.0}], "file is no fit"),
         ({"conditions": []}, "file is no fit"),
         (OLD | {"recordings": [{"status": "ok"}]}, "file is no fit"),
+        (OLD | {"recordings": None}, "file is no fit"),
     ],
 )
 def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_path, capsys, monkeypatch):
@@ -75,6 +76,7 @@ def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_
         (["nowhere.json"], "not readable"),
         (["nothing"], "not known"),
         (["paper", "--language", "rust"], "known are c++ and c"),
+        (["paper", "--name", ""], "no name that C and C++ take"),
         (["paper", "--name", "int"], "no name that C and C++ take"),
         (["paper", "-o", "nowhere/x.hpp"], "there is no such folder"),
     ],
@@ -92,4 +94,25 @@ def test_a_number_lost_in_the_json_is_told_with_its_place(fit, tmp_path):
         given(tmp_path / "fit.json")
     (tmp_path / "fit.json").write_bytes(b"\xff\xfe{")
     with pytest.raises(nf.InputError, match="no JSON"):
+        given(tmp_path / "fit.json")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"warnings": 5},
+        {"settings": None},
+        {"settings": {"speed_m_s": "fast"}},
+        {"recordings": [{"file": "a", "status": "ok", "sha256": 5}]},
+    ],
+)
+def test_a_fit_that_was_altered_is_refused(change, fit, tmp_path):
+    (tmp_path / "fit.json").write_text(json.dumps(json.loads(fit.to_json()) | change))
+    with pytest.raises(nf.InputError, match=r"fit\.json: file is no fit"):
+        given(tmp_path / "fit.json")
+
+
+def test_json_without_end_is_refused(tmp_path):
+    (tmp_path / "fit.json").write_text("[" * 200_000)
+    with pytest.raises(nf.InputError, match=r"fit\.json: fit is no JSON"):
         given(tmp_path / "fit.json")

@@ -69,10 +69,16 @@ def test_the_same_model_gives_the_same_text_with_where_it_is_from():
     assert " ".join(text.replace("\n//  ", "").split()).count(model.doubts[0][:60]) == 1
 
 
-@pytest.mark.parametrize("name", ["int", "2fast", "a-b", "", "_x", "a__b", "constexpr", "größe"])
+@pytest.mark.parametrize("name", ["int", "2fast", "a-b", "", "_x", "a__b", "constexpr", "größe", "nf_init", "NAN"])
 def test_names_that_no_compiler_takes_are_refused(name):
     with pytest.raises(nf.InputError, match="no name that C and C"):
         header(nf.preset("paper"), "c", name)
+
+
+def test_the_header_for_c_is_also_one_for_cpp(prefix, tmp_path):
+    for name, model in models().items():
+        (tmp_path / "model.cpp").write_text(header(model, "c", name), encoding="utf-8")
+        said(["g++", "-std=c++20", f"-I{prefix / 'include'}", "-fsyntax-only", tmp_path / "model.cpp"])
 
 
 def test_an_unknown_language_is_refused():

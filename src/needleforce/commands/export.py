@@ -25,7 +25,7 @@ def run(
 
     check_outputs([output], [model])
     found = given(model)
-    text = header(found.model, language, name or identifier(found.name), found.sources)
+    text = header(found.model, language, identifier(found.name) if name is None else name, found.sources)
     if output is None:
         print(text, end="")
         return

@@ -21,6 +21,8 @@ RESERVED = frozenset(
     "struct switch template this thread_local throw true try typedef typeid typename union unsigned using virtual void "
     "volatile wchar_t while xor xor_eq".split()
 )
+# letters, digits and _, and none of what either language or the C library of this project has for itself
+NAME = re.compile(r"(?!nf_|NULL$|NAN$|INFINITY$|EOF$)[A-Za-z]\w*", re.ASCII)
 
 
 def header(model: Model, language: str = "c++", name: str | None = None, sources: tuple[str, ...] = ()) -> str:
@@ -34,13 +36,17 @@ def header(model: Model, language: str = "c++", name: str | None = None, sources
     if language not in LANGUAGES:
         raise InputError("language", repr(language), f"known are {' and '.join(LANGUAGES)}")
     name = identifier(model.name) if name is None else name
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or "__" in name or name in RESERVED:
+    if not _free(name):
         limit = "no name that C and C++ take for a constant"
-        raise InputError("name", repr(name), limit, next_step="Give letters, digits and _, as liver_18G.")
+        raise InputError("name", repr(name), limit, next_step="Give letters, digits and _, no keyword, as liver_18G.")
     return LANGUAGES[language](model, name, sources)
 
 
 def identifier(text: str) -> str:
     """``text`` as a name for a constant: what neither language takes becomes _, and a bad start a prefix."""
     name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
-    return name if name[:1].isalpha() and name not in RESERVED else f"model_{name}".rstrip("_")
+    return name if _free(name) else f"model_{name}".rstrip("_")
+
+
+def _free(name: str) -> bool:
+    return bool(NAME.fullmatch(name)) and "__" not in name and name not in RESERVED

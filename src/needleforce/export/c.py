@@ -49,7 +49,8 @@ def _law(family: str, law, tip_name: str) -> list[str]:
     numbers = _numbers(law)
     if not numbers:
         return [f'.{family} = {{.name = "{law.name}"{tip}}},']
-    return [f'.{family} = {{.name = "{law.name}"{tip}, .numbers = {{', *(f"    {line}" for line in numbers), "}},"]
+    # in the order of the members: C++ takes no other
+    return [f'.{family} = {{.name = "{law.name}", .numbers = {{', *(f"    {line}" for line in numbers), f"}}{tip}}},"]
 
 
 def _numbers(value) -> list[str]:
@@ -60,9 +61,9 @@ def _numbers(value) -> list[str]:
 def _tip(tip, name: str) -> list[str]:
     if hasattr(tip, "columns"):
         return _profile(tip, name)
-    words = "".join(f' .{part} = "{getattr(tip, part)}",' for part in tip.parts)
+    words = "".join(f', .{part} = "{getattr(tip, part)}"' for part in tip.parts)
     numbers = [f"    {line}" for line in _numbers(tip)]
-    return [f'static const nf_tip {name} = {{.name = "{tip.name}",{words} .numbers = {{', *numbers, "}};"]
+    return [f'static const nf_tip {name} = {{.name = "{tip.name}", .numbers = {{', *numbers, f"}}{words}}};"]
 
 
 def _profile(tip, name: str) -> list[str]:

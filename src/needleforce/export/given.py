@@ -35,6 +35,8 @@ def given(name_or_path) -> Given:
         return Given(_model(document), path.stem, _sources(document))
     except InputError as error:
         raise error.at(path.name) from None
+    except (TypeError, ValueError, AttributeError):  # JSON, but altered by hand
+        raise _no_fit(path) from None
 
 
 def _read(path: Path) -> dict:
@@ -42,11 +44,17 @@ def _read(path: Path) -> dict:
         document = json.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise InputError("fit", "not readable", error.strerror or "", str(path)) from None
-    except ValueError as error:  # of JSON, and of text that is not UTF-8
+    except (ValueError, RecursionError) as error:  # of JSON, and of text that is not UTF-8
         raise InputError("fit", "no JSON", str(error), path.name, AGAIN) from None
-    if not (isinstance(document, dict) and FIT <= set(document) and all(map(_is_recording, document["recordings"]))):
-        raise InputError("file", "no fit", "needed is what identify --json writes", path.name, AGAIN)
+    if not (isinstance(document, dict) and FIT <= set(document) and isinstance(document["recordings"], list)):
+        raise _no_fit(path)
+    if not all(map(_is_recording, document["recordings"])):
+        raise _no_fit(path)
     return document
+
+
+def _no_fit(path: Path) -> InputError:
+    return InputError("file", "no fit", "needed is what identify --json writes", path.name, AGAIN)
 
 
 def _is_recording(each) -> bool:

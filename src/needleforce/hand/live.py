@@ -27,11 +27,8 @@ class LiveInsertion(core.LiveInsertion):
     ):
         if not 0.0 <= blend_time <= core.longest_blend:
             raise InputError("blend_time", blend_time, f"must be 0 to {core.longest_blend:g} s")
-        if not max_speed > 0.0:
-            raise InputError("max_speed", max_speed, "must be above 0 m/s")
-        if not hold_time >= 0.0:
-            raise InputError("hold_time", hold_time, "must be at least 0 s")
-        super().__init__(_layers(model), blend_time, max_speed, hold_time, bevel or core.Bevel())
+        limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
+        super().__init__(_layers(model), blend_time, limits, bevel or core.Bevel())
 
     def replace(self, model: Model) -> None:
         """Offers a model to the loop, which takes the newest over with its next step, or after a blend.

@@ -2,6 +2,7 @@
 """Where the needle is in a MuJoCo model: a slide joint, or the site of its tip, and the tissue's surface."""
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
@@ -93,6 +94,8 @@ def place_of(m, joint, site, surface_site, surface_height: float, surface_normal
     if (joint is None) == (site is None):
         value = "neither" if joint is None else "both"
         raise InputError("joint or site", value, "not one of them", next_step="Give a slide joint or the tip's site.")
+    if not (isinstance(surface_height, Real) and np.isfinite(surface_height)):
+        raise InputError("surface_height", surface_height, "not a finite number", next_step="Give it in m.")
     if joint is not None:
         return _on_joint(m, joint, surface_height, surface_site, surface_normal)
     normal = np.array([0.0, 0.0, 1.0] if surface_normal is None else surface_normal, dtype=float)
