@@ -17,9 +17,11 @@ from rich.console import Console
 from rich.table import Table
 
 import needleforce as nf
+from needleforce import core
 
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = nf.preset("paper")
+GUARDED = ("bare", "classic", "guard")  # who limits the energy
 
 
 def best(work, repeats: int = 7) -> float:
@@ -42,7 +44,8 @@ def compiled(source: str, folder: str) -> Path:
     """A benchmark in C++ as a program."""
     binary = Path(folder) / source
     path = ROOT / "benchmarks" / f"{source}.cpp"
-    subprocess.run(["g++", "-std=c++20", "-O2", f"-I{ROOT / 'include'}", str(path), "-o", str(binary)], check=True)
+    places = [f"-I{ROOT / place}" for place in ("include", "tests/cpp")]
+    subprocess.run(["g++", "-std=c++20", "-O2", *places, str(path), "-o", str(binary)], check=True)
     return binary
 
 
@@ -102,6 +105,19 @@ def mujoco():
         True,
     )
     yield "with / alone", f"{found['ratio']:.2f}", "", True
+
+
+def energy(steps: int = 100_000):
+    """What a random hand gets out of tissues at 1 kHz with delay: bare, under the classic controller, guarded."""
+    with tempfile.TemporaryDirectory() as folder:
+        said = subprocess.run([compiled("energy", folder), str(steps)], capture_output=True, text=True, check=True)
+    trials = json.loads(said.stdout)
+    lent = 1e3 * core.GuardSettings().initial_reserve
+    for tissue in dict.fromkeys(trial["tissue"] for trial in trials):
+        least = {who: min(t[who]["least_mJ"] for t in trials if t["tissue"] == tissue) for who in GUARDED}
+        shown = ", ".join(f"{who} {value:.3g}" for who, value in least.items())
+        kept = least["guard"] >= -lent * (1 + 1e-9)
+        yield f"least energy put in, {tissue} (mJ)", shown, f">= -{lent:g}, lent", kept
 
 
 def evaluation(n: int = 10**7):
@@ -263,7 +279,7 @@ def demo():
     yield "make demo after set-up (s)", f"{took:.1f}", "<= 30", took <= 30
 
 
-PARTS = (step, mujoco, evaluation, tips, reading, starting, demo, real)
+PARTS = (step, mujoco, energy, evaluation, tips, reading, starting, demo, real)
 SCRIPTS = ("fit", "fit_peers", "fit_length", "uncertainty", "unseen", "replay", "events_by_eye", "loading_curves")
 """Benchmarks with a table of their own, in files of their own."""
 

@@ -73,6 +73,9 @@ struct GuardSettings {
   /// Which numbers do not go together, or nullptr.
   constexpr const char* contradiction() const noexcept {
     if (delay != static_cast<int>(delay)) return "delay is no whole number of cycles";
+    // products of larger ones have no finite number
+    if (longest_cycle < unlimited && longest_cycle > 1e3) return "longest_cycle is longer than 1000 s";
+    if (most_speed < unlimited && most_speed > 1e6) return "most_speed is above 1e6 m/s";
     if (!limits_energy())
       return most_acceleration < unlimited ? "most_acceleration needs most_speed" : nullptr;
     if (!(longest_cycle < unlimited)) return "most_speed needs longest_cycle: how far can the device get?";

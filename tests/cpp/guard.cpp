@@ -218,6 +218,8 @@ TEST(Guard, NumbersThatDoNotGoTogetherAreRefusedWithTheReason) {
       {{.delay = 0.5}, "whole"},
       {{.most_acceleration = 10.0}, "most_speed"},
       {{.most_speed = 1.0}, "longest_cycle"},
+      {{.longest_cycle = 1e300, .most_speed = 1.0}, "1000 s"},
+      {{.longest_cycle = ms, .most_speed = 1e300}, "1e6 m/s"},
       {{.longest_cycle = ms, .most_speed = 1.0, .most_reserve = 1e-6}, "initial_reserve"},
       {{.longest_cycle = ms, .most_speed = 1.0, .initial_reserve = 0.0}, "most_acceleration"}};
   for (const auto& [settings, word] : cases) {
@@ -226,6 +228,14 @@ TEST(Guard, NumbersThatDoNotGoTogetherAreRefusedWithTheReason) {
   }
   EXPECT_TRUE(valid(GuardSettings{}));
   EXPECT_TRUE(valid(bounds(most_delay)));
+}
+
+TEST(Guard, TheLargestBoundsHaveAFiniteBalanceHoweverLongNothingComes) {
+  Guard guard = at_wall({.most_force = 1e6, .longest_cycle = 1e3, .most_speed = 1e6});
+  for (int k = 0; k < 100000; ++k) {
+    const Output output = k % 1000 ? guard.miss(1e9) : guard.step(1 * mm, no_velocity, 1e3);
+    ASSERT_TRUE(std::isfinite(output.force) && std::isfinite(output.energy) && std::isfinite(output.reserve));
+  }
 }
 
 TEST(Guard, DefaultsStandOnceInTheTable) {
