@@ -8,7 +8,7 @@ CXX_SOURCES := $(shell find include bindings integrations tests examples benchma
 CXX_TESTS := build/cpp
 CXX_SANITIZED := build/sanitized
 # every test in which one thread speaks to another
-THREAD_TESTS := $(wildcard tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp)
+THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp
 MINUTES ?= 10
 FILE ?= tests/reference_values.json
 
@@ -61,8 +61,7 @@ proof-effects: proof-tools
 proof-symbols: .venv/.packages
 	@tests/proof/symbols.sh
 
-# scanning for C++ modules, which nobody uses here, asks for one more tool; the energy controller's walks of a million steps
-# are left to the fuzzer, which has the same sanitizers and runs faster
+# the energy controller's walks of a million steps are left to the fuzzer, which has the same sanitizers and runs faster
 proof-sanitizers: proof-tools
 	@$(BIN)/cmake -S . -B $(CXX_SANITIZED) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DNEEDLEFORCE_TESTS=ON \
 	  -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++-19 \

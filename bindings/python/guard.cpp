@@ -54,10 +54,6 @@ struct Recorded {
   }
 };
 
-constexpr bool Interventions::* did[] = {&Interventions::rejected,          &Interventions::stale,
-                                         &Interventions::clamped,           &Interventions::slewed,
-                                         &Interventions::limited_by_energy, &Interventions::outside_bounds};
-
 /// A column of the record as an array of doubles.
 template <class Value>
 python::Output column_of(std::span<const Cycle> cycles, Value value) {
@@ -83,8 +79,9 @@ nb::dict columns_of(const Recorded& self) {
     columns[name] = column_of(cycles, [member](const Cycle& cycle) { return cycle.*member; });
   columns["phase"] = column_of(cycles, [](const Cycle& cycle) { return static_cast<int>(cycle.phase); });
   columns["status"] = column_of(cycles, [](const Cycle& cycle) { return static_cast<int>(cycle.status); });
-  for (std::size_t i = 0; i < std::size(did); ++i)
-    columns[intervention_names[i]] = column_of(cycles, [i](const Cycle& cycle) { return cycle.did.*did[i]; });
+  for (std::size_t i = 0; i < std::size(interventions); ++i)
+    columns[intervention_names[i]] =
+        column_of(cycles, [i](const Cycle& cycle) { return cycle.did.*interventions[i]; });
   return columns;
 }
 
@@ -114,9 +111,10 @@ void bind_output(nb::module_& module) {
               "[J] that the hand has put in so far, less what it took out")
       .def_ro("reserve", &needleforce::Output::reserve, "[J] that it may still take out")
       .def_ro("sample", &needleforce::Output::sample, "of the engine, in the tissue's newtons and metres");
-  for (std::size_t i = 0; i < std::size(did); ++i)
+  for (std::size_t i = 0; i < std::size(interventions); ++i)
     bound.def_prop_ro(
-        intervention_names[i], [i](const needleforce::Output& self) { return self.did.*did[i]; }, meaning[i]);
+        intervention_names[i], [i](const needleforce::Output& self) { return self.did.*interventions[i]; },
+        meaning[i]);
 }
 
 }  // namespace
@@ -137,8 +135,7 @@ void bind_guard(nb::module_& module) {
           },
           nb::arg("depth"), nb::arg("velocity").none(), nb::arg("dt"),
           "A cycle with a measurement of the device: depth [m], velocity [m/s] or None, dt [s] since the "
-          "last "
-          "cycle. Never raises.")
+          "last cycle. Never raises.")
       .def(
           "miss", [](Recorded& self, double dt) { return self.keep(none, none, dt, self.guard.miss(dt)); },
           nb::arg("dt"), "A cycle in which no measurement came. Never raises.")

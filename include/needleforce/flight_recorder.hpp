@@ -71,11 +71,10 @@ class FlightRecorder {
   };
 
   static Words packed(double depth, double velocity, double dt, const Output& o) noexcept {
-    const bool did[] = {o.did.rejected,          o.did.stale,         o.did.clamped, o.did.slewed,
-                        o.did.limited_by_energy, o.did.outside_bounds};
     std::uint64_t words =
         static_cast<std::uint64_t>(o.sample.phase) << 16 | static_cast<std::uint64_t>(o.sample.status) << 8;
-    for (std::size_t i = 0; i < std::size(did); ++i) words |= std::uint64_t{did[i]} << i;
+    for (std::size_t i = 0; i < std::size(interventions); ++i)
+      words |= std::uint64_t{o.did.*interventions[i]} << i;
     constexpr auto bits = [](double value) { return std::bit_cast<std::uint64_t>(value); };
     return {bits(dt),      bits(depth),    bits(velocity),  bits(o.sample.force),
             bits(o.force), bits(o.energy), bits(o.reserve), words};
@@ -93,7 +92,8 @@ class FlightRecorder {
 
   static Cycle unpacked(std::uint64_t number, const Words& words) noexcept {
     const auto value = [&](int i) { return std::bit_cast<double>(words[i]); };
-    const auto did = [&](int i) { return (words[7] >> i & 1) != 0; };
+    Interventions did;
+    for (std::size_t i = 0; i < std::size(interventions); ++i) did.*interventions[i] = words[7] >> i & 1;
     return {number,
             value(0),
             value(1),
@@ -104,7 +104,7 @@ class FlightRecorder {
             value(6),
             static_cast<Phase>(words[7] >> 16 & 0xff),
             static_cast<Status>(words[7] >> 8 & 0xff),
-            {did(0), did(1), did(2), did(3), did(4), did(5)}};
+            did};
   }
 
   std::array<Slot, n> slots_{};

@@ -33,6 +33,11 @@ struct Interventions {
 };
 inline constexpr const char* intervention_names[] = {
     "rejected", "stale", "clamped", "slewed", "limited_by_energy", "outside_bounds"};
+/// The same in the same order, which is that of the bits in a record.
+inline constexpr bool Interventions::* interventions[] = {
+    &Interventions::rejected,          &Interventions::stale,
+    &Interventions::clamped,           &Interventions::slewed,
+    &Interventions::limited_by_energy, &Interventions::outside_bounds};
 
 /// A cycle of the guard, in the device's newtons and metres but for the sample, which is the tissue's.
 struct Output {

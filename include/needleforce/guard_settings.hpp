@@ -17,7 +17,8 @@ inline constexpr double farthest_in_a_cycle = 1e6;
 inline constexpr int most_delay = 16;
 
 /// Limits between an engine and a device, in the device's own metres and newtons. Infinity switches a limit
-/// off; without a measurement the force is zero unless `stale_after` or `fall_time` give it time.
+/// off, but the force, which is 1 MN at most; without a measurement the force is zero unless `stale_after` or
+/// `fall_time` give it time.
 struct GuardSettings {
   double force_scale = 1.0;
   double motion_scale = 1.0;

@@ -23,6 +23,11 @@ static_assert(noexcept(std::declval<Guard<Insertion>&>().miss(0.0)));
 static_assert(noexcept(std::declval<Guard<Insertion>&>().reset()));
 static_assert(std::is_same_v<decltype(Guard(std::declval<Insertion>())), Guard<Insertion>>);
 
+/// Tissue that holds the needle back on its way out.
+struct Pull {
+  Sample step(double, double, double) noexcept { return {.force = -5.0}; }
+};
+
 Guard<Wall> at_wall(const GuardSettings& settings) { return Guard(Wall{1000.0}, settings); }
 
 TEST(Guard, WithDefaultsTheForceIsTheEnginesOwn) {
@@ -53,8 +58,11 @@ TEST(Guard, ClampsBothWays) {
   EXPECT_DOUBLE_EQ(output.force, 2.0);
   EXPECT_DOUBLE_EQ(output.sample.force, 5.0);
   EXPECT_TRUE(output.did.clamped);
-  Guard pulled(Wall{-1000.0}, {.most_force = 2.0});  // a wall that pulls: force below zero where it is active
-  EXPECT_EQ(pulled.step(5 * mm, no_velocity, ms).force, 0.0);
+  Guard pulled(Pull{}, {.most_force = 2.0});
+  const Output pull = pulled.step(5 * mm, no_velocity, ms);
+  EXPECT_DOUBLE_EQ(pull.force, -2.0);
+  EXPECT_DOUBLE_EQ(pull.sample.force, -5.0);
+  EXPECT_TRUE(pull.did.clamped);
 }
 
 TEST(Guard, SlewsUpAndDownAndCountsNoPause) {

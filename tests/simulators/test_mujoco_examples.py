@@ -40,5 +40,5 @@ def test_the_benchmark_measures_both(mujoco, root):
     spec = importlib.util.spec_from_file_location("mujoco_step", root / "benchmarks" / "mujoco_step.py")
     benchmark = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(benchmark)
-    costs = benchmark.measure(rounds=1)
-    assert costs["ratio"] == pytest.approx(costs["plugin_us"] / costs["bare_us"]) and costs["bare_us"] > 0.0
+    costs = benchmark.measure(rounds=3)
+    assert costs["plugin_us"] > costs["bare_us"] > 0.0  # the tissue costs something: it is in the one scene alone

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The plugin and the Python helper give the same numbers, from any preset and on any place."""
+"""The plugin and `needleforce.mujoco.step` give the same numbers, from any preset and on any place."""
 
 import types
 
