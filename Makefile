@@ -47,7 +47,7 @@ test-cpp: .venv/.packages
 	@$(BIN)/ctest --test-dir $(CXX_TESTS) --output-on-failure
 
 test-python: setup
-	@$(BIN)/python -m pytest
+	@$(BIN)/python -m pytest -n auto --dist loadfile
 
 proof: proof-effects proof-symbols proof-sanitizers proof-threads proof-fuzz  ## the real-time claims, by compiler, sanitizers and fuzzer
 

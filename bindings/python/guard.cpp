@@ -3,10 +3,12 @@
 
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <limits>
 #include <optional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -120,6 +122,8 @@ void bind_output(nb::module_& module) {
 }  // namespace
 
 void bind_guard(nb::module_& module) {
+  module.attr("interventions") = nb::tuple(
+      nb::cast(std::vector<std::string>(std::begin(intervention_names), std::end(intervention_names))));
   bind_parameters<GuardSettings>(module, "GuardSettings");
   bind_output(module);
   nb::class_<Recorded> bound(module, "Guard",

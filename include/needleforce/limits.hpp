@@ -24,13 +24,13 @@ struct Limits {
   static constexpr double endless = std::numeric_limits<double>::infinity();
   static constexpr std::array<Parameter<Limits>, 4> table{{
       {&Limits::max_speed, "max_speed", "m/s", 1e-9, endless, 1.0, "v",
-       "a depth that moved faster since the last good step is refused; infinity accepts every leap", "free"},
+       "speed above which a change of depth is refused; infinity accepts every leap", "free"},
       {&Limits::velocity_slack, "velocity_slack", "m/s", 0.0, endless, 2e-3, "dv",
-       "by which velocity may differ from the change of depth", "free"},
+       "difference allowed between velocity and change of depth", "free"},
       {&Limits::velocity_slack_ratio, "velocity_slack_ratio", "1", 0.0, endless, 0.5, "r",
-       "and as a share of the larger of the two", "free"},
+       "the same difference as a share of the larger of the two", "free"},
       {&Limits::hold_time, "hold_time", "s", 0.0, 1.0, 0.0, "t_h",
-       "for which a refused step keeps the last force; after it the force is 0", "free"},
+       "time for which a refused step keeps the last force; after it the force is 0", "free"},
   }};
 };
 

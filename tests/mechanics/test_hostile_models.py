@@ -46,7 +46,9 @@ def test_layers_are_layers_and_kept_as_a_tuple():
             nf.Layer(top, PAPER.stiffness, PAPER.puncture, PAPER.friction, PAPER.cutting)
 
 
-@pytest.mark.parametrize("bad", [{"max_speed": -1.0}, {"max_speed": np.nan}, {"hold_time": -1.0}, {"hold_time": np.inf}])
+@pytest.mark.parametrize(
+    "bad", [{"max_speed": -1.0}, {"max_speed": np.nan}, {"hold_time": -1.0}, {"hold_time": np.inf}]
+)
 def test_limits_of_an_insertion_are_refused_before_the_loop(bad):
     with pytest.raises(nf.InputError, match=next(iter(bad))):
         nf.Insertion(PAPER, **bad)

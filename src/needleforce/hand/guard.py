@@ -8,8 +8,6 @@ from ..errors import InputError
 from ..vocabulary import Phase, Status
 from ..whole_file import whole_file
 
-FLAGS = ("rejected", "stale", "clamped", "slewed", "limited_by_energy", "outside_bounds")
-
 
 class Guard(core.Guard):
     """Limits between an engine and a device: scale, clamp, slew, watchdog, energy.
@@ -40,7 +38,7 @@ class Guard(core.Guard):
         columns["number"] = columns["number"].astype(np.int64)
         columns["phase"] = np.array(list(Phase))[columns["phase"].astype(int)]
         columns["status"] = np.array(list(Status))[columns["status"].astype(int)]
-        return columns | {flag: columns[flag].astype(bool) for flag in FLAGS}
+        return columns | {flag: columns[flag].astype(bool) for flag in core.interventions}
 
     def save_recorder(self, path) -> None:
         """Writes ``recorder()`` as CSV, a column for each name. Raises InputError where it cannot be written."""

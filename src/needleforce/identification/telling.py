@@ -3,6 +3,7 @@
 
 import dataclasses
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,8 +31,8 @@ class Given:
 
 
 def reference_of(singles: list[Single]) -> str:
-    """Where a model comes from: the first recordings by name."""
-    sources = ", ".join(single.recording.card.source for single in singles[:3])
+    """Where a model comes from: the first recordings by name, wherever they lie."""
+    sources = ", ".join(Path(single.recording.card.source).name for single in singles[:3])
     return f"identified by needleforce from {sources}" + (" ..." if len(singles) > 3 else "")
 
 
