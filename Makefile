@@ -63,6 +63,7 @@ proof-symbols: .venv/.packages
 
 # the energy controller's walks of a million steps are left to the fuzzer, which has the same sanitizers and runs faster
 proof-sanitizers: proof-tools
+	@mkdir -p $(CXX_SANITIZED)
 	@$(BIN)/cmake -S . -B $(CXX_SANITIZED) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DNEEDLEFORCE_TESTS=ON \
 	  -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++-19 \
 	  -DCMAKE_CXX_FLAGS="-g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all" > $(CXX_SANITIZED).log 2>&1 \
