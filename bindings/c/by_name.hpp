@@ -2,10 +2,12 @@
 // Laws chosen and filled by name, from the plain structs of needleforce.h. For use before the loop.
 #pragma once
 
+#include <array>
 #include <cstring>
 #include <span>
 #include <tuple>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include "needleforce.h"
@@ -41,10 +43,13 @@ const Parameter<T>* parameter_named(const char* name) noexcept {
 template <class T>
 bool fill(T& value, std::span<const nf_number> numbers, nf_fault& why) noexcept {
   for (const Parameter<T>& parameter : T::table) value.*parameter.member = parameter.initial;
+  std::array<bool, T::table.size()> known{};
   for (const nf_number& number : numbers) {
     const Parameter<T>* parameter = parameter_named<T>(number.name);
     if (!parameter)
       return refuse(why, T::name, number.name ? number.name : "name", "is no parameter of it", number.value);
+    if (std::exchange(known[parameter - T::table.data()], true))
+      return refuse(why, T::name, number.name, "is given twice", number.value);
     value.*parameter->member = number.value;
   }
   const Parameter<T>* bad = first_invalid(value);
@@ -86,9 +91,11 @@ inline bool fill_word(tips::BevelEquivalence& word, const nf_tip& tip, nf_fault&
 template <class Shape>
 bool fill_tip(Shape& shape, const nf_tip& tip, nf_fault& why) noexcept {
   if constexpr (std::is_same_v<Shape, tips::Profile>) {
+    if (tip.numbers[0].name) return refuse(why, "profile", tip.numbers[0].name, "is no parameter of it");
     if (!fill_profile(shape, tip, why)) return false;
-  } else if (!fill(shape, tip.numbers, why)) {
-    return false;
+  } else {
+    if (tip.knots) return refuse(why, Shape::name, "knots", "are for a profile alone", double(tip.knots));
+    if (!fill(shape, tip.numbers, why)) return false;
   }
   if constexpr (requires { shape.equivalence; })
     if (!fill_word(shape.equivalence, tip, why)) return false;

@@ -45,7 +45,8 @@ bool read_layers(const nf_layer* named, std::size_t count, std::array<Layer, mos
     }
   const Fault fault = first_fault({layers.data(), count});
   why.layer = fault.layer;
-  return !fault.reason || c::refuse(why, "layer", fault.quantity, fault.reason);
+  const double top = c::same(fault.quantity, "top") ? layers[fault.layer].top : 0.0;
+  return !fault.reason || c::refuse(why, "layer", fault.quantity, fault.reason, top);
 }
 
 }  // namespace

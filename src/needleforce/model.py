@@ -126,7 +126,9 @@ class Insertion(core.Insertion):
         self, model: Model, *, max_speed: float = 1.0, hold_time: float = 0.0, bevel: core.Bevel | None = None
     ):
         if not isinstance(model, Model):
-            raise InputError("model", repr(model), "not a Model", next_step="Give nf.preset(…) or nf.Model(…).")
+            raise InputError(
+                "model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or nf.Model(…)."
+            )
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
         super().__init__(model.stack, limits, bevel or core.Bevel())
         self.model = model

@@ -71,6 +71,8 @@ TEST(CInterface, RefusesWhatIsNoModelAndSaysWhy) {
             "coulomb.per_length is outside its range");
   EXPECT_EQ(refusal([](nf_layer& l) { l.stiffness.numbers[1] = {}; }),
             "cone.half_angle is missing or not a number");
+  EXPECT_EQ(refusal([](nf_layer& l) { l.friction.numbers[2] = l.friction.numbers[0]; }),
+            "coulomb.per_length is given twice");
   EXPECT_EQ(refusal([](nf_layer& l) { l.stiffness.name = "tip_contact"; }),
             "tip_contact.half_angle is no parameter of it");
   EXPECT_EQ(refusal([](nf_layer& l) { l.top = 1e-3; }),
@@ -98,9 +100,15 @@ TEST(CInterface, TakesTipsByName) {
   EXPECT_TRUE(Made(layer).insertion);
   tip.equivalence = "equal_weight";
   EXPECT_FALSE(Made(layer).insertion);
+  tip.equivalence = nullptr;
+  tip.knots = 2;
+  EXPECT_STREQ(Made(layer).why.reason, "are for a profile alone");
   const double radii[] = {0.0, 0.35e-3}, heights[] = {0.0, 1.3e-3}, falling[] = {0.0, -1.3e-3};
   tip = {"profile", {}, nullptr, radii, heights, 2};
   EXPECT_TRUE(Made(layer).insertion);
+  tip.numbers[0] = {"radius", 1e-3};
+  EXPECT_STREQ(Made(layer).why.quantity, "radius");
+  tip.numbers[0] = {};
   tip.heights = falling;
   EXPECT_STREQ(Made(layer).why.reason, "below the one before: the profile is not monotone");
   tip.knots = 33;

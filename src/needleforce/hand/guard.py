@@ -25,7 +25,11 @@ class Guard(core.Guard):
             super().__init__(engine, checked)
         except TypeError:
             raise InputError(
-                "engine", repr(engine), "not one that a guard can step", "", "Give nf.Insertion(…) or LiveInsertion(…)."
+                "engine",
+                type(engine).__name__,
+                "not one that a guard can step",
+                "",
+                "Give nf.Insertion(…) or LiveInsertion(…).",
             ) from None
         self.engine = engine
 

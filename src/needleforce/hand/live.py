@@ -41,5 +41,5 @@ class LiveInsertion(core.LiveInsertion):
 
 def _layers(model: Model) -> list:
     if not isinstance(model, Model):
-        raise InputError("model", repr(model), "not a Model", next_step="Give nf.preset(…) or nf.Model(…).")
+        raise InputError("model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or nf.Model(…).")
     return model.stack

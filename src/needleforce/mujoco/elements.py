@@ -19,7 +19,7 @@ def plugin_xml(source, *, name: str = "needle", bevel=None, **place) -> str:
     """
     model = source if isinstance(source, Model) else getattr(source, "model", None)
     if not isinstance(model, Model):
-        raise InputError("source", repr(source), "without a model", next_step="Give an nf.Model, or a fit.")
+        raise InputError("source", type(source).__name__, "without a model", next_step="Give an nf.Model, or a fit.")
     plugin = ElementTree.Element("plugin", plugin=PLUGIN)
     instance = ElementTree.SubElement(plugin, "instance", name=name)
     for key, value in {**_place(place), **_bevel(bevel), **attributes(model)}.items():
