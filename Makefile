@@ -76,7 +76,7 @@ proof-threads: proof-tools
 	@tests/proof/threads.sh $(THREAD_TESTS)
 
 proof-fuzz: proof-tools
-	@tests/proof/fuzz.sh 60
+	@tests/proof/fuzz.sh 60 1
 
 fuzz: proof-tools  ## MINUTES=10: the fuzzer alone, for longer
 	@tests/proof/fuzz.sh $$(($(MINUTES) * 60))

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# fuzz.sh SECONDS: first a planted fault that the seeds alone must find, then the fuzzer from them on; then, for a third
+# fuzz.sh SECONDS [SEED]: first a planted fault that the seeds alone must find, then the fuzzer from them on; then, for a third
 # of the time, models that are replaced while the loop runs. What it found useful stays in build/fuzz/corpus; an input
 # that breaks a property is kept in build/fuzz.
 set -eu
 cd "$(dirname "$0")/../.."
 folder=build/fuzz
+chance=${2:-0}  # 0: another each time
 seeds=$folder/seeds
 mkdir -p $folder/corpus $folder/corpus_live $seeds
 # one input a line, its bytes as hexadecimal digits; the last three once broke a property
@@ -34,7 +35,7 @@ fi
 
 # hunt NAME SECONDS CORPUS WHAT
 hunt() {
-  if ! $folder/$1 -max_total_time="$2" -max_len=3000 -len_control=0 -artifact_prefix=$folder/ "$3" $seeds > $folder/log 2>&1; then
+  if ! $folder/$1 -seed="$chance" -max_total_time="$2" -max_len=3000 -len_control=0 -artifact_prefix=$folder/ "$3" $seeds > $folder/log 2>&1; then
     grep -E 'property broken|runtime error|ERROR|SUMMARY|Test unit' $folder/log
     exit 1
   fi
