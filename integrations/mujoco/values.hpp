@@ -32,13 +32,18 @@ class Values {
       if (key == name.substr(dot + 1)) return kept(value);
     return nullptr;
   }
-  /// Refuses a number that a law carries and none of its family has.
+  /// Refuses a number that a law carries and none of its family has, or that is given once more.
   void check_carried(const std::string& name, const Names& known) {
-    for (const auto& [key, value] : carried(name)) {
-      const auto same = [&](const char* other) { return key == other; };
-      if (std::none_of(known.begin(), known.end(), same))
+    const auto pairs = carried(name);
+    for (const auto& [key, value] : pairs) {
+      const auto is_key = [&](const std::string& other) { return key == other; };
+      if (std::none_of(known.begin(), known.end(), is_key))
         refuse(name + "." + key, value, "of no known name",
                "`needleforce laws` lists every law with its numbers.");
+      const auto times =
+          std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) { return is_key(pair.first); });
+      if (times > 1 || !first_word(name + "." + key).empty())
+        refuse(name + "." + key, value, "given twice", "Give it beside the law or as a key of its own.");
     }
   }
   std::optional<double> number(const std::string& name) {
