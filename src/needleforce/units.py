@@ -16,7 +16,7 @@ _FACTORS = {
     "length": {"m": "1", "mm": "1/1000", "um": "1/1000000", "nm": "1/1000000000", "cm": "1/100", "in": "0.0254"},
     "force": {"N": "1", "mN": "1/1000", "uN": "1/1000000", "nN": "1/1000000000", "kN": "1000",
               "gf": "0.00980665", "kgf": "9.80665", "lbf": "4.4482216152605"},
-    "torque": {"N m": "1", "N mm": "1/1000", "mN m": "1/1000"},
+    "torque": {"N m": "1", "N mm": "1/1000", "mN m": "1/1000", "lbf in": "0.1129848290276167"},
     "velocity": {"m/s": "1", "mm/s": "1/1000", "um/s": "1/1000000", "cm/s": "1/100", "mm/min": "1/60000"},
 }  # fmt: skip
 
@@ -28,7 +28,7 @@ _SPELLINGS = {
     "length": {"meter": "m", "meters": "m", "metre": "m", "metres": "m", "millimeter": "mm", "millimeters": "mm",
                "millimetre": "mm", "millimetres": "mm", "micron": "um", "microns": "um", "inch": "in"},
     "force": {"n": "N", "newton": "N", "newtons": "N", "mn": "mN"},
-    "torque": {"nm": "N m", "nmm": "N mm", "mnm": "mN m"},
+    "torque": {"nm": "N m", "nmm": "N mm", "mnm": "mN m", "lbfin": "lbf in"},
     "velocity": {"m/sec": "m/s", "mm/sec": "mm/s", "ms-1": "m/s", "mms-1": "mm/s"},
 }  # fmt: skip
 

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a Net F/T sensor says of itself, in the XML page ``netftapi2.xml`` of its own web server."""
+
+import math
+from dataclasses import dataclass
+from xml.etree import ElementTree
+from xml.sax.saxutils import escape
+
+from ..errors import InputError
+from ..units import find
+
+PAGE = "netftapi2.xml"
+_LONGEST = 1 << 18  # bytes
+
+
+@dataclass(frozen=True)
+class SensorConfiguration:
+    """``counts_per_force`` [1/N] and ``counts_per_torque`` [1/(N m)], records a second, serial number, and ``ratings``:
+    the ends of the six ranges [N, N m], 0 where unknown.
+    """
+
+    counts_per_force: float
+    counts_per_torque: float
+    rate: float
+    serial: str = ""
+    ratings: tuple[float, ...] = (0.0,) * 6
+
+    def wrench(self, counts: tuple[int, ...]) -> tuple[float, ...]:
+        """Six counts as forces [N] and torques [N m]."""
+        f, t = self.counts_per_force, self.counts_per_torque
+        return (*(count / f for count in counts[:3]), *(count / t for count in counts[3:]))
+
+    def xml(self) -> bytes:
+        """The page that says so."""
+        ratings = ";".join(f"{value:g}" for value in self.ratings)
+        tags = {
+            "runstat": "0x00000000", "scfgfu": "N", "scfgtu": "Nm", "cfgcpf": f"{self.counts_per_force:.12g}",
+            "cfgcpt": f"{self.counts_per_torque:.12g}", "cfgcalsn": escape(self.serial), "cfgmr": ratings,
+            "comrdtrate": f"{self.rate:.12g}",
+        }  # fmt: skip
+        body = "".join(f"<{tag}>{text}</{tag}>" for tag, text in tags.items())
+        return f'<?xml version="1.0"?><netft>{body}</netft>'.encode()
+
+
+def parse_configuration(page: bytes, place: str) -> SensorConfiguration:
+    """Read the page. Raises InputError, with the tag, for what does not give counts, units and a rate."""
+    root = _root(page, place)
+    force, torque = _unit(root, "scfgfu", "force", place), _unit(root, "scfgtu", "torque", place)
+    counts = _positive(root, "cfgcpf", place) / force, _positive(root, "cfgcpt", place) / torque
+    serial = (root.findtext("cfgcalsn") or "").strip()[:80]
+    return SensorConfiguration(*counts, _positive(root, "comrdtrate", place), serial, _ratings(root, force, torque))
+
+
+def _root(page: bytes, place: str) -> ElementTree.Element:
+    try:
+        if len(page) > _LONGEST or b"<!" in page:  # no entity grows
+            raise ElementTree.ParseError
+        return ElementTree.fromstring(page)
+    except (ElementTree.ParseError, ValueError, LookupError):
+        advice = "Check the address, or save the page from the sensor's web server and name the file."
+        raise InputError("sensor's configuration", "not readable", f"{PAGE} is XML", place, advice) from None
+
+
+def _positive(root: ElementTree.Element, tag: str, place: str) -> float:
+    text = root.findtext(tag)
+    try:
+        value = float(text or "")
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < 1e12:
+        raise InputError(f"<{tag}> of the sensor", repr((text or "")[:40]), "a number above 0 is needed", place)
+    return value
+
+
+def _unit(root: ElementTree.Element, tag: str, dimension: str, place: str) -> float:
+    """A unit's size in SI."""
+    text = (root.findtext(tag) or "").strip()
+    unit = find(text.replace("-", ""), dimension)
+    if unit is None:
+        raise InputError(f"<{tag}> of the sensor", repr(text[:40]), f"no known unit of {dimension}", place)
+    return float(unit.to_si(1.0))
+
+
+def _ratings(root: ElementTree.Element, force: float, torque: float) -> tuple[float, ...]:
+    try:
+        values = [float(text) for text in (root.findtext("cfgmr") or "").split(";")]
+    except ValueError:
+        return (0.0,) * 6
+    known = len(values) == 6 and all(0.0 <= value < 1e9 for value in values)
+    return tuple(value * unit for value, unit in zip(values, [force] * 3 + [torque] * 3)) if known else (0.0,) * 6

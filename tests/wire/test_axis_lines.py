@@ -1,0 +1,56 @@
+"""Lines of the axis: there and back, and what is none."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from needleforce import InputError
+from needleforce.wire.axis_lines import (
+    Answer,
+    AxisRange,
+    AxisState,
+    answer_line,
+    move_line,
+    parse_answer,
+    parse_command,
+    range_line,
+    state_line,
+)
+
+
+@pytest.mark.parametrize(
+    "said, line",
+    [
+        (AxisState(3, 0.05, -0.004, 0.003, "moving"), "state 3 0.050000 -0.00400000 0.0030000 moving"),
+        (AxisRange(-0.01, 0.06, 0.02, 0.01), "axis -0.01 0.06 0.02 0.01"),
+        (Answer("stop", True), "ok stop"),
+        (Answer("move", False, "beyond 0.06 m"), "refused move beyond 0.06 m"),
+    ],
+)
+def test_what_an_axis_says(said, line):
+    written = {AxisState: state_line, AxisRange: range_line, Answer: answer_line}[type(said)](said)
+    assert written == line
+    assert parse_answer(line) == said
+
+
+def test_commands():
+    assert parse_command(move_line(16e-3, 3e-3)) == ("move", (16e-3, 3e-3))
+    assert parse_command("stop") == ("stop", ())
+    assert parse_command("site 2") == ("site", (2.0,))
+
+
+@pytest.mark.parametrize(
+    "line", ["", "move", "move 1", "move a b", "move nan 1", "move inf 1", "site -1", "state 1", "go", "stop now"]
+)
+def test_what_is_no_command_is_refused(line):
+    with pytest.raises(InputError, match="line of the axis"):
+        parse_command(line)
+
+
+@given(st.text(max_size=300))
+def test_any_text_is_read_or_refused(text):
+    for parse in (parse_answer, parse_command):
+        try:
+            parse(text)
+        except InputError as error:
+            assert len(str(error)) < 2500
