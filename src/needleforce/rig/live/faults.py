@@ -36,7 +36,9 @@ FAULTS = {
     "stale": _share("records that repeat the reading before: the sample counter and the counts stand"),
     "foreign": _share("packets beside which one of random counts comes from another socket"),
     "wrong_size": _share("packets beside which one comes that is cut short or too long"),
-    "sensor_drift_ppm": Fault("how much faster the sensor's clock runs than the rig's [1e-6]", -10_000.0, 10_000.0, 0.0),
+    "sensor_drift_ppm": Fault(
+        "how much faster the sensor's clock runs than the rig's [1e-6]", -10_000.0, 10_000.0, 0.0
+    ),
     "axis_drift_ppm": Fault("how much faster the axis' clock runs than the rig's [1e-6]", -10_000.0, 10_000.0, 0.0),
     "clock_offset_s": Fault("what the axis' clock shows at the rig's start [s]", -1e6, 1e6, 0.0),
     "stall_at_s": _moment("the axis is stuck"),
@@ -47,7 +49,10 @@ FAULTS = {
 
 
 def checked_faults(given: Mapping[str, float]) -> dict[str, float]:
-    """The number of every fault, those not ``given`` absent. Raises InputError for an unknown one and a wrong number."""
+    """The number of every fault, those not ``given`` absent.
+
+    Raises InputError for an unknown one and a number outside its range.
+    """
     for name, value in given.items():
         if name not in FAULTS:
             raise InputError("fault", repr(name), "not one that is known", next_step=f"There are {', '.join(FAULTS)}.")

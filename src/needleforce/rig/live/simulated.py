@@ -90,11 +90,14 @@ class SimulatedRig:
                 return answer_line(self._change_site(numbers[0]))
         return answer_line(Answer(name, True))
 
-    def request(self, now: float, data: bytes) -> Command | None:
-        """Do what a datagram to the sensor asks for; what that was, None where it was nothing."""
+    def request(self, now: float, data: bytes, stops: bool = True) -> Command | None:
+        """Do what a datagram to the sensor asks for; what that was, None where it was nothing.
+
+        Only who gets the records ``stops`` them.
+        """
         if now >= self.faults["sensor_silent_at_s"]:
             return None
-        command = self.transfer.request(data)
+        command = self.transfer.request(data, stops)
         if command == Command.BIAS:
             self.sensor.zero()
         return command

@@ -2,6 +2,7 @@
 """What the needle goes into, step by step: the paper's phantom, site by site, or any model."""
 
 from ...model import Insertion, Model
+from ...vocabulary import Status
 from ..experiment import streams
 from ..paper import stick_slip
 from ..run import wrench_of
@@ -23,7 +24,7 @@ class ModelTissue:
     def step(self, depth: float, dt: float) -> dict[str, float]:
         """The wrench [N, N m] by axis, the tip having come to ``depth`` [m] in the rig's zero within ``dt`` [s]."""
         sample = self._insertion.step(depth, None, dt)
-        self.refused += sample.status != 0
+        self.refused += sample.status != Status.ok
         return {"force": sample.force} | _NO_LATERAL
 
 
@@ -42,7 +43,7 @@ class PhantomTissue:
         depth -= self.surface
         self._follow(depth, dt)
         sample = self._insertion.step(depth, None, dt)
-        self.refused += sample.status != 0
+        self.refused += sample.status != Status.ok
         sliding = self._sliding if self._pierced else 0.0
         more = self._site.specimen.unmodelled_forces(depth, sliding, self._second)
         return wrench_of(self._site, sample.force + float(sum(more.values())))

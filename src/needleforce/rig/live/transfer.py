@@ -33,8 +33,11 @@ class Transfer:
         """Whether records are asked for."""
         return self._left > 0
 
-    def request(self, data: bytes) -> Command | None:
-        """Do what a datagram asks for, and tell what that was; None, and counted, where it asks for nothing."""
+    def request(self, data: bytes, stops: bool = True) -> Command | None:
+        """Do what a datagram asks for, and tell what that was; None, and counted, where it asks for nothing.
+
+        A request to stop is done where it ``stops``, as it comes from who gets the records.
+        """
         try:
             command, wanted = unpack_request(data)
         except InputError:
@@ -42,7 +45,7 @@ class Transfer:
             return None
         if command in (Command.START, Command.START_BUFFERED):
             self._begin(wanted, BUFFERED if command == Command.START_BUFFERED else 1)
-        elif command == Command.STOP:
+        elif command == Command.STOP and stops:
             self._left = 0
         return command
 
