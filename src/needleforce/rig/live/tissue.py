@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the needle goes into, step by step: the paper's phantom, site by site, or any model."""
 
+import numpy as np
+
 from ...model import Insertion, Model
 from ...vocabulary import Status
 from ..experiment import streams
@@ -35,6 +37,7 @@ class PhantomTissue:
         self.surface, self._site, self._insertion = site.surface, site, Insertion(site.specimen.model())
         self._second, self._deepest, self._fastest = False, 0.0, 0.0
         self._depth: float | None = None
+        self._start = 0.0
         self._sliding = 1.0  # of the bristle, +1 in to -1 out
         self.refused = 0
 
@@ -53,13 +56,21 @@ class PhantomTissue:
         return self._second or self._deepest > self._site.specimen.puncture_depth
 
     def _follow(self, depth: float, dt: float) -> None:
-        move = 0.0 if self._depth is None else depth - self._depth
+        if self._depth is None:
+            self._depth, self._start = depth, min(depth, 0.0)
+        move = depth - self._depth
         self._depth, self._deepest = depth, max(self._deepest, depth)
         self._fastest = max(self._fastest, abs(move))
         self._sliding = min(max(self._sliding + move / PRESLIDING, -1.0), 1.0)
         if depth < 0.0 and move < 0.0 and self._first_ended:
-            self._insertion = self._site.specimen.pierced(self._deepest, depth, self._fastest, dt)
-            self._second = True
+            self._insertion, self._second = self._pierced_before(depth, dt), True
+
+    def _pierced_before(self, depth: float, dt: float) -> Insertion:
+        """An insertion that has made the hole from where this one began, and has come to ``depth`` outside again."""
+        made = self._site.specimen.pierced(self._deepest, self._start, self._fastest, dt)
+        outside = np.linspace(self._start, depth, 2 + int(abs(depth - self._start) / self._fastest))
+        made.run(outside, None, np.full(len(outside), dt))
+        return made
 
     @property
     def _first_ended(self) -> bool:
