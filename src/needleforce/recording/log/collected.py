@@ -73,7 +73,10 @@ class Collected:
         return [Note("damaged", what, self._undecoded)] if self._undecoded else []
 
     def _of(self, topic: str, message: str) -> "_Topic":
-        return self._topics.setdefault(topic, _Topic(message))
+        store = self._topics.setdefault(topic, _Topic(message))
+        if store.message != message:
+            raise ValueError("two types on one topic")
+        return store
 
     def _state(self, topic, message, counter, arrival, device, data) -> None:
         stamp, joints = _STATES[message](data)
@@ -113,6 +116,6 @@ class _Topic:
         self._values.extend(values)
 
     def messages(self, topic: str, width: int) -> Messages:
-        columns = (np.frombuffer(each, np.int64) for each in (self._arrival, self._device, self._stamp))
-        values = np.frombuffer(self._values, float).reshape(-1, width)
-        return in_sequence(np.frombuffer(self._counters, np.int64), [*columns, values], topic)
+        columns = (np.array(each) for each in (self._arrival, self._device, self._stamp))
+        values = np.array(self._values).reshape(-1, width)
+        return in_sequence(np.array(self._counters), [*columns, values], topic)

@@ -15,7 +15,8 @@ from .records import CHANNEL, MESSAGE, METADATA, SCHEMA, Walk
 from .writer import CARD, END
 
 _MESSAGE = struct.Struct("<HIQQ")  # channel, counter, times of arrival and of the device
-_ORPHANS = 100_000  # messages kept until their channel is found, as it may be at the end
+_ORPHANS = 64 << 20  # bytes of messages kept until their channel is found, as it may be at the end
+_NO_SCHEMA = 0  # the number that says so
 
 
 def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) -> Log:
@@ -46,10 +47,10 @@ class _Contents:
     def __init__(self, collected: Collected):
         self._collected = collected
         self.metadata: dict[str, dict] = {}
-        self._schemas: dict[int, str] = {}
+        self._schemas: dict[int, str] = {_NO_SCHEMA: ""}
         self._channels: dict[int, tuple[str, int]] = {}
         self._orphans: list[bytes] = []
-        self._lost = 0
+        self._orphaned = self._lost = 0
 
     def take(self, code: int, record: bytes) -> None:
         if code == MESSAGE:
@@ -59,7 +60,7 @@ class _Contents:
 
     def finish(self) -> list[Note]:
         """The messages whose channel was found after them, and a note on the rest."""
-        orphans, self._orphans = self._orphans, []
+        orphans, self._orphans, self._orphaned = self._orphans, [], 0
         for record in orphans:
             self._message(record)
         self._lost += len(self._orphans)
@@ -74,8 +75,9 @@ class _Contents:
         topic, schema = self._channels.get(channel, ("", -1))
         if schema in self._schemas:
             self._collected.take(topic, self._schemas[schema], counter, arrival, device, record[_MESSAGE.size :])
-        elif len(self._orphans) < _ORPHANS:
+        elif self._orphaned < _ORPHANS:
             self._orphans.append(record)
+            self._orphaned += len(record)
         else:
             self._lost += 1
 
@@ -94,5 +96,6 @@ class _Contents:
             self.metadata[found.name] = found.metadata
         elif code == SCHEMA:
             self._schemas[found.id] = found.name
-        elif found.message_encoding == "cdr":
-            self._channels[found.id] = (found.topic, found.schema_id)
+        else:
+            schema = found.schema_id if found.message_encoding == "cdr" else _NO_SCHEMA
+            self._channels[found.id] = (found.topic, schema)
