@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A device's clock against the host's, from times of arrival: the line below all of them that is closest to them."""
 
+import math
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +15,8 @@ _FEWEST = _BLOCKS  # samples from which a rate is told
 # below 0.7 if the delay's density is finite at its shortest (exponential, uniform), 1.5 if it rises from zero there
 # (bursts; gamma of shape 2), 2.1 if it does as a square (shape 3), whatever the number of samples
 _MARGIN = 3.0
+_LIVE_BLOCK = 0.5  # s of device time that give one point: the sample with the least delay
+_POINTS = 60
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,49 @@ def align(device: np.ndarray, arrival: np.ndarray) -> Alignment:
     rounding = np.spacing(max(abs(device[-1]), np.abs(arrival).max()))
     offset = float(arrival[0] + base - (1.0 + drift) * device[0])
     return Alignment(1.0 + drift, offset, float(_MARGIN * least + rounding), len(x))
+
+
+class LiveAlignment:
+    """Host times [s] for the headers of live samples: causal, in constant time, never backwards, never in the future.
+
+    As ``align``, from the least delayed sample of each half second in the last half minute, and of the samples since;
+    until there are 10 s of them the rate is 1. A device time that goes back is a restart: what was known is
+    forgotten, and the host's time goes on. The recorded times of arrival give the better clock afterwards.
+    """
+
+    def __init__(self):
+        self._now = -math.inf
+        self._restart()
+
+    def update(self, device: float, arrival: float) -> float:
+        """The host's time [s] of a sample with ``device`` time [s] that came at the host's ``arrival`` [s]."""
+        if device < self._last:
+            self._restart()
+        if device >= self._block_end:
+            self._close_block(device)
+        self._last = device
+        base = arrival - device - self._drift * (device - self._origin)
+        if base < self._least:
+            self._least, self._quickest = base, (device, arrival)
+        self._base = min(self._base, base)
+        host = device + self._base + self._drift * (device - self._origin)
+        self._now = max(self._now, min(host, arrival))
+        return self._now
+
+    def _restart(self) -> None:
+        self._points: deque[tuple[float, float]] = deque(maxlen=_POINTS)
+        self._last, self._block_end = -math.inf, -math.inf
+        self._drift, self._base, self._least, self._origin = 0.0, math.inf, math.inf, 0.0
+
+    def _close_block(self, device: float) -> None:
+        """Take the finished block's quickest sample, and the line below all such; O(1) a sample, 60 points a block."""
+        if self._least < math.inf:
+            self._points.append(self._quickest)
+        self._least, self._block_end, self._origin = math.inf, device + _LIVE_BLOCK, device
+        if len(self._points) >= _FEWEST:
+            self._drift = align(*zip(*self._points, strict=True)).rate - 1.0
+        above = [came - sent - self._drift * (sent - device) for sent, came in self._points]
+        self._base = min(above, default=math.inf)
 
 
 def _edge(x: np.ndarray, y: np.ndarray) -> tuple[int, int]:
