@@ -15,7 +15,7 @@ _SECOND = 1_000_000_000  # ns
 # encoding, seconds, nanoseconds, frame; forces and torques
 _WRENCH = struct.Struct(f"<4siII{_NAMED}s5x6d")
 # … frame; one name; one position; one velocity; no effort
-_STATE = struct.Struct(f"<4siII{_NAMED}sxII{_NAMED}sxId4xI4xdI")
+_STATE = struct.Struct(f"<4siII{_NAMED}sxII{_NAMED}sxIdI4xdI")
 
 
 def wrench_message(stamp: int, wrench: Sequence[float]) -> bytes:
