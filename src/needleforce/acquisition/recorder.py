@@ -68,7 +68,8 @@ def _check(path: Path, axis, moves, settings: Settings) -> None:
     here = None
     for depth, speed in moves:
         if depth != here:
-            axis.check_move(depth, speed)
+            fastest = axis.limits.max_speed
+            axis.check_move(depth, min(speed, fastest) if here is None else speed)  # the first may be a wait
         elif not 0.0 <= speed <= 1e6:
             raise InputError("hold", speed, "outside 0 to 1e6 s")
         here = depth
