@@ -61,7 +61,8 @@ class FakeSensor(Threaded):
                 data, sender = self.socket.recvfrom(100)
                 command, _ = unpack_request(data)
                 self.requests.append(command)
-                client, begun, self.sent = (sender if command == Command.START else None), time.monotonic(), 0
+                client = sender if command == Command.START else None
+                self.sent, begun = (0 if client else self.sent), time.monotonic()
             due = int((time.monotonic() - begun) * CONFIGURATION.rate) if client else 0
             while client and self.sent < min(due, self.ends):
                 self.sent += 1
@@ -72,7 +73,9 @@ class FakeSensor(Threaded):
 class FakeAxis(Threaded):
     """Goes at the speed told, without ramps. ``says(line)`` may answer a command: a line, or None for the usual."""
 
-    def __init__(self, says=lambda line: None, state=lambda s: s, limits=AxisRange(-0.02, 0.06, 0.05, 10.0), greets=True):
+    def __init__(
+        self, says=lambda line: None, state=lambda s: s, limits=AxisRange(-0.02, 0.06, 0.05, 10.0), greets=True
+    ):
         self.says, self.state, self.limits, self.greets = says, state, limits, greets
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]
