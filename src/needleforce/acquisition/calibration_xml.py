@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The calibration file that ATI gives with a sensor for data acquisition cards: XML, with rows of the matrix as text.
 
-``FTSensor`` has the serial number, ``Calibration`` the units and the converter's range, each ``UserAxis`` a row of the
-matrix at the sensor's face and the end of its range. Files before version 1.1 have no ``UserAxis``: there ``Axis`` holds
-the rows times ``scale``, about an origin that ``BasicTransform`` puts elsewhere. Files that have both tell the relation.
+``FTSensor`` has the serial number, ``Calibration`` the units and the converter's range, each ``UserAxis`` a row of
+the matrix at the sensor's face and the end of its range. Files before version 1.1 have no ``UserAxis``: there ``Axis``
+holds the rows times ``scale``, about an origin that ``BasicTransform`` puts elsewhere. Files with both tell the
+relation.
 """
 
 from xml.etree import ElementTree
