@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.acquisition.gauges import Calibration
+from needleforce.acquisition.calibration import Calibration
 from needleforce.acquisition.standard_input import StandardInput
 
 HEADER = "time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm\n"
@@ -156,8 +156,11 @@ def test_nothing_hangs_where_nothing_comes(monkeypatch):
         assert source.receive(0.01) == []
         out.write(b"0,0,0,1,0,0,0\n")
         assert len(source.receive(5.0)) == 1
+        out.write(b"0,0,0,2,0,0,0\n" * 3)
         source.stop()
-        source.stop()
+        source.start()  # what came between two runs is of neither
+        out.write(b"0,0,0,3,0,0,0\n")
+        assert [s.wrench[2] for s in source.receive(5.0)] == [3.0]
 
 
 def test_a_regular_file_is_read_to_its_end(tmp_path):

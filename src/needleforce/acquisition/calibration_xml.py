@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import InputError
 from ..units import find
 from ..wire.rdt import AXES
-from .gauges import GAUGES, Calibration
+from .calibration import GAUGES, Calibration
 
 _OLD = "the file has no UserAxis: the matrix is Axis / scale, its torques moved by BasicTransform"
 

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..recording.columns import choose, dimension, split
 from ..units import parse
 from ..wire.rdt import AXES
-from .gauges import GAUGES, Calibration
+from .calibration import GAUGES, Calibration
 
 _QUANTITY = {"fz": "force"}  # the axial force has the name of a recording
 _WANTED = ("time", "depth", "velocity", "force", "fx", "fy", "tx", "ty", "tz")
@@ -58,7 +58,7 @@ def columns_of(header: bytes, calibration: Calibration | None, place: str) -> Li
     chosen = choose(rest, _WANTED, {}, place)
     scale = {quantity: _scale(column, place) for quantity, column in chosen.items()}
     index = {quantity: column.index for quantity, column in chosen.items()}
-    index |= {"sequence": k for k, cell in enumerate(headers) if cell.casefold() in _SEQUENCE}
+    index |= dict([("sequence", k) for k, cell in enumerate(headers) if cell.casefold() in _SEQUENCE][:1])
     force, matrix = _force(gauges, index, scale, calibration, headers, place)
     if "velocity" in index and "depth" not in index:
         raise InputError(

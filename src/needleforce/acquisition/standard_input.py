@@ -9,7 +9,7 @@ from typing import BinaryIO
 import numpy as np
 
 from ..errors import InputError
-from .gauges import Calibration
+from .calibration import Calibration
 from .line_axis import LineAxis
 from .line_columns import LineColumns, columns_of
 from .source import ForceSample
@@ -19,6 +19,7 @@ WORST_SHARE = 0.1  # of lines that are none, beyond which nothing is believed
 _JUDGED = 100  # lines before a share of them is judged
 _AT_ONCE = 1 << 16  # bytes
 _LONGEST = 1 << 16  # bytes in a line
+_MOST_HELD = 64  # reads that empty a pipe
 _SECOND = 1e9  # [ns]
 _RATE = 1000.0  # [Hz] paper sec. 1
 
@@ -43,7 +44,13 @@ class StandardInput:
         self._next, self._wrong = 0, b""
 
     def start(self) -> None:
-        """Await the header. Raises InputError where none comes in time, or one that names no force."""
+        """Await the header; started again, throw away what came meanwhile.
+
+        Raises InputError where no header comes in time, or one that names no force.
+        """
+        if self._columns:
+            self._throw_away()
+            return
         until = time.monotonic() + PATIENCE
         while not (self._waiting or self._ended):
             left = until - time.monotonic()
@@ -69,8 +76,13 @@ class StandardInput:
         return self._samples(np.array(rows), now) if rows else []
 
     def stop(self) -> None:
-        """Read no more; what the other program does is its own."""
-        self._ended = True
+        """Nothing to tell the other program: it is read no more until the next start."""
+
+    def _throw_away(self) -> None:
+        self._waiting = []
+        for _ in range(_MOST_HELD):
+            if not self._read(0.0):
+                break
 
     def _read(self, timeout: float) -> list[bytes]:
         """Whole lines that came, without their ends; an unended last one is none: it may be cut."""
