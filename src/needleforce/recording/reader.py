@@ -18,7 +18,7 @@ from .motion import check_direction, derivative, integral, overlap, signed
 from .recording import Note, Recording
 from .stream import Stream, constant_depth, read_stream
 
-_INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
+INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
 
 
 def read(
@@ -50,7 +50,7 @@ def read(
 
     Raises InputError, with the line where there is one, for everything that makes no recording of the file.
     """
-    if inwards not in _INWARDS:
+    if inwards not in INWARDS:
         raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
     check_filter_length(filter_length)
     layout = find_layout(Path(path))
@@ -59,11 +59,11 @@ def read(
     wanted = ("time", "force", *AXES) if motion else ("time", "force", "depth", "velocity", *AXES)
     main = read_stream(layout, wanted, _of_main(columns), _of_main(units))
     if motion:
-        _join(main, motion, start_depth, columns, units, _INWARDS[inwards])
+        join(main, motion, start_depth, columns, units, INWARDS[inwards])
     else:
-        _settle_motion(main, start_depth, preamble, _INWARDS[inwards])
+        _settle_motion(main, start_depth, preamble, INWARDS[inwards])
     if baseline:
-        _remove_bias(main, before=any(note.kind == "baseline" for note in preamble.notes()))
+        remove_bias(main, before=any(note.kind == "baseline" for note in preamble.notes()))
     main.notes += unsteadiness(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
     return _recording(main, preamble, filter_length)
 
@@ -120,7 +120,7 @@ def _start_depth(given: float | None, preamble: Preamble, place: str) -> float:
     return float(start)
 
 
-def _join(main: Stream, path: Path, start_depth: float | None, columns, units, inwards: float) -> None:
+def join(main: Stream, path: Path, start_depth: float | None, columns, units, inwards: float) -> None:
     """Put the depth and velocity of a second file on the clock of the first."""
     layout = find_layout(path)
     wanted = ("time", "depth", "velocity")
@@ -148,7 +148,7 @@ def _join(main: Stream, path: Path, start_depth: float | None, columns, units, i
     main.notes += [Note(n.kind, f"motion: {n.message}", n.count) for n in other.notes + unsteadiness(motion["time"])]
 
 
-def _remove_bias(stream: Stream, before: bool) -> None:
+def remove_bias(stream: Stream, before: bool) -> None:
     """Remove a sure bias; that there is none is said unless the file tells its own story (``before``)."""
     value, why = bias(stream.values["depth"], stream.values["force"])
     if value:

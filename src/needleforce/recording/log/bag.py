@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The folder of a ROS 2 bag, by the package rosbags."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from ...errors import InputError
+
+
+def read_bag(folder: Path, take: Callable[[str, str, int, int, int, bytes], None]) -> None:
+    """Hand all messages to ``take`` (topic, type, counter, arrival [ns], device [ns], CDR); a bag has no counters.
+
+    Raises InputError where the folder is no bag, or rosbags is not there.
+    """
+    if not (folder / "metadata.yaml").is_file():
+        limit = "a ROS 2 bag has a metadata.yaml"
+        raise InputError("folder", "no ROS 2 bag", limit, str(folder), "Name a file, or the folder of a bag.")
+    try:
+        from rosbags.rosbag2 import Reader
+    except ImportError:
+        advice = 'Install the extra "ros": pip install "needleforce[ros]".'
+        raise InputError("package rosbags", "missing", "it reads ROS 2 bags", str(folder), advice) from None
+    try:
+        with Reader(folder) as reader:
+            for connection, arrival, data in reader.messages():
+                take(connection.topic, connection.msgtype, 0, arrival, arrival, bytes(data))
+    except InputError:
+        raise
+    except Exception as error:  # whatever the package meets in a damaged bag
+        raise InputError("bag", "not readable", str(error)[:200], str(folder), "Check that it is whole.") from None

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""All that can be read of a log: one of ours, or any MCAP file or ROS 2 bag with such messages."""
+
+import os
+import struct
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+
+from ..recording import Note
+from .bag import read_bag
+from .collected import Collected
+from .messages import Log
+from .records import CHANNEL, MESSAGE, METADATA, SCHEMA, Walk
+from .writer import CARD, END
+
+_MESSAGE = struct.Struct("<HIQQ")  # channel, counter, times of arrival and of the device
+_ORPHANS = 64 << 20  # bytes of messages kept until their channel is found, as it may be at the end
+_NO_SCHEMA = 0  # the number that says so
+
+
+def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) -> Log:
+    """Read an MCAP file with WrenchStamped or Wrench, JointState or PoseStamped; or the folder of a ROS 2 bag.
+
+    A file that was cut off gives what was whole, and ``complete`` is False. ``columns`` chooses where there are
+    several: ``{"force": "/ft/wrench", "depth": "/joint_states:needle"}``. Raises InputError for what is no such file,
+    and where a choice is needed.
+    """
+    place = Path(path)
+    collected = Collected(columns or {}, str(place))
+    if place.is_dir():
+        read_bag(place, collected.take)
+        return Log(collected.wrench(), collected.axis(), collected.marks, {}, None, True, collected.notes())
+    walk, contents = Walk(place), _Contents(collected)
+    for code, record in walk.records():
+        contents.take(code, record)
+    notes = walk.notes + contents.finish() + collected.notes()
+    if not walk.complete:
+        notes.append(Note("incomplete", "the recording was not closed: it ends where it was last flushed"))
+    card, end = contents.metadata.get(CARD, {}), contents.metadata.get(END)
+    return Log(collected.wrench(), collected.axis(), collected.marks, card, end, walk.complete, notes)
+
+
+class _Contents:
+    """Schemas and channels as they are met, and the messages that go by them."""
+
+    def __init__(self, collected: Collected):
+        self._collected = collected
+        self.metadata: dict[str, dict] = {}
+        self._schemas: dict[int, str] = {_NO_SCHEMA: ""}
+        self._channels: dict[int, tuple[str, int]] = {}
+        self._orphans: list[bytes] = []
+        self._orphaned = self._lost = 0
+
+    def take(self, code: int, record: bytes) -> None:
+        if code == MESSAGE:
+            self._message(record)
+        else:
+            self._definition(code, record)
+
+    def finish(self) -> list[Note]:
+        """The messages whose channel was found after them, and a note on the rest."""
+        orphans, self._orphans, self._orphaned = self._orphans, [], 0
+        for record in orphans:
+            self._message(record)
+        self._lost += len(self._orphans)
+        what = f"{self._lost} messages or definitions are damaged or belong to no topic: left out"
+        return [Note("damaged", what, self._lost)] if self._lost else []
+
+    def _message(self, record: bytes) -> None:
+        if len(record) < _MESSAGE.size:
+            self._lost += 1
+            return
+        channel, counter, arrival, device = _MESSAGE.unpack_from(record)
+        topic, schema = self._channels.get(channel, ("", -1))
+        if schema in self._schemas:
+            self._collected.take(topic, self._schemas[schema], counter, arrival, device, record[_MESSAGE.size :])
+        elif self._orphaned < _ORPHANS:
+            self._orphans.append(record)
+            self._orphaned += len(record)
+        else:
+            self._lost += 1
+
+    def _definition(self, code: int, record: bytes) -> None:
+        from mcap.data_stream import ReadDataStream
+        from mcap.exceptions import McapError
+        from mcap.records import Channel, Metadata, Schema
+
+        kind = {SCHEMA: Schema, CHANNEL: Channel, METADATA: Metadata}[code]
+        try:
+            found = kind.read(ReadDataStream(BytesIO(record)))
+        except (McapError, struct.error, ValueError):
+            self._lost += 1
+            return
+        if code == METADATA:
+            self.metadata[found.name] = found.metadata
+        elif code == SCHEMA:
+            self._schemas[found.id] = found.name
+        else:
+            schema = found.schema_id if found.message_encoding == "cdr" else _NO_SCHEMA
+            self._channels[found.id] = (found.topic, schema)

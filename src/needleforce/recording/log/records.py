@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The records of an MCAP file of any origin, one after the other: cut short, damaged, or made to do harm.
+
+Every length is checked against what is there before anything is read. https://mcap.dev/spec
+"""
+
+import struct
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+from ...errors import InputError
+from ..recording import Note
+from .unpacking import LARGEST, NotUnpacked, unpacked
+
+MAGIC = b"\x89MCAP0\r\n"
+HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, METADATA = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0C
+_READ = (SCHEMA, CHANNEL, MESSAGE, CHUNK, METADATA)
+_HEAD = struct.Struct("<BQ")
+# all chunks of a file together, unpacked: so much, and so much for each byte of the file
+_UNPACKED, _UNPACKED_PER_BYTE = 256 << 20, 50
+
+
+@dataclass
+class Walk:
+    """A walk through the records of a file, and what it found out: whether the file was closed, and what is amiss."""
+
+    path: Path
+    complete: bool = False
+    notes: list[Note] = field(default_factory=list)
+
+    def records(self) -> Iterator[tuple[int, bytes]]:
+        """Operation code and content of the schemas, channels, messages and metadata, in and out of chunks.
+
+        Raises InputError for what is no MCAP file; what is left out is in ``notes``, at the end also why it ended.
+        """
+        try:
+            if not self.path.is_file():  # a pipe would keep its reader waiting
+                what = "no plain file" if self.path.exists() else "missing"
+                raise InputError("file", what, "", str(self.path), "Check the name and the folder.")
+            with open(self.path, "rb") as file:
+                size = file.seek(0, 2)
+                file.seek(0)
+                if file.read(len(MAGIC)) != MAGIC:
+                    limit, advice = "its first bytes are others", "Check the name, and whether it was ever begun."
+                    raise InputError("file", "no MCAP file", limit, str(self.path), advice)
+                self._left = _UNPACKED + _UNPACKED_PER_BYTE * size
+                yield from self._walk(file, size)
+        except OSError as error:
+            raise InputError("file", "not readable", error.strerror or "", str(self.path)) from None
+
+    def _walk(self, file: BinaryIO, size: int) -> Iterator[tuple[int, bytes]]:
+        at = len(MAGIC)
+        while at + _HEAD.size <= size:
+            code, length = _HEAD.unpack(file.read(_HEAD.size))
+            if code == FOOTER:
+                self.complete = True
+                return
+            if code == 0 or length > size - at - _HEAD.size:
+                break
+            yield from self._record(code, length, file)
+            at += _HEAD.size + length
+            file.seek(at)
+        if at < size:
+            self._amiss("cut_off", f"the file is cut off or damaged {at} bytes from its start: the rest", size - at)
+
+    def _record(self, code: int, length: int, file: BinaryIO) -> Iterator[tuple[int, bytes]]:
+        if code not in _READ:
+            return
+        if length > LARGEST:
+            self._amiss("left_out", f"a record is longer than {LARGEST >> 20} MiB: its content", length)
+        elif code == CHUNK:
+            yield from self._chunk(file.read(length))
+        else:
+            yield code, file.read(length)
+
+    def _chunk(self, record: bytes) -> Iterator[tuple[int, bytes]]:
+        from mcap.data_stream import ReadDataStream
+        from mcap.exceptions import McapError
+        from mcap.records import Chunk
+
+        try:
+            chunk = Chunk.read(ReadDataStream(BytesIO(record)))
+            self._left -= chunk.uncompressed_size
+            if self._left < 0:
+                raise NotUnpacked("the file's chunks hold far more than a recording")
+            data = unpacked(chunk)
+            if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+                raise NotUnpacked("its check sum differs")
+        except (McapError, NotUnpacked, struct.error, ValueError) as error:
+            self._amiss("damaged", f"a chunk is damaged ({str(error)[:80] or 'no chunk'}): its content", len(record))
+            return
+        yield from self._inside(data)
+
+    def _inside(self, data: bytes) -> Iterator[tuple[int, bytes]]:
+        at = 0
+        while at + _HEAD.size <= len(data):
+            code, length = _HEAD.unpack_from(data, at)
+            end = at + _HEAD.size + length
+            if code not in (SCHEMA, CHANNEL, MESSAGE) or end > len(data):
+                break
+            yield code, data[at + _HEAD.size : end]
+            at = end
+        if at < len(data):
+            self._amiss("damaged", "a chunk holds what is no message: the rest of it", len(data) - at)
+
+    def _amiss(self, kind: str, message: str, count: int) -> None:
+        self.notes.append(Note(kind, f"{message}, {count} bytes, is left out", count))
