@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A run while it goes on: what came is kept, what ends it is looked for; then the axis comes to rest."""
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from ..recording.alignment import align
+from ..wire.axis_lines import AxisState
+from .course import Course, Ended
+from .force_watch import ForceWatch
+from .keeper import FILE_ENDS, Keeper
+from .settings import Bias, Outcome, Settings
+
+EVERY = 0.02  # [s] between two looks at what came
+_VIEW_EVERY = 0.125  # [s]
+_COASTS = 3.0  # [s] that an axis may need to come to rest once told to
+
+
+class Progress(NamedTuple):
+    """What a live view shows: since the start [s], readings and losses, axial force [N], depth [m], phase, bias [N]."""
+
+    seconds: float
+    received: int
+    lost: int
+    force: float
+    depth: float | None
+    phase: str
+    bias: float
+
+
+class Run:
+    """The run while it goes on, on the caller's thread."""
+
+    def __init__(
+        self,
+        path: Path,
+        keeper: Keeper,
+        watch: ForceWatch,
+        axis,
+        bias: Bias,
+        settings: Settings,
+        view: Callable[[Progress], None] | None,
+    ):
+        self._path, self._keeper, self._watch, self._axis = path, keeper, watch, axis
+        self._bias, self._settings, self._view = bias, settings, view
+        self._begun = self._flushed = time.monotonic()
+        self._processor = time.process_time()
+        self._viewed = self._peak = self._force = 0.0
+        self._course: Course | None = None
+        self._state: AxisState | None = None
+
+    def run(self, course: Course | None, stop: threading.Event) -> Outcome:
+        """From the first move of ``course`` to the closed file."""
+        self._course = course
+        try:
+            self._keep(self._begun)
+            self._keeper.bias(self._bias)
+            while True:
+                self._look(stop)
+                time.sleep(EVERY)
+        except Ended as ended:
+            end = ended
+        except BaseException as error:
+            self._end(Ended("failed", repr(error)))
+            raise
+        return self._end(end)
+
+    def _look(self, stop: threading.Event) -> None:
+        """One look at all that came, and at all that may end the run."""
+        now = time.monotonic()
+        self._keep(now)
+        if self._watch.over:
+            over = self._watch.axial(self._watch.over)
+            self._keeper.mark("limit", force=over, limit=self._settings.force_limit)
+            raise Ended("force limit", f"{over:.3f} N")
+        if stop.is_set():
+            raise Ended("interrupted")
+        self._check_sensor(now)
+        if self._course:
+            self._course.step(now)
+            self._keeper.phase(self._course.phase)
+        if self._settings.duration is not None and now - self._begun >= self._settings.duration:
+            raise Ended("done")
+
+    def _keep(self, now: float) -> None:
+        """Write what came."""
+        samples = _taken(self._watch.samples)
+        for sample in samples:
+            self._force = self._watch.axial(sample)
+            self._peak = max(self._peak, self._force, key=abs)
+        self._keeper.force(samples)
+        if self._axis:
+            self._keep_states(now)
+        if now - self._flushed >= self._settings.flush_every:
+            self._flushed = now
+            self._keeper.flush()
+        self._show(now)
+
+    def _keep_states(self, now: float) -> None:
+        try:
+            states = self._axis.receive()
+        except InputError as error:
+            raise Ended("axis lost", str(error)) from None
+        self._keeper.axis(states)
+        if states:
+            self._state = states[-1][0]
+        if self._course:
+            self._course.hear(states, now)
+
+    def _check_sensor(self, now: float) -> None:
+        silence = self._settings.silence
+        if isinstance(self._watch.error, EOFError):
+            raise Ended("source ended")
+        if self._watch.error:
+            raise Ended("sensor lost", str(self._watch.error))
+        if now - self._watch.last > silence:
+            raise Ended("sensor silent", f"no reading for {silence:g} s")
+        if now - self._watch.last_healthy > silence:
+            raise Ended("sensor fault", f"no healthy reading for {silence:g} s")
+
+    def _end(self, ended: Ended) -> Outcome:
+        """Stop the axis, keep what comes until it rests, and close the file."""
+        if self._course:
+            self._watch.send_stop()
+        try:
+            self._coast()
+        except Ended as another:  # an axis that fails as well changes nothing; a file does
+            ended = another if another.why in FILE_ENDS else ended
+        outcome = self._outcome(ended)
+        try:
+            self._keeper.close(ended.why, _told(outcome))
+        except Ended as another:
+            outcome = self._outcome(ended if ended.why in FILE_ENDS else another)
+        return outcome
+
+    def _coast(self) -> None:
+        """Keep what comes until the axis has come to rest, or says nothing more."""
+        before, begun = self._state, time.monotonic()
+        last = begun
+        self._keep(begun)
+        while self._course and time.monotonic() - begun < _COASTS and time.monotonic() - last < self._settings.silence:
+            time.sleep(EVERY)
+            heard = self._state
+            self._keep(time.monotonic())
+            last = last if self._state is heard else time.monotonic()
+            if self._state is not before and self._state.condition not in ("moving", "stopping"):
+                return
+
+    def _outcome(self, ended: Ended) -> Outcome:
+        counts, seconds = self._keeper.check.total, time.monotonic() - self._begun
+        return Outcome(
+            ended.why,
+            ended.detail,
+            seconds,
+            *(counts.received, counts.lost, counts.doubled, counts.late),
+            self._watch.longest_gap * 1e-9,
+            self._bias,
+            self._peak,
+            (time.process_time() - self._processor) / max(seconds, 1e-3),
+            _uncertainty(self._keeper.pairs),
+            self._path,
+        )
+
+    def _show(self, now: float) -> None:
+        if self._view is None or now - self._viewed < _VIEW_EVERY:
+            return
+        self._viewed = now
+        counts = self._keeper.check.total
+        phase = self._course.phase if self._course else "recording"
+        depth = self._state.depth if self._state else None
+        bias = self._settings.sign * self._bias.wrench[self._settings.column]
+        self._view(Progress(now - self._begun, counts.received, counts.lost, self._force, depth, phase, bias))
+
+
+def _told(outcome: Outcome) -> dict[str, str]:
+    """The end of a file, in words."""
+    shown = ("ended", "detail", "seconds", "received", "lost", "doubled", "late", "longest_own_gap", "peak_force")
+    return {
+        name: f"{value:.6g}" if isinstance(value := getattr(outcome, name), float) else str(value) for name in shown
+    }
+
+
+def _uncertainty(pairs: list[tuple[int, int]]) -> float | None:
+    """How well the sensor's clock is known on this computer's [s], 95 %; None for too few readings."""
+    if len(pairs) < 20:
+        return None
+    kept = np.array(sorted(pairs), dtype=np.int64)  # late ones in their place
+    device, arrival = 1e-9 * (kept - kept[0]).T
+    try:
+        return float(align(device, arrival).uncertainty)
+    except InputError:
+        return None
+
+
+def _taken(queue) -> list:
+    """What stands in a queue that another thread fills."""
+    return [queue.popleft() for _ in range(len(queue))]
