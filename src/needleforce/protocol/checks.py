@@ -56,7 +56,9 @@ def _check_depth(depth: float, end: float, limit: str, place: str) -> None:
 def _check_sites(protocol: Protocol) -> None:
     """A site is pierced by one series only: a second one would find a hole. It also gives every file its own name."""
     seen: set[int] = set()
-    places = [(f"$.series[{k}].sites", site) for k, each in enumerate(protocol.series) for s in each.sites for site in s]
+    places = [
+        (f"$.series[{k}].sites", site) for k, each in enumerate(protocol.series) for s in each.sites for site in s
+    ]
     for place, site in places + [("$.spare_sites", site) for site in protocol.spares]:
         if site in seen:
             raise InputError("site", site, "stands there twice: it would be pierced already", place, "Number it anew.")
