@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
+from ...whole_file import checked_target
 from ..recording import Recording
 from .writer import LogWriter
 
@@ -15,24 +16,33 @@ _AXES = ("fx", "fy", "tx", "ty", "tz")
 
 
 def write_log(recording: Recording, path: str | os.PathLike) -> Path:
-    """Write a recording as MCAP; ``path`` must not exist. ``read_recording`` gives the same numbers back, times to the ns.
+    """Write a recording as MCAP, whole or not at all. ``read_recording`` gives the same numbers back, times to the ns.
 
     The force is the wrench's fz, depth and velocity are states of the axis at the same times; the parts of a simulated
     force have no place in these messages and stay out. Raises InputError for times that are one and the same in ns,
     values that are not finite, and a file that cannot be made.
     """
     times = np.round((recording.time - recording.time[0]) * 1e9)
-    _check(recording, times, str(path))
+    target = checked_target(path)
+    _check(recording, times, str(target))
+    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        _write(recording, times.astype(int).tolist(), part)
+        os.replace(part, target)
+    finally:
+        part.unlink(missing_ok=True)
+    return target
+
+
+def _write(recording: Recording, times: list[int], part: Path) -> None:
     fx, fy, tx, ty, tz = (recording.axes.get(axis, np.zeros(len(times))).tolist() for axis in _AXES)
     wrenches = zip(fx, fy, recording.force.tolist(), tx, ty, tz)
-    log = LogWriter(path, _card(recording))
-    for number, (time, wrench, depth, velocity) in enumerate(
-        zip(times.astype(int).tolist(), wrenches, recording.depth.tolist(), recording.velocity.tolist())
-    ):
+    states = zip(recording.depth.tolist(), recording.velocity.tolist())
+    log = LogWriter(part, _card(recording))
+    for number, (time, wrench, state) in enumerate(zip(times, wrenches, states)):
         log.wrench(number, time, time, time, wrench)
-        log.state(number, time, time, time, depth, velocity)
+        log.state(number, time, time, time, *state)
     log.close({"why": "written from a recording"})
-    return Path(path)
 
 
 def _check(recording: Recording, times: np.ndarray, place: str) -> None:

@@ -22,9 +22,9 @@ _NO_SCHEMA = 0  # the number that says so
 def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) -> Log:
     """Read an MCAP file with WrenchStamped or Wrench, JointState or PoseStamped; or the folder of a ROS 2 bag.
 
-    A file that was cut off gives what was whole, and ``complete`` is False. ``columns`` chooses where there are several:
-    ``{"force": "/ft/wrench", "depth": "/joint_states:needle"}``. Raises InputError for what is no such file, and
-    where a choice is needed.
+    A file that was cut off gives what was whole, and ``complete`` is False. ``columns`` chooses where there are
+    several: ``{"force": "/ft/wrench", "depth": "/joint_states:needle"}``. Raises InputError for what is no such file,
+    and where a choice is needed.
     """
     place = Path(path)
     collected = Collected(columns or {}, str(place))

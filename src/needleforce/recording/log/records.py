@@ -38,6 +38,9 @@ class Walk:
         Raises InputError for what is no MCAP file; what is left out is in ``notes``, at the end also why it ended.
         """
         try:
+            if not self.path.is_file():  # a pipe would keep its reader waiting
+                what = "no plain file" if self.path.exists() else "missing"
+                raise InputError("file", what, "", str(self.path), "Check the name and the folder.")
             with open(self.path, "rb") as file:
                 size = file.seek(0, 2)
                 file.seek(0)

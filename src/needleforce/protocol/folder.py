@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What of a protocol is in its folder already: the recordings themselves are the only memory of a campaign."""
+
+import os
+import re
+import struct
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..wire.axis_lines import SILENCE
+from .plan import ENDING, RunPlan
+from .protocol import Protocol
+
+SURFACE = 1e-3  # [m] above the nominal surface that may be tissue: surfaces scatter by tenths of a millimetre
+UNSEEN = 0.25 + SILENCE  # [s] that a needle may have gone on after the last flush, until its axis stopped by itself
+_HEAD = struct.Struct("<BQ")
+_LARGEST = 1 << 20  # bytes of a card
+_ASIDE = re.compile(r"(.+)_interrupted(\d+)")
+_NAME = re.compile(r"mm_s_(?:[\d.e-]+mm_)?site\d+_pass\d+$")  # of a file cut off before its card
+
+
+@dataclass(frozen=True)
+class Kept:
+    """One recording of the folder: ``run`` is the name of its run, ``touched`` whether its needle may have been in the
+    tissue, ``complete`` whether it went to its end.
+    """
+
+    path: Path
+    run: str
+    card: dict[str, str]
+    complete: bool
+    touched: bool
+
+
+@dataclass(frozen=True)
+class Folder:
+    """The recordings of a protocol in their folder, by the names of their runs."""
+
+    kept: tuple[Kept, ...]
+
+    def complete(self, run: RunPlan) -> bool:
+        """Whether a run is there, from its begin to its end."""
+        return any(each.complete and each.run == run.name for each in self.kept)
+
+    def spoiled(self, run: RunPlan) -> bool:
+        """Whether a run was broken off when its needle may have been in the tissue."""
+        return any(not each.complete and each.touched and each.run == run.name for each in self.kept)
+
+    def replaced_by(self, spare: int) -> int | None:
+        """The planned site in whose place a spare one was used; None for a fresh one."""
+        of_it = (each.card for each in self.kept if each.card.get("site") == str(spare))
+        return next((int(card["replaces"]) for card in of_it if card.get("replaces", "").isdecimal()), None)
+
+
+def look(path: Path, protocol: Protocol) -> Folder:
+    """What is in the folder. Raises InputError where a recording there is of another protocol."""
+    kept = []
+    for file in sorted(path.glob("*" + ENDING)):
+        card, end = card_and_end(file)
+        other = card.get("protocol_sha256", protocol.sha256) != protocol.sha256
+        if other:
+            said = f"it holds recordings of '{card.get('protocol', '')[:80]}' by another file, such as {file.name}"
+            raise InputError("folder", str(path), said, next_step="Give each protocol a folder of its own.")
+        if card.get("protocol_sha256"):
+            kept.append(_kept(file, card, end, protocol))
+    return Folder(tuple(kept))
+
+
+def set_aside(path: Path, protocol: Protocol) -> list[str]:
+    """Give what was interrupted its own names, ``…_interrupted1.mcap``; nothing is written over. What was done."""
+    said = []
+    for file in sorted(path.glob("*" + ENDING)):
+        card, end = card_and_end(file)
+        ours = card.get("protocol_sha256") == protocol.sha256 or (not card and _NAME.search(file.stem))
+        if ours and not _ASIDE.fullmatch(file.stem) and (end or {}).get("ended") != "done":
+            target = _free_name(file)
+            os.rename(file, target)
+            said.append(f"{file.name} was interrupted: kept as {target.name}")
+    return said
+
+
+def card_and_end(path: Path) -> tuple[dict[str, str], dict[str, str] | None]:
+    """The card, empty where none is whole, and the end, None for a file that was not closed. Passes over all samples.
+
+    Raises InputError for a file that cannot be read.
+    """
+    from ..recording.log.records import MAGIC, METADATA
+    from ..recording.log.writer import CARD, END
+
+    found: dict[str, dict[str, str]] = {}
+    try:
+        with open(path, "rb") as file:
+            size = file.seek(0, 2)
+            file.seek(0)
+            at = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else size
+            while at + _HEAD.size <= size:
+                file.seek(at)
+                code, length = _HEAD.unpack(file.read(_HEAD.size))
+                at += _HEAD.size + length
+                if code == METADATA and length <= _LARGEST and at <= size:
+                    found.update(_metadata(file.read(length)))
+    except OSError as error:
+        raise InputError("recording", "not read", error.strerror or "", str(path)) from None
+    return found.get(CARD, {}), found.get(END)
+
+
+def _metadata(content: bytes) -> dict[str, dict[str, str]]:
+    from mcap.data_stream import ReadDataStream
+    from mcap.exceptions import McapError
+    from mcap.records import Metadata
+
+    try:
+        record = Metadata.read(ReadDataStream(BytesIO(content)))
+    except (McapError, struct.error, ValueError):
+        return {}
+    return {record.name: record.metadata}
+
+
+def _kept(file: Path, card: dict, end: dict | None, protocol: Protocol) -> Kept:
+    aside = _ASIDE.fullmatch(file.stem)
+    complete = not aside and (end or {}).get("ended") == "done"
+    run = (aside[1] if aside else file.stem) + ENDING
+    return Kept(file, run, card, complete, complete or _may_have_touched(file, protocol))
+
+
+def _may_have_touched(file: Path, protocol: Protocol) -> bool:
+    """Whether the deepest place seen, and what could go unseen after it, comes near the surface."""
+    from ..recording.log import read_log
+
+    depth = read_log(file).axis.values[:, 0]
+    speed = max((series.speed for series in protocol.series), default=0.0)
+    return bool(np.max(depth, initial=protocol.start) + speed * UNSEEN > -SURFACE)
+
+
+def _free_name(file: Path) -> Path:
+    number = 1
+    while (target := file.with_name(f"{file.stem}_interrupted{number}{ENDING}")).exists():
+        number += 1
+    return target

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lines of any program as samples: values, counters and clocks against what was written."""
+
+import os
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+from needleforce.acquisition.calibration import Calibration
+from needleforce.acquisition.standard_input import StandardInput
+
+HEADER = "time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm\n"
+
+
+def piped(text: str | bytes, chunk: int = 1 << 20, wait: float = 0.0):
+    """The reading end of a pipe into which a thread writes ``text`` by pieces, and then closes."""
+    reading, writing = os.pipe()
+    data = text.encode() if isinstance(text, str) else text
+
+    def write():
+        with os.fdopen(writing, "wb", buffering=0) as out:
+            for start in range(0, len(data), chunk):
+                out.write(data[start : start + chunk])
+                time.sleep(wait)
+
+    threading.Thread(target=write, daemon=True).start()
+    return os.fdopen(reading, "rb", buffering=0)
+
+
+def everything(source: StandardInput):
+    samples = []
+    with pytest.raises(EOFError):
+        while True:
+            samples += source.receive(1.0)
+    return samples
+
+
+def read(text, calibration=None, **how):
+    with piped(text, **how) as stream:
+        source = StandardInput(stream, calibration)
+        source.start()
+        return everything(source), source
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 1000, 1 << 20])
+def test_every_line_is_a_sample_however_the_pipe_cuts_them(chunk):
+    numbers = np.random.default_rng(2).normal(size=(40, 6))
+    lines = [f"{10 + 1e-3 * k:.3f}," + ",".join(f"{x:.6f}" for x in row) for k, row in enumerate(numbers)]
+    samples, source = read(HEADER + "\n".join(lines) + "\n", chunk=chunk)
+    np.testing.assert_allclose([s.wrench for s in samples], np.round(numbers, 6), atol=1e-12)
+    assert [s.sequence for s in samples] == list(range(40))
+    np.testing.assert_allclose([s.device for s in samples], [10**10 + k * 10**6 for k in range(40)], atol=1)
+    assert all(s.arrival <= s.read and s.status == 0 for s in samples)
+    assert (source.lines, source.wrong_size, source.axis) == (40, 0, None)
+
+
+def test_units_and_delimiters_are_those_of_recordings():
+    text = '# a sensor\n\n"time (ms)";Fz [mN];tx_Nmm;note;sequence\n5;-250;3;7;41\n6;500;-3;8;43\n'
+    samples, _ = read(text.replace("time (ms)", "time_ms"))
+    assert [s.sequence for s in samples] == [41, 43] and [s.device for s in samples] == [5_000_000, 6_000_000]
+    np.testing.assert_allclose([s.wrench for s in samples], [[0, 0, -0.25, 3e-3, 0, 0], [0, 0, 0.5, -3e-3, 0, 0]])
+
+
+def test_without_a_time_the_clock_is_the_arrival():
+    before = time.time_ns()
+    samples, _ = read("fz_N  fx_N\n1 2\n3 4\n")
+    assert all(before <= s.device == s.arrival <= time.time_ns() for s in samples)
+    assert [s.wrench[:3] for s in samples] == [(2, 0, 1), (4, 0, 3)]
+
+
+def test_a_depth_is_an_axis_without_commands():
+    _, source = read("time_s,depth_mm,fz_N\n1.0,-4,0\n1.5,-2.5,0\n2.0,-2.5,0\n")
+    states = [state for state, _ in source.axis.receive()]
+    assert [(s.number, s.time, s.depth) for s in states] == [(0, 1.0, -4e-3), (1, 1.5, -2.5e-3), (2, 2.0, -2.5e-3)]
+    np.testing.assert_allclose([s.velocity for s in states], [0.0, 3e-3, 0.0])
+    assert [s.condition for s in states] == ["idle", "moving", "idle"] and source.axis.receive() == []
+    with pytest.raises(nf.InputError, match="no commands"):
+        source.axis.move(0.0, 1e-3)
+    _, source = read("time_s,depth_mm,velocity_mm_s,fz_N\n1.0,-4,3,0\n")
+    assert source.axis.receive()[0][0].velocity == 3e-3
+
+
+def test_the_change_of_depth_goes_over_the_cuts_of_the_pipe():
+    lines = "".join(f"{0.1 * k:.1f},{0.3 * k:.1f},0\n" for k in range(8))
+    _, source = read("time_s,depth_mm,fz_N\n" + lines, chunk=11, wait=0.01)
+    velocities = [state.velocity for state, _ in source.axis.receive()]
+    np.testing.assert_allclose(velocities, [0.0] + [3e-3] * 7, rtol=1e-6)
+
+
+@pytest.mark.parametrize("names", ["v0,v1,v2,v3,v4,v5", "g1,g2,g3,g4,g5,g6", *["gauge 1 [V],gauge 2 [V],gauge 3 [V],"
+                         "gauge 4 [V],gauge 5 [V],gauge 6 [V]"]])  # fmt: skip
+def test_gauge_voltages_go_through_the_calibration(names):
+    matrix, bias = np.diag([1.0, 2.0, 3.0, 0.1, 0.2, 0.3]) + 0.01, np.arange(6) * 0.1
+    calibration = Calibration(matrix, bias)
+    volts = np.random.default_rng(3).uniform(-2, 2, (9, 6)).round(4)
+    volts[4, 2] = -10.0
+    text = "".join(f"{k},{','.join(map(str, row))}\n" for k, row in enumerate(volts.tolist()))
+    samples, _ = read(f"time_ms,{names}\n" + text, calibration)
+    np.testing.assert_allclose([s.wrench for s in samples], [matrix @ (v - bias) for v in volts], atol=1e-14)
+    assert [s.status for s in samples] == [0, 0, 0, 0, 1 << 17, 0, 0, 0, 0]
+
+
+def test_bad_lines_are_counted_and_left_out():
+    good = "".join(f"{k},0,0,{k},0,0,0\n" for k in range(200))
+    bad = "1,2,3\n,,,,,,\n1,0,0,nan,0,0,0\n1,0,0,inf,0,0,0\nx,0,0,1,0,0,0\n1_0,0,0,1,0,0,0\n1,0,0,1,0,0,0,0\n\xff\n"
+    samples, source = read((HEADER + good + "\n# said between\n").encode() + bad.encode("latin1") + b"7,0,0,0.0")
+    assert [s.wrench[2] for s in samples] == list(range(200))
+    assert (source.lines, source.wrong_size) == (209, 9)
+
+
+def test_more_than_a_share_of_bad_lines_is_an_error():
+    with pytest.raises(nf.InputError, match=r"'oh no'.*20 of 120 lines"):
+        read(HEADER + "0,0,0,0,0,0,0\n" * 100 + "oh no\n" * 20)
+    with pytest.raises(nf.InputError, match=r"3 of 3 lines"):
+        read(HEADER + "oh no\n" * 3)
+    with pytest.raises(nf.InputError, match="no end"):
+        read(HEADER + "0" * 200_000)
+
+
+@pytest.mark.parametrize(
+    "header, calibration, says",
+    [
+        ("", None, "ends before"),
+        ("time_s,depth_mm\n", None, "axial force.*'time_s', 'depth_mm'"),
+        ("time_s,fz\n", None, "unit of column 'fz'.*fz_N"),
+        ("time,fz_N\n", None, "unit of column 'time'"),
+        ("fz_N,tz\n", None, "unit of column 'tz'.*tz_Nm"),
+        ("fz_furlong\n", None, "axial force"),
+        ("time_s,fz_N,fz_N\n", None, "2 times"),
+        ("time_s,velocity_mm_s,fz_N\n", None, "depth"),
+        ("v0,v1,v2,v3,v4,v5\n", None, "need a calibration"),
+        ("time_s,fz_N\n", Calibration(np.eye(6), np.zeros(6)), "six voltages"),
+        ("v0,v1,v2,v3,v4\n", Calibration(np.eye(6), np.zeros(6)), "6 are needed"),
+        ("v2,v3,v4,v5,v6,v7\n", Calibration(np.eye(6), np.zeros(6)), "from 0 or 1"),
+    ],
+)
+def test_headers_that_are_none_are_refused(header, calibration, says):
+    with pytest.raises(nf.InputError, match=says):
+        read(header, calibration)
+
+
+def test_nothing_hangs_where_nothing_comes(monkeypatch):
+    monkeypatch.setattr("needleforce.acquisition.standard_input.PATIENCE", 0.05)
+    reading, writing = os.pipe()
+    with os.fdopen(reading, "rb", buffering=0) as stream, os.fdopen(writing, "wb", buffering=0) as out:
+        source = StandardInput(stream)
+        with pytest.raises(nf.InputError, match="awaited"):
+            source.start()
+        out.write(HEADER.encode())
+        source.start()
+        assert source.receive(0.01) == []
+        out.write(b"0,0,0,1,0,0,0\n")
+        assert len(source.receive(5.0)) == 1
+        out.write(b"0,0,0,2,0,0,0\n" * 3)
+        source.stop()
+        source.start()  # what came between two runs is of neither
+        out.write(b"0,0,0,3,0,0,0\n")
+        assert [s.wrench[2] for s in source.receive(5.0)] == [3.0]
+
+
+def test_a_regular_file_is_read_to_its_end(tmp_path):
+    path = tmp_path / "lines.csv"
+    path.write_text(HEADER + "".join(f"{k},0,0,{k},0,0,0\n" for k in range(20_000)))
+    with open(path, "rb") as stream:
+        source = StandardInput(stream)
+        source.start()
+        samples = everything(source)
+    assert [s.wrench[2] for s in samples] == list(range(20_000))
+
+
+def test_another_program_is_read_to_its_end():
+    code = "import sys\nprint('time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm')\n"
+    code += "for k in range(10000): print(f'{k/1000:.3f},0.001,0.002,{k},0.0001,0.0002,0.0003')"
+    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as program:
+        source = StandardInput(program.stdout)
+        source.start()
+        samples = everything(source)
+    assert [s.sequence for s in samples] == list(range(10_000)) and source.wrong_size == 0
+    assert samples[-1].wrench[2] == 9999.0
