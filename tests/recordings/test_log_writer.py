@@ -71,10 +71,10 @@ def test_nothing_is_overwritten(tmp_path):
     assert path.read_text() == "mine"
 
 
-@pytest.mark.parametrize("name", ["nowhere/run.mcap", ".", "a\0b"])
+@pytest.mark.parametrize("name", ["nowhere/run.mcap", "", "a\0b"])
 def test_a_file_that_cannot_be_made_is_refused(tmp_path, name):
     with pytest.raises(nf.InputError):
-        LogWriter(str(tmp_path / "x") + "/" + name, {})
+        LogWriter(tmp_path / name, {})
 
 
 def test_what_is_closed_stays(tmp_path):
@@ -99,7 +99,7 @@ def test_a_full_disk_keeps_what_was_there(tmp_path):
         import resource
         import needleforce as nf
         import plain_log
-        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
         try:
             plain_log.write(sys.argv[1], count=20_000)
         except nf.InputError as error:
@@ -110,8 +110,8 @@ def test_a_full_disk_keeps_what_was_there(tmp_path):
     kept = int(said.split("; ")[1].split()[0])
     log = read_log(path)
     assert "ended early" in said and str(path) in said
-    assert not log.complete and path.stat().st_size <= 40_000
-    assert len(log.wrench) + len(log.axis) >= kept > 1000
+    assert not log.complete and path.stat().st_size <= 60_000
+    assert len(log.wrench) + len(log.axis) >= kept > 500
     assert "cut_off" not in {note.kind for note in log.notes}  # the record that did not fit is taken back
     assert [tuple(each) for each in log.wrench.values] == [plain_log.wrench(n) for n in range(len(log.wrench))]
 

@@ -90,7 +90,7 @@ class Walk:
             data = unpacked(chunk)
             if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
                 raise NotUnpacked("its check sum differs")
-        except (McapError, NotUnpacked, struct.error, ValueError) as error:
+        except (McapError, NotUnpacked, OverflowError, struct.error, ValueError) as error:
             self._amiss("damaged", f"a chunk is damaged ({str(error)[:80] or 'no chunk'}): its content", len(record))
             return
         yield from self._inside(data)

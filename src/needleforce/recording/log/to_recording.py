@@ -23,6 +23,7 @@ from .host_times import forward, on_one_clock
 from .messages import Log, Messages
 from .reader import read_log
 from .wrenches import axes_of, told_losses, trusted, without_bias
+from .writer import WRENCH_TOPIC
 
 _CHOICES = ("force", "depth")
 
@@ -80,17 +81,19 @@ def _check(columns: Mapping[str, str], inwards: str, filter_length: int | None) 
 def _put_wrenches(stream: Stream, log: Log, columns, units, baseline: bool) -> np.ndarray:
     """Fill in time, force and axes. Gives the times of the axis (m,) [s] on the same clock."""
     wrench = trusted(log, stream.notes)
-    times, said, notes = on_one_clock({"force": wrench, "depth": log.axis}, bool(log.card))
+    ours = wrench.topic == WRENCH_TOPIC
+    times, said, notes = on_one_clock({"force": wrench, "depth": log.axis}, ours)
     stream.said += said
     stream.notes += notes
     told_losses(wrench, times["force"], stream.notes)
     if baseline:
         wrench.values = without_bias(wrench, log.marks, stream)
-    time = times["force"] - times["force"][0] + _number(log.card, "start_s", stream.place)
-    order = _usable(time, wrench, "wrenches", stream)
+    order = _usable(times["force"], wrench, "wrenches", stream)
+    start = times["force"][order[0]] - _number(log.card, "start_s", stream.place)
     chosen = split_choice(columns.get("force", ""))[1] or log.card.get("axial", "") or "fz"
-    stream.values = {"time": time[order], **axes_of(wrench.values[order], chosen, units, log.card, stream)}
-    return times.get("depth", np.empty(0)) - times["force"][0] + _number(log.card, "start_s", stream.place)
+    found = axes_of(wrench.values[order], chosen, units, log.card, stream)
+    stream.values = {"time": times["force"][order] - start, **found}
+    return times.get("depth", np.empty(0)) - start
 
 
 def _usable(time: np.ndarray, messages: Messages, what: str, stream: Stream) -> np.ndarray:
