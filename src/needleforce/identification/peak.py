@@ -33,9 +33,15 @@ def measured_peak(strokes: Strokes, fit: CycleFit, puncture: Puncture, filter_le
         return None
     found = _read(strokes, fit, fit.samples_before_puncture - fit.left_out, fit.values["puncture_depth"], noise)
     if found is not None and puncture.force - found.value > FELL * math.sqrt(noise.variance):
-        peak = int(np.argmax(strokes.depth_in >= puncture.depth)) + 1
-        return _read(strokes, fit, peak, puncture.depth, noise)
+        peak = _sample_of(puncture, strokes)
+        return _read(strokes, fit, peak + 1, float(strokes.depth_in[peak]), noise)
     return found
+
+
+def _sample_of(puncture: Puncture, strokes: Strokes) -> int:
+    """The sample of the peak. The event's depth is that of the force as filtered, late against the strokes' own."""
+    beyond = int(np.argmax(strokes.depth_in >= puncture.depth))
+    return int(np.argmax(strokes.force_in[: beyond + 1]))
 
 
 def _read(strokes: Strokes, fit: CycleFit, end: int, at: float, noise: Noise) -> Estimate | None:

@@ -17,7 +17,7 @@ from .course import Course, LiveTruth
 from .encoder import Encoder
 from .faults import checked_faults
 from .six_axis import SixAxis
-from .tissue import ModelTissue, phantom_tissue
+from .tissue import ModelTissue, PhantomTissue, phantom_site
 from .transfer import Transfer
 from .way import Datagram
 
@@ -114,7 +114,7 @@ class SimulatedRig:
     def go_to_site(self, number: int) -> None:
         """Put the needle above a site; one that was there before is as it was left."""
         if number not in self._sites:
-            made = ModelTissue(self._model) if self._model else phantom_tissue(self._seed, number)
+            made = ModelTissue(self._model) if self._model else PhantomTissue(phantom_site(self._seed, number))
             self._sites[number] = made
         self._place = self._sites[number]
 

@@ -78,7 +78,7 @@ class PhantomTissue:
         return self._pierced and not self._second
 
 
-def phantom_tissue(seed: int, number: int) -> PhantomTissue:
+def phantom_site(seed: int, number: int) -> Site:
     """Site ``number`` of the phantom of ``seed``: the one that ``paper_experiment`` has at its first speed."""
     draws = streams(seed, (0, number), 3)[0]
-    return PhantomTissue(draw_site(Specimen(cutting=stick_slip), Scatter(), 0.0, number, draws))
+    return draw_site(Specimen(cutting=stick_slip), Scatter(), 0.0, number, draws)
