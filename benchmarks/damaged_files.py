@@ -5,7 +5,7 @@
 
 Every file is a sound one, chunked or not and packed or not, with some of: bytes changed, bits turned, a piece cut out,
 doubled or put elsewhere, the end cut off, a length made huge. It is read whole, read in part, or refused with an
-InputError; anything else ends the run. The worst processor time is told as a ratio to the median of the sound files' own.
+InputError; anything else ends the run. The worst processor time is told as a ratio to the median of sound files.
 """
 
 import argparse
@@ -98,7 +98,7 @@ def outcome(path: Path, whole: int) -> str:
 
 
 def study(files: int, seed: int = 1) -> dict[str, float]:
-    """Counts of outcomes over damaged ``files``, the worst processor time as a ratio to a sound file's, peak memory [MB]."""
+    """Counts of outcomes over damaged ``files``, the worst time as a ratio to a sound file's, peak memory [MB]."""
     chance, counts = random.Random(seed), {"read whole": 0, "read in part": 0, "refused": 0}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
@@ -111,7 +111,7 @@ def study(files: int, seed: int = 1) -> dict[str, float]:
             counts[outcome(path, whole)] += 1
             worst = max(worst, time.process_time() - begun)
     return counts | {
-        "worst time over a sound file's": worst / usual,
+        "worst processor time over a sound file's": worst / usual,
         "memory above a sound file's [MB]": _peak() - before,
     }
 
