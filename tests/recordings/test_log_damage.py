@@ -102,6 +102,11 @@ def lz4_of_zeros(size: int) -> bytes:
     return b"".join([*parts, compressor.flush()])
 
 
+def zstd_of(piece: bytes, size: int) -> bytes:
+    data = piece * (size // len(piece))
+    return chunk(zstandard.compress(data), "zstd", len(data))
+
+
 def zstd_of_zeros(size: int, declared: bool) -> bytes:
     compressor = zstandard.ZstdCompressor(write_content_size=declared).compressobj(size if declared else -1)
     return b"".join([*(compressor.compress(bytes(1 << 20)) for _ in range(size >> 20)), compressor.flush()])
@@ -113,6 +118,8 @@ HARM = {
     "zstd says nothing": lambda: chunk(zstd_of_zeros(GIB, False), "zstd", 1000),
     "zstd says much": lambda: chunk(zstd_of_zeros(GIB, True), "zstd", GIB),
     "zstd says the most": lambda: chunk(zstd_of_zeros(64 << 20, True), "zstd", 64 << 20) * 40,
+    "messages of no channel": lambda: zstd_of(struct.pack("<BQHIQQ", 5, 22, 7, 0, 0, 0), 16 << 20),
+    "definitions without end": lambda: zstd_of(struct.pack("<BQH", 3, 14, 9) + bytes(12), 16 << 20) + b"\0",
     "lz4 says little": lambda: chunk(lz4_of_zeros(GIB), "lz4", 1000),
     "lz4 says much": lambda: chunk(lz4_of_zeros(GIB), "lz4", 2**63),
     "plain says much": lambda: chunk(b"abc", "", 2**64 - 1),

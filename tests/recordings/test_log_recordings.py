@@ -375,3 +375,11 @@ def test_nothing_heavy_is_loaded_before_it_is_needed():
     code = "import sys, needleforce.recording.log as log; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"mcap", "rosbags", "zstandard", "lz4"} & set(done.stdout.split())
+
+
+def test_a_joint_whose_name_is_damaged_once_is_no_second_joint(path):
+    def joints(at, n):
+        return foreign_state(at, {"needlf" if n == 100 else "needle": 2e-6 * n})
+
+    write_foreign(path, TOPICS | {"/joint_states": joints})
+    np.testing.assert_allclose(read_recording(path, baseline=False).depth, 2e-6 * np.arange(400), atol=1e-12)

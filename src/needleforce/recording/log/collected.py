@@ -5,6 +5,7 @@ import json
 import struct
 from array import array
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,8 +18,9 @@ from .writer import AXIS_TOPIC, MARKS_TOPIC, WRENCH_TOPIC
 
 _WRENCHES = (schemas.WRENCH_STAMPED, schemas.WRENCH)
 _STATES = {schemas.JOINT_STATE: joints_of, schemas.POSE_STAMPED: place_of}
-_NAMES = 32  # joints told by an error
-_QUANTITY = {"force": _WRENCHES, "depth": tuple(_STATES)}
+_JOINTS = 32  # of one topic, and no more
+_STRAY = 0.01  # share of a topic's messages: a name that is rarer is damage
+_OF = {"force": _WRENCHES, "depth": tuple(_STATES)}
 
 
 def split_choice(text: str) -> tuple[str, str]:
@@ -31,7 +33,7 @@ class Collected:
     """``columns`` may name the topic of force and depth, and the joint of depth."""
 
     def __init__(self, columns: Mapping[str, str], place: str):
-        self._place, self._columns = place, columns
+        self._place = place
         self._force_topic = split_choice(columns.get("force", ""))[0]
         self._depth_topic, self._joint = split_choice(columns.get("depth", ""))
         self._topics: dict[str, _Topic] = {}
@@ -43,29 +45,25 @@ class Collected:
         try:
             if message in _WRENCHES:
                 stamp, values = wrench_of(data, message)
-                self._of(topic, message).add(counter, arrival, device, stamp, values)
+                self._of(topic, message).add({"": values}, (counter, arrival, device, stamp))
             elif message in _STATES:
-                self._state(topic, message, counter, arrival, device, data)
+                stamp, joints = _STATES[message](data)
+                self._of(topic, message).add(joints, (counter, arrival, device, stamp))
             elif message == schemas.STRING and topic == MARKS_TOPIC:
                 facts = json.loads(string_of(data))
                 self.marks.append(Mark(arrival, str(facts.pop("kind")), facts))
-        except (ValueError, struct.error, OverflowError, AttributeError, TypeError, KeyError, RecursionError):
+        except (ValueError, struct.error, AttributeError, TypeError, KeyError, RecursionError):
             self._undecoded += 1
 
     def wrench(self) -> Messages:
         """Of the one topic of wrenches, or that asked for."""
-        return self._chosen("force", self._force_topic, WRENCH_TOPIC)
+        topic = self._topic("force", self._force_topic, WRENCH_TOPIC)
+        return self._topics[topic].joints[""].messages(topic, 6) if topic else _Joint().messages("", 6)
 
     def axis(self) -> Messages:
         """Of the one topic of joints or poses, or that asked for; InputError where the joint is to be named."""
-        found = self._chosen("depth", self._depth_topic, AXIS_TOPIC)
-        names = sorted(self._topics[found.topic].names) if found.topic else []
-        if found.topic and not len(found):
-            limit = f"it has {', '.join(names)}"
-            asked = repr(self._joint) if self._joint else "not named"
-            advice = f"Give one, as --column depth={found.topic}:{names[0]}."
-            raise InputError(f"joint in {found.topic}", asked, limit, self._place, advice)
-        return found
+        topic = self._topic("depth", self._depth_topic, AXIS_TOPIC)
+        return self._one_joint(topic).messages(topic, 2) if topic else _Joint().messages("", 2)
 
     def notes(self) -> list[Note]:
         """What came and could not be used."""
@@ -73,49 +71,64 @@ class Collected:
         return [Note("damaged", what, self._undecoded)] if self._undecoded else []
 
     def _of(self, topic: str, message: str) -> "_Topic":
-        store = self._topics.setdefault(topic, _Topic(message))
-        if store.message != message:
+        found = self._topics.setdefault(topic, _Topic(message, {}))
+        if found.message != message:
             raise ValueError("two types on one topic")
-        return store
+        return found
 
-    def _state(self, topic, message, counter, arrival, device, data) -> None:
-        stamp, joints = _STATES[message](data)
-        store = self._of(topic, message)
-        store.names.update(list(joints)[: _NAMES - len(store.names)])
-        usual = "z" if message == schemas.POSE_STAMPED else next(iter(joints), "")
-        name = self._joint or (usual if len(joints) == 1 or message == schemas.POSE_STAMPED else "")
-        if name in joints and (self._joint or len(store.names) == 1 or usual == "z"):
-            store.add(counter, arrival, device, stamp, joints[name])
-
-    def _chosen(self, quantity: str, asked: str, ours: str) -> Messages:
-        topics = [topic for topic, store in self._topics.items() if store.message in _QUANTITY[quantity]]
+    def _topic(self, quantity: str, asked: str, ours: str) -> str:
+        topics = sorted(name for name, each in self._topics.items() if each.joints and each.message in _OF[quantity])
         if asked and asked not in topics:
-            limit = f"there are {', '.join(sorted(topics)) or 'none'}"
+            limit = f"there are {', '.join(topics) or 'none'}"
             raise InputError(f"topic of {quantity}", repr(asked), limit, self._place)
         if not asked and len(topics) > 1 and ours not in topics:
-            limit, advice = f"there are {', '.join(sorted(topics))}", f"Give --column {quantity}={sorted(topics)[0]}."
+            limit, advice = f"there are {', '.join(topics)}", f"Give --column {quantity}={topics[0]}."
             raise InputError(f"topic of {quantity}", "ambiguous", limit, self._place, advice)
-        chosen = asked or (ours if ours in topics else topics[0] if topics else "")
-        return (self._topics[chosen] if chosen else _Topic("")).messages(chosen, 6 if quantity == "force" else 2)
+        return asked or (ours if ours in topics else next(iter(topics), ""))
+
+    def _one_joint(self, topic: str) -> "_Joint":
+        joints = self._topics[topic].joints
+        usual = "z" if self._topics[topic].message == schemas.POSE_STAMPED else ""
+        name = self._joint or usual
+        often = [each for each in joints if len(joints[each]) > _STRAY * max(map(len, joints.values()))]
+        if not name and len(often) == 1:
+            name = often[0]
+        if name not in joints:
+            limit, asked = f"it has {', '.join(sorted(often))}", repr(name) if name else "not named"
+            advice = f"Give one, as --column depth={topic}:{min(often)}."
+            raise InputError(f"joint in {topic}", asked, limit, self._place, advice)
+        return joints[name]
 
 
+@dataclass
 class _Topic:
-    """The messages of one topic; numbers only, 8 bytes each."""
+    """The messages of one topic, joint by joint; the wrench is one without a name."""
 
-    def __init__(self, message: str):
-        self.message, self.names = message, set()
-        self._counters, self._arrival, self._device, self._stamp = (array("q") for _ in range(4))
-        self._values = array("d")
+    message: str
+    joints: dict[str, "_Joint"]
 
-    def add(self, counter: int, arrival: int, device: int, stamp: int, values: tuple[float, ...]) -> None:
-        if max(arrival, device) >= 1 << 63:
+    def add(self, joints: Mapping[str, tuple[float, ...]], times: tuple[int, ...]) -> None:
+        """Counter and times of one message, and the values of each joint in it."""
+        if max(times) >= 1 << 63:
             raise ValueError("a time beyond all clocks")
-        for kept, value in zip((self._counters, self._arrival, self._device, self._stamp),
-                               (counter, arrival, device, stamp)):  # fmt: skip
-            kept.append(value)
+        for name, values in joints.items():
+            if name in self.joints or len(self.joints) < _JOINTS:
+                self.joints.setdefault(name, _Joint()).add(times, values)
+
+
+class _Joint:
+    """Numbers only, 8 bytes each."""
+
+    def __init__(self):
+        self._times, self._values = array("q"), array("d")
+
+    def __len__(self) -> int:
+        return len(self._times) // 4
+
+    def add(self, times: tuple[int, ...], values: tuple[float, ...]) -> None:
+        self._times.extend(times)
         self._values.extend(values)
 
     def messages(self, topic: str, width: int) -> Messages:
-        columns = (np.array(each) for each in (self._arrival, self._device, self._stamp))
-        values = np.array(self._values).reshape(-1, width)
-        return in_sequence(np.array(self._counters), [*columns, values], topic)
+        counters, *times = np.array(self._times).reshape(-1, 4).T
+        return in_sequence(counters, [*times, np.array(self._values).reshape(-1, width)], topic)

@@ -16,6 +16,8 @@ from .writer import CARD, END
 
 _MESSAGE = struct.Struct("<HIQQ")  # channel, counter, times of arrival and of the device
 _ORPHANS = 64 << 20  # bytes of messages kept until their channel is found, as it may be at the end
+_OBJECT = 100  # bytes that each of them takes beside its own
+_DEFINITIONS = 1 << 17  # schemas and channels: each has a number of 16 bits
 _NO_SCHEMA = 0  # the number that says so
 
 
@@ -49,14 +51,19 @@ class _Contents:
         self.metadata: dict[str, dict] = {}
         self._schemas: dict[int, str] = {_NO_SCHEMA: ""}
         self._channels: dict[int, tuple[str, int]] = {}
+        self._defined: set[tuple[int, bytes]] = set()
         self._orphans: list[bytes] = []
         self._orphaned = self._lost = 0
 
     def take(self, code: int, record: bytes) -> None:
         if code == MESSAGE:
             self._message(record)
-        else:
-            self._definition(code, record)
+        elif (code, record) not in self._defined:  # many recorders repeat them in every chunk
+            if len(self._defined) < _DEFINITIONS:
+                self._defined.add((code, record))
+                self._definition(code, record)
+            else:
+                self._lost += 1
 
     def finish(self) -> list[Note]:
         """The messages whose channel was found after them, and a note on the rest."""
@@ -77,7 +84,7 @@ class _Contents:
             self._collected.take(topic, self._schemas[schema], counter, arrival, device, record[_MESSAGE.size :])
         elif self._orphaned < _ORPHANS:
             self._orphans.append(record)
-            self._orphaned += len(record)
+            self._orphaned += len(record) + _OBJECT
         else:
             self._lost += 1
 
