@@ -6,7 +6,7 @@ import socket
 import struct
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 
 import pytest
 
@@ -110,19 +110,25 @@ def test_what_a_client_sees_is_what_the_ledger_says():
 
 def test_the_page_and_nothing_else():
     with VirtualRig() as rig:
-        connection = http.client.HTTPConnection("127.0.0.1", rig.page_port, timeout=PATIENCE)
         for path, status in (("/netftapi2.xml", 200), ("/../../etc/passwd", 404), ("/", 404)):
+            connection = http.client.HTTPConnection("127.0.0.1", rig.page_port, timeout=PATIENCE)
             connection.request("GET", path)
             response = connection.getresponse()
             page = response.read()
             assert response.status == status and (b"<cfgcpf>1000000</cfgcpf>" in page) == (status == 200)
-        connection.close()
+            connection.close()
 
 
-def test_a_client_that_says_nothing_to_the_page_holds_nothing_up():
-    with VirtualRig() as rig, socket.create_connection(("127.0.0.1", rig.page_port)):
-        with sensor(rig, START) as made:
-            records(made, 20)
+@pytest.mark.parametrize("said", [b"", b"GET /netft", b"GET " + 9000 * b"x", b"\r\n\r\n", b"\xff\xfe\r\n\r\n"])
+def test_strange_clients_of_the_page_hold_nothing_up(said):
+    with VirtualRig() as rig, ExitStack() as stack:
+        for _ in range(12):
+            stack.enter_context(socket.create_connection(("127.0.0.1", rig.page_port), PATIENCE)).sendall(said)
+        with socket.create_connection(("127.0.0.1", rig.page_port), PATIENCE) as made, sensor(rig, START) as other:
+            for part in (b"GET /netft", b"api2.xml HTTP/1.1\r\nHost: x\r\n", b"\r\n"):
+                made.sendall(part)
+                records(other, 5)
+            assert made.makefile("rb").read().startswith(b"HTTP/1.1 200 OK\r\n")
 
 
 def test_lines_of_the_axis():

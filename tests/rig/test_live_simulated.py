@@ -3,6 +3,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import needleforce as nf
 from needleforce import InputError
@@ -107,6 +109,17 @@ def test_requests_that_are_none_are_counted():
         assert rig.request(0.1, data) is None
     rig.advance(0.2)
     assert rig.truth().garbage == 5 and len(rig.datagrams(0.2)) == 200
+
+
+@given(st.lists(st.one_of(st.binary(max_size=40), st.text(max_size=250)), max_size=20))
+def test_whatever_is_said_is_answered_or_counted(said):
+    rig = SimulatedRig()
+    for k, each in enumerate(said):
+        if isinstance(each, bytes):
+            rig.request(1e-3 * k, each)
+        else:
+            parse_answer(rig.command(1e-3 * k, each))
+    assert rig.truth().garbage == sum(isinstance(each, bytes) for each in said)
 
 
 def test_a_stop_of_the_stream_and_a_zero():
