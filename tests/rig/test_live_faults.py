@@ -31,6 +31,10 @@ def sequences(datagrams):
             for each in unpack_records(one.data)]  # fmt: skip
 
 
+def sequences_of(datagrams):
+    return [record.sequence for one in datagrams for record in unpack_records(one.data)]
+
+
 def share(count):
     """Bounds of a share of 5 %, four standard errors."""
     return pytest.approx(0.05 * N, abs=4 * np.sqrt(0.05 * 0.95 * N)) == count
@@ -130,7 +134,7 @@ def test_all_at_once_everything_is_accounted_for():
 
 def test_one_share_moves_no_other_fault():
     _, alone = run(doubled=0.05)
-    _, both = run(doubled=0.05, status_error=0.5, late=0.2)
+    _, both = run(doubled=0.05, status_error=0.5, late=0.2, foreign=0.5, wrong_size=0.5, stale=0.1)
     assert alone.doubled == both.doubled
 
 
@@ -144,6 +148,15 @@ def test_buffered_records_come_forty_at_a_time_and_the_rest():
     out, ledger = run(request=pack_request(Command.START_BUFFERED, 100), lost=0.0)
     assert [len(unpack_records(one.data)) for one in out] == [40, 40, 20]
     assert ledger.sent == 100
+
+
+def test_what_was_gathered_when_the_stream_stops_is_lost():
+    rig = SimulatedRig()
+    rig.request(0.0, pack_request(Command.START_BUFFERED))
+    rig.advance(0.1)
+    rig.request(0.1, pack_request(Command.STOP))
+    assert sequences_of(rig.datagrams(1.0)) == list(range(1, 81))
+    assert rig.transfer.streams[0].lost == list(range(81, 101)) and rig.transfer.streams[0].sent == 100
 
 
 def test_what_is_under_way_when_another_stream_begins_is_lost():
