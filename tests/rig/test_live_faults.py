@@ -11,7 +11,7 @@ from needleforce.rig.live import FAULTS, SimulatedRig, parse_fault
 from needleforce.rig.live.faults import checked_faults
 from needleforce.wire.rdt import RECORD_SIZE, Command, is_fault, pack_request, status_words, unpack_records
 
-N = 4000
+N = 2000
 REQUEST = pack_request(Command.START, N)
 
 
@@ -61,7 +61,7 @@ def test_bursts_are_as_long_as_asked_and_the_share_stays(length):
     lost = np.array(
         [
             number
-            for seed in range(4)
+            for seed in range(2)
             for number in (np.array(run(seed=seed, lost=0.1, lost_burst=length)[1].lost) + 2 * N * seed)
         ]
     )
@@ -69,7 +69,7 @@ def test_bursts_are_as_long_as_asked_and_the_share_stays(length):
     whole = [len(each) for each in runs if (each[-1] % (2 * N)) < N]
     assert all(size % length == 0 for size in whole)  # two bursts may touch
     # bursts are drawn: their number scatters by about its root
-    assert len(lost) == pytest.approx(0.1 * 4 * N, rel=4 / np.sqrt(0.1 * 4 * N / length))
+    assert len(lost) == pytest.approx(0.1 * 2 * N, rel=4 / np.sqrt(0.1 * 2 * N / length))
 
 
 def test_doubled_ones_come_twice():

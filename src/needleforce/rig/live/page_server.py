@@ -18,7 +18,7 @@ class PageServer:
     def __init__(self, configuration: SensorConfiguration, listen: str, port: int):
         self._page = configuration.xml()
         self._listening = bound(socket.SOCK_STREAM, listen, port, "--page-port")
-        self._listening.listen(_MOST)
+        self._listening.listen(64)
         self.port = self._listening.getsockname()[1]
         self._clients: dict[socket.socket, bytes] = {}
 
