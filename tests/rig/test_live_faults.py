@@ -11,7 +11,7 @@ from needleforce.rig.live import FAULTS, SimulatedRig, parse_fault
 from needleforce.rig.live.faults import checked_faults
 from needleforce.wire.rdt import RECORD_SIZE, Command, is_fault, pack_request, status_words, unpack_records
 
-N = 4000
+N = 2000
 REQUEST = pack_request(Command.START, N)
 
 
@@ -29,6 +29,10 @@ def run(wake=1e-3, request=REQUEST, seed=1, **faults):
 def sequences(datagrams):
     return [each.sequence for one in datagrams if not one.foreign and len(one.data) == RECORD_SIZE
             for each in unpack_records(one.data)]  # fmt: skip
+
+
+def sequences_of(datagrams):
+    return [record.sequence for one in datagrams for record in unpack_records(one.data)]
 
 
 def share(count):
@@ -57,7 +61,7 @@ def test_bursts_are_as_long_as_asked_and_the_share_stays(length):
     lost = np.array(
         [
             number
-            for seed in range(4)
+            for seed in range(2)
             for number in (np.array(run(seed=seed, lost=0.1, lost_burst=length)[1].lost) + 2 * N * seed)
         ]
     )
@@ -65,7 +69,7 @@ def test_bursts_are_as_long_as_asked_and_the_share_stays(length):
     whole = [len(each) for each in runs if (each[-1] % (2 * N)) < N]
     assert all(size % length == 0 for size in whole)  # two bursts may touch
     # bursts are drawn: their number scatters by about its root
-    assert len(lost) == pytest.approx(0.1 * 4 * N, rel=4 / np.sqrt(0.1 * 4 * N / length))
+    assert len(lost) == pytest.approx(0.1 * 2 * N, rel=4 / np.sqrt(0.1 * 2 * N / length))
 
 
 def test_doubled_ones_come_twice():
@@ -130,7 +134,7 @@ def test_all_at_once_everything_is_accounted_for():
 
 def test_one_share_moves_no_other_fault():
     _, alone = run(doubled=0.05)
-    _, both = run(doubled=0.05, status_error=0.5, late=0.2)
+    _, both = run(doubled=0.05, status_error=0.5, late=0.2, foreign=0.5, wrong_size=0.5, stale=0.1)
     assert alone.doubled == both.doubled
 
 
@@ -144,6 +148,15 @@ def test_buffered_records_come_forty_at_a_time_and_the_rest():
     out, ledger = run(request=pack_request(Command.START_BUFFERED, 100), lost=0.0)
     assert [len(unpack_records(one.data)) for one in out] == [40, 40, 20]
     assert ledger.sent == 100
+
+
+def test_what_was_gathered_when_the_stream_stops_is_lost():
+    rig = SimulatedRig()
+    rig.request(0.0, pack_request(Command.START_BUFFERED))
+    rig.advance(0.1)
+    rig.request(0.1, pack_request(Command.STOP))
+    assert sequences_of(rig.datagrams(1.0)) == list(range(1, 81))
+    assert rig.transfer.streams[0].lost == list(range(81, 101)) and rig.transfer.streams[0].sent == 100
 
 
 def test_what_is_under_way_when_another_stream_begins_is_lost():

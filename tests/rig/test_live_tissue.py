@@ -26,7 +26,7 @@ def sites():
     return paper_experiment(5, sites=3, speeds=(3e-3,), depth=6e-3).sites
 
 
-@pytest.mark.parametrize("number", [1, 3])
+@pytest.mark.parametrize("number", [3])
 @pytest.mark.parametrize("speed", [1e-3, 3e-3])
 def test_two_passes_are_those_of_the_experiment_of_the_same_seed(sites, number, speed):
     site, tissue = sites[number - 1], phantom_tissue(5, number)

@@ -25,6 +25,8 @@ from needleforce.wire.axis_lines import (
         (AxisRange(-0.01, 0.06, 0.02, 0.01), "axis -0.01 0.06 0.02 0.01"),
         (Answer("stop", True), "ok stop"),
         (Answer("move", False, "beyond 0.06 m"), "refused move beyond 0.06 m"),
+        (Answer("line", False, "too long"), "refused line too long"),
+        (Answer("connection", False, "another client"), "refused connection another client"),
     ],
 )
 def test_what_an_axis_says(said, line):

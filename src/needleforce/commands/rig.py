@@ -37,13 +37,14 @@ def run(
     faults = dict(map(parse_fault, fault or []))
     model = nf.preset(preset) if preset else None
     ports = {"sensor_port": sensor_port, "axis_port": axis_port, "page_port": page_port}
-    with VirtualRig(model, seed, faults, sensor=Sensor(filter_length), listen=listen, say=_say, **ports) as rig:
-        where = f"sensor {listen}:{rig.sensor_port}, axis {listen}:{rig.axis_port}"
-        _say(f"ready: {where}, page http://{listen}:{rig.page_port}/{PAGE}")
-        try:
+    sensor = Sensor(filter_length)
+    try:
+        with VirtualRig(model, seed, faults, sensor=sensor, listen=listen, say=_say, **ports) as rig:
+            where = f"sensor {listen}:{rig.sensor_port}, axis {listen}:{rig.axis_port}"
+            _say(f"ready: {where}, page http://{listen}:{rig.page_port}/{PAGE}")
             rig.ended.wait(duration_s)
-        except KeyboardInterrupt:
-            _say("rig: ended")
+    except KeyboardInterrupt:
+        _say("rig: ended")
 
 
 def _say(line: str) -> None:

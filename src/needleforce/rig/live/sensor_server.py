@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sensor over UDP, to the last who asked, and its configuration page over HTTP."""
+"""The sensor over UDP, to the last who asked for records."""
 
 import socket
-import threading
-from http.server import BaseHTTPRequestHandler, HTTPServer
 
 from ...wire.rdt import Command
-from ...wire.sensor_configuration import PAGE, SensorConfiguration
 from .simulated import SimulatedRig
-from .sockets import bound, check_port, refused
+from .sockets import bound
 
 _AT_ONCE = 64  # requests read before anything else is done
 
@@ -52,51 +49,3 @@ class SensorServer:
             self._client = address
         if command is not None:
             self._say(f"sensor: {address[0]}:{address[1]} {command.name.lower().replace('_', ' ')}")
-
-
-class PageServer:
-    """The page ``netftapi2.xml`` and nothing else, in a thread of its own that ``close`` ends."""
-
-    def __init__(self, configuration: SensorConfiguration, listen: str, port: int):
-        check_port(port, "--page-port")
-        page = configuration.xml()
-
-        class Handler(BaseHTTPRequestHandler):
-            timeout = 2.0  # [s] for a client that says nothing
-
-            def do_GET(self):
-                self.send_response(200 if self.path == f"/{PAGE}" else 404)
-                body = page if self.path == f"/{PAGE}" else b""
-                self.send_header("Content-Type", "text/xml")
-                self.send_header("Content-Length", str(len(body)))
-                self.end_headers()
-                self.wfile.write(body)
-
-            def log_message(self, *_):
-                pass
-
-        try:
-            self._server = _Quiet((listen, port), Handler)
-        except OSError as error:
-            raise refused(error, listen, port, "--page-port") from None
-        self.port = self._server.server_address[1]
-        self._thread = threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """End the thread and let go of the socket."""
-        self._server.shutdown()
-        self._thread.join()
-        self._server.server_close()
-
-
-class _Quiet(HTTPServer):
-    def server_bind(self):
-        """As it is, without asking a name server who this computer is."""
-        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        self.socket.bind(self.server_address)
-        self.server_address = self.socket.getsockname()
-        self.server_name, self.server_port = self.server_address
-
-    def handle_error(self, *_):
-        """A client that goes away in the middle is no news."""

@@ -11,10 +11,12 @@ from ...model import Model
 from ..sensor import Sensor
 from .axis_server import AxisServer
 from .course import LiveTruth
-from .sensor_server import PageServer, SensorServer
+from .page_server import PageServer
+from .sensor_server import SensorServer
 from .simulated import SimulatedRig
 
-WAKE = 1e-3  # [s] between two looks at the sockets: the period of the sensor
+# [s] between two looks at what is due: the sensor's period while it streams, else often enough for the axis' states
+_STREAMING, _QUIET = 1e-3, 8e-3
 _LOOPBACK = "127.0.0.1"
 
 
@@ -97,11 +99,14 @@ class VirtualRig:
             self.ended.set()
 
     def _turn(self) -> None:
-        """Wait for whatever comes first, a word or the next millisecond, and bring the rig up to now."""
-        ready, _, _ = select.select([self._sensor.socket, *self._axis.sockets], [], [], WAKE - self.time % WAKE)
+        """Wait for whatever comes first, a word or what is due next, and bring the rig up to now."""
+        period = _STREAMING if self.simulated.transfer.streaming else _QUIET
+        watched = [self._sensor.socket, *self._axis.sockets, *self._page.sockets]
+        ready, _, _ = select.select(watched, [], [], period - self.time % period)
         with self._lock:
             now = self.time
             self._axis.heard(ready, now)
             self.simulated.advance(now)
             self._axis.serve(ready, now)
             self._sensor.serve(ready, now)
+            self._page.serve(ready)

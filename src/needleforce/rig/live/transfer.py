@@ -46,7 +46,7 @@ class Transfer:
         if command in (Command.START, Command.START_BUFFERED):
             self._begin(wanted, BUFFERED if command == Command.START_BUFFERED else 1)
         elif command == Command.STOP and stops:
-            self._left = 0
+            self._end()
         return command
 
     def record(self, time: float, tick: int, reading: Reading) -> None:
@@ -72,9 +72,16 @@ class Transfer:
         """The datagrams that leave up to ``now`` [s]."""
         return self._way.due(now)
 
+    def _end(self) -> None:
+        """Records gathered for a datagram that will not be full are lost."""
+        if self._records:
+            self.streams[-1].lost += [record.sequence for record in self._records]
+        self._left, self._records = 0, []
+
     def _begin(self, wanted: int, buffered: int) -> None:
+        self._end()
         self.streams.append(self._way.begin())
-        self._left, self._buffered, self._records, self._number = wanted or math.inf, buffered, [], 0
+        self._left, self._buffered, self._number = wanted or math.inf, buffered, 0
 
     def _gather(self, time: float, packet: Packet) -> None:
         self._records.append(packet)

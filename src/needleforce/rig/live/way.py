@@ -47,7 +47,7 @@ class Way:
     """
 
     def __init__(self, faults: Mapping[str, float], random: np.random.Generator):
-        self._faults, self._random = faults, random
+        self._faults, self._random, self._strange = faults, random, random.spawn(1)[0]
         self._queue: list[tuple[Datagram, Sequence[int]]] = []
         self._order, self._left_of_burst = count(), 0
         self.stream = Stream()
@@ -64,7 +64,7 @@ class Way:
         lost, doubled, reordered, late, foreign, wrong, amount, size = self._random.random(8).tolist()
         if share["foreign"] > foreign:
             stream.foreign += 1
-            self._put(time, self._random.bytes(RECORD_SIZE), (), foreign=True)
+            self._put(time, self._strange.bytes(RECORD_SIZE), (), foreign=True)
         if share["wrong_size"] > wrong:
             stream.wrong_size += 1
             self._put(time, self._odd(data, size), ())
