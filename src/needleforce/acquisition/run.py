@@ -131,12 +131,12 @@ class Run:
         try:
             self._coast()
         except Ended as another:  # an axis that fails as well changes nothing; a file does
-            ended = another if another.why in FILE_ENDS else ended
+            ended = _worse(ended, another)
         outcome = self._outcome(ended)
         try:
             self._keeper.close(ended.why, _told(outcome))
         except Ended as another:
-            outcome = self._outcome(ended if ended.why in FILE_ENDS else another)
+            outcome = self._outcome(_worse(ended, another))
         return outcome
 
     def _coast(self) -> None:
@@ -176,6 +176,11 @@ class Run:
         depth = self._state.depth if self._state else None
         bias = self._settings.sign * self._bias.wrench[self._settings.column]
         self._view(Progress(now - self._begun, counts.received, counts.lost, self._force, depth, phase, bias))
+
+
+def _worse(first: Ended, then: Ended) -> Ended:
+    """The end to tell: the first, unless it is then that the file fails."""
+    return then if then.why in FILE_ENDS and first.why not in FILE_ENDS else first
 
 
 def _told(outcome: Outcome) -> dict[str, str]:

@@ -102,6 +102,8 @@ class SensorClient:
 def _way_to(host: str, port: int) -> tuple[tuple, str]:
     """The sensor's address, and that of the one interface that leads to it."""
     try:
+        if not 0 < port < 65536:
+            raise OverflowError("no such port")
         address = socket.getaddrinfo(host, port, socket.AF_INET, socket.SOCK_DGRAM)[0][4]
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.connect(address)  # sends nothing

@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce record``: from a sensor and an axis to a file, while it happens."""
 
+import dataclasses
 import math
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ..errors import InputError
-from .output import JSON_HELP, check_outputs, say, table, write_json
+from .output import JSON_HELP, check_outputs, say, write_json
 
 NAME = "record"
 SENSOR_HELP = "HOST or HOST:PORT of a Net F/T sensor (RDT over UDP)."
@@ -18,7 +20,9 @@ _SHARE = 0.8  # of the rating of a sensor
 
 
 def run(
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="The MCAP file to write; must not exist.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The MCAP file to write; must not exist.")
+    ] = None,
     sensor: Annotated[str | None, typer.Option(help=SENSOR_HELP)] = None,
     sensor_page: Annotated[str, typer.Option(help=PAGE_HELP)] = "",
     axis: Annotated[str | None, typer.Option(help="HOST or HOST:PORT of a motion axis.")] = None,
@@ -45,27 +49,116 @@ def run(
 
     Exit code 0: done, or ended by Ctrl-C; 1: ended by something else, with what there is kept; 2: could not begin.
     """
+    from ..acquisition.live_view import live_view
     from ..acquisition.recorder import record_run
     from ..acquisition.settings import Settings
 
-    check_outputs([json], [])
-    _check(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s)
-    moves = [] if depth_mm is None else _moves(1e-3 * start_mm, 1e-3 * depth_mm, 1e-3 * speed_mm_s, hold_s)
-    told = {"bias_time": bias_s, "duration": duration_s, "axial": axial, "filter_length": filter_length}
-    open_sources = _sources(sensor, sensor_page, axis, source, calibration)
-    force, moved = open_sources()
-    try:
-        limit = _limit(force_limit_n, force, moved, axial)
-        settings = Settings(limit, steady=steady_n, **told)
-    except InputError:
-        if moved:
-            moved.close()
-        raise
-    card = {"needle": needle, "tissue": tissue, "rig": sensor or "standard input"}
-    from ..acquisition.live_view import live_view
-
+    check_outputs([json])
+    _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s)
+    open_sources, rating = _sources(sensor, sensor_page, axis, source, calibration, axial)
+    settings = Settings(
+        _limit(force_limit_n, rating, axis),
+        bias_s,
+        duration_s,
+        axial=axial,
+        filter_length=filter_length,
+        steady=steady_n,
+    )
     with live_view(plain) as view:
-        outcome = record_run(output, force, moved, moves, card, settings, view=view)
+        if protocol:
+            _run_protocol(protocol, folder, open_sources, settings, view, json)
+            return
+        moves = [] if depth_mm is None else _moves(start_mm, depth_mm, speed_mm_s, hold_s)
+        card = {"needle": needle, "tissue": tissue, "rig": f"{sensor or 'standard input'}, {axis or 'no axis'}"}
+        outcome = record_run(output, *open_sources(), moves, card, settings, view=view)
     _tell(outcome, json)
     if outcome.ended not in ("done", "interrupted", "source ended"):
         raise typer.Exit(1)
+
+
+def _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s) -> None:
+    """Refuse options that do not go together."""
+    wrong = [
+        ((sensor is None) == (source is None), "a sensor", "give --sensor, or --from -"),
+        (source not in (None, "-"), "--from", "only - is known"),
+        ((output is None) == (protocol is None), "an output", "give --output, or --protocol with --folder"),
+        ((protocol is None) != (folder is None), "--protocol", "it goes with --folder"),
+        ((depth_mm is None) != (speed_mm_s is None), "--depth-mm", "it goes with --speed-mm-s"),
+        (depth_mm is not None and axis is None, "--depth-mm", "it needs --axis"),
+        (protocol is not None and axis is None, "--protocol", "it needs --axis"),
+    ]
+    for is_wrong, quantity, limit in wrong:
+        if is_wrong:
+            raise InputError(quantity, "", limit)
+
+
+def _moves(start_mm: float, depth_mm: float, speed_mm_s: float, hold_s: float) -> list[tuple[float, float]]:
+    """To the start, in, a rest, and out again."""
+    start, depth, speed = 1e-3 * start_mm, 1e-3 * depth_mm, 1e-3 * speed_mm_s
+    if not depth > start:
+        raise InputError("--depth-mm", depth_mm, f"must be beyond --start-mm, {start_mm:g}")
+    return [(start, speed), (depth, speed), (depth, hold_s), (start, speed)]
+
+
+def _sources(sensor, page, axis, source, calibration, axial: str):
+    """A function that opens force source and axis for a run, and the rating [N] of the axial force, 0 where unknown."""
+    from ..acquisition.axis_client import AxisClient
+    from ..acquisition.sensor_client import SensorClient
+    from ..acquisition.sensor_page import read_configuration
+    from ..wire import axis_lines, rdt
+
+    there = address(axis, axis_lines.PORT) if axis else None
+    if sensor is None:
+        return lambda: (_standard_input(calibration), AxisClient(*there) if there else None), 0.0
+    host, port = address(sensor, rdt.PORT)
+    configuration = read_configuration(host, page)
+    column = rdt.AXES.index(axial.removeprefix("-")) if axial.removeprefix("-") in rdt.AXES else 0
+    ways = host, port, configuration
+    return lambda: (SensorClient(*ways), AxisClient(*there) if there else None), configuration.ratings[column]
+
+
+def _standard_input(calibration: Path | None):
+    from ..acquisition.calibration_files import read_calibration
+    from ..acquisition.standard_input import StandardInput
+
+    return StandardInput(sys.stdin.buffer, read_calibration(calibration) if calibration else None)
+
+
+def address(text: str, port: int) -> tuple[str, int]:
+    """HOST and PORT of HOST[:PORT]. Raises InputError for a port that is none."""
+    host, colon, number = text.rpartition(":")
+    if not colon:
+        return text, port
+    if not number.isdecimal() or not 0 < int(number) < 65536 or not host:
+        raise InputError("address", repr(text), "HOST or HOST:PORT is needed, the port from 1 to 65535")
+    return host, int(number)
+
+
+def _limit(given: float | None, rating: float, axis: str | None) -> float:
+    if given is not None:
+        return given
+    if rating:
+        return _SHARE * rating
+    if axis:
+        raise InputError("--force-limit-N", "not given", "an axis needs one, and the sensor's page has no rating")
+    return math.inf
+
+
+def _run_protocol(protocol: str, folder: Path, open_sources, settings, view, json: str | None) -> None:
+    from ..protocol import read_protocol, run_protocol
+
+    done = run_protocol(read_protocol(protocol), folder, open_sources, settings, view=view, say=say)
+    write_json(done.to_json(), json)
+    if not done.complete:
+        raise typer.Exit(1)
+
+
+def _tell(outcome, json: str | None) -> None:
+    """The run in a few lines."""
+    write_json(dataclasses.asdict(outcome) | {"path": str(outcome.path)}, json)
+    known = outcome.alignment_uncertainty
+    clock = "unknown" if known is None else f"{1e3 * known:.3f} ms"
+    say(f"{outcome.path}: {outcome.ended}" + (f": {outcome.detail}" if outcome.detail else ""))
+    say(f"{outcome.seconds:.1f} s, {outcome.received} readings, largest force {outcome.peak_force:.3f} N")
+    say(f"lost {outcome.lost}, doubled {outcome.doubled}, late {outcome.late}; clock of the sensor known to {clock}")
+    say(f"longest own gap {1e3 * outcome.longest_own_gap:.1f} ms, {100 * outcome.cpu_share:.0f} % of a processor")

@@ -1,0 +1,35 @@
+import gc
+import threading
+
+import pytest
+from fake_rig import CONFIGURATION
+
+from needleforce.acquisition.axis_client import AxisClient
+from needleforce.acquisition.recorder import record_run
+from needleforce.acquisition.sensor_client import SensorClient
+from needleforce.acquisition.settings import Settings
+from needleforce.recording.log.reader import read_log
+
+
+@pytest.fixture(autouse=True)
+def nothing_left():
+    """No thread, and no socket or file: one that is collected open is a ResourceWarning, and so an error."""
+    before = set(threading.enumerate())
+    yield
+    gc.collect()
+    assert set(threading.enumerate()) <= before
+
+
+@pytest.fixture
+def recorded(tmp_path):
+    """``recorded(sensor, axis, moves, ...)``: the outcome of a run and what is read back of its file."""
+
+    def run(sensor, axis=None, moves=(), stop=None, view=None, **settings):
+        force = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
+        moved = AxisClient("127.0.0.1", axis.port) if axis else None
+        told = Settings(**{"force_limit": 5.0, "bias_time": 0.1, "silence": 0.5} | settings)
+        path = tmp_path / "run.mcap"
+        outcome = record_run(path, force, moved, moves, {"needle": "fake"}, told, stop=stop, view=view)
+        return outcome, read_log(path)
+
+    return run

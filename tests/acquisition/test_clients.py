@@ -1,0 +1,172 @@
+"""The clients alone: addresses, foreign packets, configuration, and an axis that says nonsense."""
+
+import http.server
+import socket
+import threading
+import time
+
+import pytest
+from fake_rig import BIAS, CONFIGURATION, FakeAxis, FakeSensor, counts
+
+from needleforce import InputError
+from needleforce.acquisition.axis_client import AxisClient
+from needleforce.acquisition.sensor_client import SensorClient
+from needleforce.acquisition.sensor_page import read_configuration
+from needleforce.wire.rdt import Packet, pack_record
+
+
+def received(client, count):
+    samples, until = [], time.monotonic() + 10.0
+    while len(samples) < count and time.monotonic() < until:
+        samples += client.receive(0.1)
+    return samples
+
+
+def test_counts_become_newtons_and_times_increase():
+    with FakeSensor() as sensor:
+        client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
+        client.start()
+        samples = received(client, 50)
+        client.stop()
+    assert samples[0].wrench[:2] == pytest.approx(BIAS[:2], abs=5e-4)
+    assert samples[0].wrench[3:] == pytest.approx(BIAS[3:], abs=5e-6)
+    assert all(sample.read >= sample.arrival > 0 for sample in samples)
+    assert [sample.device for sample in samples] == [2_000_000 * sample.sequence for sample in samples]
+
+
+def test_the_kernel_stamps_what_waits():
+    with FakeSensor() as sensor:
+        client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
+        client.start()
+        time.sleep(0.2)
+        samples = received(client, 20)
+        client.stop()
+    waits = [sample.read - sample.arrival for sample in samples]
+    assert waits[0] > 50_000_000  # it lay there while this program slept
+    assert samples[0].arrival < samples[-1].arrival
+
+
+def test_packets_of_others_are_counted_and_left_out():
+    with FakeSensor(ends=5) as sensor, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
+        client.start()
+        received(client, 5)
+        port = client._socket.getsockname()
+        assert port[0] == "127.0.0.1"
+        for _ in range(3):
+            other.sendto(pack_record(Packet(1, 1, 0, counts(BIAS))), port)
+        assert received_nothing(client)
+        client.stop()
+    assert (client.foreign, client.wrong_size) == (3, 0)
+
+
+def received_nothing(client):
+    until = time.monotonic() + 10.0
+    while client.foreign < 3 and time.monotonic() < until:
+        if client.receive(0.1):
+            return False
+    return True
+
+
+def test_a_client_can_begin_again():
+    with FakeSensor() as sensor:
+        client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
+        for _ in range(2):
+            client.start()
+            assert received(client, 3)
+            client.stop()
+        client.stop()
+    assert client.restart <= 1
+
+
+@pytest.mark.parametrize("host, port", [("no such host", 1), ("127.0.0.1", 70000), ("a..b", 5)])
+def test_addresses_that_are_none(host, port):
+    with pytest.raises(InputError, match="not reached"):
+        SensorClient(host, port, CONFIGURATION)
+    with pytest.raises(InputError, match="not reached"):
+        AxisClient(host, port)
+
+
+def test_the_page_from_a_file_and_from_a_server(tmp_path):
+    file = tmp_path / "page.xml"
+    file.write_bytes(CONFIGURATION.xml())
+    assert read_configuration("", str(file)) == CONFIGURATION
+
+    class Page(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200 if self.path.endswith("netftapi2.xml") else 404)
+            self.end_headers()
+            self.wfile.write(CONFIGURATION.xml() if self.path == "/netftapi2.xml" else b"<" * 300_000)
+
+        def log_message(self, *_):
+            pass
+
+    with http.server.HTTPServer(("127.0.0.1", 0), Page) as server:
+        thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        host = f"127.0.0.1:{server.server_port}"
+        try:
+            assert read_configuration(host) == CONFIGURATION
+            for wrong in ("/elsewhere", "/long/netftapi2.xml"):
+                with pytest.raises(InputError):
+                    read_configuration("", f"http://{host}{wrong}")
+        finally:
+            server.shutdown()
+            thread.join()
+    for nowhere in (f"http://{host}/netftapi2.xml", str(tmp_path), "http://[", "http://127.0.0.1:99999/"):
+        with pytest.raises(InputError, match="not read"):
+            read_configuration("", nowhere)
+
+
+def test_an_axis_answers_with_its_reason():
+    with FakeAxis(says=lambda line: "refused site no table" if line.startswith("site") else None) as fake:
+        axis = AxisClient("127.0.0.1", fake.port)
+        try:
+            assert axis.limits == fake.limits
+            with pytest.raises(InputError, match="no table"):
+                axis.site(2)
+            axis.move(0.001, 0.01)
+            assert axis.stop()
+            with pytest.raises(InputError, match="goes at up to"):
+                axis.move(0.001, 1.0)
+        finally:
+            axis.close()
+    assert fake.heard == ["site 2", "move 0.00100000 0.0100000", "stop"]
+
+
+def test_a_stop_is_repeated_until_it_is_answered():
+    stops = []
+
+    def says(line):
+        stops.extend([line] * (line == "stop"))
+        return "" if line == "stop" and len(stops) < 3 else None
+
+    with FakeAxis(says=says) as fake:
+        axis = AxisClient("127.0.0.1", fake.port, patience=10.0)
+        assert axis.stop()
+        axis.close()
+    assert len(stops) == 3
+
+
+@pytest.mark.parametrize("garbage", [b"\xff\xfe\n", b"state 1 2 3\n", b"x" * 5000, b"axis 0 inf 1 1\n"])
+def test_an_axis_that_says_what_no_axis_says(garbage):
+    with FakeAxis() as fake:
+        axis = AxisClient("127.0.0.1", fake.port)
+        fake.garbage = garbage
+        until = time.monotonic() + 10.0
+        try:
+            with pytest.raises(InputError, match="line of the axis"):
+                while time.monotonic() < until:
+                    axis.receive()
+                    time.sleep(0.01)
+            with pytest.raises(InputError, match="line of the axis"):
+                axis.move(0.0, 0.01)
+            assert not axis.stop()
+        finally:
+            axis.close()
+
+
+def test_an_axis_that_does_not_greet_is_not_there():
+    with FakeAxis(greets=False, state=lambda s: s) as fake:
+        with pytest.raises(InputError, match="greeting"):
+            AxisClient("127.0.0.1", fake.port, patience=0.1)

@@ -1,0 +1,79 @@
+"""``needleforce record`` as a user calls it."""
+
+import json
+import signal
+import subprocess
+import sys
+
+import pytest
+from fake_rig import CONFIGURATION, FakeAxis, FakeSensor
+from typer.testing import CliRunner
+
+from needleforce.cli import app
+from needleforce.recording.log.reader import read_log
+
+CODE = "from needleforce.cli import main; main()"
+
+
+@pytest.fixture
+def page(tmp_path):
+    (tmp_path / "page.xml").write_bytes(CONFIGURATION.xml())
+    return str(tmp_path / "page.xml")
+
+
+def arguments(path, sensor, page, *more):
+    return ["record", "-o", str(path), "--sensor", f"127.0.0.1:{sensor.port}", "--sensor-page", page, *more]
+
+
+def test_ctrl_c_leaves_a_complete_file(tmp_path, page):
+    path = tmp_path / "run.mcap"
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        more = ["--axis", f"127.0.0.1:{axis.port}", "--depth-mm", "50", "--speed-mm-s", "2", "--start-mm", "-2"]
+        more += ["--bias-s", "0.1", "--plain"]
+        command = [sys.executable, "-c", CODE, *arguments(path, sensor, page, *more)]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+            line = next(line for line in process.stderr if "phase insertion" in line)
+            process.send_signal(signal.SIGINT)
+            told = process.stderr.read()
+    assert process.returncode == 0
+    assert "depth" in line and "interrupted" in told
+    log = read_log(path)
+    assert log.complete and log.end["ended"] == "interrupted"
+    assert axis.heard[-1] == "stop" and axis.target is None
+
+
+def test_a_run_and_its_json(tmp_path, page):
+    with FakeSensor() as sensor:
+        told = arguments(tmp_path / "run.mcap", sensor, page, "--duration-s", "0.3", "--json", str(tmp_path / "o.json"))
+        done = CliRunner().invoke(app, told)
+    assert done.exit_code == 0, done.output
+    outcome = json.loads((tmp_path / "o.json").read_text())
+    assert outcome["ended"] == "done" and outcome["lost"] == 0
+    assert outcome["received"] == len(read_log(tmp_path / "run.mcap").wrench.sequence)
+
+
+def test_what_is_kept_of_a_sensor_that_goes_away(tmp_path, page):
+    with FakeSensor(ends=400) as sensor:
+        done = CliRunner().invoke(app, arguments(tmp_path / "run.mcap", sensor, page))
+    assert done.exit_code == 1
+    assert len(read_log(tmp_path / "run.mcap").wrench.sequence) == 400
+
+
+@pytest.mark.parametrize(
+    "more, told",
+    [
+        (["-o", "x.mcap"], "--sensor"),
+        (["-o", "x.mcap", "--sensor", "127.0.0.1", "--from", "-"], "--sensor"),
+        (["-o", "x.mcap", "--from", "file"], "only -"),
+        (["--sensor", "127.0.0.1"], "--output"),
+        (["-o", "x.mcap", "--sensor", "127.0.0.1", "--depth-mm", "3"], "--speed-mm-s"),
+        (["-o", "x.mcap", "--sensor", "127.0.0.1", "--depth-mm", "3", "--speed-mm-s", "3"], "--axis"),
+        (["-o", "x.mcap", "--sensor", "127.0.0.1:x"], "HOST:PORT"),
+        (["-o", "x.mcap", "--sensor", "127.0.0.1:70000"], "HOST:PORT"),
+        (["--protocol", "paper", "--sensor", "127.0.0.1", "--axis", "127.0.0.1"], "--folder"),
+    ],
+)
+def test_wrong_usage(more, told):
+    done = CliRunner().invoke(app, ["record", *more])
+    assert done.exit_code != 0
+    assert told in str(done.exception)

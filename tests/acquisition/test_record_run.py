@@ -1,0 +1,227 @@
+"""Whole runs over loopback: what is kept, and every way a run can end."""
+
+import threading
+
+import numpy as np
+import pytest
+from fake_rig import BIAS, FakeAxis, FakeSensor
+
+from needleforce import InputError
+from needleforce.wire.rdt import Command, status_words
+
+MOVES = [(0.002, 0.02), (0.002, 0.1), (-0.002, 0.02)]
+
+
+def marks(log, kind):
+    return [mark for mark in log.marks if mark.kind == kind]
+
+
+def facts(mark):
+    return mark.facts
+
+
+def test_a_run_is_kept_whole(recorded):
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        shown = []
+        outcome, log = recorded(sensor, axis, MOVES, view=shown.append)
+    assert outcome.ended == "done"
+    assert log.complete
+    assert sensor.requests[0] == Command.START and sensor.requests[-1] == Command.STOP
+    assert axis.heard[:2] == ["move 0.00200000 0.0200000", "move -0.00200000 0.0200000"]
+    assert axis.heard[2] == "stop"
+    assert (outcome.lost, outcome.doubled, outcome.late) == (0, 0, 0)
+    assert np.array_equal(log.wrench.sequence, np.arange(1, outcome.received + 1))
+    assert outcome.received <= sensor.sent
+    assert log.axis.values[:, 0].max() == pytest.approx(0.002, abs=1e-7)
+    assert [facts(mark)["name"] for mark in marks(log, "phase")] == ["insertion", "hold", "extraction"]
+    assert np.all(np.diff(log.wrench.device) == 2_000_000)  # 500 Hz
+    assert np.all(log.wrench.stamp <= log.wrench.arrival)
+    assert log.card["sensor_serial"] == "FT00042" and float(log.card["wrench_rate_Hz"]) == 500.0
+    assert shown and {progress.phase for progress in shown} <= {"rest", "insertion", "hold", "extraction"}
+
+
+def test_bias_is_told_and_not_removed(recorded):
+    with FakeSensor() as sensor:
+        outcome, log = recorded(sensor, duration=0.2)
+    noise = np.array([0.002 * ((k * 7919 % 13) - 6) / 6 for k in range(1, outcome.bias.samples + 1)])
+    assert outcome.bias.wrench == pytest.approx([*BIAS[:2], BIAS[2] + noise.mean(), *BIAS[3:]], abs=6e-4)
+    assert outcome.bias.noise[2] == pytest.approx(noise.std(), rel=0.5)
+    assert facts(marks(log, "bias")[0])["wrench"] == pytest.approx(outcome.bias.wrench)
+    assert log.wrench.values[:, 2].mean() == pytest.approx(2.0, abs=1e-3)
+    assert abs(outcome.peak_force) < 0.01
+
+
+@pytest.mark.parametrize("force", [lambda t: 20.0 * t, lambda t: 0.3 * (t > 0.05)])
+def test_a_force_that_wanders_at_rest_is_refused(recorded, force, tmp_path):
+    with FakeSensor(force) as sensor, FakeAxis() as axis:
+        with pytest.raises(InputError, match="--steady-N"):
+            recorded(sensor, axis, MOVES)
+    assert not list(tmp_path.iterdir())
+    assert not any(line.startswith("move") for line in axis.heard)
+
+
+def test_a_needle_in_tissue_comes_out_before_the_bias(recorded):
+    with FakeAxis() as axis:
+        axis.depth = 0.01
+        with FakeSensor(lambda t: 100.0 * max(0.0, axis.depth)) as sensor:
+            outcome, log = recorded(sensor, axis, [(-0.002, 0.04), (0.002, 0.02)])
+    assert outcome.ended == "done"
+    assert outcome.bias.wrench[2] == pytest.approx(BIAS[2], abs=2e-3)
+    assert log.axis.values[0, 0] < 0.0
+    assert outcome.peak_force == pytest.approx(0.2, abs=0.02)
+
+
+def test_the_force_limit_stops_the_axis(recorded):
+    with FakeAxis() as axis:
+        with FakeSensor(lambda t: max(0.0, 500.0 * axis.depth)) as sensor:
+            outcome, log = recorded(sensor, axis, [(0.05, 0.02)], force_limit=1.0)
+    assert outcome.ended == "force limit"
+    assert axis.heard[0].startswith("move") and axis.heard[1] == "stop"
+    assert not any(line.startswith("move") for line in axis.heard[1:])
+    over = facts(marks(log, "limit")[0])
+    assert over["force"] > 1.0 == over["limit"]
+    assert axis.depth < 0.02
+    assert facts(marks(log, "axis")[-1])["condition"] == "idle"  # kept until it rests
+    assert log.complete and log.end["ended"] == "force limit"
+
+
+def test_saturation_is_over_the_limit(recorded):
+    with FakeSensor(status=lambda k: (k > 150) << 17 | (k > 150) << 31) as sensor, FakeAxis() as axis:
+        outcome, log = recorded(sensor, axis, [(0.05, 0.02)])
+    assert outcome.ended == "force limit"
+    status = (1 << 17) | (1 << 31)
+    assert facts(marks(log, "status")[0]) == {"status": status, "words": status_words(status)}
+
+
+def test_faults_of_a_moment_are_marked_and_lasting_ones_end(recorded):
+    def status(k):
+        return (1 << 20 | 1 << 31) if 100 < k < 120 or k > 200 else 0
+
+    with FakeSensor(status=status) as sensor:
+        outcome, log = recorded(sensor, duration=5.0)
+    assert outcome.ended == "sensor fault"
+    assert "RDT failure" in facts(marks(log, "status")[0])["words"]
+    assert log.wrench.sequence[-1] > 200
+
+
+def test_a_sensor_whose_reading_stands(recorded):
+    with FakeSensor(stale_from=120) as sensor:
+        outcome, log = recorded(sensor, duration=5.0)
+    assert outcome.ended == "sensor fault"
+    assert log.complete
+
+
+def test_lost_doubled_late_foreign_and_wrong_size(recorded):
+    def packets(sensor, k):
+        if k in (200, 201):
+            return []
+        if k == 210:
+            return [sensor.packet(211)]
+        if k == 211:
+            return [sensor.packet(210), sensor.packet(210)]
+        if k == 220:
+            return [b"x" * 35, sensor.packet(k)]
+        return [sensor.packet(k)]
+
+    with FakeSensor(packets=packets) as sensor:
+        outcome, log = recorded(sensor, duration=1.5)
+    assert (outcome.lost, outcome.doubled, outcome.late) == (2, 1, 1)
+    sequence = log.wrench.sequence.tolist()
+    assert sequence == [k for k in range(1, sequence[-1] + 1) if k not in (200, 201)]
+    told = [facts(mark) for mark in marks(log, "lost")]
+    assert [sum(each[name] for each in told) for name in ("lost", "doubled", "late")] == [2, 1, 1]
+    assert facts(marks(log, "wrong_size")[0])["count"] == 1
+
+
+def test_a_sensor_that_falls_silent(recorded):
+    with FakeSensor(ends=200) as sensor, FakeAxis() as axis:
+        outcome, log = recorded(sensor, axis, [(0.05, 0.005)])
+    assert outcome.ended == "sensor silent"
+    assert len(log.wrench.sequence) == 200
+    assert "stop" in axis.heard
+
+
+def silent_when_moving(axis):
+    def says(line):
+        axis.silent = axis.silent or line.startswith("move")
+
+    return says
+
+
+@pytest.mark.parametrize(
+    "fault, ended",
+    [
+        (lambda axis: {"says": silent_when_moving(axis)}, "axis silent"),
+        (lambda axis: {"says": lambda line: "" if "move" in line else None}, "axis silent"),
+        (lambda axis: {"says": lambda line: "refused move door open" if "move" in line else None}, "move refused"),
+        (lambda axis: {"state": lambda s: s._replace(condition="stalled") if s.depth > 0 else s}, "axis stalled"),
+        (lambda axis: {"state": lambda s: s._replace(depth=min(s.depth, 0.003))}, "axis stalled"),
+        (lambda axis: {"state": lambda s: s._replace(condition="fault") if s.depth > 0 else s}, "axis fault"),
+        (lambda axis: {"state": lambda s: s._replace(condition="idle") if s.depth > 0 else s}, "axis stopped"),
+        (lambda axis: {"says": lambda line: setattr(axis, "hangs_up", "move" in line)}, "axis lost"),
+        (lambda axis: {"says": lambda line: setattr(axis, "garbage", b"state 1 nan\n")}, "axis lost"),
+    ],
+)  # fmt: skip
+def test_an_axis_that_fails(recorded, fault, ended):
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        vars(axis).update(fault(axis))
+        outcome, log = recorded(sensor, axis, [(0.03, 0.02)])
+    assert outcome.ended == ended
+    assert log.complete and log.end["ended"] == ended
+    assert ended == "axis lost" or "stop" in axis.heard
+
+
+def test_the_stop_event(recorded):
+    stop = threading.Event()
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        outcome, log = recorded(sensor, axis, [(0.05, 0.005)], stop=stop, view=lambda now: now.depth and stop.set())
+    assert outcome.ended == "interrupted"
+    assert axis.heard[1] == "stop" and log.complete
+
+
+@pytest.mark.parametrize("moves", [[(0.2, 0.01)], [(0.01, 1.0), (0.02, 1.0)]])
+def test_moves_beyond_the_axis_are_refused_before_anything(recorded, moves, tmp_path):
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        with pytest.raises(InputError, match="the axis goes"):
+            recorded(sensor, axis, moves)
+    assert Command.START not in sensor.requests
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_file_that_exists_is_not_touched(recorded, tmp_path):
+    (tmp_path / "run.mcap").write_text("mine")
+    with FakeSensor() as sensor, pytest.raises(InputError, match="never written over"):
+        recorded(sensor, duration=0.1)
+    assert (tmp_path / "run.mcap").read_text() == "mine"
+
+
+def test_a_port_nobody_answers_on(recorded):
+    sensor = FakeSensor()
+    with sensor:
+        sensor.leave.set()
+        sensor.thread.join()
+        with pytest.raises(InputError, match="nothing came"):
+            recorded(sensor, duration=0.1, silence=0.2)
+
+
+def test_a_full_disk_ends_the_run(recorded, monkeypatch):
+    import errno
+    import os
+
+    from needleforce.recording.log import writer
+
+    written = []
+
+    def full(self, data):
+        written.append(len(data))
+        if len(written) > 40:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        plain(self, data)
+
+    plain = writer._Appended.write
+    monkeypatch.setattr(writer._Appended, "write", full)
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        outcome, log = recorded(sensor, axis, [(0.05, 0.003)], flush_every=0.02)
+    assert outcome.ended == "disk full"
+    assert not log.complete and len(log.wrench.sequence)
+    assert "stop" in axis.heard
