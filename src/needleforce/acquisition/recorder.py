@@ -89,12 +89,14 @@ def _writer(path, force: ForceSource, card: Mapping[str, str], settings: Setting
 
 @contextlib.contextmanager
 def _interrupts(stop: threading.Event):
-    """Ctrl-C sets ``stop`` instead of breaking into a write, where this thread may say so."""
+    """Ctrl-C, or the end of the terminal, sets ``stop`` and breaks into no write, where this thread may say so."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, lambda *_: stop.set())
+    asked = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    before = {number: signal.signal(number, lambda *_: stop.set()) for number in asked}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
