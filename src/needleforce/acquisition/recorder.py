@@ -94,9 +94,13 @@ def _interrupts(stop: threading.Event):
         yield
         return
     asked = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    before = {number: signal.signal(number, lambda *_: stop.set()) for number in asked}
+    heeded = {
+        number: handler for number in asked if (handler := signal.getsignal(number)) not in (signal.SIG_IGN, None)
+    }
+    for number in heeded:
+        signal.signal(number, lambda *_: stop.set())
     try:
         yield
     finally:
-        for number, handler in before.items():
+        for number, handler in heeded.items():
             signal.signal(number, handler)
