@@ -124,7 +124,7 @@ def test_lost_doubled_late_foreign_and_wrong_size(recorded):
         return [sensor.packet(k)]
 
     with FakeSensor(packets=packets) as sensor:
-        outcome, log = recorded(sensor, duration=1.5)
+        outcome, log = recorded(sensor, duration=0.7)
     assert (outcome.lost, outcome.doubled, outcome.late) == (2, 1, 1)
     sequence = log.wrench.sequence.tolist()
     assert sequence == [k for k in range(1, sequence[-1] + 1) if k not in (200, 201)]
@@ -165,7 +165,7 @@ def silent_when_moving(axis):
 def test_an_axis_that_fails(recorded, fault, ended):
     with FakeSensor() as sensor, FakeAxis() as axis:
         vars(axis).update(fault(axis))
-        outcome, log = recorded(sensor, axis, [(0.03, 0.02)])
+        outcome, log = recorded(sensor, axis, [(0.03, 0.04)])
     assert outcome.ended == ended
     assert log.complete and log.end["ended"] == ended
     assert ended == "axis lost" or "stop" in axis.heard
