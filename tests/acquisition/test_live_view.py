@@ -4,7 +4,7 @@ import io
 import sys
 
 from needleforce.acquisition.live_view import Rates, live_view
-from needleforce.acquisition.run import Progress
+from needleforce.acquisition.settings import Progress
 
 
 def progress(seconds, received, lost=0, depth=0.00525):

@@ -5,7 +5,7 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator
 
-from .run import Progress
+from .settings import Progress
 
 
 class Rates:

@@ -12,8 +12,8 @@ from .course import Course
 from .force_watch import ForceWatch
 from .keeper import Keeper
 from .preparation import await_readings, take_bias, withdraw
-from .run import Progress, Run
-from .settings import Outcome, Settings
+from .run import Run
+from .settings import Outcome, Progress, Settings
 from .source import ForceSource
 
 
