@@ -56,6 +56,12 @@ class FakeSensor(Threaded):
         return Packet(k, min(k, self.stale_from) * 7, self.status(k), counts(wrench))
 
     def run(self):
+        self.stream()
+        with contextlib.suppress(BlockingIOError):  # what was asked at the very end
+            while True:
+                self.requests.append(unpack_request(self.socket.recv(100))[0])
+
+    def stream(self):
         client, begun = None, 0.0
         while not self.leave.wait(TICK):
             with contextlib.suppress(BlockingIOError):
