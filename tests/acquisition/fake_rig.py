@@ -13,6 +13,7 @@ from needleforce.wire.sensor_configuration import SensorConfiguration
 CONFIGURATION = SensorConfiguration(1000.0, 1e5, 500.0, "FT00042", (12.0, 12.0, 17.0, 0.12, 0.12, 0.12))
 BIAS = (0.5, -0.25, 2.0, 0.001, 0.0, 0.002)
 TICK = 0.005
+LIMITS = AxisRange(-0.02, 0.06, 0.05, 10.0)
 
 
 def counts(wrench):
@@ -55,6 +56,12 @@ class FakeSensor(Threaded):
         return Packet(k, min(k, self.stale_from) * 7, self.status(k), counts(wrench))
 
     def run(self):
+        self.stream()
+        with contextlib.suppress(BlockingIOError):  # what was asked at the very end
+            while True:
+                self.requests.append(unpack_request(self.socket.recv(100))[0])
+
+    def stream(self):
         client, begun = None, 0.0
         while not self.leave.wait(TICK):
             with contextlib.suppress(BlockingIOError):
@@ -76,6 +83,7 @@ class FakeAxis(Threaded):
     def __init__(
         self, says=lambda line: None, state=lambda s: s, limits=AxisRange(-0.02, 0.06, 0.05, 10.0), greets=True
     ):
+    def __init__(self, says=lambda line: None, state=lambda s: s, limits=LIMITS, greets=True):
         self.says, self.state, self.limits, self.greets = says, state, limits, greets
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]

@@ -61,6 +61,17 @@ def test_a_force_that_wanders_at_rest_is_refused(recorded, force, tmp_path):
     assert not any(line.startswith("move") for line in axis.heard)
 
 
+def test_a_needle_in_tissue_comes_out_before_the_bias(recorded):
+    with FakeAxis() as axis:
+        axis.depth = 0.01
+        with FakeSensor(lambda t: 100.0 * max(0.0, axis.depth)) as sensor:
+            outcome, log = recorded(sensor, axis, [(-0.002, 0.04), (0.002, 0.02)])
+    assert outcome.ended == "done"
+    assert outcome.bias.wrench[2] == pytest.approx(BIAS[2], abs=2e-3)
+    assert log.axis.values[0, 0] < 0.0
+    assert outcome.peak_force == pytest.approx(0.2, abs=0.02)
+
+
 def test_the_force_limit_stops_the_axis(recorded):
     with FakeAxis() as axis:
         with FakeSensor(lambda t: max(0.0, 500.0 * axis.depth)) as sensor:
@@ -115,6 +126,7 @@ def test_lost_doubled_late_foreign_and_wrong_size(recorded):
 
     with FakeSensor(packets=packets) as sensor:
         outcome, log = recorded(sensor, duration=1.5)
+        outcome, log = recorded(sensor, duration=0.7)
     assert (outcome.lost, outcome.doubled, outcome.late) == (2, 1, 1)
     sequence = log.wrench.sequence.tolist()
     assert sequence == [k for k in range(1, sequence[-1] + 1) if k not in (200, 201)]
@@ -145,6 +157,7 @@ def silent_when_moving(axis):
         (lambda axis: {"says": lambda line: "" if "move" in line else None}, "axis silent"),
         (lambda axis: {"says": lambda line: answer_line(Answer("move", False, "door open")) if "move" in line else None},
          "move refused"),
+        (lambda axis: {"says": lambda line: "refused move door open" if "move" in line else None}, "move refused"),
         (lambda axis: {"state": lambda s: s._replace(condition="stalled") if s.depth > 0 else s}, "axis stalled"),
         (lambda axis: {"state": lambda s: s._replace(depth=min(s.depth, 0.003))}, "axis stalled"),
         (lambda axis: {"state": lambda s: s._replace(condition="fault") if s.depth > 0 else s}, "axis fault"),
@@ -157,6 +170,7 @@ def test_an_axis_that_fails(recorded, fault, ended):
     with FakeSensor() as sensor, FakeAxis() as axis:
         vars(axis).update(fault(axis))
         outcome, log = recorded(sensor, axis, [(0.03, 0.02)])
+        outcome, log = recorded(sensor, axis, [(0.03, 0.04)])
     assert outcome.ended == ended
     assert log.complete and log.end["ended"] == ended
     assert ended == "axis lost" or "stop" in axis.heard

@@ -8,7 +8,6 @@ from ..wire.axis_lines import AxisState
 REACHED = 0.25e-3  # [m] from where it was sent: lag and play of a spindle
 _SAME = 5e-6  # [m] within which a move goes nowhere, and so waits
 _SHARE = 0.1  # of the way it ought to have gone, below which an axis stands
-_ANSWER = 1.0  # [s]
 _BEGIN = 0.5  # [s] from the answer to a first state that says moving
 
 
@@ -72,8 +71,8 @@ class Course:
         self._send_move(depth, speed)
         sent = self._now
         while (answer := self._axis.answer("move")) is None:
-            if self._now - sent > _ANSWER:
-                raise Ended("axis silent", f"no answer to a move for {_ANSWER:g} s")
+            if self._now - sent > self._patience:
+                raise Ended("axis silent", f"no answer to a move for {self._patience:g} s")
             yield
         if not answer.accepted:
             raise Ended("move refused", answer.reason)

@@ -5,7 +5,7 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator
 
-from .run import Progress
+from .settings import Progress
 
 
 class Rates:
@@ -14,17 +14,17 @@ class Rates:
     def __init__(self):
         self._before: list[Progress] = []
 
-    def over_last_second(self, now: Progress) -> tuple[float, int]:
-        """Rate and losses up to ``now``."""
+    def over_last_second(self, now: Progress) -> tuple[float | None, int]:
+        """Rate and losses up to ``now``; no rate from a first look."""
         self._before.append(now)
         while len(self._before) > 2 and now.seconds - self._before[1].seconds >= 1.0:
             self._before.pop(0)
         then = self._before[0]
         span = now.seconds - then.seconds
-        return (now.received - then.received) / span if span > 0.0 else 0.0, now.lost - then.lost
+        return (now.received - then.received) / span if span > 0.0 else None, now.lost - then.lost
 
 
-def facts(now: Progress, rate: float, lost: int) -> list[tuple[str, str]]:
+def facts(now: Progress, rate: float | None, lost: int) -> list[tuple[str, str]]:
     """What is shown, as names and texts."""
     depth = "-" if now.depth is None else f"{1e3 * now.depth:8.2f} mm"
     return [
@@ -32,7 +32,7 @@ def facts(now: Progress, rate: float, lost: int) -> list[tuple[str, str]]:
         ("phase", now.phase),
         ("force", f"{now.force:8.3f} N"),
         ("depth", depth),
-        ("rate", f"{rate:8.0f} Hz"),
+        ("rate", "-" if rate is None else f"{rate:8.0f} Hz"),
         ("lost", f"{now.lost} ({lost} in the last second)"),
         ("bias", f"{now.bias:8.3f} N"),
     ]

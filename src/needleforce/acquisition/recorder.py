@@ -4,7 +4,6 @@
 import contextlib
 import signal
 import threading
-import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -12,9 +11,9 @@ from ..errors import InputError
 from .course import Course
 from .force_watch import ForceWatch
 from .keeper import Keeper
-from .rest_bias import bias_of
-from .run import EVERY, Progress, Run
-from .settings import Bias, Outcome, Settings
+from .preparation import await_readings, take_bias, withdraw
+from .run import Run
+from .settings import Outcome, Progress, Settings
 from .source import ForceSource
 
 
@@ -30,7 +29,8 @@ def record_run(
     stop: threading.Event | None = None,
 ) -> Outcome:
     """Record one run into ``path``: bias at rest, then ``moves`` (depth [m], speed [m/s]; to where the tip is: a time
-    [s] to wait). Without any it goes on for ``settings.duration``, or until it is stopped or the source ends.
+    [s] to wait). Without any it goes on for ``settings.duration``, or until it is stopped or the source ends. A first
+    move outwards is made before the bias is taken, and is not in the file.
 
     Both sources are stopped and closed at the end. Ctrl-C or ``stop`` ends a run and its file. Raises InputError, or
     KeyboardInterrupt, for what prevents the start; there is no file then. Every later end is in the outcome.
@@ -42,7 +42,10 @@ def record_run(
         with _interrupts(stop):
             force.start()
             watch.start()
-            bias = _rest(watch, settings, stop)
+            await_readings(watch, 0.0, settings.silence, stop)
+            if moves:
+                withdraw(axis, moves[0], watch, settings.silence, stop)
+            bias = take_bias(watch, settings, stop)
             writer = _writer(path, force, card, settings)
             keeper = Keeper(writer, force)
             course = Course(axis, moves, settings.silence, watch.send_move) if moves else None
@@ -75,23 +78,6 @@ def _check(path: Path, axis, moves, settings: Settings) -> None:
         here = depth
 
 
-def _rest(watch: ForceWatch, settings: Settings, stop: threading.Event) -> Bias:
-    """The bias from the first ``bias_time`` of readings; sets that of the watch. What was read stays in its queue."""
-    begun = time.monotonic()
-    while not watch.samples or watch.samples[-1].arrival - watch.samples[0].arrival < 1e9 * settings.bias_time:
-        if stop.is_set():
-            raise KeyboardInterrupt
-        if watch.error:
-            raise watch.error if isinstance(watch.error, InputError) else InputError("sensor", "lost", str(watch.error))
-        if time.monotonic() - max(begun, watch.last) > settings.silence:
-            advice = "Check its address, and that no one else reads it."
-            raise InputError("sensor", "silent", f"nothing came for {settings.silence:g} s", "", advice)
-        time.sleep(EVERY)
-    bias = bias_of(list(watch.samples), settings) if settings.bias_time else Bias()
-    watch.bias = bias.wrench[settings.column]
-    return bias
-
-
 def _writer(path, force: ForceSource, card: Mapping[str, str], settings: Settings):
     from ..recording.log.writer import LogWriter
 
@@ -103,12 +89,18 @@ def _writer(path, force: ForceSource, card: Mapping[str, str], settings: Setting
 
 @contextlib.contextmanager
 def _interrupts(stop: threading.Event):
-    """Ctrl-C sets ``stop`` instead of breaking into a write, where this thread may say so."""
+    """Ctrl-C, or the end of the terminal, sets ``stop`` and breaks into no write, where this thread may say so."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGINT, lambda *_: stop.set())
+    asked = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    heeded = {
+        number: handler for number in asked if (handler := signal.getsignal(number)) not in (signal.SIG_IGN, None)
+    }
+    for number in heeded:
+        signal.signal(number, lambda *_: stop.set())
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in heeded.items():
+            signal.signal(number, handler)

@@ -5,7 +5,6 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -15,23 +14,11 @@ from ..wire.axis_lines import AxisState
 from .course import Course, Ended
 from .force_watch import ForceWatch
 from .keeper import FILE_ENDS, Keeper
-from .settings import Bias, Outcome, Settings
+from .settings import Bias, Outcome, Progress, Settings
 
 EVERY = 0.02  # [s] between two looks at what came
 _VIEW_EVERY = 0.125  # [s]
 _COASTS = 3.0  # [s] that an axis may need to come to rest once told to
-
-
-class Progress(NamedTuple):
-    """What a live view shows: since the start [s], readings and losses, axial force [N], depth [m], phase, bias [N]."""
-
-    seconds: float
-    received: int
-    lost: int
-    force: float
-    depth: float | None
-    phase: str
-    bias: float
 
 
 class Run:

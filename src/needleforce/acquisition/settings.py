@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run is told, and what came of it."""
+"""What a run is told, what it shows while it goes on, and what came of it."""
 
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from ..errors import InputError
 from ..recording.card import check_filter_length
@@ -88,3 +89,15 @@ class Outcome:
     cpu_share: float
     alignment_uncertainty: float | None
     path: Path
+
+
+class Progress(NamedTuple):
+    """What a live view shows: since the start [s], readings and losses, axial force [N], depth [m], phase, bias [N]."""
+
+    seconds: float
+    received: int
+    lost: int
+    force: float
+    depth: float | None
+    phase: str
+    bias: float

@@ -16,6 +16,7 @@ NAME = "record"
 SENSOR_HELP = "HOST or HOST:PORT of a Net F/T sensor (RDT over UDP)."
 PAGE_HELP = "The sensor's configuration: a URL, or a saved netftapi2.xml; without it the page of the sensor's host."
 LIMIT_HELP = "Axial force without bias at which the axis is stopped; without it 0.8 of the sensor's rating."
+SAME_SITE_HELP = "Where no spare site is left, insert into the hole of a run that was broken off."
 _SHARE = 0.8  # of the rating of a sensor
 
 
@@ -40,6 +41,7 @@ def run(
     calibration: Annotated[Path | None, typer.Option(help="Calibration of six gauge voltages.")] = None,
     protocol: Annotated[str | None, typer.Option(help="paper, or a protocol file.")] = None,
     folder: Annotated[Path | None, typer.Option(help="Folder for the recordings of a protocol.")] = None,
+    same_site: Annotated[bool, typer.Option("--same-site", help=SAME_SITE_HELP)] = False,
     needle: Annotated[str, typer.Option(help="For the card of the recording.")] = "",
     tissue: Annotated[str, typer.Option(help="For the card of the recording.")] = "",
     plain: Annotated[bool, typer.Option("--plain", help="A line a second instead of a panel.")] = False,
@@ -58,6 +60,7 @@ def run(
     open_sources, rating = _sources(sensor, sensor_page, axis, source, calibration, axial)
     settings = Settings(
         _limit(force_limit_n, rating, axis),
+        _limit(force_limit_n, rating, axis if protocol is None else None),
         bias_s,
         duration_s,
         axial=axial,
@@ -67,6 +70,7 @@ def run(
     with live_view(plain) as view:
         if protocol:
             _run_protocol(protocol, folder, open_sources, settings, view, json)
+            _run_protocol(protocol, folder, open_sources, settings, view, same_site, json)
             return
         moves = [] if depth_mm is None else _moves(start_mm, depth_mm, speed_mm_s, hold_s)
         card = {"needle": needle, "tissue": tissue, "rig": f"{sensor or 'standard input'}, {axis or 'no axis'}"}
@@ -119,6 +123,7 @@ def _sources(sensor, page, axis, source, calibration, axial: str):
 
 def _standard_input(calibration: Path | None):
     from ..acquisition.calibration_files import read_calibration
+    from ..acquisition.gauges import read_calibration
     from ..acquisition.standard_input import StandardInput
 
     return StandardInput(sys.stdin.buffer, read_calibration(calibration) if calibration else None)
@@ -148,6 +153,12 @@ def _run_protocol(protocol: str, folder: Path, open_sources, settings, view, jso
     from ..protocol import read_protocol, run_protocol
 
     done = run_protocol(read_protocol(protocol), folder, open_sources, settings, view=view, say=say)
+def _run_protocol(protocol: str, folder: Path, open_sources, settings, view, same_site: bool, json: str | None) -> None:
+    from ..protocol import read_protocol, run_protocol
+
+    ask = typer.confirm if sys.stdin.isatty() else None
+    told = {"view": view, "ask": ask, "say": say, "same_site": same_site}
+    done = run_protocol(read_protocol(protocol), folder, open_sources, settings, **told)
     write_json(done.to_json(), json)
     if not done.complete:
         raise typer.Exit(1)
