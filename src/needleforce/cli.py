@@ -5,7 +5,7 @@ import sys
 
 import typer
 
-from .commands import campaign, compare, demo, export, identify, indentation, laws, presets, simulate
+from .commands import campaign, compare, demo, export, identify, indentation, laws, presets, rig, simulate
 
 app = typer.Typer(
     help="The force of a needle in soft tissue: from mechanics to force, from recordings to mechanics.",
@@ -13,7 +13,7 @@ app = typer.Typer(
     add_completion=True,
     pretty_exceptions_enable=False,
 )
-for command in (demo, simulate, identify, campaign, compare, indentation, export, laws, presets):
+for command in (demo, simulate, identify, campaign, compare, indentation, export, laws, presets, rig):
     app.command(name=command.NAME)(command.run)
 
 

@@ -93,11 +93,11 @@ def paper_experiment(
     )
     drawn, runs = [], []
     for key in [(k, number) for k in range(len(speeds)) for number in range(1, sites + 1)]:
-        draws, *noises = _streams(seed, key, 3)
+        draws, *noises = streams(seed, key, 3)
         site = draw_site(nominal, scatter, float(speeds[key[0]]), key[1], draws)
         drawn.append(site)
         runs += _two_passes(site, depth, sensor, clock, noises)
-    draws, noise = _streams(seed, _BENCH, 2)
+    draws, noise = streams(seed, _BENCH, 2)
     bending, moduli = bend_needle(draws)
     return Experiment(tuple(runs), tuple(drawn), nominal, bending, moduli, pull_tissue(noise))
 
@@ -111,7 +111,8 @@ def _two_passes(site: Site, depth: float, sensor: Sensor, clock: SpeedClock, noi
     ]
 
 
-def _streams(seed: int, key: tuple[int, ...], count: int) -> list[np.random.Generator]:
+def streams(seed: int, key: tuple[int, ...], count: int) -> list[np.random.Generator]:
+    """Independent streams of one seed for what ``key`` names; other keys' draws move none of them."""
     children = np.random.SeedSequence(seed, spawn_key=key).spawn(count)
     return [np.random.Generator(np.random.PCG64(child)) for child in children]
 

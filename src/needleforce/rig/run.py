@@ -68,14 +68,19 @@ def way(start: float, speed: float, depth: float, hold: float) -> Motion:
     return Motion(start, ((start, _REST), (depth, speed), (depth, hold), (start, speed), (start, _REST)))
 
 
+def wrench_of(site: Site, force) -> dict:
+    """The wrench [N, N m] by axis about the sensor, of an axial force [N], a number or (n,), at the site."""
+    fx, fy = (share * force for share in site.lateral)
+    return {"force": force, "fx": fx, "fy": fy, "tx": -_LENGTH * fy, "ty": _LENGTH * fx}
+
+
 def perform(site: Site, motion: Motion, sensor: Sensor, clock: SpeedClock, random, *, hole: float | None = None) -> Run:
     """Insert at the site along ``motion`` and record. Depths are the rig's; ``hole`` [m] is that of an earlier pass."""
     time = np.arange(int(motion.duration * RATE) + 1) / RATE
     depth = motion.at(time)[0] - site.surface
     left = 0.0 if hole is None else hole - site.surface
     force = site.specimen.force(depth, hole=left, dt=1.0 / RATE)
-    fx, fy = (share * force for share in site.lateral)
-    wrench = {"force": force, "fx": fx, "fy": fy, "tx": -_LENGTH * fy, "ty": _LENGTH * fx}
+    wrench = wrench_of(site, force)
     stamps, velocity = clock.record(motion, random)  # first, so that the sensor's settings do not move its draws
     axes = sensor.record(wrench, random)
     card = Card(

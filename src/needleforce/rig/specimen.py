@@ -93,9 +93,8 @@ class Specimen:
         """
         depth = np.ascontiguousarray(depth, dtype=float)
         second = hole != 0.0
-        insertion = Insertion(self.model(second))
-        if second:
-            self._pierce(insertion, hole, min(depth[0], 0.0), float(np.abs(np.diff(depth)).max()), dt)
+        step = float(np.abs(np.diff(depth)).max()) if second else 0.0
+        insertion = self.pierced(hole, min(depth[0], 0.0), step, dt) if second else Insertion(self.model())
         columns = insertion.run(depth, None, np.full(len(depth), dt))
         _check(columns["status"])
         parts = {part: columns[part] for part in ("stiffness", "friction", "cutting")}
@@ -105,23 +104,37 @@ class Specimen:
         """The axial force (n,) [N], + opposes insertion: the sum of ``parts``."""
         return sum(self.parts(depth, hole=hole, dt=dt).values())
 
-    def _pierce(self, insertion: Insertion, hole: float, outside: float, step: float, dt: float) -> None:
-        """The first pass, as fast as the second and with a hold: how deep the crack stands depends on both."""
+    def pierced(self, hole: float, outside: float, step: float, dt: float) -> Insertion:
+        """The second pass at its start, ``outside`` <= 0 [m], after a first one to ``hole`` [m] and out again.
+
+        That one goes in steps of ``step`` [m] and ``dt`` [s], with a hold: how deep the crack stands depends on both.
+        """
         if not hole > self.puncture_depth:
             raise InputError("hole", hole, f"must be deeper than the puncture at {self.puncture_depth:.4g} m")
         stroke = np.linspace(outside, hole, max(2, int(np.ceil((hole - outside) / max(step, 1e-7)))))
         depth, times = np.concatenate([stroke, [hole], stroke[::-1]]), np.full(2 * len(stroke) + 1, dt)
         times[len(stroke)] = HOLD
+        insertion = Insertion(self.model(second=True))
         insertion.run(depth, None, times)
+        return insertion
 
     def _unmodelled_parts(self, depth: np.ndarray, second: bool) -> dict[str, np.ndarray]:
-        more, deepest = self.unmodelled, np.maximum.accumulate(depth)
+        deepest = np.maximum.accumulate(depth)
         pierced = second | (deepest > self.puncture_depth)
         # +1 in, -1 out: the bristle of the core's friction
         sliding = np.clip(1.0 - (deepest - depth) / PRESLIDING, -1.0, 1.0) * pierced
+        return self.unmodelled_forces(depth, sliding, second)
+
+    def unmodelled_forces(self, depth, sliding, second: bool) -> dict:
+        """What is in no law [N], at each ``depth`` [m] with ``sliding`` from +1 in to -1 out, 0 before the puncture.
+
+        Numbers, or (n,) each.
+        """
+        more = self.unmodelled
         opened = np.clip((depth - (0.0 if second else more.dimple)) * math.tan(HALF_ANGLE) / RADIUS, 0.0, 1.0)
         beyond = np.maximum(depth - more.straight_to, 0.0)
-        growth = 0.5 * self.model(second).friction.per_length * more.friction_growth
+        ratio = more.second_friction_ratio if second else 1.0
+        growth = 0.5 * self.friction_per_length * ratio * more.friction_growth
         # coming out, the hole closes behind the tip and gives nothing back
         spreading = more.spreading_force * opened**2 * np.maximum(sliding, 0.0)
         return {"spreading": spreading, "bending": growth * beyond**2 * sliding}

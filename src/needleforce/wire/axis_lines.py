@@ -4,7 +4,8 @@
 A client sends ``move DEPTH_m SPEED_m_s``, ``stop``, ``site NUMBER`` and, at least every half second while it wants the
 axis to go on moving, anything at all, such as ``alive``. The axis sends ``axis LOWEST_m HIGHEST_m MAX_SPEED_m_s
 MAX_ACCELERATION_m_s2`` when it is connected to, then ``state NUMBER TIME_s DEPTH_m VELOCITY_m_s CONDITION`` at its own
-rate, and to each command ``ok COMMAND`` or ``refused COMMAND REASON``. TIME_s is the axis' own clock. An axis whose
+rate, and to each command ``ok COMMAND`` or ``refused COMMAND REASON``; ``refused line …`` to what is no command, and
+``refused connection …`` where it has a client already. TIME_s is the axis' own clock. An axis whose
 client falls silent or goes away stops by itself.
 """
 
@@ -18,6 +19,7 @@ RATE = 60.0  # [Hz] of the states, paper sec. 1
 SILENCE = 0.5  # [s] without a word after which an axis stops
 CONDITIONS = ("idle", "moving", "stopping", "stalled", "fault")
 COMMANDS = ("move", "stop", "site", "alive")
+_REFUSED = (*COMMANDS, "line", "connection")  # also what is no command, and a second client
 LONGEST = 200  # characters in a line
 
 
@@ -77,7 +79,7 @@ def parse_answer(line: str) -> AxisState | AxisRange | Answer:
             return AxisRange(*_numbers(line, lowest, highest, speed, acceleration))
         case ["ok", command] if command in COMMANDS:
             return Answer(command, True)
-        case ["refused", command, *reason] if command in COMMANDS:
+        case ["refused", command, *reason] if command in _REFUSED:
             return Answer(command, False, " ".join(reason))
     raise _not_a_line(line)
 

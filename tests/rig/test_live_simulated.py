@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The rig without sockets: commands, sites, clocks, what stops, and that the seed gives everything."""
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+from needleforce import InputError
+from needleforce.rig import paper_experiment
+from needleforce.rig.live import SimulatedRig
+from needleforce.rig.live.axis import LIMITS, START
+from needleforce.wire.axis_lines import SILENCE, move_line, parse_answer
+from needleforce.wire.rdt import Command, pack_request, unpack_records
+
+STREAM = pack_request(Command.START)
+
+
+def go(rig, begin, end, *lines, talking=True):
+    """From ``begin`` to ``end`` in steps of 50 ms; the lines are said at the beginning. Answers, records, states."""
+    answers = [parse_answer(rig.command(begin, line)) for line in lines]
+    out, states = [], []
+    for now in np.arange(begin, end + 1e-9, 50e-3).tolist():
+        if talking and now > begin:
+            rig.command(now, "alive")
+        rig.advance(now)
+        out += rig.datagrams(now)
+        states += rig.states()
+    return answers, [record for one in out for record in unpack_records(one.data)], states
+
+
+def test_the_force_over_the_network_is_that_of_the_phantom_at_the_needle():
+    rig = SimulatedRig(5)
+    rig.request(0.0, STREAM)
+    answers, records, _ = go(rig, 0.0, 8.0, move_line(16e-3, 3e-3))
+    assert answers[0].accepted
+    truth, site = rig.truth(), paper_experiment(5, sites=1, speeds=(3e-3,), depth=6e-3).sites[0]
+    np.testing.assert_allclose(truth.force, site.specimen.force(truth.depth - site.surface), atol=1e-9)
+    sent = np.array([record.counts for record in records]) / 1e6
+    true = truth.force[1 : len(sent) + 1]
+    filtered = np.convolve(np.concatenate([np.zeros(9), true]), np.full(10, 0.1), "valid")
+    # every axis follows the axial force: crosstalk is a gain; the bias aside, and the drift of 8 s, below 0.3 mN
+    fx, fy = site.lateral
+    gain = rig.sensor.crosstalk[2] @ [fx, fy, 1.0, -80e-3 * fy, 80e-3 * fx, 0.0]
+    assert gain == pytest.approx(1.0, abs=0.02)
+    off = sent[:, 2] - gain * filtered
+    assert np.std(off) == pytest.approx(np.sqrt(1 + 1 / 12) / 320 / np.sqrt(10), rel=0.1)
+    assert truth.refused == 0
+
+
+def test_everything_follows_from_the_seed_and_the_commands():
+    def bytes_of(seed):
+        rig = SimulatedRig(seed, faults={"lost": 0.1, "late": 0.1})
+        rig.request(0.0, STREAM)
+        return go(rig, 0.0, 2.0, move_line(0.0, 3e-3))[1:]
+
+    assert bytes_of(3) == bytes_of(3) != bytes_of(4)
+
+
+def test_silence_stops_the_needle():
+    rig = SimulatedRig()
+    go(rig, 0.0, 3.0, move_line(60e-3, 3e-3), talking=False)
+    truth = rig.truth()
+    expected = nf.Motion(START, ((60e-3, 3e-3),)).at(SILENCE)[0] + (3e-3) ** 2 / 2.0
+    assert truth.depth[-1] == pytest.approx(expected, abs=1e-8)
+    assert rig.axis.condition == "idle"
+
+
+def test_sites_are_changed_outside_and_at_rest_and_keep_their_holes():
+    rig = SimulatedRig()
+    refused = [go(rig, 0.0, 0.5, move_line(8e-3, 5e-3), "site 2")[0][1]]
+    go(rig, 0.5, 6.0)
+    refused.append(go(rig, 6.0, 6.05, "site 2")[0][0])
+    assert [(a.accepted, a.reason) for a in refused] == [
+        (False, "the axis is moving"),
+        (False, "the needle is in the tissue"),
+    ]
+    go(rig, 6.05, 12.0, move_line(START, 5e-3))
+    assert go(rig, 12.0, 12.1, "site 2")[0][0].accepted
+    go(rig, 12.1, 22.0, move_line(7.5e-3, 5e-3))
+    go(rig, 22.0, 28.0, move_line(START, 5e-3), talking=True)
+    assert go(rig, 28.0, 28.1, "site 1")[0][0].accepted
+    go(rig, 28.1, 36.0, move_line(7.5e-3, 5e-3))
+    truth = rig.truth()
+    peak = [truth.force[(truth.time > a) & (truth.time < b)].max() for a, b in ((0, 6), (12.1, 22), (28.1, 36))]
+    # fresh tissue is punctured at 0.21 N; the old hole has friction and spreading only
+    assert peak[0] > 0.19 and peak[1] > 0.19 and peak[0] != peak[1]
+    assert peak[2] < 0.75 * peak[0]
+
+
+@pytest.mark.parametrize("line", ["site 0", "site 70000", "site 99999999999999999999"])
+def test_sites_there_are_not_are_refused(line):
+    assert not parse_answer(SimulatedRig().command(0.0, line)).accepted
+
+
+@pytest.mark.parametrize("line", ["", "jump", "move 1", "move nan 1", "\ufffd\ufffd", "state 1 2 3 4 idle", "x" * 200])
+def test_garbage_is_answered_and_changes_nothing(line):
+    rig = SimulatedRig()
+    assert parse_answer(rig.command(0.0, line)).command == "line"
+    rig.advance(0.1)
+    assert (rig.truth().depth == START).all()
+
+
+def test_requests_that_are_none_are_counted():
+    rig = SimulatedRig()
+    rig.request(0.0, STREAM)
+    for data in (b"", b"x" * 7, b"x" * 8, STREAM + b"0", pack_request(Command.STOP)[:7]):
+        assert rig.request(0.1, data) is None
+    rig.advance(0.2)
+    assert rig.truth().garbage == 5 and len(rig.datagrams(0.2)) == 200
+
+
+def test_a_stop_of_the_stream_and_a_zero():
+    rig = SimulatedRig()
+    rig.request(0.0, STREAM)
+    rig.advance(0.1)
+    assert rig.request(0.1, pack_request(Command.STOP), stops=False) == Command.STOP
+    rig.advance(0.2)
+    rig.request(0.2, pack_request(Command.BIAS))
+    rig.request(0.2, pack_request(Command.STOP))
+    rig.advance(0.3)
+    assert len(rig.datagrams(0.3)) == 200
+    rig.request(0.3, STREAM)
+    rig.advance(0.5)
+    forces = np.array([unpack_records(one.data)[0].counts for one in rig.datagrams(0.5)]) / 1e6
+    assert np.abs(forces[:, :3]).max() < 10e-3  # noise of 1 mN twice; it was tenths of newtons
+
+
+@pytest.mark.parametrize("ppm", [-300.0, 0.0, 300.0])
+def test_the_sensor_runs_on_a_clock_of_its_own(ppm):
+    rig = SimulatedRig(faults={"sensor_drift_ppm": ppm})
+    rig.request(0.0, STREAM)
+    rig.advance(20.0)
+    assert len(rig.datagrams(20.0)) == pytest.approx(20_000 * (1 + 1e-6 * ppm), abs=1)
+
+
+def test_the_axis_clock_is_told_with_its_drift_and_offset():
+    rig = SimulatedRig(faults={"axis_drift_ppm": 1000.0, "clock_offset_s": 50.0})
+    rig.advance(20.0)
+    assert rig.states()[-1].time == pytest.approx(50.0 + 20.0 * 1.001, abs=1 / 60)
+
+
+def test_what_falls_silent():
+    rig = SimulatedRig(faults={"sensor_silent_at_s": 1.0, "axis_silent_at_s": 2.0, "power_cut_s": 4.0})
+    rig.request(0.0, STREAM)
+    _, records, states = go(rig, 0.0, 3.9, move_line(60e-3, 3e-3))
+    assert len(records) == 999 and states[-1].time < 2.0
+    assert rig.command(3.9, "stop") is None and rig.request(3.9, STREAM) is None
+    # nobody was heard after 2 s: it stopped by itself
+    assert rig.truth().depth[-1] < nf.Motion(START, ((60e-3, 3e-3),)).at(2.0 + SILENCE)[0] + 5e-6
+    rig.advance(10.0)
+    assert rig.truth().time[-1] == pytest.approx(4.0, abs=1e-3)
+
+
+def test_a_stalled_axis_tells_it_and_the_force_stays():
+    rig = SimulatedRig(faults={"stall_at_s": 3.0})
+    _, _, states = go(rig, 0.0, 5.0, move_line(16e-3, 3e-3))
+    assert {state.condition for state in states if state.time > 3.0} == {"stalled"}
+    assert len({state.depth for state in states if state.time > 3.0}) == 1
+    truth = rig.truth()
+    assert np.ptp(truth.depth[truth.time > 3.01]) == 0.0
+    # the crack comes to rest, then nothing changes any more
+    assert np.ptp(truth.force[truth.time > 4.5]) < 1e-12 < truth.force[-1]
+
+
+def test_any_model_is_tissue():
+    rig = SimulatedRig(1, nf.preset("physical"))
+    go(rig, 0.0, 5.0, move_line(8e-3, 3e-3))
+    truth = rig.truth()
+    insertion = nf.Insertion(nf.preset("physical"))
+    np.testing.assert_allclose(
+        truth.force, [insertion.step(depth, None, 1e-3).force for depth in truth.depth], atol=1e-12
+    )
+    assert truth.force.max() > 0.0
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, "one"])
+def test_a_seed_that_is_none_is_refused(seed):
+    with pytest.raises(InputError, match="seed"):
+        SimulatedRig(seed)
+
+
+def test_the_range_is_told():
+    assert parse_answer(SimulatedRig().greeting) == LIMITS
