@@ -71,6 +71,11 @@ def test_names_are_read_back_by_the_campaign(tmp_path):
     assert plan(read_protocol("paper"))[0].name == "3mm_s_site1_pass1.mcap"
 
 
+def test_the_page_shows_a_file_that_is_read(root, tmp_path):
+    shown = re.search(r"```toml\n(title.*?)```", (root / "docs" / "protocols.md").read_text(encoding="utf-8"), re.S)
+    assert [run.name for run in plan(read(tmp_path, shown[1]))][9] == "phantom1_3mm_s_site5_pass2.mcap"
+
+
 def test_sites_are_numbered_on_and_lists_keep_theirs(tmp_path):
     more = "[[series]]\nspeed_mm_s = 1\nsites = [2, 7, 9, 4]\ndepths_mm = [10, 20]\n"
     protocol = read(tmp_path, SMALL + more)
