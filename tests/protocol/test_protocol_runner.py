@@ -14,6 +14,7 @@ import needleforce as nf
 from needleforce.acquisition.settings import Settings
 from needleforce.campaign.mapping import read_mapping
 from needleforce.protocol import plan, read_protocol, run_protocol
+from needleforce.protocol.alone import alone
 from needleforce.protocol.folder import card_and_end
 from needleforce.recording.log import LogWriter
 from needleforce.wire.axis_lines import AxisRange, AxisState
@@ -265,6 +266,13 @@ def test_a_folder_is_for_one_protocol(rig, session, protocol, tmp_path):
     with pytest.raises(nf.InputError, match="three sites"):
         run_protocol(other, tmp_path / "out", rig.open, SETTINGS, say=lambda text: None)
     assert names(tmp_path) == before
+
+
+def test_a_folder_is_for_one_session_at_a_time(rig, session, protocol, tmp_path):
+    (tmp_path / "out").mkdir()
+    with alone(tmp_path / "out"), pytest.raises(nf.InputError, match="another session"):
+        session()
+    assert session()[0].complete and rig.runs == 6
 
 
 def test_what_the_axis_cannot_is_refused_before_anything_moves(rig, session, monkeypatch):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..acquisition.settings import Settings
 from ..errors import InputError
+from .alone import alone
 from .folder import look
 from .protocol import Protocol
 from .session import CampaignOutcome, Session
@@ -30,16 +31,17 @@ def run_protocol(
     where nobody is there; ``same_site``, or a yes, lets a run go into the hole of one that was broken off when no spare
     site is left. Ctrl-C ends cleanly, with the needle where it is; the next session withdraws it first.
 
-    Raises InputError for an axis that cannot do what the protocol asks, for a folder of another protocol, and for
-    what prevents a run.
+    Raises InputError for an axis that cannot do what the protocol asks, for a folder of another protocol or in use by
+    another session, and for what prevents a run.
     """
     path = _made(folder)
     session = Session(protocol, path, open_sources, _settings(protocol, settings), view, ask, say, same_site)
-    look(path, protocol)  # another protocol's folder is refused before anything in it is touched
-    session.set_aside()
-    ended = session.run()
-    session.set_aside()
-    return session.outcome(ended)
+    with alone(path):
+        look(path, protocol)  # another protocol's folder is refused before anything in it is touched
+        session.set_aside()
+        ended = session.run()
+        session.set_aside()
+        return session.outcome(ended)
 
 
 def _made(folder) -> Path:
