@@ -12,7 +12,10 @@ import pytest
 
 import needleforce as nf
 from needleforce.acquisition.calibration import Calibration
+from needleforce.acquisition.recorder import record_run
+from needleforce.acquisition.settings import Settings
 from needleforce.acquisition.standard_input import StandardInput
+from needleforce.recording.log import read_log
 
 HEADER = "time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm\n"
 
@@ -182,3 +185,20 @@ def test_another_program_is_read_to_its_end():
         samples = everything(source)
     assert [s.sequence for s in samples] == list(range(10_000)) and source.wrong_size == 0
     assert samples[-1].wrench[2] == 9999.0
+
+
+def test_a_recording_from_lines_is_what_was_written(tmp_path):
+    """Half a second of free travel, then a force that grows with the depth; the end of the input ends the recording."""
+    depth = np.clip(np.linspace(-4.0, 4.0, 801), -4.0, None)
+    force = 0.05 * np.clip(depth, 0.0, None) + 0.3
+    text = "time_ms,sequence,depth_mm,fz_N\n"
+    text += "".join(f"{k},{k},{d:.4f},{f:.6f}\n" for k, (d, f) in enumerate(zip(depth, force)) if k != 400)
+    settings = Settings(force_limit=5.0, bias_time=0.0)
+    with piped(text, chunk=2000, wait=0.02) as stream:
+        outcome = record_run(tmp_path / "lines.mcap", StandardInput(stream), None, [], {"needle": "n"}, settings)
+    log = read_log(tmp_path / "lines.mcap")
+    assert (outcome.ended, outcome.received, outcome.lost) == ("source ended", 800, 1)
+    assert log.complete and log.card["needle"] == "n"
+    np.testing.assert_array_equal(log.wrench.sequence, np.delete(np.arange(801), 400))
+    np.testing.assert_allclose(log.wrench.values[:, 2], np.delete(force, 400), atol=1e-6)
+    np.testing.assert_allclose(log.axis.values[:, 0], np.delete(depth, 400) * 1e-3, atol=1e-7)

@@ -15,7 +15,7 @@ from .calibration import GAUGES, Calibration
 
 _QUANTITY = {"fz": "force"}  # the axial force has the name of a recording
 _WANTED = ("time", "depth", "velocity", "force", "fx", "fy", "tx", "ty", "tz")
-_GAUGE = re.compile(r"(?:v|g|gauge|gage|strain gauge)[ _]?(\d)(?:[ _]*[\[(]?v[\])]?)?", re.IGNORECASE)
+_GAUGE = re.compile(r"(?:v|g|(?:strain )?gau?ge)[ _]?(\d)(?:[ _]*[\[(]?v[\])]?)?", re.IGNORECASE)
 _OTHERS = ("time", "depth", "velocity", "sequence")
 _SEQUENCE = ("sequence", "seq", "rdt_sequence")
 _EXAMPLE = "Write a first line such as time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm."

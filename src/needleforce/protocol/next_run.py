@@ -27,16 +27,27 @@ class Step:
     blocked: bool = False
 
 
+def present(protocol: Protocol, folder: Folder) -> int:
+    """How many of the planned runs are there, at their sites or at the spare ones that took their place."""
+    runs = (run for slot in slots(protocol) for run in _runs_at(protocol, folder, *slot))
+    return sum(folder.complete(run) for run in runs)
+
+
 def next_steps(protocol: Protocol, folder: Folder) -> Iterator[Step]:
     """A step for every planned site that is not done, in their order."""
     fresh = [site for site in protocol.spares if folder.replaced_by(site) is None]
     for series, depth, planned in slots(protocol):
-        used = [site for site in protocol.spares if folder.replaced_by(site) == planned]
-        runs = passes_at(protocol, series, depth, planned, used[-1] if used else planned)
+        runs = _runs_at(protocol, folder, series, depth, planned)
         open_runs = [run for run in runs if not folder.complete(run)]
         if open_runs:
             spare = passes_at(protocol, series, depth, planned, fresh[0])[0] if fresh else None
             yield _step(open_runs[0], folder, spare)
+
+
+def _runs_at(protocol: Protocol, folder: Folder, series: int, depth: int, planned: int) -> list[RunPlan]:
+    """The runs of a planned site, where they are to be made by now."""
+    used = [site for site in protocol.spares if folder.replaced_by(site) == planned]
+    return passes_at(protocol, series, depth, planned, used[-1] if used else planned)
 
 
 def _step(run: RunPlan, folder: Folder, spare: RunPlan | None) -> Step:

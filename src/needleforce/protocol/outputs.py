@@ -31,7 +31,7 @@ def write_table(path: Path, folder: Folder) -> Path:
 
 
 def commands(path: Path, protocol: Protocol, folder: Folder) -> list[str]:
-    """One ``needleforce identify`` for the recordings at one speed and depth, complete pairs in order; and the campaign."""
+    """One ``needleforce identify`` for each speed and depth, complete pairs in their order; then the campaign."""
     groups: dict[tuple[int, int], list[list[RunPlan]]] = {}
     for series, depth, planned in slots(protocol):
         for site in (planned, *protocol.spares):

@@ -4,9 +4,9 @@
 import time
 from collections.abc import Callable
 
+from ..acquisition.course import REACHED
 from ..errors import InputError
 
-REACHED = 0.25e-3  # [m] from where it was sent: lag and play of a spindle
 _EVERY = 0.02  # [s]
 _PATIENCE = 5.0  # [s] beyond twice what the way takes
 
@@ -45,6 +45,15 @@ def go_to_site(axis, site: int, ask: Callable[[str], bool] | None) -> None:
             raise InputError("site", site, f"the axis does not go there: {refused}", next_step=advice) from None
         if not ask(f"Move the phantom so that the needle is over site {site}. Is it there?"):
             raise KeyboardInterrupt from None
+
+
+def pause(axis, seconds: float) -> None:
+    """Wait with the needle where it is, so that the axis stays connected."""
+    until = time.monotonic() + seconds
+    while (left := until - time.monotonic()) > 0.0:
+        axis.receive()
+        axis.alive()
+        time.sleep(min(_EVERY, left))
 
 
 def _state(axis, until: float):

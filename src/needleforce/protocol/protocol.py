@@ -8,7 +8,7 @@ from dataclasses import dataclass
 class Series:
     """Insertions at one ``speed`` [m/s] at sites of their own, with a ``hold`` [s] at the deepest point.
 
-    ``depths`` [m], past the surface as the axis has it, with the numbers of their ``sites``: each site is for one depth.
+    ``depths`` [m], past the surface as the axis has it, with the numbers of their ``sites``: a site is for one depth.
     There are ``passes`` insertions at a site, ``pause`` [s] apart; all but the first end ``short`` [m] above the depth.
     """
 

@@ -35,12 +35,12 @@ class AxisSection(Struct, forbid_unknown_fields=True):
     max_speed_mm_s: Speed | None = None
 
 
-class SensorSection(Struct, forbid_unknown_fields=True):
+class SensorSection(Struct, forbid_unknown_fields=True, frozen=True):
     """The sensor: the axis that opposes insertion, samples in its average filter, time at rest for the bias."""
 
     axial: Literal["fz", "-fz"] = "fz"
     filter_length: Annotated[int, Meta(ge=1, le=1_000_000)] = 1
-    bias_s: Annotated[float, Meta(gt=0, le=600)] = 0.5
+    bias_s: Annotated[float, Meta(gt=0, le=60)] = 0.5
 
 
 class SeriesSection(Struct, forbid_unknown_fields=True):
