@@ -15,8 +15,6 @@ from needleforce.recording.log.reader import read_log
 def nothing_left():
     """No thread, and no socket or file: one that is collected open is a ResourceWarning, and so an error."""
     before = set(threading.enumerate())
-    yield
-    gc.collect()
     gc.freeze()  # a collection then looks at the test's own objects alone
     yield
     gc.collect()
@@ -30,8 +28,6 @@ def recorded(tmp_path):
 
     def run(sensor, axis=None, moves=(), stop=None, view=None, **settings):
         force = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
-        moved = AxisClient("127.0.0.1", axis.port) if axis else None
-        told = Settings(**{"force_limit": 5.0, "bias_time": 0.1, "silence": 0.5} | settings)
         moved = AxisClient("127.0.0.1", axis.port, patience=0.3) if axis else None
         told = Settings(**{"force_limit": 5.0, "bias_time": 0.1, "silence": 0.3} | settings)
         path = tmp_path / "run.mcap"

@@ -80,9 +80,6 @@ class FakeSensor(Threaded):
 class FakeAxis(Threaded):
     """Goes at the speed told, without ramps. ``says(line)`` may answer a command: a line, or None for the usual."""
 
-    def __init__(
-        self, says=lambda line: None, state=lambda s: s, limits=AxisRange(-0.02, 0.06, 0.05, 10.0), greets=True
-    ):
     def __init__(self, says=lambda line: None, state=lambda s: s, limits=LIMITS, greets=True):
         self.says, self.state, self.limits, self.greets = says, state, limits, greets
         self.listener = socket.create_server(("127.0.0.1", 0))

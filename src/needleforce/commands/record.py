@@ -59,7 +59,6 @@ def run(
     _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s)
     open_sources, rating = _sources(sensor, sensor_page, axis, source, calibration, axial)
     settings = Settings(
-        _limit(force_limit_n, rating, axis),
         _limit(force_limit_n, rating, axis if protocol is None else None),
         bias_s,
         duration_s,
@@ -69,7 +68,6 @@ def run(
     )
     with live_view(plain) as view:
         if protocol:
-            _run_protocol(protocol, folder, open_sources, settings, view, json)
             _run_protocol(protocol, folder, open_sources, settings, view, same_site, json)
             return
         moves = [] if depth_mm is None else _moves(start_mm, depth_mm, speed_mm_s, hold_s)
@@ -122,7 +120,6 @@ def _sources(sensor, page, axis, source, calibration, axial: str):
 
 
 def _standard_input(calibration: Path | None):
-    from ..acquisition.calibration_files import read_calibration
     from ..acquisition.gauges import read_calibration
     from ..acquisition.standard_input import StandardInput
 
@@ -149,10 +146,6 @@ def _limit(given: float | None, rating: float, axis: str | None) -> float:
     return math.inf
 
 
-def _run_protocol(protocol: str, folder: Path, open_sources, settings, view, json: str | None) -> None:
-    from ..protocol import read_protocol, run_protocol
-
-    done = run_protocol(read_protocol(protocol), folder, open_sources, settings, view=view, say=say)
 def _run_protocol(protocol: str, folder: Path, open_sources, settings, view, same_site: bool, json: str | None) -> None:
     from ..protocol import read_protocol, run_protocol
 
