@@ -181,11 +181,9 @@ def packets(folder: Path, quick: bool):
     begun = time.perf_counter()
     outcome = record_run(path, client, None, [], {}, Settings(np.inf, duration=1e4, steady=np.inf))
     grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
-    text = (
-        f"{count} damaged: ended '{outcome.ended}' after {time.perf_counter() - begun:.1f} s, {outcome.received} kept, "
-    )
-    text += f"{client.wrong_size} of a wrong size, counter began anew {client.restart} times, memory grew by {grown:.0f} MB, "
-    yield "packets", text + f"{len(read_log(path).wrench)} read back"
+    text = f"{count} damaged: ended '{outcome.ended}', {time.perf_counter() - begun:.1f} s, {outcome.received} kept, "
+    text += f"{client.wrong_size} of a wrong size, counter began anew {client.restart} times, "
+    yield "packets", text + f"memory grew by {grown:.0f} MB, {len(read_log(path).wrench)} read back"
 
 
 def send_damaged(server: socket.socket, count: int, draw: random.Random) -> None:

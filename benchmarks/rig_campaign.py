@@ -57,7 +57,7 @@ def fitted(passes: list, folder: Path):
 
 
 def main() -> None:
-    """Prints a line for each speed and quantity: simulated at once, recorded, and their difference in half intervals."""
+    """A line for each speed and quantity: simulated at once, recorded, their difference in half intervals."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else tempfile.mkdtemp())
     folder.mkdir(exist_ok=True)
     tests = paper_experiment(SEED, sites=1, speeds=(3e-3,))

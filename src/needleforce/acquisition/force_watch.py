@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The thread between a force source and a needle: it receives, holds the force against its limit, and keeps."""
 
+import math
 import threading
 import time
 from collections import deque
@@ -83,7 +84,7 @@ class ForceWatch:
             self._axis.alive()
 
     def _is_over(self, sample: ForceSample) -> bool:
-        if self.bias is None:
+        if self.bias is None or math.isinf(self._settings.force_limit):
             return False
         return bool(sample.status & _SATURATED) or not abs(self.axial(sample)) <= self._settings.force_limit
 

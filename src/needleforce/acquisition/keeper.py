@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from ..errors import InputError
 from ..recording.alignment import LiveAlignment
 from ..wire.axis_lines import AxisState
-from ..wire.rdt import status_words
+from ..wire.rdt import is_fault, status_words
 from .course import Ended
 from .sequence import Kind, SequenceCheck
 from .settings import Bias
@@ -59,9 +59,7 @@ class Keeper:
             kind = self.check.add(sample.sequence, sample.arrival)
             if kind is Kind.DOUBLED:
                 continue
-            if sample.status not in self._status:
-                self._status.add(sample.status)
-                self.mark("status", status=sample.status, words=status_words(sample.status))
+            self._mark_status(sample)
             stamp = self._clock.host(sample.device, sample.arrival)
             self._write("wrench", sample.sequence, sample.arrival, sample.device, stamp, sample.wrench)
             if not self.check.received % 10:
@@ -103,6 +101,13 @@ class Keeper:
         self._mark_seconds()
         self.mark("end", why=why)
         self._write("close", end)
+
+    def _mark_status(self, sample: ForceSample) -> None:
+        """Each reading that is not to be trusted, so that it can be left out; another status once a second."""
+        if is_fault(sample.status) or sample.status not in self._status:
+            self._status.add(sample.status)
+            words = status_words(sample.status)
+            self.mark("status", sequence=sample.sequence, status=sample.status, words=words)
 
     def _mark_seconds(self) -> None:
         """Losses and strange packets, once a second; a status is told again in the next."""

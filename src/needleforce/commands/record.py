@@ -111,7 +111,8 @@ def _sources(sensor, page, axis, source, calibration, axial: str):
 
     there = address(axis, axis_lines.PORT) if axis else None
     if sensor is None:
-        return lambda: (_standard_input(calibration), AxisClient(*there) if there else None), 0.0
+        lines = _standard_input(calibration)  # one for all runs: its header comes once
+        return lambda: (lines, AxisClient(*there) if there else None), 0.0
     host, port = address(sensor, rdt.PORT)
     configuration = read_configuration(host, page)
     column = rdt.AXES.index(axial.removeprefix("-")) if axial.removeprefix("-") in rdt.AXES else 0

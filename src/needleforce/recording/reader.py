@@ -2,7 +2,7 @@
 """From files to a recording: the one verb, ``read``."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from .baseline import bias
 from .card import Preamble, check_filter_length
 from .clocks import unsteadiness
 from .columns import AXES
+from .formats import format_of
 from .glitches import glitch_notes
 from .layout import find_layout
 from .motion import check_direction, derivative, integral, overlap, signed
@@ -32,7 +33,8 @@ def read(
     motion: str | os.PathLike | None = None,
     start_depth: float | None = None,
 ) -> Recording:
-    """Read a recording from a text file with a header: comma, semicolon, tab or blanks between the columns.
+    """Read a recording: a text file with a header (comma, semicolon, tab or blanks between the columns), Parquet, MCAP,
+    or the folder of a ROS 2 bag, told apart by their first bytes.
 
     ``columns`` maps a quantity (time, depth, velocity, force, fx, fy, tx, ty, tz) to its header, ``units`` to its unit;
     both are recognised from common headers where they are not given, and what was assumed stands in
@@ -53,6 +55,25 @@ def read(
     if inwards not in INWARDS:
         raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
     check_filter_length(filter_length)
+    options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
+    options |= {"baseline": baseline, "motion": motion, "start_depth": start_depth}
+    return _reader(Path(path))(path, **options)
+
+
+def _reader(path: Path) -> Callable[..., Recording]:
+    match format_of(path):
+        case "log":
+            from .log import read_recording
+
+            return read_recording
+        case "parquet":
+            from .parquet import read_parquet
+
+            return read_parquet
+    return _read_text
+
+
+def _read_text(path, columns, units, inwards, filter_length, baseline, motion, start_depth) -> Recording:
     layout = find_layout(Path(path))
     preamble = Preamble(layout.comments, str(layout.path))
     motion = Path(motion) if motion is not None else _motion_beside(layout.path, preamble)

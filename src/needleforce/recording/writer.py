@@ -18,12 +18,22 @@ _ROWS_AT_ONCE = 10_000
 
 
 def write(recording: Recording, path: str | os.PathLike) -> Path:
-    """Write a recording as CSV in SI, with the unit in every header and the card as ``# key: value`` lines above.
+    """Write a recording in SI as Parquet (``.parquet``), MCAP (``.mcap``), else as CSV, with the unit in every header
+    and the card as ``# key: value`` lines above.
 
     ``read`` gives the same arrays back, bit for bit, as long as no bias is left in the force to be removed; its
     card names the new file, and a note the ``source`` written here. Raises InputError for arrays of unequal
     length, values that are not finite, time that does not increase, unknown axes, and a folder that is not there.
     """
+    match Path(path).suffix.lower():
+        case ".parquet":
+            from .parquet import write_parquet
+
+            return write_parquet(recording, path)
+        case ".mcap":
+            from .log import write_log
+
+            return write_log(recording, path)
     columns = {name: getattr(recording, name) for name in ("time", "depth", "velocity", "force")}
     return write_columns(columns | recording.axes, path, recording.card, recording.notes)
 

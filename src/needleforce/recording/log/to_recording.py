@@ -85,7 +85,7 @@ def _put_wrenches(stream: Stream, log: Log, columns, units, baseline: bool) -> n
     times, said, notes = on_one_clock({"force": wrench, "depth": log.axis}, ours)
     stream.said += said
     stream.notes += notes
-    told_losses(wrench, times["force"], stream.notes)
+    told_losses(log.wrench, stream.notes)
     if baseline:
         wrench.values = without_bias(wrench, log.marks, stream)
     order = _usable(times["force"], wrench, "wrenches", stream)

@@ -31,14 +31,14 @@ def trusted(log: Log, notes: list[Note]) -> Messages:
     return log.wrench.kept(~wrong)
 
 
-def told_losses(wrench: Messages, time: np.ndarray, notes: list[Note]) -> None:
-    """A note on the wrenches that never came, by the sensor's own counter; ``time`` (n,) [s] is theirs."""
+def told_losses(wrench: Messages, notes: list[Note]) -> None:
+    """A note on the wrenches that never came, by the sensor's own counter and clock."""
     if not wrench.counted or len(wrench) < 2:
         return
     steps = np.diff(wrench.sequence)
     lost = int(steps.sum()) - len(steps)
     if lost:
-        longest = float(np.max(np.diff(time)[steps > 1]))
+        longest = 1e-9 * float(np.max(np.diff(wrench.device)[steps > 1]))
         share = 100.0 * lost / (lost + len(wrench))
         what = f"{lost} of {lost + len(wrench)} wrenches ({share:.3g} %) are not there, the longest gap is "
         notes.append(Note("lost", f"{what}{longest * 1e3:.4g} ms", lost))
