@@ -91,7 +91,7 @@ def test_saturation_is_over_the_limit(recorded):
     assert outcome.ended == "force limit"
     status = (1 << 17) | (1 << 31)
     first = {"sequence": 151, "status": status, "words": status_words(status)}
-        assert facts(marks(log, "status")[0]) == first
+    assert facts(marks(log, "status")[0]) == first
 
 
 def test_faults_of_a_moment_are_marked_and_lasting_ones_end(recorded):
