@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The thread between a force source and a needle: it receives, holds the force against its limit, and keeps."""
 
+import contextlib
 import math
+import os
 import threading
 import time
 from collections import deque
@@ -11,6 +13,7 @@ from .settings import Settings
 from .source import ForceSample, ForceSource
 
 _PATIENCE = 0.05  # [s] for one receive
+_PRIORITY = -10  # before what else the computer does
 _SATURATED = 1 << 17  # the sensor says that it reads no further
 
 
@@ -63,6 +66,8 @@ class ForceWatch:
         return self._settings.sign * (sample.wrench[self._settings.column] - (self.bias or 0.0))
 
     def _watch(self) -> None:
+        with contextlib.suppress(AttributeError, OSError):  # only where the system lets it
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _PRIORITY)
         try:
             while not self._leave.is_set():
                 self._take(self._force.receive(_PATIENCE))

@@ -35,6 +35,8 @@ def record_run(
     Both sources are stopped and closed at the end. Ctrl-C or ``stop`` ends a run and its file. Raises InputError, or
     KeyboardInterrupt, for what prevents the start; there is no file then. Every later end is in the outcome.
     """
+    import mcap.writer  # noqa: F401 - before anything comes: an import holds up every thread
+
     stop = threading.Event() if stop is None else stop
     watch = ForceWatch(force, axis, settings)
     try:
