@@ -5,13 +5,11 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from ..errors import InputError
 from ..identification.estimates import Estimate
+from ..recording.stored import pyarrow_for
 from ..whole_file import whole_file
 from .field_names import COLUMNS
 from .outcome import Campaign, Condition, Outcome
-
-EXTRA = "needleforce[parquet]"
 
 
 def tidy(campaign: Campaign):
@@ -47,21 +45,11 @@ def save(campaign: Campaign, path: str | os.PathLike) -> None:
 def check_table(path: str | os.PathLike) -> None:
     """Raises InputError, before any work, for a Parquet file without pyarrow."""
     if Path(path).suffix.lower() == ".parquet":
-        _pyarrow(path)
-
-
-def _pyarrow(path):
-    try:
-        import pyarrow.parquet
-    except ImportError:
-        raise InputError(
-            "Parquet", "not available", "it needs pyarrow", str(path), f"pip install '{EXTRA}', or write a .csv file."
-        ) from None
-    return pyarrow
+        pyarrow_for(path)
 
 
 def _save_parquet(made, target: Path) -> None:
-    pyarrow = _pyarrow(target)
+    pyarrow = pyarrow_for(target)
     buffer = pyarrow.BufferOutputStream()
     pyarrow.parquet.write_table(pyarrow.Table.from_pandas(made, preserve_index=False), buffer)
     with whole_file(target) as file:

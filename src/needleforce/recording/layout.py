@@ -43,6 +43,11 @@ class Layout:
         """Whether a cell holds a number or nothing at all."""
         return cell.casefold() in _NOTHING or _is_number(cell.replace(self.decimal, "."))
 
+    def place(self, row: int) -> str:
+        """Where a row of data stands: file and line."""
+        number = next(number for at, (number, _) in enumerate(self.data_lines()) if at == row)
+        return f"{self.path}, line {number}"
+
     def data_lines(self):
         """Each line of data as its number in the file, from 1, and its cells. Slow: for the search of a fault."""
         with open(self.path, encoding=self.encoding, errors="replace") as lines:

@@ -5,8 +5,6 @@ import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-import numpy as np
-
 from ..errors import InputError
 from .baseline import bias
 from .card import Preamble, check_filter_length
@@ -14,10 +12,12 @@ from .clocks import unsteadiness
 from .columns import AXES
 from .formats import format_of
 from .glitches import glitch_notes
-from .layout import find_layout
-from .motion import check_direction, derivative, integral, overlap, signed
+from .joining import join, of_main, settle_motion
+from .layout import Layout, find_layout
+from .motion import check_direction
 from .recording import Note, Recording
-from .stream import Stream, constant_depth, read_stream
+from .stored import Stored
+from .stream import Stream, read_stream
 
 INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
 
@@ -73,28 +73,26 @@ def _reader(path: Path) -> Callable[..., Recording]:
     return _read_text
 
 
-def _read_text(path, columns, units, inwards, filter_length, baseline, motion, start_depth) -> Recording:
-    layout = find_layout(Path(path))
+def _read_text(path, **options) -> Recording:
+    return read_table(find_layout(Path(path)), **options)
+
+
+def read_table(
+    layout: Layout | Stored, columns, units, inwards, filter_length, baseline, motion, start_depth
+) -> Recording:
+    """What ``read`` makes of a table whose layout is known; the options are its."""
     preamble = Preamble(layout.comments, str(layout.path))
     motion = Path(motion) if motion is not None else _motion_beside(layout.path, preamble)
     wanted = ("time", "force", *AXES) if motion else ("time", "force", "depth", "velocity", *AXES)
-    main = read_stream(layout, wanted, _of_main(columns), _of_main(units))
+    main = read_stream(layout, wanted, of_main(columns), of_main(units))
     if motion:
         join(main, motion, start_depth, columns, units, INWARDS[inwards])
     else:
-        _settle_motion(main, start_depth, preamble, INWARDS[inwards])
+        settle_motion(main, start_depth, preamble, INWARDS[inwards])
     if baseline:
         remove_bias(main, before=any(note.kind == "baseline" for note in preamble.notes()))
     main.notes += unsteadiness(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
     return _recording(main, preamble, filter_length)
-
-
-def _of_main(options: Mapping[str, str] | None) -> dict[str, str]:
-    return {key: value for key, value in (options or {}).items() if not key.startswith("motion.")}
-
-
-def _of_motion(options: Mapping[str, str] | None) -> dict[str, str]:
-    return {key.removeprefix("motion."): value for key, value in (options or {}).items() if key.startswith("motion.")}
 
 
 def _motion_beside(path: Path, preamble: Preamble) -> Path | None:
@@ -106,67 +104,6 @@ def _motion_beside(path: Path, preamble: Preamble) -> Path | None:
     if not beside or beside == ".." or "\0" in beside:
         raise preamble.refusal("motion", "the name of a file in the same folder is needed")
     return path.with_name(beside)
-
-
-def _settle_motion(stream: Stream, start_depth: float | None, preamble: Preamble, inwards: float) -> None:
-    """Depth and velocity of a stream, + inwards, from whichever of the two it has."""
-    values = stream.values
-    for quantity in {"depth", "velocity"} & values.keys():
-        values[quantity] = values[quantity] if inwards > 0.0 else -values[quantity]
-    if "depth" not in values:
-        start = _start_depth(start_depth, preamble, stream.place)
-        values["depth"] = integral(values["time"], values["velocity"], start, values["time"])
-        stream.said.append(f"depth is the integral of the velocity from {start:g} m at the first sample")
-        if np.ptp(values["depth"]) == 0.0:
-            raise constant_depth("depth", start, stream.place)
-    if "velocity" in values:
-        values["velocity"], changed = signed(values["time"], values["depth"], values["velocity"])
-        if changed:
-            stream.said.append("velocity is a speed without sign: it has the sign of the change of depth")
-    else:
-        values["velocity"], window = derivative(values["time"], values["depth"])
-        stream.said.append(f"velocity is the change of depth over {window * 1e3:.3g} ms around each sample")
-
-
-def _start_depth(given: float | None, preamble: Preamble, place: str) -> float:
-    start = given if given is not None else preamble.number("start_depth_m")
-    if start is None:
-        raise InputError(
-            "depth at the first sample",
-            "unknown",
-            "a velocity gives changes of depth only",
-            place,
-            "Give --start-depth-mm, or a line '# start_depth_m: -0.005' above the header.",
-        )
-    return float(start)
-
-
-def join(main: Stream, path: Path, start_depth: float | None, columns, units, inwards: float) -> None:
-    """Put the depth and velocity of a second file on the clock of the first."""
-    layout = find_layout(path)
-    wanted = ("time", "depth", "velocity")
-    other = read_stream(layout, wanted, _of_motion(columns), _of_motion(units), _of_main(units))
-    had_depth = "depth" in other.values
-    _settle_motion(other, start_depth, Preamble(layout.comments, other.place), inwards)
-    motion, force_time = other.values, main.values["time"]
-    within = overlap(force_time, motion["time"], other.place)
-    main.values = {quantity: np.ascontiguousarray(values[within]) for quantity, values in main.values.items()}
-    time = main.values["time"]
-    main.values["velocity"] = np.interp(time, motion["time"], motion["velocity"])
-    if had_depth:
-        main.values["depth"] = np.interp(time, motion["time"], motion["depth"])
-    else:
-        main.values["depth"] = integral(motion["time"], motion["velocity"], motion["depth"][0], time)
-    lost = len(force_time) - len(time)
-    if lost:
-        what = f"{lost} samples of force lie outside the motion's times: left out"
-        main.notes.append(Note("outside_motion", what, lost))
-    main.said += [
-        f"depth and velocity come from {other.place} (SHA-256 {other.sha256}), interpolated onto the "
-        "force's clock; both clocks are taken to have the same zero",
-        *other.said,
-    ]
-    main.notes += [Note(n.kind, f"motion: {n.message}", n.count) for n in other.notes + unsteadiness(motion["time"])]
 
 
 def remove_bias(stream: Stream, before: bool) -> None:

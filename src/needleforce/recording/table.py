@@ -10,6 +10,7 @@ from .columns import Column
 from .layout import Layout
 from .numbers import numbers, search_fault
 from .recording import Note
+from .stored import Stored
 
 _LOST_AT_MOST = 0.01  # share of rows without a value that is left out, and told
 
@@ -18,7 +19,7 @@ _LOST_AT_MOST = 0.01  # share of rows without a value that is left out, and told
 class Table:
     """The used columns as (n,) float64 arrays in the file's units; ``rows`` are their rows in the file if some went."""
 
-    layout: Layout
+    layout: Layout | Stored
     columns: dict[str, Column]
     values: dict[str, np.ndarray]
     notes: list[Note] = field(default_factory=list)
@@ -26,10 +27,8 @@ class Table:
     sha256: str = ""
 
     def place(self, row: int) -> str:
-        """Where a row of ``values`` stands: file and line."""
-        wanted = row if self.rows is None else int(self.rows[row])
-        number = next(number for at, (number, _) in enumerate(self.layout.data_lines()) if at == wanted)
-        return f"{self.layout.path}, line {number}"
+        """Where a row of ``values`` stands in the file."""
+        return self.layout.place(row if self.rows is None else int(self.rows[row]))
 
     def keep(self, mask: np.ndarray) -> None:
         """Leave out the rows where ``mask`` is False."""
@@ -37,16 +36,17 @@ class Table:
         self.values = {quantity: values[mask] for quantity, values in self.values.items()}
 
 
-def parse(layout: Layout, columns: dict[str, Column], required: tuple[str, ...]) -> Table:
+def parse(layout: Layout | Stored, columns: dict[str, Column], required: tuple[str, ...]) -> Table:
     """Read the columns. Raises InputError for text, wrong numbers of cells, infinite and too many missing values.
 
     Rows that lack a ``required`` value are left out, with a note, if they are below 1 % or a last line cut off;
     another column that lacks more is left out itself.
     """
-    values, sha256, sound = numbers(layout, columns)
+    text = isinstance(layout, Layout)
+    values, sha256, sound = numbers(layout, columns) if text else layout.numbers(columns)
     table = Table(layout, columns, values, sha256=sha256)
     if not sound or not all(map(_finite, values.values())):
-        _drop_incomplete(table, required, cut_off=search_fault(layout, columns))
+        _drop_incomplete(table, required, cut_off=text and search_fault(layout, columns))
     return table
 
 

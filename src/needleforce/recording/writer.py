@@ -53,18 +53,20 @@ def write_columns(
     velocity; ``motion`` is the name of the file beside this one that holds its motion: ``read`` joins it.
     """
     target = Path(path)
-    _check(columns, str(target))
+    check_columns(columns, str(target))
     more = {"motion": motion, "start_depth_m": "" if start_depth is None else repr(float(start_depth))}
-    header = ",".join(f"{quantity}_{_suffix(quantity)}" for quantity in columns)
+    header = ",".join(header_of(quantity) for quantity in columns)
     _write_whole(target, [*card_lines(card or Card(), tuple(notes), **more), header], [*columns.values()])
     return target
 
 
-def _suffix(quantity: str) -> str:
-    return symbols(dimension(quantity))[0].replace("/", "_").replace(" ", "_")
+def header_of(quantity: str) -> str:
+    """The header a quantity is written under, with its SI unit."""
+    return f"{quantity}_{symbols(dimension(quantity))[0].replace('/', '_').replace(' ', '_')}"
 
 
-def _check(columns: Mapping[str, np.ndarray], place: str) -> None:
+def check_columns(columns: Mapping[str, np.ndarray], place: str) -> None:
+    """Raises InputError for (n,) columns that no reader would take back."""
     for quantity, values in columns.items():
         if quantity not in QUANTITIES:
             raise InputError("axis", repr(quantity), f"known are {', '.join(QUANTITIES)}", place)
