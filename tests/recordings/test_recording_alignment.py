@@ -25,6 +25,16 @@ def busy(random, count, step):
     return delays
 
 
+def spells(random, count, step):
+    """A machine that is busy half of the time, for seconds on end: each way takes 2 ms more."""
+    at, delays = 0, random.exponential(1e-4, count)
+    while at < count:
+        quiet, loaded = (random.exponential(0.5, 2) / step).astype(int) + 1
+        delays[at + quiet : at + quiet + loaded] += 2e-3
+        at += quiet + loaded
+    return delays
+
+
 # delays [s] above the shortest, which is zero for all
 DELAYS = {
     "exponential": lambda random, count, step: random.exponential(1e-3, count),
@@ -33,8 +43,10 @@ DELAYS = {
     "gamma 3": lambda random, count, step: random.gamma(3.0, 1e-3, count),
     "uniform": lambda random, count, step: random.uniform(0.0, 5e-3, count),
     "heavy tail": lambda random, count, step: 1e-3 * random.pareto(1.1, count),
+    "lognormal": lambda random, count, step: random.lognormal(np.log(1e-3), 1.0, count),
     "sleeping sender": sleeping,
     "busy reader": busy,
+    "busy spells": spells,
 }
 
 
