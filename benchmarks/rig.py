@@ -141,7 +141,7 @@ def overshoot(truth: dict, log, outcome) -> tuple[float, float, float, float]:
     """Delay [ms] and time to rest [ms], force [N] and way [mm] beyond the limit, by what the needle really did."""
     time_, depth, force = (np.array(truth[name]) for name in ("time", "depth", "force"))
     crossed = int(np.argmax(force > 0.15))
-    rests = crossed + int(np.argmax(np.diff(depth[crossed:]) < 1e-9))
+    rests = crossed + int(np.argmax(np.diff(depth[crossed:]) < 1e-7))
     slowing = crossed + int(np.argmax(np.diff(depth[crossed:]) < 0.99 * np.diff(depth)[crossed - 5]))
     return (
         1e3 * (time_[slowing] - time_[crossed]),
