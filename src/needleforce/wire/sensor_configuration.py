@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..units import find
 
 PAGE = "netftapi2.xml"
-_LONGEST = 1 << 18  # bytes
+LONGEST = 1 << 18  # bytes of the page
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def parse_configuration(page: bytes, place: str) -> SensorConfiguration:
 
 def _root(page: bytes, place: str) -> ElementTree.Element:
     try:
-        if len(page) > _LONGEST or b"<!" in page:  # no entity grows
+        if len(page) > LONGEST or b"<!" in page:  # no entity grows
             raise ElementTree.ParseError
         return ElementTree.fromstring(page)
     except (ElementTree.ParseError, ValueError, LookupError):
