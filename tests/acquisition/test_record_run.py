@@ -37,7 +37,7 @@ def test_a_run_is_kept_whole(recorded):
     assert np.all(np.diff(log.wrench.device) == 2_000_000)  # 500 Hz
     assert np.all(log.wrench.stamp <= log.wrench.arrival)
     assert log.card["sensor_serial"] == "FT00042" and float(log.card["wrench_rate_Hz"]) == 500.0
-    assert shown and {progress.phase for progress in shown} <= {"rest", "insertion", "hold", "extraction"}
+    assert shown and {progress.phase for progress in shown} <= {"free", "insertion", "hold", "extraction"}
 
 
 def test_bias_is_told_and_not_removed(recorded):

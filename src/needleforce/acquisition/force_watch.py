@@ -8,21 +8,20 @@ import threading
 import time
 from collections import deque
 
-from ..wire.rdt import is_fault
+from ..wire.rdt import SATURATED, is_fault
 from .settings import Settings
 from .source import ForceSample, ForceSource
 
 _PATIENCE = 0.05  # [s] for one receive
 _PRIORITY = -10  # before what else the computer does
-_SATURATED = 1 << 17  # the sensor says that it reads no further
 
 
 class ForceWatch:
     """Receives on a thread of its own into ``samples``. Over the limit it sends the axis its stop before all else.
 
     An axis hears that it may go on only as long as readings come. ``bias`` [N] of the axial force is set by another
-    thread; before, nothing moves and no limit holds. ``over`` is the reading beyond the limit. ``last`` and
-    ``last_healthy`` [s] are of the monotonic clock.
+    thread; before, no limit holds, and nothing moves but outwards. ``over`` is the reading beyond the limit. ``last``
+    and ``last_healthy`` [s] are of the monotonic clock.
     """
 
     def __init__(self, force: ForceSource, axis, settings: Settings):
@@ -91,7 +90,7 @@ class ForceWatch:
     def _is_over(self, sample: ForceSample) -> bool:
         if self.bias is None or math.isinf(self._settings.force_limit):
             return False
-        return bool(sample.status & _SATURATED) or not abs(self.axial(sample)) <= self._settings.force_limit
+        return bool(sample.status & SATURATED) or not abs(self.axial(sample)) <= self._settings.force_limit
 
     def _note_time(self, samples: list[ForceSample]) -> None:
         self.last = time.monotonic()

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from ..recording.alignment import align
 from ..wire.axis_lines import AxisState
-from .course import Course, Ended
+from .course import DONE, Course, Ended
 from .force_watch import ForceWatch
 from .keeper import FILE_ENDS, Keeper
 from .settings import Bias, Outcome, Progress, Settings
@@ -73,7 +73,7 @@ class Run:
             self._course.step(now)
             self._keeper.phase(self._course.phase)
         if self._settings.duration is not None and now - self._begun >= self._settings.duration:
-            raise Ended("done")
+            raise Ended(DONE)
 
     def _keep(self, now: float) -> None:
         """Write what came."""
@@ -159,7 +159,7 @@ class Run:
             return
         self._viewed = now
         counts = self._keeper.check.total
-        phase = self._course.phase if self._course else "recording"
+        phase = self._course.phase if self._course else None
         depth = self._state.depth if self._state else None
         bias = self._settings.sign * self._bias.wrench[self._settings.column]
         self._view(Progress(now - self._begun, counts.received, counts.lost, self._force, depth, phase, bias))

@@ -15,9 +15,9 @@ from .output import JSON_HELP, check_outputs, say, write_json
 NAME = "record"
 SENSOR_HELP = "HOST or HOST:PORT of a Net F/T sensor (RDT over UDP)."
 PAGE_HELP = "The sensor's configuration: a URL, or a saved netftapi2.xml; without it the page of the sensor's host."
-LIMIT_HELP = "Axial force without bias at which the axis is stopped; without it 0.8 of the sensor's rating."
-SAME_SITE_HELP = "Where no spare site is left, insert into the hole of a run that was broken off."
 _SHARE = 0.8  # of the rating of a sensor
+LIMIT_HELP = f"Axial force without bias at which the axis is stopped; without it {_SHARE:g} of the sensor's rating."
+SAME_SITE_HELP = "Where no spare site is left, insert into the hole of a run that was broken off."
 
 
 def run(
@@ -51,6 +51,7 @@ def run(
 
     Exit code 0: done, or ended by Ctrl-C; 1: ended by something else, with what there is kept; 2: could not begin.
     """
+    from ..acquisition.course import DONE
     from ..acquisition.live_view import live_view
     from ..acquisition.recorder import record_run
     from ..acquisition.settings import Settings
@@ -74,7 +75,7 @@ def run(
         card = {"needle": needle, "tissue": tissue, "rig": f"{sensor or 'standard input'}, {axis or 'no axis'}"}
         outcome = record_run(output, *open_sources(), moves, card, settings, view=view)
     _tell(outcome, json)
-    if outcome.ended not in ("done", "interrupted", "source ended"):
+    if outcome.ended not in (DONE, "interrupted", "source ended"):
         raise typer.Exit(1)
 
 
