@@ -165,5 +165,5 @@ def test_the_file_without_this_package(page, tmp_path, monkeypatch):
     log.close({})
     number, arrival, device, size = map(int, said(block(page("live_file"), "make_reader")).split())
     assert (number, arrival, device) == (7, 1000, 2000)
-    # encoding 4, time 8, length of the frame 4, "needle" and its zero 7, to a multiple of 8 behind the encoding 5, 6 * 8
+    # encoding 4, time 8, length of the frame 4, "needle" and its zero 7, to a multiple of 8 behind the encoding 5, 48
     assert size == 4 + 8 + 4 + 7 + 5 + 48

@@ -7,6 +7,7 @@ import pytest
 from fake_rig import BIAS, FakeAxis, FakeSensor
 
 from needleforce import InputError
+from needleforce.recording.log import read_log
 from needleforce.wire.rdt import Command, status_words
 
 MOVES = [(0.002, 0.02), (0.002, 0.1), (-0.002, 0.02)]
@@ -38,6 +39,23 @@ def test_a_run_is_kept_whole(recorded):
     assert np.all(log.wrench.stamp <= log.wrench.arrival)
     assert log.card["sensor_serial"] == "FT00042" and float(log.card["wrench_rate_Hz"]) == 500.0
     assert shown and {progress.phase for progress in shown} <= {"free", "insertion", "hold", "extraction"}
+
+
+def test_a_view_that_nobody_watches_ends_nothing(recorded):
+    def view(now):
+        raise BrokenPipeError
+
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        outcome, log = recorded(sensor, axis, MOVES, view=view)
+    assert outcome.ended == "done" and log.complete and outcome.lost == 0
+
+
+def test_a_fault_of_the_program_stops_the_axis_and_closes_the_file(recorded, tmp_path):
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        with pytest.raises(ZeroDivisionError):
+            recorded(sensor, axis, [(0.05, 0.005)], view=lambda now: now.depth and 1 / 0)
+    log = read_log(tmp_path / "run.mcap")
+    assert axis.heard[1] == "stop" and log.complete and log.end["ended"] == "failed"
 
 
 def test_bias_is_told_and_not_removed(recorded):

@@ -54,6 +54,7 @@ class Run:
         except Ended as ended:
             end = ended
         except BaseException as error:
+            self._view = None
             self._end(Ended("failed", repr(error)))
             raise
         return self._end(end)
@@ -162,7 +163,10 @@ class Run:
         phase = self._course.phase if self._course else None
         depth = self._state.depth if self._state else None
         bias = self._settings.sign * self._bias.wrench[self._settings.column]
-        self._view(Progress(now - self._begun, counts.received, counts.lost, self._force, depth, phase, bias))
+        try:
+            self._view(Progress(now - self._begun, counts.received, counts.lost, self._force, depth, phase, bias))
+        except OSError:  # nobody watches any more, which ends no recording
+            self._view = None
 
 
 def _worse(first: Ended, then: Ended) -> Ended:
