@@ -9,7 +9,6 @@ from needleforce.rig.live.six_axis import BIAS, CROSSTALK, DRIFT, PER_UNIT, SixA
 from needleforce.rig.sensor import COUNTS, RANGE
 
 SATURATED = 0x80020000  # bits 17 and 31, as in docs/rig.md
-
 LIMIT, STEPS = np.array(list(RANGE.values())), np.array(list(COUNTS.values()))
 LEVER = np.array([1, 1, 1, 0.01, 0.01, 0.01])
 STILL = np.zeros(6)
