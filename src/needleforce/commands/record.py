@@ -56,7 +56,7 @@ def run(
     from ..acquisition.settings import Settings
 
     check_outputs([json])
-    _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s)
+    _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s, duration_s, calibration)
     open_sources, rating = sources(sensor, sensor_page, axis, calibration, axial)
     settings = Settings(
         force_limit(force_limit_n, rating, axis if protocol is None else None),
@@ -78,7 +78,7 @@ def run(
         raise typer.Exit(1)
 
 
-def _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s) -> None:
+def _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s, duration_s, calibration) -> None:
     """Refuse options that do not go together."""
     wrong = [
         ((sensor is None) == (source is None), "a sensor", "give --sensor, or --from -"),
@@ -88,6 +88,9 @@ def _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed
         ((depth_mm is None) != (speed_mm_s is None), "--depth-mm", "it goes with --speed-mm-s"),
         (depth_mm is not None and axis is None, "--depth-mm", "it needs --axis"),
         (protocol is not None and axis is None, "--protocol", "it needs --axis"),
+        (protocol is not None and depth_mm is not None, "--depth-mm", "the protocol has its own"),
+        (duration_s is not None and (depth_mm, protocol) != (None, None), "--duration-s", "a motion has its own end"),
+        (calibration is not None and source is None, "--calibration", "it goes with --from -"),
     ]
     for is_wrong, quantity, limit in wrong:
         if is_wrong:

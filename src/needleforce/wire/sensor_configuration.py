@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
 from ..errors import InputError
-from ..units import find
+from ..units import size
 
 PAGE = "netftapi2.xml"
 LONGEST = 1 << 18  # bytes of the page
@@ -75,10 +75,10 @@ def _positive(root: ElementTree.Element, tag: str, place: str) -> float:
 def _unit(root: ElementTree.Element, tag: str, dimension: str, place: str) -> float:
     """A unit's size in SI."""
     text = (root.findtext(tag) or "").strip()
-    unit = find(text.replace("-", ""), dimension)
+    unit = size(text, dimension)
     if unit is None:
         raise InputError(f"<{tag}> of the sensor", repr(text[:40]), f"no known unit of {dimension}", place)
-    return float(unit.to_si(1.0))
+    return unit
 
 
 def _ratings(root: ElementTree.Element, force: float, torque: float) -> tuple[float, ...]:
