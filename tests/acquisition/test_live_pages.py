@@ -16,13 +16,19 @@ from fake_rig import CONFIGURATION, FakeAxis, FakeSensor
 
 from needleforce.acquisition import keeper
 from needleforce.acquisition.gauges import read_calibration
+from needleforce.acquisition.sequence import WINDOW
 from needleforce.acquisition.settings import Outcome, Settings
 from needleforce.acquisition.standard_input import StandardInput
 from needleforce.cli import app
 from needleforce.commands import record, rig
+from needleforce.commands.sources import SHARE
+from needleforce.protocol.folder import SURFACE, UNSEEN
 from needleforce.recording.log import LogWriter
+from needleforce.recording.log.unpacking import LARGEST
 from needleforce.rig.live.axis import LIMITS
-from needleforce.wire.axis_lines import range_line
+from needleforce.rig.live.six_axis import READINGS
+from needleforce.rig.live.transfer import BUFFERED
+from needleforce.wire.axis_lines import LONGEST, RATE, SILENCE, range_line
 from needleforce.wire.rdt import Command
 
 PAGES = ("rig", "recording_live", "protocols", "live_file")
@@ -100,6 +106,25 @@ def test_ports_range_and_requests_of_the_rig(page):
     assert ", ".join(map(str, ports)) in text and f":{ports[2]}/" in text
     assert range_line(LIMITS).removeprefix("axis ") in text
     assert {int(code, 0) for code in re.findall(r"0x1234, `uint16` (\w+)", text)} == set(Command)
+
+
+@pytest.mark.parametrize(
+    "name, figure",
+    [
+        ("recording_live", f"flushed every {Settings.flush_every:g} s"),
+        ("recording_live", f"by up to {WINDOW} records"),
+        ("recording_live", f"{SHARE:g} of the sensor's rating"),
+        ("protocols", f"in the {UNSEEN:g} s until its axis stops by itself, is within {1e3 * SURFACE:g} mm"),
+        ("rig", f"nothing for {SILENCE:g} s"),
+        ("rig", f"more than {LONGEST} characters"),
+        ("rig", f"{RATE:g} times a second"),
+        ("rig", f"{BUFFERED} records in a datagram"),
+        ("rig", f"{READINGS} for each record"),
+        ("live_file", f"No record over {LARGEST >> 20} MiB"),
+    ],
+)
+def test_figures_are_those_of_the_program(page, name, figure):
+    assert figure in page(name)
 
 
 def test_the_virtual_rig_in_python(page):

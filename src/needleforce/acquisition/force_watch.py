@@ -4,6 +4,7 @@
 import contextlib
 import math
 import os
+import sys
 import threading
 import time
 from collections import deque
@@ -65,8 +66,9 @@ class ForceWatch:
         return self._settings.sign * (sample.wrench[self._settings.column] - (self.bias or 0.0))
 
     def _watch(self) -> None:
-        with contextlib.suppress(AttributeError, OSError):  # only where the system lets it
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _PRIORITY)
+        if sys.platform == "linux":  # elsewhere a priority is a process's, and this number another one's
+            with contextlib.suppress(OSError):  # only where the system lets it
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _PRIORITY)
         try:
             while not self._leave.is_set():
                 self._take(self._force.receive(_PATIENCE))
