@@ -1,6 +1,7 @@
 """Whole runs over loopback: what is kept, and every way a run can end."""
 
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -196,6 +197,22 @@ def test_the_stop_event(recorded):
         outcome, log = recorded(sensor, axis, [(0.05, 0.005)], stop=stop, view=lambda now: now.depth and stop.set())
     assert outcome.ended == "interrupted"
     assert axis.heard[1] == "stop" and log.complete
+
+
+def test_the_stop_event_reaches_the_axis_while_the_terminal_hangs(recorded):
+    stop, stopped = threading.Event(), []
+
+    def view(now):
+        if now.depth and not stop.is_set():
+            stop.set()
+            until = time.monotonic() + 5.0
+            while "stop" not in axis.heard and time.monotonic() < until:
+                time.sleep(0.01)
+            stopped.append("stop" in axis.heard)
+
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        outcome, log = recorded(sensor, axis, [(0.05, 0.005)], stop=stop, view=view)
+    assert stopped == [True] and outcome.ended == "interrupted" and log.complete
 
 
 @pytest.mark.parametrize("moves", [[(0.2, 0.01)], [(0.01, 1.0), (0.02, 1.0)]])

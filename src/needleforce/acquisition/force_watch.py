@@ -20,19 +20,20 @@ _PRIORITY = -10  # before what else the computer does
 class ForceWatch:
     """Receives on a thread of its own into ``samples``. Over the limit it sends the axis its stop before all else.
 
+    ``asked`` sends it as well, however long the other thread waits for a disk or a terminal.
     An axis hears that it may go on only as long as readings come. ``bias`` [N] of the axial force is set by another
     thread; before, no limit holds, and nothing moves but outwards. ``over`` is the reading beyond the limit. ``last``
     and ``last_healthy`` [s] are of the monotonic clock.
     """
 
-    def __init__(self, force: ForceSource, axis, settings: Settings):
+    def __init__(self, force: ForceSource, axis, settings: Settings, asked: threading.Event):
         self.samples: deque[ForceSample] = deque()
         self.bias: float | None = None
         self.over: ForceSample | None = None
         self.error: Exception | None = None
         self.longest_gap = 0  # [ns]
         self.last = self.last_healthy = time.monotonic()
-        self._force, self._axis, self._settings = force, axis, settings
+        self._force, self._axis, self._settings, self._asked = force, axis, settings, asked
         self._stale, self._stopped = 0, False
         self._commanding = threading.Lock()
         self._leave = threading.Event()
@@ -72,6 +73,8 @@ class ForceWatch:
         try:
             while not self._leave.is_set():
                 self._take(self._force.receive(_PATIENCE))
+                if self._asked.is_set() and not self._stopped:
+                    self.send_stop()
         except Exception as error:  # the other thread tells it and ends the run
             self.error = error
             self.send_stop()
