@@ -6,12 +6,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
 from ..errors import InputError
-from ..recording.alignment import align
 from ..wire.axis_lines import AxisState
 from .course import DONE, Course, Ended
+from .end_words import alignment_uncertainty, told
 from .force_watch import ForceWatch
 from .keeper import FILE_ENDS, Keeper
 from .settings import Bias, Outcome, Progress, Settings
@@ -122,7 +120,7 @@ class Run:
             ended = _worse(ended, another)
         outcome = self._outcome(ended)
         try:
-            self._keeper.close(ended.why, _told(outcome))
+            self._keeper.close(ended.why, told(outcome))
         except Ended as another:
             outcome = self._outcome(_worse(ended, another))
         return outcome
@@ -151,7 +149,7 @@ class Run:
             self._bias,
             self._peak,
             (time.process_time() - self._processor) / max(seconds, 1e-3),
-            _uncertainty(self._keeper.pairs),
+            alignment_uncertainty(self._keeper.pairs),
             self._path,
         )
 
@@ -172,26 +170,6 @@ class Run:
 def _worse(first: Ended, then: Ended) -> Ended:
     """The end to tell: the first, unless it is then that the file fails."""
     return then if then.why in FILE_ENDS and first.why not in FILE_ENDS else first
-
-
-def _told(outcome: Outcome) -> dict[str, str]:
-    """The end of a file, in words."""
-    shown = ("ended", "detail", "seconds", "received", "lost", "doubled", "late", "longest_own_gap", "peak_force")
-    return {
-        name: f"{value:.6g}" if isinstance(value := getattr(outcome, name), float) else str(value) for name in shown
-    }
-
-
-def _uncertainty(pairs: list[tuple[int, int]]) -> float | None:
-    """How well the sensor's clock is known on this computer's [s], 95 %; None for too few readings."""
-    if len(pairs) < 20:
-        return None
-    kept = np.array(sorted(pairs), dtype=np.int64)  # late ones in their place
-    device, arrival = 1e-9 * (kept - kept[0]).T
-    try:
-        return float(align(device, arrival).uncertainty)
-    except InputError:
-        return None
 
 
 def _taken(queue) -> list:
