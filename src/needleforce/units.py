@@ -60,6 +60,12 @@ def find(text: str, dimension: str) -> Unit | None:
     return Unit("-" * (sign < 0) + symbol, float(factor.numerator), float(factor.denominator))
 
 
+def size(text: str, dimension: str) -> float | None:
+    """How many SI units a unit holds, as a sensor's own files spell it (``lbf-in``), or None."""
+    found = find(text.replace("-", ""), dimension)
+    return None if found is None else float(found.to_si(1.0))
+
+
 def parse(text: str, dimension: str, quantity: str, place: str = "") -> Unit:
     """As ``find``; raises InputError naming ``quantity`` and the known units where there is none."""
     found = find(text, dimension)

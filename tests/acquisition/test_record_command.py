@@ -12,6 +12,8 @@ from typer.testing import CliRunner
 from needleforce.cli import app
 from needleforce.recording.log.reader import read_log
 
+RUNS = ["--protocol", "paper", "--folder", "x", "--sensor", "127.0.0.1", "--axis", "127.0.0.1"]
+MOVE = ["-o", "x.mcap", *RUNS[4:], "--depth-mm", "3", "--speed-mm-s", "3"]
 CODE = "from needleforce.cli import main; main()"
 
 
@@ -70,6 +72,10 @@ def test_what_is_kept_of_a_sensor_that_goes_away(tmp_path, page):
         (["-o", "x.mcap", "--sensor", "127.0.0.1", "--depth-mm", "3", "--speed-mm-s", "3"], "--axis"),
         (["-o", "x.mcap", "--sensor", "127.0.0.1:x"], "HOST:PORT"),
         (["-o", "x.mcap", "--sensor", "127.0.0.1:70000"], "HOST:PORT"),
+        (["-o", "x.mcap", "--sensor", "127.0.0.1", "--calibration", "x.toml"], "--from"),
+        ([*MOVE, "--duration-s", "2"], "a motion has its own end"),
+        ([*RUNS, "--duration-s", "2"], "a motion has its own end"),
+        ([*RUNS, "--depth-mm", "3", "--speed-mm-s", "3"], "the protocol has its own"),
         (["--protocol", "paper", "--sensor", "127.0.0.1", "--axis", "127.0.0.1"], "--folder"),
     ],
 )

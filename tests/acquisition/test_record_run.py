@@ -1,12 +1,14 @@
 """Whole runs over loopback: what is kept, and every way a run can end."""
 
 import threading
+import time
 
 import numpy as np
 import pytest
 from fake_rig import BIAS, FakeAxis, FakeSensor
 
 from needleforce import InputError
+from needleforce.recording.log import read_log
 from needleforce.wire.rdt import Command, status_words
 
 MOVES = [(0.002, 0.02), (0.002, 0.1), (-0.002, 0.02)]
@@ -37,7 +39,24 @@ def test_a_run_is_kept_whole(recorded):
     assert np.all(np.diff(log.wrench.device) == 2_000_000)  # 500 Hz
     assert np.all(log.wrench.stamp <= log.wrench.arrival)
     assert log.card["sensor_serial"] == "FT00042" and float(log.card["wrench_rate_Hz"]) == 500.0
-    assert shown and {progress.phase for progress in shown} <= {"rest", "insertion", "hold", "extraction"}
+    assert shown and {progress.phase for progress in shown} <= {"free", "insertion", "hold", "extraction"}
+
+
+def test_a_view_that_nobody_watches_ends_nothing(recorded):
+    def view(now):
+        raise BrokenPipeError
+
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        outcome, log = recorded(sensor, axis, MOVES, view=view)
+    assert outcome.ended == "done" and log.complete and outcome.lost == 0
+
+
+def test_a_fault_of_the_program_stops_the_axis_and_closes_the_file(recorded, tmp_path):
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        with pytest.raises(ZeroDivisionError):
+            recorded(sensor, axis, [(0.05, 0.005)], view=lambda now: now.depth and 1 / 0)
+    log = read_log(tmp_path / "run.mcap")
+    assert axis.heard[1] == "stop" and log.complete and log.end["ended"] == "failed"
 
 
 def test_bias_is_told_and_not_removed(recorded):
@@ -178,6 +197,22 @@ def test_the_stop_event(recorded):
         outcome, log = recorded(sensor, axis, [(0.05, 0.005)], stop=stop, view=lambda now: now.depth and stop.set())
     assert outcome.ended == "interrupted"
     assert axis.heard[1] == "stop" and log.complete
+
+
+def test_the_stop_event_reaches_the_axis_while_the_terminal_hangs(recorded):
+    stop, stopped = threading.Event(), []
+
+    def view(now):
+        if now.depth and not stop.is_set():
+            stop.set()
+            until = time.monotonic() + 5.0
+            while "stop" not in axis.heard and time.monotonic() < until:
+                time.sleep(0.01)
+            stopped.append("stop" in axis.heard)
+
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        outcome, log = recorded(sensor, axis, [(0.05, 0.005)], stop=stop, view=view)
+    assert stopped == [True] and outcome.ended == "interrupted" and log.complete
 
 
 @pytest.mark.parametrize("moves", [[(0.2, 0.01)], [(0.01, 1.0), (0.02, 1.0)]])

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Lines of any program as samples: values, counters and clocks against what was written."""
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -20,19 +21,25 @@ from needleforce.recording.log import read_log
 HEADER = "time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm\n"
 
 
+@contextlib.contextmanager
 def piped(text: str | bytes, chunk: int = 1 << 20, wait: float = 0.0):
     """The reading end of a pipe into which a thread writes ``text`` by pieces, and then closes."""
     reading, writing = os.pipe()
     data = text.encode() if isinstance(text, str) else text
 
     def write():
-        with os.fdopen(writing, "wb", buffering=0) as out:
+        with contextlib.suppress(BrokenPipeError), os.fdopen(writing, "wb", buffering=0) as out:
             for start in range(0, len(data), chunk):
                 out.write(data[start : start + chunk])
                 time.sleep(wait)
 
-    threading.Thread(target=write, daemon=True).start()
-    return os.fdopen(reading, "rb", buffering=0)
+    writer = threading.Thread(target=write)
+    writer.start()
+    try:
+        with os.fdopen(reading, "rb", buffering=0) as stream:
+            yield stream
+    finally:
+        writer.join()
 
 
 def everything(source: StandardInput):

@@ -15,8 +15,8 @@ from needleforce.acquisition.settings import Settings
 from needleforce.campaign.mapping import read_mapping
 from needleforce.protocol import plan, read_protocol, run_protocol
 from needleforce.protocol.alone import alone
-from needleforce.protocol.folder import card_and_end
 from needleforce.recording.log import LogWriter
+from needleforce.recording.log.card_and_end import card_and_end
 from needleforce.wire.axis_lines import AxisRange, AxisState
 
 TEXT = """

@@ -43,6 +43,22 @@ def test_an_insertion_comes_back_in_si_on_one_clock(path):
     assert read_recording(path, filter_length=7).card.filter_length == 7
 
 
+def test_the_axial_axis_is_an_assumption_only_where_nobody_says_it(path, tmp_path):
+    plain_log.write(path)
+    assert "axial" in read_log(path).card
+    assert not any("along the needle" in said for said in read_recording(path).card.assumptions)
+    plain = tmp_path / "plain.mcap"
+    log = LogWriter(plain, {})
+    for number in range(100):
+        at = number * 1_000_000
+        log.wrench(number, at, at, at, (0, 0, float(number), 0, 0, 0))
+        log.state(number, at, at, at, 1e-6 * number, 1e-3)
+    log.close({})
+    said = "the force along the needle is fz of the sensor"
+    assert said in read_recording(plain).card.assumptions
+    assert said not in read_recording(plain, columns={"force": "fz"}).card.assumptions
+
+
 def test_two_clocks_that_drift_apart_are_brought_together(path):
     """Sensor 50 ppm fast from any zero, axis 200 ppm slow from another; packets come late by chance."""
     chance, count, log = np.random.default_rng(3), 20_000, LogWriter(path, {})

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError
+from ..wire.rdt import SATURATED
 
 GAUGES = 6
 FULL_SCALE = 10.0  # [V] on either side, what converters for these sensors span
-SATURATED = 1 << 17  # the bit of a status that says so on the sensor's own network box, see wire/rdt.py
 _WORST_CONDITION = 1e8  # of the matrix, its rows to scale; the sensors' own are below 100
 
 

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ..errors import InputError
-from ..units import find
+from ..units import size
 from ..wire.rdt import AXES
 from .calibration import GAUGES, Calibration
 
@@ -79,10 +79,10 @@ def _full_scale(about) -> float:
 
 def _unit(about, key: str, dimension: str) -> float:
     text = about.get(key, "")
-    unit = find(text.replace("-", ""), dimension)
+    unit = size(text, dimension)
     if unit is None:
         raise InputError(key, repr(text[:40]), f"no known unit of {dimension}")
-    return float(unit.to_si(1.0))
+    return unit
 
 
 def _number(text: str, tag: str) -> float:

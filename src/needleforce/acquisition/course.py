@@ -3,8 +3,10 @@
 
 from collections.abc import Callable, Iterator, Sequence
 
+from ..vocabulary import Phase
 from ..wire.axis_lines import AxisState
 
+DONE = "done"  # why a run ended that went to its end
 REACHED = 0.25e-3  # [m] from where it was sent: lag and play of a spindle
 _SAME = 5e-6  # [m] within which a move goes nowhere, and so waits
 _SHARE = 0.1  # of the way it ought to have gone, below which an axis stands
@@ -20,13 +22,14 @@ class Ended(Exception):
 
 
 class Course:
-    """Sends the moves. ``hear`` the states, ``step`` often; ``Ended`` is raised with ``done`` or what went wrong.
+    """Sends the moves. ``hear`` the states, ``step`` often; ``Ended`` is raised with ``DONE`` or what went wrong.
 
-    ``phase`` is ``rest``, ``insertion``, ``hold`` or ``extraction``.
+    ``phase`` is that of the motion, for the force plays no part in it: ``free`` until the first move, then
+    ``insertion`` for all of the way in, ``hold``, ``extraction``.
     """
 
     def __init__(self, axis, moves: Sequence[tuple[float, float]], patience: float, send_move: Callable):
-        self.phase = "rest"
+        self.phase = Phase.free
         self.state: AxisState | None = None
         self._axis, self._moves, self._patience, self._send_move = axis, moves, patience, send_move
         self._heard = self._now = 0.0
@@ -57,13 +60,13 @@ class Course:
             if abs(depth - here) <= _SAME:
                 yield from self._hold(speed)
                 continue
-            self.phase = "insertion" if depth > here else "extraction"
+            self.phase = Phase.insertion if depth > here else Phase.extraction
             yield from self._move(here, depth, speed)
             here = depth
-        raise Ended("done")
+        raise Ended(DONE)
 
     def _hold(self, seconds: float) -> Iterator[None]:
-        self.phase, end = "hold", self._now + seconds
+        self.phase, end = Phase.hold, self._now + seconds
         while self._now < end:
             yield
 

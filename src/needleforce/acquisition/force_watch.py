@@ -4,35 +4,36 @@
 import contextlib
 import math
 import os
+import sys
 import threading
 import time
 from collections import deque
 
-from ..wire.rdt import is_fault
+from ..wire.rdt import SATURATED, is_fault
 from .settings import Settings
 from .source import ForceSample, ForceSource
 
 _PATIENCE = 0.05  # [s] for one receive
 _PRIORITY = -10  # before what else the computer does
-_SATURATED = 1 << 17  # the sensor says that it reads no further
 
 
 class ForceWatch:
     """Receives on a thread of its own into ``samples``. Over the limit it sends the axis its stop before all else.
 
+    ``asked`` sends it as well, however long the other thread waits for a disk or a terminal.
     An axis hears that it may go on only as long as readings come. ``bias`` [N] of the axial force is set by another
-    thread; before, nothing moves and no limit holds. ``over`` is the reading beyond the limit. ``last`` and
-    ``last_healthy`` [s] are of the monotonic clock.
+    thread; before, no limit holds, and nothing moves but outwards. ``over`` is the reading beyond the limit. ``last``
+    and ``last_healthy`` [s] are of the monotonic clock.
     """
 
-    def __init__(self, force: ForceSource, axis, settings: Settings):
+    def __init__(self, force: ForceSource, axis, settings: Settings, asked: threading.Event):
         self.samples: deque[ForceSample] = deque()
         self.bias: float | None = None
         self.over: ForceSample | None = None
         self.error: Exception | None = None
         self.longest_gap = 0  # [ns]
         self.last = self.last_healthy = time.monotonic()
-        self._force, self._axis, self._settings = force, axis, settings
+        self._force, self._axis, self._settings, self._asked = force, axis, settings, asked
         self._stale, self._stopped = 0, False
         self._commanding = threading.Lock()
         self._leave = threading.Event()
@@ -66,11 +67,14 @@ class ForceWatch:
         return self._settings.sign * (sample.wrench[self._settings.column] - (self.bias or 0.0))
 
     def _watch(self) -> None:
-        with contextlib.suppress(AttributeError, OSError):  # only where the system lets it
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _PRIORITY)
+        if sys.platform == "linux":  # elsewhere a priority is a process's, and this number another one's
+            with contextlib.suppress(OSError):  # only where the system lets it
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _PRIORITY)
         try:
             while not self._leave.is_set():
                 self._take(self._force.receive(_PATIENCE))
+                if self._asked.is_set() and not self._stopped:
+                    self.send_stop()
         except Exception as error:  # the other thread tells it and ends the run
             self.error = error
             self.send_stop()
@@ -91,7 +95,7 @@ class ForceWatch:
     def _is_over(self, sample: ForceSample) -> bool:
         if self.bias is None or math.isinf(self._settings.force_limit):
             return False
-        return bool(sample.status & _SATURATED) or not abs(self.axial(sample)) <= self._settings.force_limit
+        return bool(sample.status & SATURATED) or not abs(self.axial(sample)) <= self._settings.force_limit
 
     def _note_time(self, samples: list[ForceSample]) -> None:
         self.last = time.monotonic()

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from ..errors import InputError
-from ..units import find
+from ..units import size
 from ..wire.rdt import AXES
 from .calibration import FULL_SCALE, GAUGES, Calibration
 from .calibration_xml import calibration_of_xml
@@ -51,18 +51,18 @@ def read_calibration(path: str | os.PathLike) -> Calibration:
         raise InputError("calibration file", "not read", said, str(path), _NEXT) from None
 
 
-def _size(text: str, dimension: str) -> float:
-    unit = find(text.replace("-", ""), dimension)
+def _unit(text: str, dimension: str) -> float:
+    unit = size(text, dimension)
     if unit is None:
         raise InputError(f"unit of {dimension}", repr(text), "not known", next_step="Write N, lbf, Nmm or the like.")
-    return float(unit.to_si(1.0))
+    return unit
 
 
 def _of_toml(text: bytes) -> Calibration:
     file = msgspec.toml.decode(text, type=CalibrationFile)
     if len({len(row) for row in file.matrix}) > 1:
         raise InputError("calibration matrix", "ragged", "six rows of six numbers are needed", "$.matrix")
-    unit = np.array([_size(file.force_unit, "force")] * 3 + [_size(file.torque_unit, "torque")] * 3)
+    unit = np.array([_unit(file.force_unit, "force")] * 3 + [_unit(file.torque_unit, "torque")] * 3)
     matrix = np.array(file.matrix, dtype=float)
     if matrix.shape != (GAUGES, GAUGES) or len(file.ratings) != GAUGES:
         raise InputError("calibration matrix", f"of shape {matrix.shape}", "six rows of six numbers, six ratings")
@@ -86,5 +86,5 @@ def _of_csv(text: bytes) -> Calibration:
     if bias_unit != "V" or len(found) != GAUGES:
         missing = ", ".join(axis for axis in AXES if axis not in found) or f"unit of the bias {bias_unit!r}, not V"
         raise InputError("rows", "incomplete", missing, next_step=_NEXT)
-    unit = [_size(found[axis][0], "force" if axis.startswith("f") else "torque") for axis in AXES]
+    unit = [_unit(found[axis][0], "force" if axis.startswith("f") else "torque") for axis in AXES]
     return Calibration(np.array(unit)[:, None] * np.array([found[axis][1] for axis in AXES]), np.array(bias))

@@ -29,7 +29,7 @@ def facts(now: Progress, rate: float | None, lost: int) -> list[tuple[str, str]]
     depth = "-" if now.depth is None else f"{1e3 * now.depth:8.2f} mm"
     return [
         ("time", f"{now.seconds:8.1f} s"),
-        ("phase", now.phase),
+        ("phase", now.phase or "-"),
         ("force", f"{now.force:8.3f} N"),
         ("depth", depth),
         ("rate", "-" if rate is None else f"{rate:8.0f} Hz"),

@@ -5,7 +5,7 @@ import threading
 import time
 
 from ..errors import InputError
-from .course import REACHED, Course, Ended
+from .course import DONE, REACHED, Course, Ended
 from .force_watch import ForceWatch
 from .rest_bias import bias_of
 from .run import EVERY
@@ -52,7 +52,7 @@ def _gone(course: Course, axis, watch: ForceWatch, stop: threading.Event):
             course.step(time.monotonic())
             time.sleep(EVERY)
     except Ended as ended:
-        if ended.why != "done":
+        if ended.why != DONE:
             raise InputError("axis", ended.why.removeprefix("axis "), ended.detail) from None
         return course.state
 

@@ -38,7 +38,7 @@ def record_run(
     import mcap.writer  # noqa: F401 - before anything comes: an import holds up every thread
 
     stop = threading.Event() if stop is None else stop
-    watch = ForceWatch(force, axis, settings)
+    watch = ForceWatch(force, axis, settings, stop)
     try:
         _check(Path(path), axis, moves, settings)
         with _interrupts(stop):

@@ -6,12 +6,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
-
 from ..errors import InputError
-from ..recording.alignment import align
 from ..wire.axis_lines import AxisState
-from .course import Course, Ended
+from .course import DONE, Course, Ended
+from .end_words import alignment_uncertainty, told
 from .force_watch import ForceWatch
 from .keeper import FILE_ENDS, Keeper
 from .settings import Bias, Outcome, Progress, Settings
@@ -54,6 +52,7 @@ class Run:
         except Ended as ended:
             end = ended
         except BaseException as error:
+            self._view = None
             self._end(Ended("failed", repr(error)))
             raise
         return self._end(end)
@@ -73,7 +72,7 @@ class Run:
             self._course.step(now)
             self._keeper.phase(self._course.phase)
         if self._settings.duration is not None and now - self._begun >= self._settings.duration:
-            raise Ended("done")
+            raise Ended(DONE)
 
     def _keep(self, now: float) -> None:
         """Write what came."""
@@ -121,7 +120,7 @@ class Run:
             ended = _worse(ended, another)
         outcome = self._outcome(ended)
         try:
-            self._keeper.close(ended.why, _told(outcome))
+            self._keeper.close(ended.why, told(outcome))
         except Ended as another:
             outcome = self._outcome(_worse(ended, another))
         return outcome
@@ -150,7 +149,7 @@ class Run:
             self._bias,
             self._peak,
             (time.process_time() - self._processor) / max(seconds, 1e-3),
-            _uncertainty(self._keeper.pairs),
+            alignment_uncertainty(self._keeper.pairs),
             self._path,
         )
 
@@ -159,35 +158,18 @@ class Run:
             return
         self._viewed = now
         counts = self._keeper.check.total
-        phase = self._course.phase if self._course else "recording"
+        phase = self._course.phase if self._course else None
         depth = self._state.depth if self._state else None
         bias = self._settings.sign * self._bias.wrench[self._settings.column]
-        self._view(Progress(now - self._begun, counts.received, counts.lost, self._force, depth, phase, bias))
+        try:
+            self._view(Progress(now - self._begun, counts.received, counts.lost, self._force, depth, phase, bias))
+        except OSError:  # nobody watches any more, which ends no recording
+            self._view = None
 
 
 def _worse(first: Ended, then: Ended) -> Ended:
     """The end to tell: the first, unless it is then that the file fails."""
     return then if then.why in FILE_ENDS and first.why not in FILE_ENDS else first
-
-
-def _told(outcome: Outcome) -> dict[str, str]:
-    """The end of a file, in words."""
-    shown = ("ended", "detail", "seconds", "received", "lost", "doubled", "late", "longest_own_gap", "peak_force")
-    return {
-        name: f"{value:.6g}" if isinstance(value := getattr(outcome, name), float) else str(value) for name in shown
-    }
-
-
-def _uncertainty(pairs: list[tuple[int, int]]) -> float | None:
-    """How well the sensor's clock is known on this computer's [s], 95 %; None for too few readings."""
-    if len(pairs) < 20:
-        return None
-    kept = np.array(sorted(pairs), dtype=np.int64)  # late ones in their place
-    device, arrival = 1e-9 * (kept - kept[0]).T
-    try:
-        return float(align(device, arrival).uncertainty)
-    except InputError:
-        return None
 
 
 def _taken(queue) -> list:

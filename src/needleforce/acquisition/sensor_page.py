@@ -6,9 +6,8 @@ from http.client import HTTPException
 from pathlib import Path
 
 from ..errors import InputError
-from ..wire.sensor_configuration import PAGE, SensorConfiguration, parse_configuration
+from ..wire.sensor_configuration import LONGEST, PAGE, SensorConfiguration, parse_configuration
 
-_LONGEST = 1 << 18  # bytes
 _PATIENCE = 3.0  # [s]
 _ADVICE = "Name its address or a saved copy with --sensor-page."
 
@@ -24,7 +23,7 @@ def _fetched(url: str) -> bytes:
     opener = urllib.request.build_opener(urllib.request.ProxyHandler({}))  # a sensor is on the lab's own network
     try:
         with opener.open(url, timeout=_PATIENCE) as answer:
-            return answer.read(_LONGEST + 1)
+            return answer.read(LONGEST + 1)
     except (OSError, ValueError, HTTPException) as error:
         reason = str(getattr(error, "reason", "") or getattr(error, "strerror", "") or error)
         raise InputError("sensor's configuration", "not read", reason[:120], url, _ADVICE) from None
@@ -33,6 +32,6 @@ def _fetched(url: str) -> bytes:
 def _from_file(path: str) -> bytes:
     try:
         with Path(path).open("rb") as file:
-            return file.read(_LONGEST + 1)
+            return file.read(LONGEST + 1)
     except OSError as error:
         raise InputError("sensor's configuration", "not read", error.strerror or "", path, _ADVICE) from None

@@ -92,12 +92,13 @@ class Outcome:
 
 
 class Progress(NamedTuple):
-    """What a live view shows: since the start [s], readings and losses, axial force [N], depth [m], phase, bias [N]."""
+    """What a live view shows: since the start [s], readings and losses, axial force [N], depth [m], phase of the
+    motion, bias [N]; None where there is none."""
 
     seconds: float
     received: int
     lost: int
     force: float
     depth: float | None
-    phase: str
+    phase: str | None
     bias: float

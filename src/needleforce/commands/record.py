@@ -2,7 +2,6 @@
 """``needleforce record``: from a sensor and an axis to a file, while it happens."""
 
 import dataclasses
-import math
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -11,13 +10,13 @@ import typer
 
 from ..errors import InputError
 from .output import JSON_HELP, check_outputs, say, write_json
+from .sources import SHARE, force_limit, sources
 
 NAME = "record"
 SENSOR_HELP = "HOST or HOST:PORT of a Net F/T sensor (RDT over UDP)."
 PAGE_HELP = "The sensor's configuration: a URL, or a saved netftapi2.xml; without it the page of the sensor's host."
-LIMIT_HELP = "Axial force without bias at which the axis is stopped; without it 0.8 of the sensor's rating."
+LIMIT_HELP = f"Axial force without bias at which the axis is stopped; without it {SHARE:g} of the sensor's rating."
 SAME_SITE_HELP = "Where no spare site is left, insert into the hole of a run that was broken off."
-_SHARE = 0.8  # of the rating of a sensor
 
 
 def run(
@@ -51,15 +50,16 @@ def run(
 
     Exit code 0: done, or ended by Ctrl-C; 1: ended by something else, with what there is kept; 2: could not begin.
     """
+    from ..acquisition.course import DONE
     from ..acquisition.live_view import live_view
     from ..acquisition.recorder import record_run
     from ..acquisition.settings import Settings
 
     check_outputs([json])
-    _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s)
-    open_sources, rating = _sources(sensor, sensor_page, axis, source, calibration, axial)
+    _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s, duration_s, calibration)
+    open_sources, rating = sources(sensor, sensor_page, axis, calibration, axial)
     settings = Settings(
-        _limit(force_limit_n, rating, axis if protocol is None else None),
+        force_limit(force_limit_n, rating, axis if protocol is None else None),
         bias_s,
         duration_s,
         axial=axial,
@@ -74,11 +74,11 @@ def run(
         card = {"needle": needle, "tissue": tissue, "rig": f"{sensor or 'standard input'}, {axis or 'no axis'}"}
         outcome = record_run(output, *open_sources(), moves, card, settings, view=view)
     _tell(outcome, json)
-    if outcome.ended not in ("done", "interrupted", "source ended"):
+    if outcome.ended not in (DONE, "interrupted", "source ended"):
         raise typer.Exit(1)
 
 
-def _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s) -> None:
+def _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s, duration_s, calibration) -> None:
     """Refuse options that do not go together."""
     wrong = [
         ((sensor is None) == (source is None), "a sensor", "give --sensor, or --from -"),
@@ -88,6 +88,9 @@ def _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed
         ((depth_mm is None) != (speed_mm_s is None), "--depth-mm", "it goes with --speed-mm-s"),
         (depth_mm is not None and axis is None, "--depth-mm", "it needs --axis"),
         (protocol is not None and axis is None, "--protocol", "it needs --axis"),
+        (protocol is not None and depth_mm is not None, "--depth-mm", "the protocol has its own"),
+        (duration_s is not None and (depth_mm, protocol) != (None, None), "--duration-s", "a motion has its own end"),
+        (calibration is not None and source is None, "--calibration", "it goes with --from -"),
     ]
     for is_wrong, quantity, limit in wrong:
         if is_wrong:
@@ -100,51 +103,6 @@ def _moves(start_mm: float, depth_mm: float, speed_mm_s: float, hold_s: float) -
     if not depth > start:
         raise InputError("--depth-mm", depth_mm, f"must be beyond --start-mm, {start_mm:g}")
     return [(start, speed), (depth, speed), (depth, hold_s), (start, speed)]
-
-
-def _sources(sensor, page, axis, source, calibration, axial: str):
-    """A function that opens force source and axis for a run, and the rating [N] of the axial force, 0 where unknown."""
-    from ..acquisition.axis_client import AxisClient
-    from ..acquisition.sensor_client import SensorClient
-    from ..acquisition.sensor_page import read_configuration
-    from ..wire import axis_lines, rdt
-
-    there = address(axis, axis_lines.PORT) if axis else None
-    if sensor is None:
-        lines = _standard_input(calibration)  # one for all runs: its header comes once
-        return lambda: (lines, AxisClient(*there) if there else None), 0.0
-    host, port = address(sensor, rdt.PORT)
-    configuration = read_configuration(host, page)
-    column = rdt.AXES.index(axial.removeprefix("-")) if axial.removeprefix("-") in rdt.AXES else 0
-    ways = host, port, configuration
-    return lambda: (SensorClient(*ways), AxisClient(*there) if there else None), configuration.ratings[column]
-
-
-def _standard_input(calibration: Path | None):
-    from ..acquisition.gauges import read_calibration
-    from ..acquisition.standard_input import StandardInput
-
-    return StandardInput(sys.stdin.buffer, read_calibration(calibration) if calibration else None)
-
-
-def address(text: str, port: int) -> tuple[str, int]:
-    """HOST and PORT of HOST[:PORT]. Raises InputError for a port that is none."""
-    host, colon, number = text.rpartition(":")
-    if not colon:
-        return text, port
-    if not number.isdecimal() or not 0 < int(number) < 65536 or not host:
-        raise InputError("address", repr(text), "HOST or HOST:PORT is needed, the port from 1 to 65535")
-    return host, int(number)
-
-
-def _limit(given: float | None, rating: float, axis: str | None) -> float:
-    if given is not None:
-        return given
-    if rating:
-        return _SHARE * rating
-    if axis:
-        raise InputError("--force-limit-N", "not given", "an axis needs one, and the sensor's page has no rating")
-    return math.inf
 
 
 def _run_protocol(protocol: str, folder: Path, open_sources, settings, view, same_site: bool, json: str | None) -> None:

@@ -3,22 +3,21 @@
 
 import os
 import re
-import struct
 from dataclasses import dataclass
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
+from ..acquisition.course import DONE
+from ..acquisition.settings import Settings
 from ..errors import InputError
+from ..recording.log.card_and_end import card_and_end
 from ..wire.axis_lines import SILENCE
 from .plan import ENDING, RunPlan
 from .protocol import Protocol
 
 SURFACE = 1e-3  # [m] above the nominal surface that may be tissue: surfaces scatter by tenths of a millimetre
-UNSEEN = 0.25 + SILENCE  # [s] that a needle may have gone on after the last flush, until its axis stopped by itself
-_HEAD = struct.Struct("<BQ")
-_LARGEST = 1 << 20  # bytes of a card
+UNSEEN = Settings.flush_every + SILENCE  # [s] since the last flush, and until an axis left alone stops by itself
 _ASIDE = re.compile(r"(.+)_interrupted(\d+)")
 _NAME = re.compile(r"mm_s_(?:[\d.e-]+mm_)?site\d+_pass\d+$")  # of a file cut off before its card
 
@@ -76,55 +75,22 @@ def set_aside(path: Path, protocol: Protocol) -> list[str]:
     for file in sorted(path.glob("*" + ENDING)):
         card, end = card_and_end(file)
         ours = card.get("protocol_sha256") == protocol.sha256 or (not card and _NAME.search(file.stem))
-        if ours and not _ASIDE.fullmatch(file.stem) and (end or {}).get("ended") != "done":
+        if ours and not _ASIDE.fullmatch(file.stem) and not _went_to_its_end(end):
             target = _free_name(file)
             os.rename(file, target)
             said.append(f"{file.name} was interrupted: kept as {target.name}")
     return said
 
 
-def card_and_end(path: Path) -> tuple[dict[str, str], dict[str, str] | None]:
-    """The card, empty where none is whole, and the end, None for a file that was not closed. Passes over all samples.
-
-    Raises InputError for a file that cannot be read.
-    """
-    from ..recording.log.records import MAGIC, METADATA
-    from ..recording.log.writer import CARD, END
-
-    found: dict[str, dict[str, str]] = {}
-    try:
-        with open(path, "rb") as file:
-            size = file.seek(0, 2)
-            file.seek(0)
-            at = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else size
-            while at + _HEAD.size <= size:
-                file.seek(at)
-                code, length = _HEAD.unpack(file.read(_HEAD.size))
-                at += _HEAD.size + length
-                if code == METADATA and length <= _LARGEST and at <= size:
-                    found.update(_metadata(file.read(length)))
-    except OSError as error:
-        raise InputError("recording", "not read", error.strerror or "", str(path)) from None
-    return found.get(CARD, {}), found.get(END)
-
-
-def _metadata(content: bytes) -> dict[str, dict[str, str]]:
-    from mcap.data_stream import ReadDataStream
-    from mcap.exceptions import McapError
-    from mcap.records import Metadata
-
-    try:
-        record = Metadata.read(ReadDataStream(BytesIO(content)))
-    except (McapError, struct.error, ValueError):
-        return {}
-    return {record.name: record.metadata}
-
-
 def _kept(file: Path, card: dict, end: dict | None, protocol: Protocol) -> Kept:
     aside = _ASIDE.fullmatch(file.stem)
-    complete = not aside and (end or {}).get("ended") == "done"
+    complete = not aside and _went_to_its_end(end)
     run = (aside[1] if aside else file.stem) + ENDING
     return Kept(file, run, card, complete, complete or _may_have_touched(file, protocol))
+
+
+def _went_to_its_end(end: dict | None) -> bool:
+    return end is not None and end.get("ended") == DONE
 
 
 def _may_have_touched(file: Path, protocol: Protocol) -> bool:

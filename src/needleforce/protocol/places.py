@@ -5,9 +5,9 @@ import time
 from collections.abc import Callable
 
 from ..acquisition.course import REACHED
+from ..acquisition.run import EVERY
 from ..errors import InputError
 
-_EVERY = 0.02  # [s]
 _PATIENCE = 5.0  # [s] beyond twice what the way takes
 
 
@@ -53,7 +53,7 @@ def pause(axis, seconds: float) -> None:
     while (left := until - time.monotonic()) > 0.0:
         axis.receive()
         axis.alive()
-        time.sleep(min(_EVERY, left))
+        time.sleep(min(EVERY, left))
 
 
 def _state(axis, until: float):
@@ -62,7 +62,7 @@ def _state(axis, until: float):
         if time.monotonic() > until:
             raise InputError("axis", "silent, or not there in time", "no state says that it rests at the start")
         axis.alive()
-        time.sleep(_EVERY)
+        time.sleep(EVERY)
     if time.monotonic() > until:
         raise InputError("axis", f"at {states[-1][0].depth:g} m", "it does not arrive at the start")
     axis.alive()

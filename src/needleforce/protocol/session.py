@@ -5,6 +5,7 @@ import dataclasses
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
+from ..acquisition.course import DONE
 from ..errors import InputError
 from .checks import check_axis
 from .folder import Folder, look, set_aside
@@ -34,7 +35,7 @@ class CampaignOutcome:
     @property
     def complete(self) -> bool:
         """Whether everything is there."""
-        return self.ended == "done"
+        return self.ended == DONE
 
     def to_json(self) -> dict:
         """The same as a document."""
@@ -63,13 +64,13 @@ class Session:
             while (run := self._next()) is not None:
                 ended = self._record(run)
                 write_table(self._path, self._look())
-                if ended != "done":
+                if ended != DONE:
                     self._say(f"{run.name}: {ended}. {RESUME}")
                     return ended
         except KeyboardInterrupt:
             self._say(f"Stopped. {RESUME}")
             return "interrupted"
-        return "sites spoiled" if self._left_out else "done"
+        return "sites spoiled" if self._left_out else DONE
 
     def outcome(self, ended: str) -> CampaignOutcome:
         """What stands in the folder now."""

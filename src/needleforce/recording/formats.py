@@ -3,14 +3,15 @@
 
 from pathlib import Path
 
-_MAGIC = {b"\x89MCAP0\r\n": "log", b"PAR1": "parquet"}
-_BAG = "metadata.yaml"
+MCAP = b"\x89MCAP0\r\n"  # https://mcap.dev/spec
+BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
+_MAGIC = {MCAP: "log", b"PAR1": "parquet"}
 
 
 def format_of(path: Path) -> str:
     """``log`` for MCAP and for the folder of a ROS 2 bag, ``parquet``, else ``text``, which then says what is wrong."""
     try:
-        if (path / _BAG).is_file():
+        if (path / BAG).is_file():
             return "log"
         if not path.is_file():  # a pipe would keep its reader waiting
             return "text"

@@ -17,12 +17,16 @@ _HEADER = 0x1234
 _REQUEST = struct.Struct(">HHI")
 _RECORD = struct.Struct(">3I6i")
 RECORD_SIZE = _RECORD.size
-# the words for the bits of a status that this sensor family sets; the highest bit stands with any other
+_SATURATED_BIT, _SERIAL_LINK_BIT = 17, 27
+SUMMARY = 1 << 31  # stands with any other bit
+SATURATED = 1 << _SATURATED_BIT  # the sensor reads no further
+LINK_FAILED = 1 << _SERIAL_LINK_BIT
+# the words for the bits of a status that this sensor family sets
 _STATUS = {
     30: "processor or memory error",
     29: "digital board error",
     28: "analog board error",
-    27: "serial link error",
+    _SERIAL_LINK_BIT: "serial link error",
     26: "program memory error",
     25: "halted by its configuration",
     24: "settings not valid",
@@ -30,11 +34,11 @@ _STATUS = {
     22: "network failure",
     21: "CAN failure",
     20: "RDT failure",
-    17: "saturated, or a fault of the converter",
+    _SATURATED_BIT: "saturated, or a fault of the converter",
     16: "a monitored condition was met",
     2: "temperature out of range",
 }
-_NO_FAULT = 1 << 16 | 1 << 31  # a monitored condition, and the summary bit that comes with it
+_NO_FAULT = 1 << 16 | SUMMARY  # a monitored condition
 
 
 class Command(IntEnum):
@@ -90,7 +94,7 @@ def is_fault(status: int) -> bool:
 def status_words(status: int) -> str:
     """A status in words; bits without one are given as a number."""
     words = [word for bit, word in _STATUS.items() if status >> bit & 1]
-    rest = status & ~(1 << 31) & ~sum(1 << bit for bit in _STATUS)
+    rest = status & ~SUMMARY & ~sum(1 << bit for bit in _STATUS)
     if rest or (status and not words):
         words.append(f"bits {rest or status:#010x}")
     return ", ".join(words) or "healthy"

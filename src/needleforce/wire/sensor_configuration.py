@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 from xml.sax.saxutils import escape
 
 from ..errors import InputError
-from ..units import find
+from ..units import size
 
 PAGE = "netftapi2.xml"
-_LONGEST = 1 << 18  # bytes
+LONGEST = 1 << 18  # bytes of the page
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ def parse_configuration(page: bytes, place: str) -> SensorConfiguration:
 
 def _root(page: bytes, place: str) -> ElementTree.Element:
     try:
-        if len(page) > _LONGEST or b"<!" in page:  # no entity grows
+        if len(page) > LONGEST or b"<!" in page:  # no entity grows
             raise ElementTree.ParseError
         return ElementTree.fromstring(page)
     except (ElementTree.ParseError, ValueError, LookupError):
@@ -75,10 +75,10 @@ def _positive(root: ElementTree.Element, tag: str, place: str) -> float:
 def _unit(root: ElementTree.Element, tag: str, dimension: str, place: str) -> float:
     """A unit's size in SI."""
     text = (root.findtext(tag) or "").strip()
-    unit = find(text.replace("-", ""), dimension)
+    unit = size(text, dimension)
     if unit is None:
         raise InputError(f"<{tag}> of the sensor", repr(text[:40]), f"no known unit of {dimension}", place)
-    return float(unit.to_si(1.0))
+    return unit
 
 
 def _ratings(root: ElementTree.Element, force: float, torque: float) -> tuple[float, ...]:

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...errors import InputError
+from ..formats import BAG
 
 
 def read_bag(folder: Path, take: Callable[[str, str, int, int, int, bytes], None]) -> None:
@@ -12,8 +13,8 @@ def read_bag(folder: Path, take: Callable[[str, str, int, int, int, bytes], None
 
     Raises InputError where the folder is no bag, or rosbags is not there.
     """
-    if not (folder / "metadata.yaml").is_file():
-        limit = "a ROS 2 bag has a metadata.yaml"
+    if not (folder / BAG).is_file():
+        limit = f"a ROS 2 bag has a {BAG}"
         raise InputError("folder", "no ROS 2 bag", limit, str(folder), "Name a file, or the folder of a bag.")
     try:
         from rosbags.rosbag2 import Reader

@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ...errors import InputError
+from ..formats import MCAP
 from ..recording import Note
 from .unpacking import LARGEST, NotUnpacked, unpacked
 
-MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, METADATA = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0C
 _READ = (SCHEMA, CHANNEL, MESSAGE, CHUNK, METADATA)
-_HEAD = struct.Struct("<BQ")
+RECORD_HEAD = struct.Struct("<BQ")
 # all chunks of a file together, unpacked: so much, and so much for each byte of the file
 _UNPACKED, _UNPACKED_PER_BYTE = 256 << 20, 50
 
@@ -44,7 +44,7 @@ class Walk:
             with open(self.path, "rb") as file:
                 size = file.seek(0, 2)
                 file.seek(0)
-                if file.read(len(MAGIC)) != MAGIC:
+                if file.read(len(MCAP)) != MCAP:
                     limit, advice = "its first bytes are others", "Check the name, and whether it was ever begun."
                     raise InputError("file", "no MCAP file", limit, str(self.path), advice)
                 self._left = _UNPACKED + _UNPACKED_PER_BYTE * size
@@ -53,16 +53,16 @@ class Walk:
             raise InputError("file", "not readable", error.strerror or "", str(self.path)) from None
 
     def _walk(self, file: BinaryIO, size: int) -> Iterator[tuple[int, bytes]]:
-        at = len(MAGIC)
-        while at + _HEAD.size <= size:
-            code, length = _HEAD.unpack(file.read(_HEAD.size))
+        at = len(MCAP)
+        while at + RECORD_HEAD.size <= size:
+            code, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
             if code == FOOTER:
                 self.complete = True
                 return
-            if code == 0 or length > size - at - _HEAD.size:
+            if code == 0 or length > size - at - RECORD_HEAD.size:
                 break
             yield from self._record(code, length, file)
-            at += _HEAD.size + length
+            at += RECORD_HEAD.size + length
             file.seek(at)
         if at < size:
             self._amiss("cut_off", f"the file is cut off or damaged {at} bytes from its start: the rest", size - at)
@@ -97,12 +97,12 @@ class Walk:
 
     def _inside(self, data: bytes) -> Iterator[tuple[int, bytes]]:
         at = 0
-        while at + _HEAD.size <= len(data):
-            code, length = _HEAD.unpack_from(data, at)
-            end = at + _HEAD.size + length
+        while at + RECORD_HEAD.size <= len(data):
+            code, length = RECORD_HEAD.unpack_from(data, at)
+            end = at + RECORD_HEAD.size + length
             if code not in (SCHEMA, CHANNEL, MESSAGE) or end > len(data):
                 break
-            yield code, data[at + _HEAD.size : end]
+            yield code, data[at + RECORD_HEAD.size : end]
             at = end
         if at < len(data):
             self._amiss("damaged", "a chunk holds what is no message: the rest of it", len(data) - at)

@@ -90,7 +90,10 @@ def _put_wrenches(stream: Stream, log: Log, columns, units, baseline: bool) -> n
         wrench.values = without_bias(wrench, log.marks, stream)
     order = _usable(times["force"], wrench, "wrenches", stream)
     start = times["force"][order[0]] - _number(log.card, "start_s", stream.place)
-    chosen = split_choice(columns.get("force", ""))[1] or log.card.get("axial", "") or "fz"
+    chosen = split_choice(columns.get("force", ""))[1] or log.card.get("axial", "")
+    if not chosen:
+        chosen = "fz"
+        stream.said.append("the force along the needle is fz of the sensor")
     found = axes_of(wrench.values[order], chosen, units, log.card, stream)
     stream.values = {"time": times["force"][order] - start, **found}
     return times.get("depth", np.empty(0)) - start

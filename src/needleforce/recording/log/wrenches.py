@@ -62,7 +62,6 @@ def axes_of(values: np.ndarray, chosen: str, units: Mapping[str, str], card: Map
     if axial not in AXES[:3]:
         limit, advice = "known are fx, fy, fz, and with a minus", "Give --column force=fz, or the axis it is."
         raise InputError("axis of the force", repr(chosen[:40]), limit, stream.place, advice)
-    stream.said.append(f"the force along the needle is {chosen} of the sensor")
     there = card["axes"].split() if "axes" in card else AXES
     force = values[:, AXES.index(axial)] * (-1.0 if chosen.startswith("-") else 1.0)
     found = {"force": _in_si("force", force, units)}

@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...wire.rdt import SATURATED, SUMMARY
 from ...wire.sensor_configuration import SensorConfiguration
 from ..run import RATE
 from ..sensor import COUNTS, RANGE, Sensor
 
 PER_UNIT = 1e6  # counts sent per N and per N m, as the maker's electronics do
 READINGS = 7  # of the sensor's own for each one sent: it reads at 7 kHz
-SATURATED = 1 << 17 | 1 << 31
 CROSSTALK = 0.01  # standard deviation of what an axis' full scale shows on another, as a share of full scale
 BIAS = 0.3  # [N] at most on a force; torques have it at 10 mm of lever (assumed)
 WARMING = 600.0  # [s] time constant of the drift from switching on (assumed)
@@ -57,7 +57,7 @@ class SixAxis:
         counts = np.clip(np.rint(seen * _COUNTS), -end, end).astype(np.int64)
         self._since_saturated = 0 if (np.abs(counts) >= end).any() else self._since_saturated + 1
         self._sent = np.rint(self._summed(counts) * (PER_UNIT / (self._length * _COUNTS))).astype(np.int64)
-        status = SATURATED if self._since_saturated < self._length else 0
+        status = SATURATED | SUMMARY if self._since_saturated < self._length else 0
         return Reading(tuple((self._sent - self._tare).tolist()), status)
 
     def zero(self) -> None:

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from ...errors import InputError
-from ...wire.rdt import Command, Packet, pack_record, unpack_request
+from ...wire.rdt import LINK_FAILED, SUMMARY, Command, Packet, pack_record, unpack_request
 from .six_axis import READINGS, Reading
 from .way import Stream, Way
 
 BUFFERED = 40  # records in a datagram of buffered streaming
-LINK_FAILED = 1 << 27 | 1 << 31
 
 
 class Transfer:
@@ -65,7 +64,7 @@ class Transfer:
             stream.stale.append(self._number)
         if self._faults["status_error"] > status:
             stream.status_error.append(self._number)
-            reading = reading._replace(status=reading.status | LINK_FAILED)
+            reading = reading._replace(status=reading.status | LINK_FAILED | SUMMARY)
         self._gather(time, Packet(self._number, tick * READINGS, reading.status, reading.counts))
 
     def due(self, now: float) -> list:

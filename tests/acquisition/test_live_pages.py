@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the pages on the rig, live recording, protocols and the live file show: it runs, and agrees with the program."""
+
+import contextlib
+import dataclasses
+import inspect
+import io
+import re
+import shlex
+import subprocess
+import sys
+
+import pytest
+import typer
+from fake_rig import CONFIGURATION, FakeAxis, FakeSensor
+
+from needleforce.acquisition import keeper
+from needleforce.acquisition.gauges import read_calibration
+from needleforce.acquisition.sequence import WINDOW
+from needleforce.acquisition.settings import Outcome, Settings
+from needleforce.acquisition.standard_input import StandardInput
+from needleforce.cli import app
+from needleforce.commands import record, rig
+from needleforce.commands.sources import SHARE
+from needleforce.protocol.folder import SURFACE, UNSEEN
+from needleforce.recording.log import LogWriter
+from needleforce.recording.log.unpacking import LARGEST
+from needleforce.rig.live.axis import LIMITS
+from needleforce.rig.live.six_axis import READINGS
+from needleforce.rig.live.transfer import BUFFERED
+from needleforce.wire.axis_lines import LONGEST, RATE, SILENCE, range_line
+from needleforce.wire.rdt import Command
+
+PAGES = ("rig", "recording_live", "protocols", "live_file")
+COMMANDS = typer.main.get_command(app).commands
+
+
+@pytest.fixture
+def page(root):
+    return lambda name: (root / "docs" / f"{name}.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def source(root):
+    """All of the package's own words on live recording."""
+    files = sorted((root / "src" / "needleforce" / "acquisition").glob("*.py"))
+    return "".join(path.read_text(encoding="utf-8") for path in files)
+
+
+def block(text: str, word: str, language: str = "python") -> str:
+    """The one block in which a word stands."""
+    (found,) = [each for each in re.findall(rf"```{language}\n(.*?)```", text, re.S) if word in each]
+    return found
+
+
+def said(code: str) -> str:
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        exec(code, {})
+    return out.getvalue()
+
+
+def first_column(text: str, heading: str) -> set[str]:
+    """The words in code style in the first column of a table."""
+    table = text.split(heading, 1)[1].split("\n\n", 1)[0]
+    return {word for row in table.splitlines()[2:] for word in re.findall("`([^`]+)`", row.split("|")[1])}
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_options_exist(page, name):
+    known = {option for command in COMMANDS.values() for param in command.params for option in param.opts}
+    assert set(re.findall(r"(?<![\w-])--[a-zA-Z][\w-]+", page(name))) <= known
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_command_lines_are_understood(page, name):
+    lines = re.findall(r"^    (?:.*\| )?needleforce (.*)", page(name), re.M)
+    assert lines
+    for line in lines:
+        command, *arguments = shlex.split(line, comments=True)
+        with COMMANDS[command].make_context(command, arguments):
+            pass
+
+
+def test_defaults_of_the_command_are_those_of_the_settings():
+    defaults = {name: each.default for name, each in inspect.signature(record.run).parameters.items()}
+    usual = {field.name: field.default for field in dataclasses.fields(Settings)}
+    names = {"bias_s": "bias_time", "steady_n": "steady", "axial": "axial", "filter_length": "filter_length"}
+    assert {name: defaults[name] for name in names} == {name: usual[field] for name, field in names.items()}
+
+
+def test_ends_of_a_run_are_in_the_table(page, source):
+    words = set(re.findall("``([a-z ]+)``", re.sub(r"\s+", " ", Outcome.__doc__).split(";")[0])) - {"ended"}
+    assert first_column(page("recording_live"), "| it ends with |") == words
+    raised = set(re.findall(r'Ended\("([a-z ]+)"', source))
+    assert raised - words == {"failed"} and "`failed`" in page("recording_live")
+
+
+def test_marks_are_in_the_table(page, source):
+    written = set(re.findall(r'mark\("(\w+)"', source)) | set(keeper._TALLIES)
+    assert first_column(page("recording_live"), "| mark |") == written
+
+
+def test_ports_range_and_requests_of_the_rig(page):
+    text = page("rig")
+    ports = [inspect.signature(rig.run).parameters[f"{each}_port"].default for each in ("sensor", "axis", "page")]
+    assert ", ".join(map(str, ports)) in text and f":{ports[2]}/" in text
+    assert range_line(LIMITS).removeprefix("axis ") in text
+    assert {int(code, 0) for code in re.findall(r"0x1234, `uint16` (\w+)", text)} == set(Command)
+
+
+@pytest.mark.parametrize(
+    "name, figure",
+    [
+        ("recording_live", f"flushed every {Settings.flush_every:g} s"),
+        ("recording_live", f"by up to {WINDOW} records"),
+        ("recording_live", f"{SHARE:g} of the sensor's rating"),
+        ("protocols", f"in the {UNSEEN:g} s until its axis stops by itself, is within {1e3 * SURFACE:g} mm"),
+        ("rig", f"nothing for {SILENCE:g} s"),
+        ("rig", f"more than {LONGEST} characters"),
+        ("rig", f"{RATE:g} times a second"),
+        ("rig", f"{BUFFERED} records in a datagram"),
+        ("rig", f"{READINGS} for each record"),
+        ("live_file", f"No record over {LARGEST >> 20} MiB"),
+    ],
+)
+def test_figures_are_those_of_the_program(page, name, figure):
+    assert figure in page(name)
+
+
+def test_the_virtual_rig_in_python(page):
+    ports = said(block(page("rig"), "VirtualRig")).split()
+    assert len(set(ports)) == 3 and all(1024 <= int(port) < 65536 for port in ports)
+
+
+def test_a_recording_in_python(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "page.xml").write_bytes(CONFIGURATION.xml())
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        code = block(page("recording_live"), "record_run")
+        for shown, here in (
+            ('SensorClient("192.168.1.1"', f'SensorClient("127.0.0.1", {sensor.port}'),
+            ('read_configuration("192.168.1.1")', 'read_configuration("127.0.0.1", "page.xml")'),
+            ('AxisClient("192.168.1.2"', f'AxisClient("127.0.0.1", {axis.port}'),
+            ("3e-3", "45e-3"),  # the same, faster
+            ("5.0", "0.05"),
+        ):
+            assert shown in code
+            code = code.replace(shown, here)
+        names = {}
+        exec(code, names)
+    assert names["outcome"].ended == "done" and (tmp_path / "run.mcap").stat().st_size > 1000
+    assert [line.split()[1] for line in axis.heard if line.startswith("move")] == ["0.01600000", "-0.00500000"]
+
+
+def test_the_plan_in_python(page):
+    lines = said(block(page("protocols"), "plan(")).splitlines()
+    assert len(lines) == 2 * 5 * 2  # speeds, sites, passes
+    assert lines[0].startswith("3mm_s_site1_pass1.mcap ((0.016, 0.003), ")
+
+
+def test_the_program_in_ten_lines(page, tmp_path):
+    code = block(page("protocols"), "my_card")
+    assert len([line for line in code.splitlines() if line]) <= 10
+    (tmp_path / "program.py").write_text(code, encoding="utf-8")
+    card = "left = [[0, 0, k, 0, 0, 0] for k in range(30)]\nread_six_newtons = lambda: left.pop(0)\n"
+    (tmp_path / "my_card.py").write_text(card, encoding="utf-8")
+    program = [sys.executable, str(tmp_path / "program.py")]
+    with subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as running:
+        lines, samples = StandardInput(running.stdout), []
+        lines.start()
+        with pytest.raises(EOFError):
+            while True:
+                samples += lines.receive(10.0)
+    assert [(each.sequence, each.wrench[2]) for each in samples] == [(k, k) for k in range(30)]
+
+
+def test_the_calibration_as_shown(page, tmp_path):
+    rows = [[float(row == column) for column in range(6)] for row in range(6)]
+    code = re.sub(r"matrix = .*", f"matrix = {rows}", block(page("protocols"), "force_unit", "toml"))
+    (tmp_path / "gauges.toml").write_text(code, encoding="utf-8")
+    made = read_calibration(tmp_path / "gauges.toml")
+    assert made.serial == "FT12345" and made.ratings == pytest.approx((25, 25, 35, 0.25, 0.25, 0.25))
+
+
+def test_the_file_without_this_package(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    log = LogWriter("run.mcap", {})
+    log.wrench(7, 1000, 2000, 1500, [1.0] * 6)
+    log.state(8, 1000, 2000, 1500, 0.0, 0.0)
+    log.close({})
+    number, arrival, device, size = map(int, said(block(page("live_file"), "make_reader")).split())
+    assert (number, arrival, device) == (7, 1000, 2000)
+    # encoding 4, time 8, length of the frame 4, "needle" and its zero 7, to a multiple of 8 behind the encoding 5, 48
+    assert size == 4 + 8 + 4 + 7 + 5 + 48
