@@ -11,6 +11,7 @@ from needleforce.campaign import campaign
 from needleforce.campaign.conditions import grouped, label_files
 from needleforce.campaign.files import File, find_files
 from needleforce.campaign.name_pattern import name_pattern
+from needleforce.recording.log import LogWriter
 
 RIG = "{rig}__{specimen}_{speed_mm_s}_{angle_deg}_{needle}_{repeat}_{date}"
 
@@ -122,6 +123,22 @@ def test_pattern_then_mapping_then_card(tmp_path):
     assert len(notes) == 1 and "gone.csv" in notes[0]
     why = next(label.why for label in labels if label.file.name == "bare.csv")
     assert "{specimen}_{repeat}" in why and "the mapping does not name it" in why and "no card" in why
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet", "mcap"])
+def test_the_card_of_every_format_tells(tmp_path, ending):
+    one = runs.run(1)
+    carded = dataclasses.replace(one, card=dataclasses.replace(one.card, tissue="gel", needle="21 G"))
+    path = nf.write(carded, tmp_path / f"carded.{ending}")
+    (label,), _ = label_files([File(path.name, path)], None, None)
+    assert label.fields == {"needle": "21 G", "tissue": "gel"}
+
+
+def test_a_card_of_a_live_recording_tells_speed_and_pass(tmp_path):
+    path = tmp_path / "run.mcap"
+    LogWriter(path, {"tissue": "gel", "speed_mm_s": "3", "pass": "2", "site": "4"}).close({})
+    (label,), _ = label_files([File(path.name, path)], None, None)
+    assert label.fields == {"tissue": "gel", "speed_mm_s": "3", "pass": "2"}
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,12 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from ..errors import InputError
-from ..recording.card import Preamble
-from ..recording.layout import find_layout
+from ..recording.card_texts import card_texts
 from .files import File
 from .mapping import read_mapping, row_of
 from .name_pattern import name_pattern
 
-_CARD = ("needle", "tissue", "rig")
+_CARD = ("needle", "tissue", "rig", "speed_mm_s", "pass")
 NO_CONDITION = "Nothing assigns it to a condition, so it is identified by itself: {}."
 
 
@@ -71,13 +70,11 @@ def _label(file: File, form, row: dict[str, str] | None, mapped: bool) -> Label:
 
 
 def _of_card(file: File) -> dict[str, str]:
-    """Needle, tissue and rig as the card in the file has them; nothing where it cannot be read, which reading tells."""
+    """What the card in the file says of its condition; nothing where it cannot be read, which reading tells."""
     try:
-        layout = find_layout(file.path)
+        return card_texts(file.path, _CARD)
     except (InputError, OSError):
         return {}
-    preamble = Preamble(layout.comments, file.name)
-    return {key: preamble.text(key) for key in _CARD if preamble.text(key)}
 
 
 def _order(label: Label, repeats: Collection[str]) -> tuple:
