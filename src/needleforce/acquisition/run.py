@@ -162,7 +162,10 @@ class Run:
         phase = self._course.phase if self._course else "recording"
         depth = self._state.depth if self._state else None
         bias = self._settings.sign * self._bias.wrench[self._settings.column]
-        self._view(Progress(now - self._begun, counts.received, counts.lost, self._force, depth, phase, bias))
+        try:
+            self._view(Progress(now - self._begun, counts.received, counts.lost, self._force, depth, phase, bias))
+        except OSError:  # who watched is gone: that ends no recording
+            self._view = None
 
 
 def _worse(first: Ended, then: Ended) -> Ended:

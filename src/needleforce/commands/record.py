@@ -55,7 +55,7 @@ def run(
     from ..acquisition.recorder import record_run
     from ..acquisition.settings import Settings
 
-    check_outputs([json])
+    check_outputs([output, json])
     _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s)
     open_sources, rating = _sources(sensor, sensor_page, axis, source, calibration, axial)
     settings = Settings(
@@ -124,6 +124,8 @@ def _standard_input(calibration: Path | None):
     from ..acquisition.gauges import read_calibration
     from ..acquisition.standard_input import StandardInput
 
+    if sys.stdin is None:
+        raise InputError("standard input", "closed", "", "", "Pipe a program into it.")
     return StandardInput(sys.stdin.buffer, read_calibration(calibration) if calibration else None)
 
 
@@ -150,7 +152,7 @@ def _limit(given: float | None, rating: float, axis: str | None) -> float:
 def _run_protocol(protocol: str, folder: Path, open_sources, settings, view, same_site: bool, json: str | None) -> None:
     from ..protocol import read_protocol, run_protocol
 
-    ask = typer.confirm if sys.stdin.isatty() else None
+    ask = typer.confirm if sys.stdin and sys.stdin.isatty() else None
     told = {"view": view, "ask": ask, "say": say, "same_site": same_site}
     done = run_protocol(read_protocol(protocol), folder, open_sources, settings, **told)
     write_json(done.to_json(), json)
