@@ -13,7 +13,14 @@ from .errors import InputError
 def checked_target(path) -> Path:
     """The file that would be written, links followed; InputError if it cannot be: no folder, a folder itself, a
     device."""
-    target = Path(path).resolve()
+    try:
+        target = Path(path).resolve()
+        os.path.lexists(target) or os.stat(target)
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError("file to write", repr(str(path)[:80]), reason, next_step="Give another name.") from None
     if str(path) in ("", "."):
         raise InputError("file to write", repr(str(path)), "has no name", next_step="Give a file.")
     if not target.parent.is_dir():

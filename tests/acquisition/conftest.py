@@ -19,6 +19,8 @@ def nothing_left():
     yield
     gc.collect()
     gc.unfreeze()
+    for thread in set(threading.enumerate()) - before:
+        thread.join(2.0)  # a test's own writer may be about to end
     assert set(threading.enumerate()) <= before
 
 

@@ -1,5 +1,6 @@
 """The clients alone: addresses, foreign packets, configuration, and an axis that says nonsense."""
 
+import contextlib
 import http.server
 import socket
 import threading
@@ -10,6 +11,7 @@ import pytest
 from fake_rig import BIAS, CONFIGURATION, FakeAxis, FakeSensor, counts
 
 from needleforce import InputError
+from needleforce.acquisition import sensor_page
 from needleforce.acquisition.axis_client import AxisClient
 from needleforce.acquisition.sensor_client import SensorClient
 from needleforce.acquisition.sensor_page import read_configuration
@@ -142,6 +144,48 @@ def test_the_page_from_a_file_and_from_a_server(tmp_path):
     for nowhere in (f"http://{host}/netftapi2.xml", str(tmp_path), "http://[", "http://127.0.0.1:99999/"):
         with pytest.raises(InputError, match="not read"):
             read_configuration("", nowhere)
+
+
+def test_a_page_that_drips_is_given_up(monkeypatch):
+    monkeypatch.setattr(sensor_page, "_PATIENCE", 0.3)
+    dripping = [b"HTTP/1.0 200 OK\r\n\r\n", b"HTTP/1.0 200 OK\r\nX"]
+    for head in dripping:
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            thread = threading.Thread(target=drips, args=(server, head))
+            thread.start()
+            with pytest.raises(InputError, match=r"not there after 0\.3 s"):
+                read_configuration(f"127.0.0.1:{server.getsockname()[1]}")
+            thread.join()
+
+
+def drips(server, head):
+    with server.accept()[0] as connection, contextlib.suppress(OSError):
+        connection.sendall(head)
+        for _ in range(600):
+            connection.sendall(b" ")
+            time.sleep(0.05)
+
+
+def test_a_page_elsewhere_is_not_followed():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = threading.Thread(target=redirects, args=(server,))
+        thread.start()
+        with pytest.raises(InputError, match="not read, the server says 302"):
+            read_configuration(f"127.0.0.1:{server.getsockname()[1]}")
+        thread.join()
+
+
+def redirects(server):
+    with server.accept()[0] as connection:
+        connection.recv(4096)
+        connection.sendall(b"HTTP/1.0 302 Found\r\nLocation: http://127.0.0.1:9/x\r\n\r\n")
+
+
+def test_a_second_client_is_told_why():
+    with FakeAxis(greets=False) as fake:
+        fake.garbage = b"refused connection another client\n"
+        with pytest.raises(InputError, match="refused, another client"):
+            AxisClient("127.0.0.1", fake.port)
 
 
 def test_an_axis_answers_with_its_reason():

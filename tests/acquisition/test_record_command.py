@@ -4,12 +4,15 @@ import json
 import signal
 import subprocess
 import sys
+import time
 
 import pytest
 from fake_rig import CONFIGURATION, FakeAxis, FakeSensor
 from typer.testing import CliRunner
 
+from needleforce import InputError
 from needleforce.cli import app
+from needleforce.commands.record import _standard_input
 from needleforce.recording.log.reader import read_log
 
 RUNS = ["--protocol", "paper", "--folder", "x", "--sensor", "127.0.0.1", "--axis", "127.0.0.1"]
@@ -52,6 +55,34 @@ def test_a_run_and_its_json(tmp_path, page):
     outcome = json.loads((tmp_path / "o.json").read_text())
     assert outcome["ended"] == "done" and outcome["lost"] == 0
     assert outcome["received"] == len(read_log(tmp_path / "run.mcap").wrench.sequence)
+
+
+def test_a_name_too_long_and_one_for_two_files(tmp_path, page):
+    with FakeSensor() as sensor:
+        long = CliRunner().invoke(app, arguments(tmp_path / ("x" * 300), sensor, page))
+        twice = CliRunner().invoke(
+            app, arguments(tmp_path / "a.mcap", sensor, page, "--json", str(tmp_path / "." / "a.mcap"))
+        )
+    assert isinstance(long.exception, InputError) and "file to write" in str(long.exception)
+    assert isinstance(twice.exception, InputError) and "another option" in str(twice.exception)
+    assert not sensor.requests
+
+
+def test_standard_input_that_is_closed(monkeypatch, tmp_path):
+    monkeypatch.setattr(sys, "stdin", None)
+    with pytest.raises(InputError, match="standard input is closed"):
+        _standard_input(None)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
+def test_ctrl_c_while_no_header_comes(tmp_path):
+    code = "import sys; sys.argv[0] = 'needleforce'; " + CODE
+    command = [sys.executable, "-c", code, "record", "-o", str(tmp_path / "run.mcap"), "--from", "-"]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        time.sleep(2.0)  # until it waits: nothing says so
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=8.0) == 130  # not after the 10 s that it would wait for a header
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_is_kept_of_a_sensor_that_goes_away(tmp_path, page):

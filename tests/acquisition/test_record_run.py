@@ -176,6 +176,8 @@ def silent_when_moving(axis):
         (lambda axis: {"says": lambda line: "refused move door open" if "move" in line else None}, "move refused"),
         (lambda axis: {"state": lambda s: s._replace(condition="stalled") if s.depth > 0 else s}, "axis stalled"),
         (lambda axis: {"state": lambda s: s._replace(depth=min(s.depth, 0.003))}, "axis stalled"),
+        (lambda axis: {"state": lambda s: s._replace(depth=-0.002 - 1.2 * (s.depth + 0.002))}, "axis fault"),
+        (lambda axis: {"state": lambda s: s._replace(depth=s.depth + 0.04 * (s.depth > 0))}, "axis fault"),
         (lambda axis: {"state": lambda s: s._replace(condition="fault") if s.depth > 0 else s}, "axis fault"),
         (lambda axis: {"state": lambda s: s._replace(condition="idle") if s.depth > 0 else s}, "axis stopped"),
         (lambda axis: {"says": lambda line: setattr(axis, "hangs_up", "move" in line)}, "axis lost"),
@@ -229,6 +231,42 @@ def test_a_file_that_exists_is_not_touched(recorded, tmp_path):
     with FakeSensor() as sensor, pytest.raises(InputError, match="never written over"):
         recorded(sensor, duration=0.1)
     assert (tmp_path / "run.mcap").read_text() == "mine"
+
+
+def test_an_axis_that_leaves_its_place_in_a_hold(recorded):
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        axis.state = lambda s: s._replace(depth=s.depth - 0.003) if s.depth == 0.002 else s
+        outcome, _ = recorded(sensor, axis, [(0.001, 0.02), (0.001, 0.05), (0.002, 0.02), (0.002, 5.0)])
+    assert outcome.ended in ("axis fault", "axis stopped") and "stop" in axis.heard
+
+
+@pytest.mark.parametrize("steps", [(3.9e9, 0.0), (0.0, 3.9e9)])
+def test_an_axis_that_sets_its_clock(recorded, steps):
+    def state(s):
+        return s._replace(time=s.time + steps[s.number > 40])
+
+    with FakeSensor() as sensor, FakeAxis(state=state) as axis:
+        outcome, log = recorded(sensor, axis, MOVES)
+    assert outcome.ended == "done" and log.complete
+
+
+def test_a_counter_that_stands_is_told(recorded, tmp_path):
+    with FakeSensor(packets=lambda sensor, k: [sensor.packet(1)]) as sensor:
+        with pytest.raises(InputError, match="hardly go on"):
+            recorded(sensor, duration=0.1, bias_time=0.05)
+    assert not list(tmp_path.iterdir()) and sensor.requests[-1] == Command.STOP
+
+
+def test_a_view_that_is_gone_ends_nothing(recorded):
+    shown = []
+
+    def view(now):
+        shown.append(now)
+        raise BrokenPipeError
+
+    with FakeSensor() as sensor:
+        outcome, log = recorded(sensor, duration=0.4, view=view)
+    assert outcome.ended == "done" and log.complete and len(shown) == 1
 
 
 def test_a_port_nobody_answers_on(recorded):

@@ -123,6 +123,15 @@ def test_bad_lines_are_counted_and_left_out():
     assert (source.lines, source.wrong_size) == (209, 9)
 
 
+def test_what_a_recording_cannot_hold_is_a_bad_line():
+    head = "time_s,sequence,fz_N,depth_mm,velocity_mm_s\n"
+    bad = ["-1,4,0,0,0", "1e300,4,0,0,0", "5e9,4,0,0,0", "1,1e30,0,0,0", "1,4,0,1e308,0", "1,4,0,0,-1e308"]
+    good = [f"{k},{k},0,0,0" for k in range(90)]
+    samples, source = read(head + "\n".join(good + bad) + "\n")
+    assert source.wrong_size == len(bad)
+    assert [sample.sequence for sample in samples] == list(range(90))
+
+
 def test_more_than_a_share_of_bad_lines_is_an_error():
     with pytest.raises(nf.InputError, match=r"'oh no'.*20 of 120 lines"):
         read(HEADER + "0,0,0,0,0,0,0\n" * 100 + "oh no\n" * 20)

@@ -101,7 +101,7 @@ class Rig:
         if why == "killed":
             path.write_bytes(flushed)
             raise KeyboardInterrupt
-        return type("Outcome", (), {"ended": why})()
+        return type("Outcome", (), {"ended": why, "detail": "as told."})()
 
 
 @pytest.fixture

@@ -49,6 +49,19 @@ def test_what_is_no_command_is_refused(line):
         parse_command(line)
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "state 1 1e300 0 0 idle", "state 1 -5e9 0 0 idle", "state 1 0 1e300 0 idle", "state 1 0 0 -1e4 idle",
+        f"state {'9' * 5000} 0 0 0 idle", "refused move " + "x" * 5000, "axis -0.03 0.07 0.05 0",
+        "axis -0.03 0.07 0 0.01", "axis 0.07 -0.03 0.05 0.01", "axis -0.03 0.07 0.05 -1",
+    ],
+)  # fmt: skip
+def test_what_no_axis_can_be_is_refused(line):
+    with pytest.raises(InputError, match="line of the axis"):
+        parse_answer(line)
+
+
 @given(st.text(max_size=300))
 def test_any_text_is_read_or_refused(text):
     for parse in (parse_answer, parse_command):

@@ -153,6 +153,8 @@ class AxisClient:
         if isinstance(said, AxisState):
             self._arrived.append((said, arrival))
             return
+        if isinstance(said, Answer) and said.command == "connection":
+            raise InputError("connection", "refused", said.reason, "", "One client at a time: end the other one.")
         with self._changed:
             if isinstance(said, AxisRange):
                 self.limits = said

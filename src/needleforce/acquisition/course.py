@@ -10,6 +10,7 @@ DONE = "done"  # why a run ended that went to its end
 REACHED = 0.25e-3  # [m] from where it was sent: lag and play of a spindle
 _SAME = 5e-6  # [m] within which a move goes nowhere, and so waits
 _SHARE = 0.1  # of the way it ought to have gone, below which an axis stands
+_ASTRAY = 1e-3  # [m] off the way it was sent, beyond which an axis is let go no further
 _BEGIN = 0.5  # [s] from the answer to a first state that says moving
 
 
@@ -67,10 +68,13 @@ class Course:
 
     def _hold(self, seconds: float) -> Iterator[None]:
         self.phase, end = Phase.hold, self._now + seconds
+        way = self._way(self.state.depth, self.state.depth)
         while self._now < end:
+            self._check_way(*way)
             yield
 
     def _move(self, start: float, depth: float, speed: float) -> Iterator[None]:
+        way = self._way(start, depth)
         self._send_move(depth, speed)
         sent = self._now
         while (answer := self._axis.answer("move")) is None:
@@ -84,8 +88,20 @@ class Course:
         while not self._there(before, begun, depth):
             if self._now - begun > longest:
                 raise Ended("axis stalled", f"not at {1e3 * depth:.3f} mm after {longest:.1f} s")
+            self._check_way(*way)
             self._check_progress(depth, speed)
             yield
+
+    def _way(self, start: float, depth: float) -> tuple[float, float]:
+        """The lowest and highest depth between the two, with what it needs to brake where it still moves."""
+        spare = _ASTRAY + self.state.velocity**2 / (2.0 * self._axis.limits.max_acceleration)
+        return min(start, depth) - spare, max(start, depth) + spare
+
+    def _check_way(self, lowest: float, highest: float) -> None:
+        here = self.state.depth
+        if not lowest <= here <= highest:
+            sent = f"{1e3 * lowest:.3f} to {1e3 * highest:.3f} mm"
+            raise Ended("axis fault", f"at {1e3 * here:.3f} mm, off the way it was sent, {sent}")
 
     def _longest(self, way: float, speed: float) -> float:
         return 5.0 + 2.0 * (way / speed + speed / self._axis.limits.max_acceleration)

@@ -32,7 +32,7 @@ class DeviceClock:
         """When the device meant, for a reading of its clock that arrived."""
         here, there = self._origin = self._origin or (device, arrival)
         if self._last > device:  # late: as far before the newest as it was taken before it
-            return self._host - (self._last - device)
+            return max(0, self._host - (self._last - device))
         seconds = self._live.update((device - here) / _SECOND, (arrival - there) / _SECOND)
         self._last, self._host = device, there + round(seconds * _SECOND)
         return self._host

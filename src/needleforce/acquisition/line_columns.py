@@ -17,6 +17,7 @@ _QUANTITY = {"fz": "force"}  # the axial force has the name of a recording
 _WANTED = ("time", "depth", "velocity", "force", "fx", "fy", "tx", "ty", "tz")
 _GAUGE = re.compile(r"(?:v|g|(?:strain )?gau?ge)[ _]?(\d)(?:[ _]*[\[(]?v[\])]?)?", re.IGNORECASE)
 _OTHERS = ("time", "depth", "velocity", "sequence")
+_ENDS = {"time": (0.0, 4e9), "sequence": (-(2.0**53), 2.0**53), "depth": (-1e3, 1e3), "velocity": (-1e3, 1e3)}  # SI
 _SEQUENCE = ("sequence", "seq", "rdt_sequence")
 _EXAMPLE = "Write a first line such as time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm."
 
@@ -37,7 +38,9 @@ class LineColumns:
     others: dict[str, float]
 
     def numbers(self, line: bytes) -> list[float] | None:
-        """The used cells of a line; None for a line of another length, or that holds what is no finite number."""
+        """The used cells of a line; None for a line of another length, or that holds what is no finite number, or what
+        a recording cannot hold, as a time before 0 or beyond 4e9 s.
+        """
         cells = line.split(self.delimiter)
         if len(cells) != self.count or b"_" in line:
             return None
@@ -45,7 +48,12 @@ class LineColumns:
             found = [float(cells[k]) for k in self.used]
         except ValueError:
             return None
-        return found if math.isfinite(sum(map(abs, found))) else None
+        return found if math.isfinite(sum(map(abs, found))) and self._possible(found) else None
+
+    def _possible(self, found: list[float]) -> bool:
+        """Whether a recording can hold the cells after the forces."""
+        others = zip(self.others.items(), found[self.forces :])
+        return all(_ENDS[name][0] <= scale * value <= _ENDS[name][1] for (name, scale), value in others)
 
 
 def columns_of(header: bytes, calibration: Calibration | None, place: str) -> LineColumns:

@@ -11,16 +11,29 @@ from .rest_bias import bias_of
 from .run import EVERY
 from .settings import Bias, Settings
 
+_SLOWEST = 10.0  # times as long as its own clock says that the bias may take
 _ADVICE = "Check its address, and that no one else reads it."
 
 
 def await_readings(watch: ForceWatch, seconds: float, silence: float, stop: threading.Event) -> None:
-    """Until there are readings over so many ``seconds``. Raises InputError where none come, KeyboardInterrupt."""
+    """Until there are readings over so many ``seconds`` of their own clock. Raises InputError where none come, or their
+    clock hardly goes on; KeyboardInterrupt.
+    """
+    until = time.monotonic() + silence + _SLOWEST * seconds
     while not watch.samples or watch.samples[-1].device - watch.samples[0].device < 1e9 * seconds:
         _check(watch, stop)
         if time.monotonic() - watch.last > silence:
             raise InputError("sensor", "silent", f"nothing came for {silence:g} s", "", _ADVICE)
+        if time.monotonic() > until:
+            raise _standing(watch, silence + _SLOWEST * seconds, seconds)
         time.sleep(EVERY)
+
+
+def _standing(watch: ForceWatch, waited: float, seconds: float) -> InputError:
+    gone = (watch.samples[-1].device - watch.samples[0].device) * 1e-9 if watch.samples else 0.0
+    limit = f"{seconds:g} s are needed; its counter or its times hardly go on"
+    advice = "Check the rate on the sensor's page, or the times in the lines."
+    return InputError("sensor's clock", f"{gone:.3g} s on after {waited:.1f} s", limit, "bias", advice)
 
 
 def withdraw(axis, move: tuple[float, float], watch: ForceWatch, patience: float, stop: threading.Event) -> None:

@@ -41,8 +41,8 @@ def record_run(
     watch = ForceWatch(force, axis, settings, stop)
     try:
         _check(Path(path), axis, moves, settings)
+        force.start()  # may wait for a header: Ctrl-C breaks into it, nothing is open yet
         with _interrupts(stop):
-            force.start()
             watch.start()
             await_readings(watch, 0.0, settings.silence, stop)
             if moves:

@@ -134,7 +134,13 @@ class StandardInput:
         if not few and self.wrong_size > WORST_SHARE * self.lines + 1:  # the last one may be cut
             share = f"{self.wrong_size} of {self.lines} lines do not fit the header"
             shown = repr(self._wrong[:80].decode("ascii", "replace"))
-            raise InputError("line", shown, share, self._place, "Write every line as the header says, with points.")
+            raise InputError(
+                "line",
+                shown,
+                share,
+                self._place,
+                "Write every line as the header says, with points, times from 0 to 4e9 s.",
+            )
 
 
 def _says(line: bytes) -> bool:

@@ -55,7 +55,7 @@ def run(
     from ..acquisition.recorder import record_run
     from ..acquisition.settings import Settings
 
-    check_outputs([json])
+    check_outputs([output, json])
     _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s, duration_s, calibration)
     open_sources, rating = sources(sensor, sensor_page, axis, calibration, axial)
     settings = Settings(
@@ -108,7 +108,7 @@ def _moves(start_mm: float, depth_mm: float, speed_mm_s: float, hold_s: float) -
 def _run_protocol(protocol: str, folder: Path, open_sources, settings, view, same_site: bool, json: str | None) -> None:
     from ..protocol import read_protocol, run_protocol
 
-    ask = typer.confirm if sys.stdin.isatty() else None
+    ask = typer.confirm if sys.stdin and sys.stdin.isatty() else None
     told = {"view": view, "ask": ask, "say": say, "same_site": same_site}
     done = run_protocol(read_protocol(protocol), folder, open_sources, settings, **told)
     write_json(done.to_json(), json)

@@ -35,6 +35,8 @@ def _standard_input(calibration: Path | None):
     from ..acquisition.gauges import read_calibration
     from ..acquisition.standard_input import StandardInput
 
+    if sys.stdin is None:
+        raise InputError("standard input", "closed", "", "", "Pipe a program into it.")
     return StandardInput(sys.stdin.buffer, read_calibration(calibration) if calibration else None)
 
 

@@ -62,11 +62,12 @@ class Session:
         """Run after run, until all are there or one ends early; why it ended."""
         try:
             while (run := self._next()) is not None:
-                ended = self._record(run)
+                outcome = self._record(run)
                 write_table(self._path, self._look())
-                if ended != DONE:
-                    self._say(f"{run.name}: {ended}. {RESUME}")
-                    return ended
+                if outcome.ended != DONE:
+                    why = f": {outcome.detail.rstrip('.')}" if outcome.detail else ""
+                    self._say(f"{run.name}: {outcome.ended}{why}. {RESUME}")
+                    return outcome.ended
         except KeyboardInterrupt:
             self._say(f"Stopped. {RESUME}")
             return "interrupted"
@@ -104,7 +105,7 @@ class Session:
             self._notes.append(sentence)
             self._say(sentence)
 
-    def _record(self, run: RunPlan) -> str:
+    def _record(self, run: RunPlan):
         from ..acquisition.recorder import record_run
 
         force, axis = self._opened()
@@ -118,7 +119,7 @@ class Session:
         card = run.card | {"date": datetime.now(UTC).isoformat(timespec="seconds")}
         outcome = record_run(self._path / run.name, force, axis, run.moves, card, self._settings, view=self._view)
         self._recorded.append(run.name)
-        return outcome.ended
+        return outcome
 
     def _opened(self) -> tuple:
         force, axis = self._open_sources()

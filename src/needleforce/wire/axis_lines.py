@@ -21,6 +21,8 @@ CONDITIONS = ("idle", "moving", "stopping", "stalled", "fault")
 COMMANDS = ("move", "stop", "site", "alive")
 _REFUSED = (*COMMANDS, "line", "connection")  # also what is no command, and a second client
 LONGEST = 200  # characters in a line
+_LATEST = 4e9  # [s] of a clock: what fits into a recording
+_FARTHEST = 1e3  # [m], and [m/s]
 
 
 class AxisState(NamedTuple):
@@ -72,11 +74,13 @@ def move_line(depth: float, speed: float) -> str:
 
 def parse_answer(line: str) -> AxisState | AxisRange | Answer:
     """What an axis said. Raises InputError for what it could not have said."""
+    if len(line) > LONGEST:
+        raise _not_a_line(line)
     match line.split(" "):
         case ["state", number, time, depth, velocity, condition] if condition in CONDITIONS and number.isdecimal():
-            return AxisState(int(number), *_numbers(line, time, depth, velocity), condition)
+            return _possible(AxisState(int(number), *_numbers(line, time, depth, velocity), condition), line)
         case ["axis", lowest, highest, speed, acceleration]:
-            return AxisRange(*_numbers(line, lowest, highest, speed, acceleration))
+            return _able(AxisRange(*_numbers(line, lowest, highest, speed, acceleration)), line)
         case ["ok", command] if command in COMMANDS:
             return Answer(command, True)
         case ["refused", command, *reason] if command in _REFUSED:
@@ -104,6 +108,18 @@ def _numbers(line: str, *texts: str) -> tuple[float, ...]:
     if not all(map(math.isfinite, numbers)):
         raise _not_a_line(line)
     return numbers
+
+
+def _possible(state: AxisState, line: str) -> AxisState:
+    if abs(state.time) > _LATEST or max(abs(state.depth), abs(state.velocity)) > _FARTHEST:
+        raise _not_a_line(line)
+    return state
+
+
+def _able(limits: AxisRange, line: str) -> AxisRange:
+    if not (limits.lowest < limits.highest and limits.max_speed > 0.0 and limits.max_acceleration > 0.0):
+        raise _not_a_line(line)
+    return limits
 
 
 def _not_a_line(line: str) -> InputError:
