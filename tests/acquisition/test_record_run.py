@@ -263,6 +263,13 @@ def test_a_counter_that_stands_is_told(recorded, tmp_path):
     assert not list(tmp_path.iterdir()) and sensor.requests[-1] == Command.STOP
 
 
+def test_a_counter_that_runs_backwards_ends_the_run(recorded):
+    with FakeSensor(packets=lambda sensor, k: [sensor.packet(k if k < 100 else 4000 - k)]) as sensor:
+        outcome, log = recorded(sensor, duration=10.0)
+    assert outcome.ended == "sensor fault" and "late in a second" in outcome.detail
+    assert log.complete
+
+
 def test_a_view_that_is_gone_ends_nothing(recorded):
     shown = []
 

@@ -76,6 +76,14 @@ def test_units_and_delimiters_are_those_of_recordings():
     np.testing.assert_allclose([s.wrench for s in samples], [[0, 0, -0.25, 3e-3, 0, 0], [0, 0, 0.5, -3e-3, 0, 0]])
 
 
+def test_a_counter_of_lines_is_one_of_32_bits():
+    counters = [2**32 - 2, 2**32 - 1, 0, 1, *range(2**31 + 7, 2**31 + 47), 2**40]
+    samples, source = read("sequence,fz_N\n" + "".join(f"{n},0.5\n" for n in counters) + "2,1e308\n")
+    assert np.diff([s.sequence for s in samples]).tolist()[:3] == [1, 1, 1]
+    assert max(np.diff([s.sequence for s in samples])) < 1000 and source.restart == 1
+    assert len(samples) == 44 and source.wrong_size == 2
+
+
 def test_without_a_time_the_clock_is_the_arrival():
     before = time.time_ns()
     samples, _ = read("fz_N  fx_N\n1 2\n3 4\n")

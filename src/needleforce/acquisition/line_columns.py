@@ -17,7 +17,8 @@ _QUANTITY = {"fz": "force"}  # the axial force has the name of a recording
 _WANTED = ("time", "depth", "velocity", "force", "fx", "fy", "tx", "ty", "tz")
 _GAUGE = re.compile(r"(?:v|g|(?:strain )?gau?ge)[ _]?(\d)(?:[ _]*[\[(]?v[\])]?)?", re.IGNORECASE)
 _OTHERS = ("time", "depth", "velocity", "sequence")
-_ENDS = {"time": (0.0, 4e9), "sequence": (-(2.0**53), 2.0**53), "depth": (-1e3, 1e3), "velocity": (-1e3, 1e3)}  # SI
+_ENDS = {"time": (0.0, 4e9), "sequence": (0.0, 2.0**32 - 1.0), "depth": (-1e3, 1e3), "velocity": (-1e3, 1e3)}  # SI
+_LARGEST = 1e9  # of a force, torque or voltage in any unit
 _SEQUENCE = ("sequence", "seq", "rdt_sequence")
 _EXAMPLE = "Write a first line such as time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm."
 
@@ -51,7 +52,9 @@ class LineColumns:
         return found if math.isfinite(sum(map(abs, found))) and self._possible(found) else None
 
     def _possible(self, found: list[float]) -> bool:
-        """Whether a recording can hold the cells after the forces."""
+        """Whether a recording can hold the cells."""
+        if max(map(abs, found[: self.forces])) > _LARGEST:
+            return False
         others = zip(self.others.items(), found[self.forces :])
         return all(_ENDS[name][0] <= scale * value <= _ENDS[name][1] for (name, scale), value in others)
 

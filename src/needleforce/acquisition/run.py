@@ -109,6 +109,10 @@ class Run:
             raise Ended("sensor silent", f"no reading for {silence:g} s")
         if now - self._watch.last_healthy > silence:
             raise Ended("sensor fault", f"no healthy reading for {silence:g} s")
+        for second in self._keeper.check.seconds[-1:]:
+            if second.late > 0.5 * second.received:
+                what = f"its counter goes astray: {second.late} of {second.received} late in a second"
+                raise Ended("sensor fault", what)
 
     def _end(self, ended: Ended) -> Outcome:
         """Stop the axis, keep what comes until it rests, and close the file."""

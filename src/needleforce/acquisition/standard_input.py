@@ -12,6 +12,7 @@ from ..errors import InputError
 from .calibration import Calibration
 from .line_axis import LineAxis
 from .line_columns import LineColumns, columns_of
+from .sequence import Unwrapped
 from .source import ForceSample
 
 PATIENCE = 10.0  # [s] for the header
@@ -42,6 +43,12 @@ class StandardInput:
         self._columns: LineColumns | None = None
         self._waiting: list[bytes] = []
         self._next, self._wrong = 0, b""
+        self._counter = Unwrapped(rate)
+
+    @property
+    def restart(self) -> int:
+        """How often the other program's counter began anew."""
+        return self._counter.restart
 
     def start(self) -> None:
         """Await the header; started again, throw away what came meanwhile.
@@ -121,13 +128,16 @@ class StandardInput:
         time_ns = (others["time"] * _SECOND).astype(np.int64).tolist() if "time" in others else [now] * len(rows)
         first = self._next
         self._next += len(rows)
-        number = others["sequence"].astype(np.int64).tolist() if "sequence" in others else range(first, self._next)
+        number = self._unwrapped(others["sequence"], now) if "sequence" in others else range(first, self._next)
         if self.axis:
             self.axis.take(others, time_ns, now)
         return [
             ForceSample(n, device, now, now, tuple(row), word)
             for n, device, row, word in zip(number, time_ns, wrench.tolist(), status)
         ]
+
+    def _unwrapped(self, counters: np.ndarray, now: int) -> list[int]:
+        return [self._counter.number(int(counter), now) for counter in counters]
 
     def _check_share(self) -> None:
         few = self.lines < _JUDGED and not self._ended

@@ -5,9 +5,9 @@ from typing import Annotated, Literal
 
 from msgspec import Meta, Struct
 
-Text = Annotated[str, Meta(min_length=1, max_length=1000)]
+Text = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")]  # it is printed
 Length = Annotated[float, Meta(gt=0, le=1000)]  # [mm]
-Speed = Annotated[float, Meta(gt=0, le=1000)]  # [mm/s]
+Speed = Annotated[float, Meta(ge=1e-3, le=1000)]  # [mm/s]
 Time = Annotated[float, Meta(ge=0, le=86400)]  # [s]
 Number = Annotated[int, Meta(ge=1, le=9999)]
 Sites = Number | Annotated[tuple[Number, ...], Meta(min_length=1, max_length=9999)]

@@ -28,4 +28,5 @@ def read_bag(folder: Path, take: Callable[[str, str, int, int, int, bytes], None
     except InputError:
         raise
     except Exception as error:  # whatever the package meets in a damaged bag
-        raise InputError("bag", "not readable", str(error)[:200], str(folder), "Check that it is whole.") from None
+        why = " ".join(str(error).split())[:200]
+        raise InputError("bag", "not readable", why, str(folder), "Check that it is whole.") from None
