@@ -52,11 +52,3 @@ def test_a_cone_on_a_gel_needs_its_direction(recordings):
         read(path, columns={"depth": "tip_position_m"})
     run = read(path, columns={"depth": "tip_position_m"}, inwards="decreasing")
     assert len(run) == 4000 and run.rate == pytest.approx(2000.0)
-
-
-def test_interleaved_streams_are_refused(recordings):
-    path = recordings / "asynchronous-wrench-log" / "1_wrenches_poses.csv"
-    with pytest.raises(InputError, match="no column holds the depth"):
-        read(path)
-    with pytest.raises(InputError, match=r"1026 of 2160 rows.*interleaved"):
-        read(path, columns={"depth": "Forktip Pose Z (m)"})

@@ -64,8 +64,18 @@ def join(main: Stream, path: Path, start_depth: float | None, columns, units, in
     layout = find_stored(path) if format_of(path) == "parquet" else find_layout(path)
     wanted = ("time", "depth", "velocity")
     other = read_stream(layout, wanted, _of_motion(columns), _of_motion(units), of_main(units))
+    put_motion(main, other, start_depth, Preamble(layout.comments, other.place), inwards)
+    main.said += [
+        f"depth and velocity come from {other.place} (SHA-256 {other.sha256}), interpolated onto the "
+        "force's clock; both clocks are taken to have the same zero",
+        *other.said,
+    ]
+
+
+def put_motion(main: Stream, other: Stream, start_depth: float | None, preamble: Preamble, inwards: float) -> None:
+    """Put the depth and velocity of another stream on the clock of the first; what lies outside is left out."""
     had_depth = "depth" in other.values
-    settle_motion(other, start_depth, Preamble(layout.comments, other.place), inwards)
+    settle_motion(other, start_depth, preamble, inwards)
     motion, force_time = other.values, main.values["time"]
     within = overlap(force_time, motion["time"], other.place)
     main.values = {quantity: np.ascontiguousarray(values[within]) for quantity, values in main.values.items()}
@@ -79,9 +89,4 @@ def join(main: Stream, path: Path, start_depth: float | None, columns, units, in
     if lost:
         what = f"{lost} samples of force lie outside the motion's times: left out"
         main.notes.append(Note("outside_motion", what, lost))
-    main.said += [
-        f"depth and velocity come from {other.place} (SHA-256 {other.sha256}), interpolated onto the "
-        "force's clock; both clocks are taken to have the same zero",
-        *other.said,
-    ]
     main.notes += [Note(n.kind, f"motion: {n.message}", n.count) for n in other.notes + unsteadiness(motion["time"])]

@@ -12,7 +12,7 @@ from .clocks import unsteadiness
 from .columns import AXES
 from .formats import format_of
 from .glitches import glitch_notes
-from .joining import join, of_main, settle_motion
+from .joining import join, of_main, put_motion, settle_motion
 from .layout import Layout, find_layout
 from .motion import check_direction
 from .recording import Note, Recording
@@ -87,6 +87,9 @@ def read_table(
     main = read_stream(layout, wanted, of_main(columns), of_main(units))
     if motion:
         join(main, motion, start_depth, columns, units, INWARDS[inwards])
+    elif main.motion:
+        put_motion(main, main.motion, start_depth, preamble, INWARDS[inwards])
+        main.said += main.motion.said
     else:
         settle_motion(main, start_depth, preamble, INWARDS[inwards])
     if baseline:

@@ -2,32 +2,38 @@
 """One file as quantities in SI on one clock: layout, columns, numbers, order and units settled, in this order."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..errors import InputError
 from .clocks import put_in_order
 from .columns import Column, choose, dimension, missing
+from .interleaved import take_motion
 from .layout import Layout
 from .recording import Note
 from .scales import settle
-from .table import Table, parse
+from .stored import Stored
+from .table import Table, drop_incomplete, load
 
 
 @dataclass
 class Stream:
-    """Quantity -> (n,) values in SI, what was assumed and what was found; ``place`` is the file."""
+    """Quantity -> (n,) values in SI, what was assumed and what was found; ``place`` is the file.
+
+    ``motion`` is a second stream of the same file, with times of its own: depth or velocity are there, not here.
+    """
 
     place: str
     sha256: str
     values: dict[str, np.ndarray]
     said: list[str]
     notes: list[Note]
+    motion: "Stream | None" = None
 
 
 def read_stream(
-    layout: Layout,
+    layout: Layout | Stored,
     wanted: tuple[str, ...],
     columns: Mapping[str, str],
     units: Mapping[str, str],
@@ -37,20 +43,35 @@ def read_stream(
 
     ``columns`` and ``units`` are those given; ``units_else`` counts where a header states none. Raises InputError.
     """
-    place = str(layout.path)
-    chosen = choose(layout.headers, wanted, columns, place)
+    chosen = choose(layout.headers, wanted, columns, str(layout.path))
     notes = _leave_out_torques(chosen, units)
     required = _required(chosen, wanted, layout)
-    table = parse(layout, chosen, required)
+    table, complete, cut_off = load(layout, chosen)
     table.notes += notes
-    put_in_order(table)
-    if "depth" in table.values and np.ptp(table.values["depth"]) == 0.0:
-        raise constant_depth(f"depth (column {chosen['depth'].header!r})", table.values["depth"][0], place)
+    other = None if complete else take_motion(table, cut_off)
     bare = [quantity for quantity, column in chosen.items() if column.unit is None]
-    settled, said = settle(table, {q: u for q, u in (units_else or {}).items() if q in bare} | dict(units))
+    units = {q: u for q, u in (units_else or {}).items() if q in bare} | dict(units)
+    if other is None:
+        if not complete:
+            drop_incomplete(table, required, cut_off)
+        return _settled(table, units)[0]
+    drop_incomplete(other, ("time", required[-1]), cut_off=False)
+    motion, time_unit = _settled(other, units)
+    drop_incomplete(table, ("time", "force"), cut_off=False)
+    return replace(_settled(table, units | {"time": time_unit})[0], motion=motion)
+
+
+def _settled(table: Table, units: Mapping[str, str]) -> tuple[Stream, str]:
+    """Order, units and SI of a table without holes; and the unit of its time."""
+    put_in_order(table)
+    place = str(table.layout.path)
+    if "depth" in table.values and np.ptp(table.values["depth"]) == 0.0:
+        header = table.columns["depth"].header
+        raise constant_depth(f"depth (column {header!r})", table.values["depth"][0], place)
+    settled, said = settle(table, units)
     values = {quantity: unit.to_si(table.values[quantity]) for quantity, unit in settled.items()}
     _check_finer_than_clock(values["time"], table)
-    return Stream(place, table.sha256, values, said, table.notes)
+    return Stream(place, table.sha256, values, said, table.notes), settled["time"].symbol
 
 
 def _leave_out_torques(chosen: dict[str, Column], units: Mapping[str, str]) -> list[Note]:
@@ -80,7 +101,7 @@ def constant_depth(quantity: str, value: float, place: str) -> InputError:
     )
 
 
-def _required(chosen: dict[str, Column], wanted: tuple[str, ...], layout: Layout) -> tuple[str, ...]:
+def _required(chosen: dict[str, Column], wanted: tuple[str, ...], layout: Layout | Stored) -> tuple[str, ...]:
     moving = "depth" if "depth" in chosen or "velocity" not in chosen else "velocity"
     required = tuple(q for q in ("time", "force", moving) if q in wanted)
     for quantity in required:

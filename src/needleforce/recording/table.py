@@ -12,7 +12,7 @@ from .numbers import numbers, search_fault
 from .recording import Note
 from .stored import Stored
 
-_LOST_AT_MOST = 0.01  # share of rows without a value that is left out, and told
+LOST_AT_MOST = 0.01  # share of rows without a value that is left out, and told
 
 
 @dataclass
@@ -36,18 +36,16 @@ class Table:
         self.values = {quantity: values[mask] for quantity, values in self.values.items()}
 
 
-def parse(layout: Layout | Stored, columns: dict[str, Column], required: tuple[str, ...]) -> Table:
-    """Read the columns. Raises InputError for text, wrong numbers of cells, infinite and too many missing values.
+def load(layout: Layout | Stored, columns: dict[str, Column]) -> tuple[Table, bool, bool]:
+    """Read the columns: the table, whether it has all its values, and whether its last line is cut off.
 
-    Rows that lack a ``required`` value are left out, with a note, if they are below 1 % or a last line cut off;
-    another column that lacks more is left out itself.
+    Raises InputError for text and wrong numbers of cells.
     """
     text = isinstance(layout, Layout)
     values, sha256, sound = numbers(layout, columns) if text else layout.numbers(columns)
-    table = Table(layout, columns, values, sha256=sha256)
-    if not sound or not all(map(_finite, values.values())):
-        _drop_incomplete(table, required, cut_off=text and search_fault(layout, columns))
-    return table
+    complete = sound and all(map(_finite, values.values()))
+    cut_off = text and not complete and search_fault(layout, columns)
+    return Table(layout, columns, values, sha256=sha256), complete, cut_off
 
 
 def _finite(values: np.ndarray) -> bool:
@@ -56,7 +54,11 @@ def _finite(values: np.ndarray) -> bool:
         return bool(np.isfinite(values.sum()) or np.isfinite(values).all())
 
 
-def _drop_incomplete(table: Table, required: tuple[str, ...], cut_off: bool) -> None:
+def drop_incomplete(table: Table, required: tuple[str, ...], cut_off: bool) -> None:
+    """Leave out the rows that lack a ``required`` value, with a note, if they are below 1 % or a last line cut off.
+
+    Another column that lacks more is left out itself. Raises InputError for infinite and too many missing values.
+    """
     for quantity, values in table.values.items():
         infinite = np.flatnonzero(np.isinf(values))
         if len(infinite):
@@ -79,7 +81,7 @@ def _leave_out(table: Table, quantity: str, required: bool, cut_off: bool) -> No
     """Refuse a required column with too many holes; leave out another one, and say so."""
     holes = np.flatnonzero(np.isnan(table.values[quantity]))
     count = len(holes) - bool(cut_off and len(holes) and holes[-1] == len(table.values[quantity]) - 1)
-    if count <= _LOST_AT_MOST * len(table.values[quantity]):
+    if count <= LOST_AT_MOST * len(table.values[quantity]):
         return
     if required:
         raise _not_finite(table, quantity, holes, "missing or not a number")
@@ -90,8 +92,8 @@ def _leave_out(table: Table, quantity: str, required: bool, cut_off: bool) -> No
 def _not_finite(table: Table, quantity: str, rows: np.ndarray, what: str) -> InputError:
     total = len(table.values[quantity])
     advice = "Remove these lines, or record again."
-    if len(rows) > 0.2 * total:
-        advice = "If two streams are interleaved in this file, save each in its own file and join them with motion."
+    if 0.2 * total < len(rows) < total:
+        advice = "If this column has a slower clock than the others, save it in its own file and join it with motion."
     header = table.columns[quantity].header
     limit = f"{len(rows)} of {total} rows, at most 1 % may be missing" if what[0] == "m" else f"in {len(rows)} rows"
     return InputError(f"{quantity} (column {header!r})", what, limit, table.place(int(rows[0])), advice)
