@@ -5,7 +5,20 @@ import sys
 
 import typer
 
-from .commands import campaign, compare, demo, export, identify, indentation, laws, presets, record, rig, simulate
+from .commands import (
+    campaign,
+    compare,
+    convert,
+    demo,
+    export,
+    identify,
+    indentation,
+    laws,
+    presets,
+    record,
+    rig,
+    simulate,
+)
 
 app = typer.Typer(
     help="The force of a needle in soft tissue: from mechanics to force, from recordings to mechanics.",
@@ -13,7 +26,7 @@ app = typer.Typer(
     add_completion=True,
     pretty_exceptions_enable=False,
 )
-for command in (demo, simulate, identify, campaign, compare, indentation, export, record, rig, laws, presets):
+for command in (demo, simulate, identify, campaign, compare, indentation, convert, export, record, rig, laws, presets):
     app.command(name=command.NAME)(command.run)
 
 

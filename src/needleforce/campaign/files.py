@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ..errors import InputError
 
-EXTENSIONS = (".csv", ".tsv", ".txt", ".dat")
+EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 
 
 @dataclass(frozen=True, order=True)

@@ -1,0 +1,57 @@
+"""Recordings from one format to another: the numbers stay, and so does what is identified."""
+
+import shutil
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import needleforce as nf
+from needleforce.cli import app
+from needleforce.errors import InputError
+
+
+@pytest.fixture
+def insertion(root, tmp_path):
+    return shutil.copy(root / "examples" / "insertion.csv", tmp_path / "insertion.csv")
+
+
+def convert(*arguments):
+    return CliRunner().invoke(app, ["convert", *map(str, arguments)])
+
+
+@pytest.mark.parametrize("ending", ["csv", "parquet", "mcap"])
+def test_what_is_identified_stays(insertion, tmp_path, ending):
+    target = tmp_path / f"again.{ending}"
+    done = convert(insertion, "-o", target)
+    assert done.exit_code == 0 and "1592 samples" in done.stderr
+    first, again = nf.read(insertion), nf.read(target)
+    np.testing.assert_allclose(again.time, first.time, atol=1e-9)  # messages have whole nanoseconds
+    for name in ("depth", "velocity", "force"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(first, name))
+    expected, found = nf.identify(first).parameters, nf.identify(again).parameters
+    for name, estimate in expected.items():
+        np.testing.assert_allclose(found[name].value, estimate.value, rtol=1e-6)
+
+
+def test_columns_and_units_are_asked_for_as_elsewhere(tmp_path):
+    path = tmp_path / "odd.csv"
+    rows = "".join(f"{10 * k},{0.1 * k:.3f},{0.01 * k:.3f}\n" for k in range(100))
+    path.write_text("clock,weg,kraft\n" + rows)
+    options = [f"--column={c}" for c in ("time=clock", "depth=weg", "force=kraft")]
+    options += ["--unit=time=ms", "--unit=depth=mm", "--unit=force=N"]
+    assert convert(path, "-o", tmp_path / "out.parquet", *options).exit_code == 0
+    np.testing.assert_allclose(nf.read(tmp_path / "out.parquet").depth[-1], 9.9e-3)
+
+
+def test_what_cannot_be_read_leaves_no_file(tmp_path):
+    path = tmp_path / "broken.csv"
+    path.write_text("time,depth\n1,2\n")
+    done = convert(path, "-o", tmp_path / "out.csv")
+    assert done.exit_code == 1 and "force" in done.stderr and not (tmp_path / "out.csv").exists()
+
+
+@pytest.mark.parametrize("name, says", [("out.xls", "known endings"), ("insertion.csv", "is also read")])
+def test_a_target_that_is_none_is_refused(insertion, tmp_path, name, says):
+    done = convert(insertion, "-o", tmp_path / name)
+    assert isinstance(done.exception, InputError) and says in str(done.exception)
