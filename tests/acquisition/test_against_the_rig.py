@@ -20,12 +20,12 @@ FAULTS = {"lost": 0.05, "reordered": 0.02, "doubled": 0.02, "sensor_drift_ppm": 
 FILTER = 10
 
 
-def recorded(path, faults):
+def recorded(path, faults, moves=MOVES):
     with VirtualRig(seed=1, faults=faults) as rig:
         page = f"http://{HERE}:{rig.page_port}/netftapi2.xml"
         sensor = SensorClient(HERE, rig.sensor_port, read_configuration(HERE, page))
         axis = AxisClient(HERE, rig.axis_port)
-        outcome = record_run(path, sensor, axis, MOVES, {}, Settings(2.0, filter_length=FILTER))
+        outcome = record_run(path, sensor, axis, moves, {}, Settings(2.0, filter_length=FILTER))
         return outcome, rig.truth().streams[-1]
 
 
@@ -53,3 +53,16 @@ def test_losses_are_the_rigs_and_the_force_is_the_simulated_one(tmp_path, faults
     apart = (recording.force - simulated(recording))[~turning]
     assert np.sqrt(np.mean(apart**2)) < 4e-3  # noise of 1 mN, 0.3 % of crosstalk, the break a sample elsewhere
     assert np.percentile(np.abs(apart), 95) < 6e-3
+
+
+@pytest.mark.parametrize(
+    "fault, why",
+    [("stall_at_s", "axis stalled"), ("axis_silent_at_s", "axis silent"), ("sensor_silent_at_s", "sensor silent"),
+     ("power_cut_s", "axis lost")],
+)  # fmt: skip
+def test_what_goes_wrong_on_the_way_is_told_and_the_file_is_whole(tmp_path, fault, why):
+    path = tmp_path / "run.mcap"
+    outcome, _ = recorded(path, {fault: 2.5}, [(-4e-3, 10e-3), (16e-3, 2e-3)])
+    log = read_log(path)
+    assert outcome.ended == why
+    assert log.complete and log.end["ended"] == why and len(log.wrench) == outcome.received

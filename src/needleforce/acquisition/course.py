@@ -120,10 +120,10 @@ class Course:
     def _check_progress(self, depth: float, speed: float) -> None:
         if self.state.condition != "moving":
             return
-        if not self._moved or self._moved[-1][1] != self.state.depth or self._now - self._moved[-1][0] > 0.05:
-            self._moved.append((self._now, self.state.depth))
+        if not self._moved or self._moved[-1][0] != self._heard:  # an axis that says nothing is another matter
+            self._moved.append((self._heard, self.state.depth))
         since, from_depth = self._moved[0]
-        span = self._now - since
+        span = self._heard - since
         if span < self._patience:
             return
         ought = min(speed * span, 0.5 * self._axis.limits.max_acceleration * span**2, abs(depth - from_depth))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ..errors import InputError
-from ..wire.axis_lines import AxisState
+from ..wire.axis_lines import SILENCE, AxisState
 from .course import DONE, Course, Ended
 from .end_words import alignment_uncertainty, told
 from .force_watch import ForceWatch
@@ -69,7 +69,7 @@ class Run:
             raise Ended("interrupted")
         self._check_sensor(now)
         if self._course:
-            self._course.step(now)
+            self._step(self._course, now)
             self._keeper.phase(self._course.phase)
         if self._settings.duration is not None and now - self._begun >= self._settings.duration:
             raise Ended(DONE)
@@ -98,6 +98,17 @@ class Run:
             self._state = states[-1][0]
         if self._course:
             self._course.hear(states, now)
+
+    def _step(self, course: Course, now: float) -> None:
+        """Go on with the moves. An axis that stops by itself does so where readings, and so words to it, have ended."""
+        try:
+            course.step(now)
+        except Ended as ended:
+            quiet = now - self._watch.last
+            if ended.why == "axis stopped" and quiet > 0.5 * SILENCE:
+                detail = f"no reading for {quiet:.2f} s, so the {ended.why} {ended.detail}"
+                raise Ended("sensor silent", detail) from None
+            raise
 
     def _check_sensor(self, now: float) -> None:
         silence = self._settings.silence
