@@ -18,9 +18,11 @@ def bias_of(samples: list[ForceSample], settings: Settings) -> Bias:
     Steady: the mean of the last third within ``settings.steady`` [N] of that of the first, and so the noise.
     """
     healthy = [sample.wrench for sample in samples if not is_fault(sample.status)]
-    if len(healthy) < max(FEWEST, len(samples) // 2):
+    fewest = max(FEWEST, len(samples) // 2)
+    if len(healthy) < fewest:
         words = status_words(next((s.status for s in samples if is_fault(s.status)), 0))
-        raise InputError("readings at rest", len(healthy), f"of {len(samples)}; status: {words}", "bias")
+        limit = f"{fewest} of {len(samples)} must be healthy; status: {words}"
+        raise InputError("readings at rest", len(healthy), limit, "bias", "Give a longer rest with --bias-s, or 0.")
     wrench = np.array(healthy)
     _check_steady(wrench[:, settings.column], settings.steady)
     mean, noise = wrench.mean(axis=0), wrench.std(axis=0, ddof=1)
