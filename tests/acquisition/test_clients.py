@@ -3,6 +3,7 @@
 import contextlib
 import http.server
 import socket
+import sys
 import threading
 import time
 
@@ -11,7 +12,7 @@ import pytest
 from fake_rig import BIAS, CONFIGURATION, FakeAxis, FakeSensor, counts
 
 from needleforce import InputError
-from needleforce.acquisition import sensor_page
+from needleforce.acquisition import sensor_client, sensor_page
 from needleforce.acquisition.axis_client import AxisClient
 from needleforce.acquisition.sensor_client import SensorClient
 from needleforce.acquisition.sensor_page import read_configuration
@@ -47,6 +48,24 @@ def test_the_kernel_stamps_what_waits():
     waits = [sample.read - sample.arrival for sample in samples]
     assert waits[0] > 50_000_000  # it lay there while this program slept
     assert samples[0].arrival < samples[-1].arrival
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what its kernel dropped")
+def test_what_the_kernel_dropped_is_told(monkeypatch):
+    def narrow(receiver):
+        receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 20_000)
+        return receiver.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
+
+    monkeypatch.setattr(sensor_client, "_widened", narrow)
+    with FakeSensor(packets=lambda sensor, k: 20 * [sensor.packet(k)] if k < 30 else [sensor.packet(k)]) as sensor:
+        client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
+        client.start()
+        time.sleep(0.3)  # 600 packets come meanwhile
+        first = received(client, 1)
+        samples = first + received(client, 100)
+        client.stop()
+    came = sum(sample.sequence < 30 for sample in samples)
+    assert client.dropped >= 570 - came > 0 and client.buffer < 0.1
 
 
 def test_packets_of_others_are_counted_and_left_out():

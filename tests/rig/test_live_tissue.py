@@ -6,7 +6,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.rig import Sensor, SpeedClock, paper_experiment
-from needleforce.rig.live.tissue import ModelTissue, phantom_tissue
+from needleforce.rig.live.tissue import ModelTissue, PhantomTissue, phantom_site
 from needleforce.rig.run import perform, way
 
 DEPTH, SHORT, DT = 16e-3, 0.3e-3, 1e-3
@@ -29,7 +29,7 @@ def sites():
 @pytest.mark.parametrize("number", [3])
 @pytest.mark.parametrize("speed", [1e-3, 3e-3])
 def test_two_passes_are_those_of_the_experiment_of_the_same_seed(sites, number, speed):
-    site, tissue = sites[number - 1], phantom_tissue(5, number)
+    site, tissue = sites[number - 1], PhantomTissue(phantom_site(5, number))
     first, second = stroke(DEPTH, speed), stroke(DEPTH - SHORT, speed)
     direct = site.specimen.force(first - site.surface)
     again = site.specimen.force(second - site.surface, hole=DEPTH - site.surface)
@@ -47,16 +47,21 @@ def test_the_whole_wrench_is_what_a_run_without_noise_records(sites):
     depths = motion.at(run.time)[0]
     for axis in ("force", "fx", "ty"):
         rounding = 0.5 / (320 if axis != "ty" else 64_000)
-        np.testing.assert_allclose(stepped(phantom_tissue(5, 1), depths, axis), run.axes[axis], atol=rounding + 1e-9)
+        np.testing.assert_allclose(
+            stepped(PhantomTissue(phantom_site(5, 1)), depths, axis), run.axes[axis], atol=rounding + 1e-9
+        )
 
 
 def test_a_site_is_the_same_whatever_was_visited_before():
-    alone, after = phantom_tissue(5, 2), [phantom_tissue(5, number) for number in (7, 1, 2)][-1]
+    alone, after = (
+        PhantomTissue(phantom_site(5, 2)),
+        [PhantomTissue(phantom_site(5, number)) for number in (7, 1, 2)][-1],
+    )
     assert (stepped(alone, stroke(DEPTH)) == stepped(after, stroke(DEPTH))).all()
 
 
 def test_a_needle_that_did_not_pierce_leaves_no_hole(sites):
-    tissue, site = phantom_tissue(5, 1), sites[0]
+    tissue, site = PhantomTissue(phantom_site(5, 1)), sites[0]
     stepped(tissue, stroke(2e-3))
     np.testing.assert_allclose(
         stepped(tissue, stroke(DEPTH)), site.specimen.force(stroke(DEPTH) - site.surface), atol=1e-9
@@ -64,7 +69,7 @@ def test_a_needle_that_did_not_pierce_leaves_no_hole(sites):
 
 
 def test_going_back_and_forth_inside_returns_no_energy():
-    tissue = phantom_tissue(5, 1)
+    tissue = PhantomTissue(phantom_site(5, 1))
     stepped(tissue, stroke(DEPTH)[: len(stroke(DEPTH)) // 2])
     way_back = DEPTH - 2e-3 * (1 - np.cos(np.linspace(0, 6 * np.pi, 4000)))
     force = stepped(tissue, way_back)

@@ -130,7 +130,8 @@ class AxisClient:
         try:
             while not self._closing:
                 if select.select([self._socket], [], [], _AGAIN)[0]:
-                    self._take(*receive_stamped(self._socket, 65536)[:2])
+                    received = receive_stamped(self._socket, 65536)
+                    self._take(received.data, received.arrival)
                 if self._stopping and time.monotonic() - self._last_word > _AGAIN:
                     self._send("stop")
         except (OSError, InputError) as error:

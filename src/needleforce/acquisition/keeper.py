@@ -2,6 +2,7 @@
 """The writing side of a run: counts, aligns, marks and writes what the other threads received."""
 
 import errno
+import math
 import os
 from collections.abc import Mapping
 
@@ -14,7 +15,7 @@ from .sequence import Kind, SequenceCheck
 from .settings import Bias
 from .source import ForceSample, ForceSource
 
-_TALLIES = ("foreign", "wrong_size", "stale", "restart")
+_TALLIES = ("foreign", "wrong_size", "stale", "restart", "dropped")
 FILE_ENDS = ("disk full", "file not written")
 _FULL = [os.strerror(number) for number in (errno.ENOSPC, errno.EDQUOT)]
 _SECOND = 1_000_000_000  # [ns]
@@ -51,6 +52,16 @@ class Keeper:
         self._status: set[int] = {0}
         self._condition, self._phase = "", ""
         self._arrival = 0
+
+    @property
+    def dropped(self) -> int:
+        """Packets that found this computer's buffer full."""
+        return getattr(self._source, "dropped", 0)
+
+    @property
+    def buffer(self) -> float:
+        """How long [s] this computer keeps readings that wait."""
+        return getattr(self._source, "buffer", math.inf)
 
     def force(self, samples: list[ForceSample]) -> None:
         """Write what is not doubled, and mark what is wrong with it."""

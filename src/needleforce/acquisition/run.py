@@ -166,6 +166,8 @@ class Run:
             (time.process_time() - self._processor) / max(seconds, 1e-3),
             alignment_uncertainty(self._keeper.pairs),
             self._path,
+            self._keeper.dropped,
+            self._keeper.buffer,
         )
 
     def _show(self, now: float) -> None:

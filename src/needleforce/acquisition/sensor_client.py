@@ -8,7 +8,7 @@ import socket
 from ..errors import InputError
 from ..wire.rdt import PORT, RECORD_SIZE, Command, Packet, pack_request, unpack_records
 from ..wire.sensor_configuration import SensorConfiguration
-from .kernel_stamps import ask_for_stamps, receive_stamped
+from .kernel_stamps import ask_for_drops, ask_for_stamps, receive_stamped
 from .sequence import Unwrapped
 from .source import ForceSample
 
@@ -23,15 +23,15 @@ class SensorClient:
     """Records of one sensor. What comes from another address, has a wrong size, or repeats a reading is counted.
 
     ``clock_rate`` [Hz] is the configured one, and the device's clock the unwrapped counter over it. ``buffer`` [s] is,
-    once started, how long the kernel keeps what is not read. Raises InputError for a host that is not
-    known or has no way to it.
+    once started, how long the kernel keeps what is not read; ``dropped`` are packets that found it full. Raises
+    InputError for a host that is not known or has no way to it.
     """
 
     def __init__(self, host: str, port: int = PORT, configuration: SensorConfiguration | None = None):
         if configuration is None:
             raise InputError("configuration of the sensor", "none", "counts are no newtons without it")
         self.configuration, self.clock_rate = configuration, configuration.rate
-        self.foreign = self.wrong_size = self.stale = 0
+        self.foreign = self.wrong_size = self.stale = self.dropped = 0
         self._numbers = Unwrapped(configuration.rate)
         self._sample, self._standing = None, 0
         self._address, self._own = _way_to(host, port)
@@ -50,6 +50,7 @@ class SensorClient:
         self._socket.bind((self._own, 0))
         self._socket.setblocking(False)
         ask_for_stamps(self._socket)
+        ask_for_drops(self._socket)
         self.buffer = _widened(self._socket) / _HELD / self.clock_rate
         self._send(Command.START)
 
@@ -61,10 +62,11 @@ class SensorClient:
         with contextlib.suppress(BlockingIOError):
             for _ in range(_AT_ONCE):
                 try:
-                    data, arrival, read, sender = receive_stamped(self._socket, _DATAGRAM)
+                    received = receive_stamped(self._socket, _DATAGRAM)
                 except ConnectionError:  # nobody listens there, says the network; silence tells the same
                     continue
-                samples += self._samples(data, arrival, read, sender)
+                self.dropped = max(self.dropped, received.dropped)
+                samples += self._samples(*received[:4])
         return samples
 
     def stop(self) -> None:

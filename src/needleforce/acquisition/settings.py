@@ -73,7 +73,8 @@ class Outcome:
     ``axis lost``, ``move refused``, ``disk full``, ``file not written``; ``detail`` says more where there is more.
 
     ``longest_own_gap`` [s] is the longest that a reading lay in this computer before it was taken; ``peak_force`` [N]
-    the largest axial force, with its sign, without bias; ``cpu_share`` processor time over time. Counts are of records.
+    the largest axial force, with its sign, without bias; ``cpu_share`` processor time over time. Counts are of records;
+    of the lost, ``dropped`` packets came and found this computer's buffer full, which holds ``buffer`` [s] of readings.
     """
 
     ended: str
@@ -89,6 +90,8 @@ class Outcome:
     cpu_share: float
     alignment_uncertainty: float | None
     path: Path
+    dropped: int = 0
+    buffer: float = math.inf
 
 
 class Progress(NamedTuple):

@@ -22,7 +22,8 @@ class ForceSample(NamedTuple):
 class ForceSource(Protocol):
     """``clock_rate`` is readings a second [Hz], nominal.
 
-    A source that can tell has also the counts ``foreign``, ``wrong_size``, ``stale`` and ``restart``, which only grow.
+    A source that can tell has also the counts ``foreign``, ``wrong_size``, ``stale``, ``restart`` and ``dropped``,
+    which only grow, and ``buffer`` [s], how long this computer keeps what waits.
     """
 
     clock_rate: float

@@ -124,4 +124,8 @@ def _tell(outcome, json: str | None) -> None:
     say(f"{outcome.path}: {outcome.ended}" + (f": {outcome.detail}" if outcome.detail else ""))
     say(f"{outcome.seconds:.1f} s, {outcome.received} readings, largest force {outcome.peak_force:.3f} N")
     say(f"lost {outcome.lost}, doubled {outcome.doubled}, late {outcome.late}; clock of the sensor known to {clock}")
+    if outcome.dropped:
+        say(f"warning: of the lost, {outcome.dropped} packets found this computer's buffer full")
+    if outcome.buffer < 1.0:
+        say(f"warning: the buffer holds {outcome.buffer:.2f} s; more with: sysctl -w net.core.rmem_max=4194304")
     say(f"longest own gap {1e3 * outcome.longest_own_gap:.1f} ms, {100 * outcome.cpu_share:.0f} % of a processor")
