@@ -54,9 +54,11 @@ def run(
     from ..acquisition.live_view import live_view
     from ..acquisition.recorder import record_run
     from ..acquisition.settings import Settings
+    from ..protocol import read_protocol
 
     check_outputs([output, json])
     _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s, duration_s, calibration)
+    planned = read_protocol(protocol) if protocol else None  # before anything is asked of the network
     open_sources, rating = sources(sensor, sensor_page, axis, calibration, axial)
     settings = Settings(
         force_limit(force_limit_n, rating, axis if protocol is None else None),
@@ -68,7 +70,7 @@ def run(
     )
     with live_view(plain) as view:
         if protocol:
-            _run_protocol(protocol, folder, open_sources, settings, view, same_site, json)
+            _run_protocol(planned, folder, open_sources, settings, view, same_site, json)
             return
         moves = [] if depth_mm is None else _moves(start_mm, depth_mm, speed_mm_s, hold_s)
         card = {"needle": needle, "tissue": tissue, "rig": f"{sensor or 'standard input'}, {axis or 'no axis'}"}
@@ -81,9 +83,9 @@ def run(
 def _check_usage(output, sensor, source, axis, protocol, folder, depth_mm, speed_mm_s, duration_s, calibration) -> None:
     """Refuse options that do not go together."""
     wrong = [
-        ((sensor is None) == (source is None), "a sensor", "give --sensor, or --from -"),
+        ((sensor is None) == (source is None), "--sensor and --from -", "one of the two is needed"),
         (source not in (None, "-"), "--from", "only - is known"),
-        ((output is None) == (protocol is None), "an output", "give --output, or --protocol with --folder"),
+        ((output is None) == (protocol is None), "--output and --protocol", "one of the two is needed"),
         ((protocol is None) != (folder is None), "--protocol", "it goes with --folder"),
         ((depth_mm is None) != (speed_mm_s is None), "--depth-mm", "it goes with --speed-mm-s"),
         (depth_mm is not None and axis is None, "--depth-mm", "it needs --axis"),
@@ -105,12 +107,12 @@ def _moves(start_mm: float, depth_mm: float, speed_mm_s: float, hold_s: float) -
     return [(start, speed), (depth, speed), (depth, hold_s), (start, speed)]
 
 
-def _run_protocol(protocol: str, folder: Path, open_sources, settings, view, same_site: bool, json: str | None) -> None:
-    from ..protocol import read_protocol, run_protocol
+def _run_protocol(planned, folder: Path, open_sources, settings, view, same_site: bool, json: str | None) -> None:
+    from ..protocol import run_protocol
 
     ask = typer.confirm if sys.stdin and sys.stdin.isatty() else None
     told = {"view": view, "ask": ask, "say": say, "same_site": same_site}
-    done = run_protocol(read_protocol(protocol), folder, open_sources, settings, **told)
+    done = run_protocol(planned, folder, open_sources, settings, **told)
     write_json(done.to_json(), json)
     if not done.complete:
         raise typer.Exit(1)
