@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
+import contextlib
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -8,6 +10,11 @@ from hypothesis import settings
 # the same examples on every machine: a red run means a changed program
 settings.register_profile("needleforce", derandomize=True, deadline=None)
 settings.load_profile("needleforce")
+
+# a shell that runs the tests in its background ignores Ctrl-C for them; the programs they start must not inherit that
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    with contextlib.suppress(ValueError):  # a test runner's own thread
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).resolve().parents[1]
 RECORDINGS = Path(os.environ.get("NEEDLEFORCE_RECORDINGS", ROOT.parent / "shared" / "data"))
