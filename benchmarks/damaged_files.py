@@ -21,7 +21,8 @@ from pathlib import Path
 from mcap.writer import CompressionType, Writer
 
 import needleforce as nf
-from needleforce.recording.log import encoding, read_recording, schemas
+from needleforce.recording import read
+from needleforce.recording.log import encoding, schemas
 
 FORMS = [(True, CompressionType.ZSTD), (True, CompressionType.LZ4), (True, CompressionType.NONE),
          (False, CompressionType.NONE)]  # fmt: skip
@@ -90,7 +91,7 @@ def _length_of_a_record(data: bytes, chance: random.Random) -> int:
 def outcome(path: Path, whole: int) -> str:
     """How a damaged file was read: whole, in part, or refused."""
     try:
-        recording = read_recording(path)
+        recording = read(path)
     except nf.InputError:
         return "refused"
     told = {"damaged", "cut_off", "incomplete", "left_out", "lost"} & {note.kind for note in recording.notes}

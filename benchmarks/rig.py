@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The rig over the loopback network, in real time: losses and their account, kills, the force limit, damaged packets.
 
-``python benchmarks/rig.py stream kills limit packets``, one or several; ``--quick`` is a tenth of each. The campaign of
-the paper is in ``rig_campaign.py``.
+``python benchmarks/rig.py writer stream kills limit packets``, one or several; ``--quick`` is a tenth of each. The
+campaign of the paper is in ``rig_campaign.py``.
 """
 
 import argparse
@@ -28,7 +28,7 @@ from needleforce.acquisition.recorder import record_run
 from needleforce.acquisition.sensor_client import SensorClient
 from needleforce.acquisition.sensor_page import read_configuration
 from needleforce.acquisition.settings import Settings
-from needleforce.recording.log import read_log
+from needleforce.recording.log import LogWriter, read_log
 
 FAULTS = {
     "lost": 0.05, "reordered": 0.02, "doubled": 0.01, "late": 0.01, "sensor_drift_ppm": 80.0, "axis_drift_ppm": -50.0,
@@ -214,7 +214,24 @@ def damaged(packet: bytes, draw: random.Random) -> bytes:
     return os.urandom(draw.randrange(1, 100))
 
 
-PARTS = {"stream": stream, "kills": kills, "limit": limit, "packets": packets}
+def writer(folder: Path, quick: bool):
+    """What a wrench costs in the file, a flush every quarter of a second of readings among them."""
+    count, draw = (6_000 if quick else 60_000), np.random.default_rng(3)
+    wrenches = np.round(draw.normal(0.0, 0.1, (count, 6)), 6).tolist()
+    log = LogWriter(folder / "written.mcap", {})
+    begun = time.perf_counter()
+    for number, wrench in enumerate(wrenches):
+        stamp = number * 1_000_000
+        log.wrench(number, stamp, stamp, stamp, wrench)
+        if number % 250 == 249:
+            log.flush()
+    each = (time.perf_counter() - begun) / count
+    log.close({})
+    size = (folder / "written.mcap").stat().st_size / count
+    yield "writer", f"{1e6 * each:.1f} us a wrench, {0.1e6 * each:.2f} % of the period of 1 kHz, {size:.0f} bytes"
+
+
+PARTS = {"writer": writer, "stream": stream, "kills": kills, "limit": limit, "packets": packets}
 
 
 def main() -> None:

@@ -4,6 +4,7 @@
 import re
 
 import pytest
+from small_protocol import SMALL
 
 import needleforce as nf
 from needleforce.campaign.name_pattern import name_pattern
@@ -12,28 +13,6 @@ from needleforce.protocol.checks import check_axis
 from needleforce.protocol.plan import name_pattern_of
 from needleforce.rig.experiment import paper_experiment
 from needleforce.wire.axis_lines import AxisRange
-
-SMALL = """
-title = "two sites"
-reference = "none"
-force_limit_N = 2
-spare_sites = 1
-[needle]
-diameter_mm = 0.7
-length_mm = 80
-tip = "bevel"
-[tissue]
-text = "gel"
-[axis]
-start_mm = -4
-[[series]]
-speed_mm_s = 3
-sites = 2
-depths_mm = [16]
-hold_s = 1
-passes = 2
-second_pass_short_mm = 0.3
-"""
 
 
 def read(tmp_path, text: str):

@@ -9,6 +9,7 @@ import os
 import shlex
 
 import pytest
+from small_protocol import SMALL
 
 import needleforce as nf
 from needleforce.acquisition.settings import Settings
@@ -19,25 +20,8 @@ from needleforce.recording.log import LogWriter
 from needleforce.recording.log.card_and_end import card_and_end
 from needleforce.wire.axis_lines import AxisRange, AxisState
 
-TEXT = """
-title = "three sites"
-reference = "none"
-force_limit_N = 2
-spare_sites = 1
-[needle]
-diameter_mm = 0.7
-length_mm = 80
-tip = "bevel"
-[tissue]
-text = "gel"
-[axis]
-start_mm = -4
-[[series]]
-speed_mm_s = 3
-sites = 3
-depths_mm = [16]
-passes = 2
-"""
+TEXT = SMALL.replace("two", "three").replace("sites = 2", "sites = 3")
+TEXT = TEXT.replace("hold_s = 1\n", "").replace("second_pass_short_mm = 0.3\n", "")
 SETTINGS = Settings(force_limit=1.0)
 
 

@@ -6,15 +6,12 @@ import hashlib
 import numpy as np
 import plain_log
 import pytest
-from mcap.writer import Writer
 from plain_insertion import insertion
-from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 
 import needleforce as nf
 from needleforce.recording import Card, Note, Recording
-from needleforce.recording.log import LogWriter, read_log, read_recording, write_log
+from needleforce.recording.log import LogWriter, read_log, write_log
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
 
@@ -30,7 +27,7 @@ def path(tmp_path):
 
 def test_an_insertion_comes_back_in_si_on_one_clock(path):
     plain_log.write(path)
-    recording = read_recording(path, baseline=False)
+    recording = nf.read(path, baseline=False)
     number = np.arange(497)  # up to the last state of the axis
     np.testing.assert_allclose(recording.time, number * 1e-3, atol=1e-9)
     np.testing.assert_allclose(recording.depth, number * 1e-6, atol=1e-12)
@@ -40,13 +37,13 @@ def test_an_insertion_comes_back_in_si_on_one_clock(path):
     card = recording.card
     assert (card.needle, card.tissue, card.rig, card.filter_length) == ("trocar", "gel", "bench", 50)
     assert card.sha256 == hashlib.sha256(path.read_bytes()).hexdigest() and card.source == str(path)
-    assert read_recording(path, filter_length=7).card.filter_length == 7
+    assert nf.read(path, filter_length=7).card.filter_length == 7
 
 
 def test_the_axial_axis_is_an_assumption_only_where_nobody_says_it(path, tmp_path):
     plain_log.write(path)
     assert "axial" in read_log(path).card
-    assert not any("along the needle" in said for said in read_recording(path).card.assumptions)
+    assert not any("along the needle" in said for said in nf.read(path).card.assumptions)
     plain = tmp_path / "plain.mcap"
     log = LogWriter(plain, {})
     for number in range(100):
@@ -55,8 +52,8 @@ def test_the_axial_axis_is_an_assumption_only_where_nobody_says_it(path, tmp_pat
         log.state(number, at, at, at, 1e-6 * number, 1e-3)
     log.close({})
     said = "the force along the needle is fz of the sensor"
-    assert said in read_recording(plain).card.assumptions
-    assert said not in read_recording(plain, columns={"force": "fz"}).card.assumptions
+    assert said in nf.read(plain).card.assumptions
+    assert said not in nf.read(plain, columns={"force": "fz"}).card.assumptions
 
 
 def test_two_clocks_that_drift_apart_are_brought_together(path):
@@ -70,7 +67,7 @@ def test_two_clocks_that_drift_apart_are_brought_together(path):
         if number % 16 == 0:
             log.state(number // 16, plain_log.START + true + late[number][1], axis, 0, 1e-6 * number, 1e-3)
     log.close({})
-    recording = read_recording(path, baseline=False)
+    recording = nf.read(path, baseline=False)
     number = recording.force
     np.testing.assert_allclose(recording.time, number * 1e-3, atol=20e-6)
     np.testing.assert_allclose(recording.depth, number * 1e-6, atol=1e-3 * 100e-6)
@@ -88,7 +85,7 @@ def test_counters_wrap_and_late_and_doubled_packets_are_put_right(path):
         log.wrench(2**32 - 3 + number, at + 5000, at, at, (0, 0, float(number), 0, 0, 0))
         log.state(number, at + 5000, at, at, 1e-6 * number, 1e-3)
     log.close({})
-    recording = read_recording(path, baseline=False)
+    recording = nf.read(path, baseline=False)
     assert recording.force.tolist() == list(range(300))
     np.testing.assert_allclose(np.diff(recording.time), 1e-3, atol=1e-9)
     assert kinds(recording)["doubled"].count == 1 and "lost" not in kinds(recording)
@@ -96,7 +93,7 @@ def test_counters_wrap_and_late_and_doubled_packets_are_put_right(path):
 
 def test_lost_packets_are_counted_with_the_longest_gap(path):
     plain_log.write(path, skip={10, 50, 51, 52, 200})
-    note = kinds(read_recording(path, baseline=False))["lost"]
+    note = kinds(nf.read(path, baseline=False))["lost"]
     assert note.count == 5 and "5 of 500 wrenches (1 %)" in note.message and "4 ms" in note.message
 
 
@@ -108,7 +105,7 @@ def test_a_sensor_that_begins_anew_goes_on(path):
         log.wrench(counter, at, device * 1_000_000, at, (0, 0, float(number), 0, 0, 0))
         log.state(number, at, number * 1_000_000, at, 1e-6 * number, 1e-3)
     log.close({})
-    recording = read_recording(path, baseline=False)
+    recording = nf.read(path, baseline=False)
     assert recording.force.tolist() == list(range(600))
     np.testing.assert_allclose(recording.time, np.arange(600) * 1e-3, atol=1e-6)
     assert kinds(recording)["restart"].count == 1
@@ -118,11 +115,11 @@ def test_the_marked_bias_is_removed_from_all_axes(path):
     log = plain_log.write(path, close=False)
     log.mark(plain_log.START, "bias", wrench=[1.0, 2.0, 0.25, 0.5, 0.0, 0.0], noise=[0.0] * 6, samples=500)
     log.close({})
-    recording = read_recording(path)
+    recording = nf.read(path)
     assert recording.force.tolist() == [1e-3 * n - 0.25 for n in range(497)]
     assert recording.axes["tx"].tolist() == [0.3 - 0.5] * 497
     assert "0.25" in kinds(recording)["baseline"].message
-    assert read_recording(path, baseline=False).force[0] == 0.0
+    assert nf.read(path, baseline=False).force[0] == 0.0
 
 
 def test_a_bias_that_is_none_is_not_removed(path):
@@ -130,7 +127,7 @@ def test_a_bias_that_is_none_is_not_removed(path):
     for wrong in ([1.0], None, ["a"] * 6, [float("nan")] * 6):
         log.mark(plain_log.START, "bias", wrench=wrong)
     log.close({})
-    assert read_recording(path).force[0] == 0.0
+    assert nf.read(path).force[0] == 0.0
 
 
 def test_wrenches_with_a_fault_are_left_out(path):
@@ -138,7 +135,7 @@ def test_wrenches_with_a_fault_are_left_out(path):
     for sequence in (2**32 - 10, 100):  # the 10th and the 120th
         log.mark(plain_log.START, "status", status=1 << 17, words="saturated", sequence=sequence)
     log.close({})
-    recording = read_recording(path, baseline=False)
+    recording = nf.read(path, baseline=False)
     assert recording.force.tolist() == [1e-3 * n for n in range(497) if n not in (10, 120)]
     assert kinds(recording)["status"].count == 2 and "saturated" in kinds(recording)["status"].message
     assert "lost" not in kinds(recording)  # they came
@@ -156,7 +153,7 @@ def test_wrenches_with_a_fault_are_left_out(path):
 )
 def test_axis_sign_and_unit_of_the_force_can_be_said(path, options, expected):
     plain_log.write(path)
-    recording = read_recording(path, baseline=False, **options)
+    recording = nf.read(path, baseline=False, **options)
     assert recording.force.tolist() == [expected(n) for n in range(497)]
 
 
@@ -174,7 +171,7 @@ def test_axis_sign_and_unit_of_the_force_can_be_said(path, options, expected):
 def test_options_that_do_not_fit_are_refused(path, options, told):
     plain_log.write(path)
     with pytest.raises(nf.InputError, match=told):
-        read_recording(path, **options)
+        nf.read(path, **options)
 
 
 def test_without_an_axis_the_motion_comes_from_its_own_file(path, tmp_path):
@@ -184,166 +181,12 @@ def test_without_an_axis_the_motion_comes_from_its_own_file(path, tmp_path):
         log.wrench(number, at, at, at, (0, 0, number, 0, 0, 0))
     log.close({})
     with pytest.raises(nf.InputError, match="--motion FILE"):
-        read_recording(path)
+        nf.read(path)
     motion = tmp_path / "motion.csv"
     motion.write_text("time_s,depth_mm\n" + "".join(f"{n * 0.01},{n * 0.01}\n" for n in range(51)))
-    recording = read_recording(path, motion=motion, baseline=False)
+    recording = nf.read(path, motion=motion, baseline=False)
     np.testing.assert_allclose(recording.depth, recording.time * 1e-3, atol=1e-12)
     assert len(recording) == 500
-
-
-def stamped(kind, at, **fields):
-    types = STORE.types
-    stamp = types["builtin_interfaces/msg/Time"](at // 10**9, at % 10**9)
-    return types[kind](types["std_msgs/msg/Header"](stamp, "some_frame_of_another_length"), **fields)
-
-
-def foreign_wrench(at, values):
-    vector = STORE.types["geometry_msgs/msg/Vector3"]
-    wrench = STORE.types["geometry_msgs/msg/Wrench"](vector(*values[:3]), vector(*values[3:]))
-    return stamped("geometry_msgs/msg/WrenchStamped", at, wrench=wrench)
-
-
-def foreign_state(at, joints, velocity=True):
-    numbers = {"position": np.array(list(joints.values())), "effort": np.empty(0)}
-    numbers["velocity"] = np.full(len(joints), 1e-3) if velocity else np.empty(0)
-    return stamped("sensor_msgs/msg/JointState", at, name=list(joints), **numbers)
-
-
-def foreign_pose(at, depth):
-    pose = STORE.types["geometry_msgs/msg/Pose"](
-        STORE.types["geometry_msgs/msg/Point"](1.0, 2.0, depth),
-        STORE.types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0),
-    )
-    return stamped("geometry_msgs/msg/PoseStamped", at, pose=pose)
-
-
-def foreign_messages(topics, count=400):
-    """(topic, message, arrival [ns]): measured each ms by the headers, arrived up to 3 ms later."""
-    for number in range(count):
-        at = plain_log.START + number * 1_000_000
-        for topic, make in topics.items():
-            yield topic, make(at, number), at + number * 7919 % 3_000_000
-
-
-TOPICS = {
-    "/ft/wrench": lambda at, n: foreign_wrench(at, (n, 2.0 * n, 3.0 * n, 0.0, 0.0, 0.0)),
-    "/joint_states": lambda at, n: foreign_state(at, {"needle": 1e-6 * n}),
-}
-
-
-def write_bag(folder, topics, plugin=StoragePlugin.MCAP):
-    with BagWriter(folder, version=9, storage_plugin=plugin) as writer:
-        connections = {}
-        for topic, message, arrival in foreign_messages(topics):
-            kind = message.__msgtype__
-            if topic not in connections:
-                connections[topic] = writer.add_connection(topic, kind, typestore=STORE)
-            writer.write(connections[topic], arrival, STORE.serialize_cdr(message, kind))
-    return folder
-
-
-def write_foreign(path, topics, little_endian=True):
-    with open(path, "wb") as file:
-        writer, channels = Writer(file), {}
-        writer.start("ros2")
-        for topic, message, arrival in foreign_messages(topics):
-            kind = message.__msgtype__
-            if topic not in channels:
-                channels[topic] = writer.register_channel(topic, "cdr", writer.register_schema(kind, "ros2msg", b""))
-            data = bytes(STORE.serialize_cdr(message, kind, little_endian=little_endian))
-            writer.add_message(channels[topic], arrival, data, arrival)
-        writer.finish()
-
-
-@pytest.mark.parametrize("little_endian", [True, False])
-def test_another_recorders_file_goes_by_its_headers(path, little_endian):
-    write_foreign(path, TOPICS, little_endian)
-    recording = read_recording(path, baseline=False)
-    number = np.arange(400)
-    assert recording.force.tolist() == (3.0 * number).tolist()
-    np.testing.assert_allclose(recording.time, number * 1e-3, atol=1e-9)
-    np.testing.assert_allclose(recording.depth, number * 1e-6, atol=1e-12)
-    assert any("headers" in said for said in recording.card.assumptions)
-
-
-@pytest.mark.parametrize("plugin", StoragePlugin)
-def test_a_bag_gives_the_same_recording(tmp_path, plugin):
-    write_foreign(tmp_path / "run.mcap", TOPICS)
-    single = read_recording(tmp_path / "run.mcap", columns={"force": "fx"}, baseline=False)
-    bag = read_recording(write_bag(tmp_path / "bag", TOPICS, plugin), columns={"force": "fx"}, baseline=False)
-    for quantity in ("time", "depth", "velocity", "force"):
-        assert getattr(bag, quantity).tolist() == getattr(single, quantity).tolist()
-    assert bag.force.tolist() == list(range(400))
-
-
-def test_a_bag_without_its_parts_is_refused(tmp_path):
-    bag = write_bag(tmp_path / "bag", TOPICS)
-    next(bag.glob("*.mcap")).write_bytes(b"nothing")
-    with pytest.raises(nf.InputError, match="bag is not readable"):
-        read_log(bag)
-    (bag / "metadata.yaml").write_text("{[")
-    with pytest.raises(nf.InputError, match="bag is not readable"):
-        read_log(bag)
-    with pytest.raises(nf.InputError, match=r"no ROS 2 bag.*metadata\.yaml"):
-        read_log(tmp_path)
-
-
-def test_a_missing_rosbags_is_told_with_what_to_install(tmp_path, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "rosbags.rosbag2", None)
-    bag = tmp_path / "bag"
-    bag.mkdir()
-    (bag / "metadata.yaml").touch()
-    with pytest.raises(nf.InputError, match=r"needleforce\[ros\]"):
-        read_log(bag)
-
-
-def test_two_topics_of_one_type_must_be_told_apart(path):
-    second = {"/ft2/wrench": lambda at, n: foreign_wrench(at, (0.0, 0.0, 7.0 * n, 0.0, 0.0, 0.0))}
-    write_foreign(path, TOPICS | second)
-    with pytest.raises(nf.InputError, match=r"ambiguous, there are /ft/wrench, /ft2/wrench.*--column force=/ft/wrench"):
-        read_recording(path)
-    recording = read_recording(path, columns={"force": "/ft2/wrench"}, baseline=False)
-    assert recording.force.tolist() == [7.0 * n for n in range(400)]
-
-
-def test_a_state_of_many_joints_needs_the_name_of_one(path):
-    joints = {
-        "/joint_states": lambda at, n: foreign_state(at, {"a": 0.0, "needle": 2e-6 * n, "c": 1.0}, velocity=False)
-    }
-    write_foreign(path, TOPICS | joints)
-    with pytest.raises(nf.InputError, match=r"not named, it has a, c, needle.*--column depth=/joint_states:a"):
-        read_recording(path)
-    for choice in ("needle", "/joint_states:needle"):
-        recording = read_recording(path, columns={"depth": choice}, baseline=False)
-        np.testing.assert_allclose(recording.depth, 2e-6 * np.arange(400), atol=1e-12)
-        np.testing.assert_allclose(recording.velocity, 2e-3, rtol=1e-6)
-    with pytest.raises(nf.InputError, match="'elbow'"):
-        read_recording(path, columns={"depth": "elbow"})
-
-
-def test_the_height_of_a_pose_is_a_depth_that_may_count_outwards(path):
-    write_foreign(path, {"/ft/wrench": TOPICS["/ft/wrench"], "/tip": lambda at, n: foreign_pose(at, 0.3 - 1e-6 * n)})
-    recording = read_recording(path, inwards="decreasing", baseline=False)
-    np.testing.assert_allclose(recording.depth, 1e-6 * np.arange(400) - 0.3, atol=1e-12)
-
-
-def test_a_wrench_without_a_header_goes_by_its_arrival(path):
-    def bare(at, n):
-        return foreign_wrench(at, (0.0, 0.0, float(n), 0.0, 0.0, 0.0)).wrench
-
-    write_foreign(path, TOPICS | {"/ft/wrench": bare})
-    recording = read_recording(path, baseline=False)
-    arrival = np.sort([at for topic, _, at in foreign_messages(TOPICS) if topic == "/ft/wrench"])
-    assert any("arrival" in said for said in recording.card.assumptions)
-    np.testing.assert_allclose(recording.time, (arrival - arrival[0]) / 1e9, atol=1e-9)
-    assert len(recording) == 400
-
-
-def test_a_log_without_wrenches_is_refused(path):
-    LogWriter(path, {}).close({})
-    with pytest.raises(nf.InputError, match="number of wrenches is 0"):
-        read_recording(path)
 
 
 def recording_of(start=0.0):
@@ -359,7 +202,7 @@ def recording_of(start=0.0):
 def test_a_recording_written_as_a_log_comes_back(path, start):
     given = recording_of(start)
     assert write_log(given, path) == path
-    again = read_recording(path, baseline=False)
+    again = nf.read(path, baseline=False)
     np.testing.assert_allclose(again.time, given.time, rtol=0.0, atol=1e-9)
     for quantity in ("depth", "velocity", "force"):
         assert getattr(again, quantity).tolist() == getattr(given, quantity).tolist()
@@ -391,11 +234,3 @@ def test_nothing_heavy_is_loaded_before_it_is_needed():
     code = "import sys, needleforce.recording.log as log; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert not {"mcap", "rosbags", "zstandard", "lz4"} & set(done.stdout.split())
-
-
-def test_a_joint_whose_name_is_damaged_once_is_no_second_joint(path):
-    def joints(at, n):
-        return foreign_state(at, {"needlf" if n == 100 else "needle": 2e-6 * n})
-
-    write_foreign(path, TOPICS | {"/joint_states": joints})
-    np.testing.assert_allclose(read_recording(path, baseline=False).depth, 2e-6 * np.arange(400), atol=1e-12)

@@ -2,7 +2,6 @@
 """Recordings as Parquet: the same columns, units and card as in a CSV file, smaller and faster to read."""
 
 import os
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ from .writer import check_columns, header_of
 def write_parquet(recording: Recording, path: str | os.PathLike) -> Path:
     """Write a recording in SI, whole or not at all; the same data give the same bytes with the same pyarrow.
 
-    Columns are float64, named as in the CSV file; the card's lines stand in the metadata. ``read_parquet`` gives the
+    Columns are float64, named as in the CSV file; the card's lines stand in the metadata. ``read`` gives the
     same arrays back, bit for bit, under the same conditions as a CSV file. Raises InputError as ``write`` does, and
     where pyarrow is not installed.
     """
@@ -40,20 +39,10 @@ def write_parquet(recording: Recording, path: str | os.PathLike) -> Path:
     return target
 
 
-def read_parquet(
-    path: str | os.PathLike,
-    *,
-    columns: Mapping[str, str] | None = None,
-    units: Mapping[str, str] | None = None,
-    inwards: str = "increasing",
-    filter_length: int | None = None,
-    baseline: bool = True,
-    motion: str | os.PathLike | None = None,
-    start_depth: float | None = None,
-) -> Recording:
-    """Read a recording from a Parquet file, ours or another's; the options and what is found are those of ``nf.read``.
+def read_parquet(path, **options) -> Recording:
+    """Read a recording from a Parquet file, ours or another's; ``options`` are those of ``nf.read``, all of them.
 
     Used columns hold floating or whole numbers, time also time stamps or durations; a null is a missing value. Raises
     InputError for other types, damaged files, and everything that makes no recording of a table.
     """
-    return read_table(find_stored(Path(path)), columns, units, inwards, filter_length, baseline, motion, start_depth)
+    return read_table(find_stored(Path(path)), **options)

@@ -40,15 +40,17 @@ def read(
     both are recognised from common headers where they are not given, and what was assumed stands in
     ``card.assumptions``. ``inwards`` is "increasing", or "decreasing" for a depth that counts the other way.
     ``filter_length`` [samples] is that of the average filter the force went through, by default the file's own word.
+    In messages ``columns`` says which axis is the force, and which topic or joint the depth, where the file does not:
+    ``{"force": "/ft/wrench:-fz", "depth": "/joint_states:needle"}``; they are in SI unless ``units`` says otherwise.
 
     ``motion`` is a second file with depth, or velocity, on its own clock with the same zero. Velocity is integrated
     from ``start_depth`` [m], the depth at its first sample (or the ``start_depth_m`` in that file's card), and depth is
     put on the force's clock; force samples outside the motion's times are left out. Keys such as ``motion.time`` in
     ``columns`` and ``units`` are for this file.
 
-    ``baseline`` removes the bias of the force, the mean of the free travel before contact, where it is sure and
-    clearly above the noise (see ``baseline.bias``); a recording that starts in contact is left alone. Without free
-    travel nothing is removed. What was found on the way stands in ``notes``.
+    ``baseline`` removes the bias of the force: the one marked in a live recording, else the mean of the free travel
+    before contact, where it is sure and clearly above the noise (see ``baseline.bias``); a recording that starts in
+    contact is left alone. Without free travel nothing is removed. What was found on the way stands in ``notes``.
 
     Raises InputError, with the line where there is one, for everything that makes no recording of the file.
     """
@@ -63,7 +65,7 @@ def read(
 def _reader(path: Path) -> Callable[..., Recording]:
     match format_of(path):
         case "log":
-            from .log import read_recording
+            from .log.to_recording import read_recording
 
             return read_recording
         case "parquet":

@@ -4,7 +4,6 @@
 from .from_recording import write_log
 from .messages import Log, Mark, Messages
 from .reader import read_log
-from .to_recording import read_recording
 from .writer import LogWriter
 
-__all__ = ["Log", "LogWriter", "Mark", "Messages", "read_log", "read_recording", "write_log"]
+__all__ = ["Log", "LogWriter", "Mark", "Messages", "read_log", "write_log"]

@@ -16,7 +16,7 @@ _AXES = ("fx", "fy", "tx", "ty", "tz")
 
 
 def write_log(recording: Recording, path: str | os.PathLike) -> Path:
-    """Write a recording as MCAP, whole or not at all. ``read_recording`` gives the same numbers back, times to the ns.
+    """Write a recording as MCAP, whole or not at all. ``read`` gives the same numbers back, times to the ns.
 
     The force is the wrench's fz, depth and velocity are states of the axis at the same times; the parts of a simulated
     force have no place in these messages and stay out. Raises InputError for times that are one and the same in ns,

@@ -2,7 +2,6 @@
 """From a log to a recording: one clock, the bias removed, and what was lost told."""
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -29,27 +28,14 @@ _CHOICES = ("force", "depth")
 
 
 def read_recording(
-    path: str | os.PathLike,
-    *,
-    columns: Mapping[str, str] | None = None,
-    units: Mapping[str, str] | None = None,
-    inwards: str = "increasing",
-    filter_length: int | None = None,
-    baseline: bool = True,
-    motion: str | os.PathLike | None = None,
-    start_depth: float | None = None,
+    path, columns, units, inwards: str, filter_length: int | None, baseline: bool, motion, start_depth: float | None
 ) -> Recording:
-    """Read a recording from an MCAP file or the folder of a ROS 2 bag; the options are those of ``nf.read``.
-
-    ``columns`` says which axis is the force, and which topic or joint the depth, where the file does not:
-    ``{"force": "fx"}``, ``{"force": "/ft/wrench:-fz", "depth": "/joint_states:needle"}``. ``units`` is for messages
-    in other units than SI; ``{"force": "-N"}`` turns the sign round. ``baseline`` removes the bias that was measured
-    before contact and is marked in the file; without a mark, as ``nf.read`` does from the free travel.
+    """Read a recording from an MCAP file or the folder of a ROS 2 bag; the options are those of ``nf.read``, checked.
 
     Time zero is the first wrench. Raises InputError for everything that makes no recording of the file.
     """
     columns, units = dict(columns or {}), dict(units or {})
-    _check(columns, inwards, filter_length)
+    _check(columns)
     log = read_log(path, columns)
     place = str(path)
     if len(log.wrench) < 2:
@@ -68,10 +54,7 @@ def read_recording(
     return _recording(stream, log.card, filter_length)
 
 
-def _check(columns: Mapping[str, str], inwards: str, filter_length: int | None) -> None:
-    if inwards not in INWARDS:
-        raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
-    check_filter_length(filter_length)
+def _check(columns: Mapping[str, str]) -> None:
     for quantity in columns:
         if quantity not in _CHOICES and not quantity.startswith("motion."):
             check_known(quantity)
