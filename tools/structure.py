@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of the structure of src/needleforce: how it is cut into files, who imports whom, what a call runs.
+
+``python tools/structure.py`` prints them; with ``--write`` they replace the generated table in ARCHITECTURE.md, with
+``--package FOLDER`` they are those of another checkout of the package.
+"""
+
+import argparse
+import ast
+import os
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections import Counter, defaultdict
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+TABLE = re.compile(r"(<!-- figures: .*? -->\n).*?(<!-- end of figures -->)", re.S)
+# each in a process of its own: the functions that run, by the file they stand in
+RUNS = """
+import sys, pathlib
+import needleforce as nf
+nf.identify, nf.read, nf.segment
+package = str(pathlib.Path(nf.__file__).parent)
+recording = nf.read({recording!r}) if {call!r} != "read" else None
+fit = nf.identify(recording) if {call!r} == "report" else None
+files = set()
+def profile(frame, event, argument):
+    name = frame.f_code.co_filename
+    if event == "call" and name.startswith(package) and frame.f_code.co_name != "<module>":
+        files.add(name)
+sys.setprofile(profile)
+{{"read": lambda: nf.read({recording!r}), "identify": lambda: nf.identify(recording),
+  "report": lambda: fit.report({report!r})}}[{call!r}]()
+sys.setprofile(None)
+print(len(files), *sorted(pathlib.Path(name).relative_to(package).as_posix() for name in files))
+"""
+
+
+def modules(package: Path) -> dict[str, Path]:
+    """Every module by its dotted name."""
+    paths = sorted(path for path in package.rglob("*.py"))
+    names = [".".join(path.relative_to(package.parent).with_suffix("").parts) for path in paths]
+    return {name.removesuffix(".__init__"): path for name, path in zip(names, paths)}
+
+
+def imports_of(name: str, path: Path, known: dict[str, Path]) -> dict[str, set[str]]:
+    """Modules of the package that one imports, with the names taken, "*" for the module itself."""
+    package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+    found: dict[str, set[str]] = defaultdict(set)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if not isinstance(node, ast.ImportFrom):
+            continue
+        parents = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+        base = ".".join([*parents, *([node.module] if node.module else [])])
+        for alias in node.names:
+            if f"{base}.{alias.name}" in known:
+                found[f"{base}.{alias.name}"].add("*")
+            elif base in known and base != name:
+                found[base].add(alias.name)
+    return found
+
+
+def circles(graph: dict[str, set[str]]) -> list[list[str]]:
+    """Groups of modules that import each other in a loop, also inside functions (Tarjan 1972)."""
+    order: dict[str, int] = {}
+    low: dict[str, int] = {}
+    stack: list[str] = []
+    found = []
+
+    def visit(name: str) -> None:
+        order[name] = low[name] = len(order)
+        stack.append(name)
+        for other in sorted(graph[name]):
+            if other not in order:
+                visit(other)
+            if other in stack:
+                low[name] = min(low[name], low[other])
+        if low[name] == order[name]:
+            group = [stack.pop()]
+            while group[-1] != name:
+                group.append(stack.pop())
+            found.append(sorted(group))
+
+    for name in graph:
+        if name not in order:
+            visit(name)
+    return [group for group in found if len(group) > 1]
+
+
+def run_files(call: str, environment: dict[str, str]) -> int:
+    """How many files of the package run in one call on the example recording."""
+    with tempfile.TemporaryDirectory() as folder:
+        report = str(Path(folder) / "report.html")
+        code = RUNS.format(call=call, recording=str(ROOT / "examples" / "insertion.csv"), report=report)
+        command = [sys.executable, "-c", code]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    return int(done.stdout.split()[0])
+
+
+def functions(trees: list[ast.Module]) -> list[ast.FunctionDef]:
+    """Every function and method."""
+    return [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+
+
+def unannotated(function: ast.FunctionDef) -> int:
+    """Parameters without a type, ``self`` and ``cls`` left out."""
+    arguments = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
+    return sum(each.annotation is None and each.arg not in ("self", "cls") for each in arguments)
+
+
+def figures(package: Path, environment: dict[str, str]) -> list[tuple[str, str]]:
+    """Each figure with its value."""
+    known = modules(package)
+    imports = {name: imports_of(name, path, known) for name, path in known.items()}
+    importers: dict[str, list[set[str]]] = defaultdict(list)
+    for found in imports.values():
+        for name, taken in found.items():
+            importers[name].append(taken)
+    single = [takers[0] for takers in importers.values() if len(takers) == 1]
+    lines = [len(path.read_text(encoding="utf-8").splitlines()) for path in known.values()]
+    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in known.values()]
+    calls = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    classes = Counter(node.name for tree in trees for node in tree.body if isinstance(node, ast.ClassDef))
+    loops = circles({name: set(found) for name, found in imports.items()})
+    return [
+        ("Python files", f"{len(known)}"),
+        ("lines of a module, median and longest", f"{statistics.median(lines):.0f}, {max(lines)}"),
+        ("modules imported by one other alone", f"{len(single)}"),
+        ("of these for one name alone", f"{sum(len(taken) == 1 and '*' not in taken for taken in single)}"),
+        ("import circles", f"{len(loops)}" + "".join(f" ({len(loop)} modules)" for loop in loops)),
+        ("calls with six or more positional arguments", f"{sum(len(call.args) >= 6 for call in calls)}"),
+        ("unannotated parameters", f"{sum(map(unannotated, functions(trees)))} of {parameters(trees)}"),
+        ("class names that occur more than once", f"{sum(count > 1 for count in classes.values())}"),
+        *((f"files that run in `{shown}`", f"{run_files(call, environment)}") for call, shown in SHOWN.items()),
+    ]
+
+
+SHOWN = {"read": "nf.read(file)", "identify": "nf.identify(recording)", "report": "fit.report(file)"}
+
+
+def parameters(trees: list[ast.Module]) -> int:
+    """Parameters of all functions, ``self`` and ``cls`` left out."""
+    arguments = [each.arg for f in functions(trees) for each in (*f.args.posonlyargs, *f.args.args, *f.args.kwonlyargs)]
+    return sum(name not in ("self", "cls") for name in arguments)
+
+
+def table(rows: list[tuple[str, str]]) -> str:
+    """The figures in Markdown."""
+    return "| figure | value |\n|---|---|\n" + "".join(f"| {name} | {value} |\n" for name, value in rows)
+
+
+def main() -> None:
+    """Prints the figures, or writes them where they are generated."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--package", type=Path, default=ROOT / "src" / "needleforce", help="folder of the package")
+    options.add_argument("--write", action="store_true", help="replace the table in ARCHITECTURE.md")
+    given = options.parse_args()
+    text = table(figures(given.package, dict(os.environ)))
+    if not given.write:
+        print(text, end="")
+        return
+    page = ROOT / "ARCHITECTURE.md"
+    page.write_text(TABLE.sub(lambda m: m[1] + text + m[2], page.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
