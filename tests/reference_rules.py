@@ -10,9 +10,9 @@ import re
 import numpy as np
 
 import needleforce as nf
-from needleforce.foundation import READINGS
 from needleforce.identification import bending, implied
-from needleforce.needle_mechanics import tube_of_equal_stiffness
+from needleforce.mechanics.buckling import tube_of_equal_stiffness
+from needleforce.mechanics.foundation import READINGS
 
 PAPER = {"D": 0.7e-3, "E_n": 14.1e9, "E_s": 116e3, "F": 0.2101, "h": 3.237e-3, "alpha_deg": 15.0, "R": 0.35e-3,
          "E2": 116e3, "E1": 14.1e9, "nu1": 0.3, "L": 0.08, "sF": 0.0105, "sh": 0.1347e-3}  # fmt: skip

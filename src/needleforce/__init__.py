@@ -7,12 +7,12 @@ SI units throughout; force is positive when it opposes insertion, depth is posit
 from importlib import import_module
 
 _HOME = {
-    "contact": "indentation",
-    "foundation_modulus": "foundation",
-    "friction_per_length": "foundation",
-    "friction_coefficient": "foundation",
-    "cycle_work": "energy",
-    "buckling_force": "needle_mechanics",
+    "contact": "mechanics.contact",
+    "foundation_modulus": "mechanics.foundation",
+    "friction_per_length": "mechanics.foundation",
+    "friction_coefficient": "mechanics.foundation",
+    "cycle_work": "mechanics.energy",
+    "buckling_force": "mechanics.buckling",
     "reduced_modulus": "core",
     "tips": "core",
     "laws": "core",

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from .errors import InputError
-from .indentation import contact
 from .law_list import FAMILIES, laws_of
-from .validity import FRICTION_LIMIT, SMALL_SLOPE_ANGLE, THIN_SHARE
+from .mechanics.contact import contact
+from .mechanics.validity import FRICTION_LIMIT, SMALL_SLOPE_ANGLE, THIN_SHARE
 
 VALID, SCALING, FITTED, NOT = "valid", "scaling law only", "as fitted", "not applicable"
 UNJUDGED = "not judged"

@@ -8,8 +8,8 @@ from typing import Any
 
 from . import core
 from .errors import InputError
-from .foundation import friction_per_length
-from .needle_mechanics import equivalent_half_angle
+from .mechanics.buckling import equivalent_half_angle
+from .mechanics.foundation import friction_per_length
 
 # friction may ask for the stiffness and the cutting law, no other law for another
 ORDER = ("stiffness", "puncture", "cutting", "friction", "relaxation")

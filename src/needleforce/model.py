@@ -12,8 +12,8 @@ from . import core
 from .bibliography import citations
 from .errors import InputError
 from .layer import Layer
+from .mechanics.validity import crossed_limits
 from .named_models import laws_with_values, named_model
-from .validity import crossed_limits
 
 
 @dataclass(frozen=True)

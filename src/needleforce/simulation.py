@@ -4,10 +4,10 @@
 import numpy as np
 
 from .errors import InputError
+from .mechanics.validity import crossed_by_depth
 from .model import Insertion, Model
 from .motion import Motion
 from .recording import Card, Note, Recording
-from .validity import crossed_by_depth
 from .vocabulary import Status
 
 MOST_SAMPLES = 50_000_000

@@ -57,5 +57,5 @@ def test_the_top_level_is_small_and_complete():
 
 def test_type_checkers_see_the_same_names(root):
     stub = (root / "src" / "needleforce" / "__init__.pyi").read_text(encoding="utf-8")
-    homes = {name: home for home, name in re.findall(r"from \.(\w+) import (\w+) as \2", stub)}
+    homes = {name: home for home, name in re.findall(r"from \.([\w.]+) import (\w+) as \2", stub)}
     assert homes == nf._HOME

@@ -8,7 +8,7 @@ closer around its lowest places, and polished where its derivative, which is exa
 
 import numpy as np
 
-from ..indentation import contact
+from ..mechanics.contact import contact
 
 FEW, ENOUGH = 2000, 200  # samples on which the whole curve is looked at, where so many of them are in contact
 PLACES = 100  # contact depths over the whole curve, in equal steps, and as many in equal ratios of the indentation

@@ -4,7 +4,7 @@
 import math
 
 from ..core import Tissue
-from ..needle_mechanics import equivalent_half_angle
+from ..mechanics.buckling import equivalent_half_angle
 from .estimates import Estimate
 from .implied import implied_friction_coefficients, implied_poisson_ratio
 

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..validity import FRICTION_LIMIT
+from ..mechanics.validity import FRICTION_LIMIT
 
 BIN = 0.25e-3  # [m]; wider than any filter's memory, so that the bins' residuals are independent
 LEAST_BINS = 12

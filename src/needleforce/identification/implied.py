@@ -3,8 +3,8 @@
 
 import math
 
-from ..foundation import READINGS, friction_coefficient
-from ..indentation import contact
+from ..mechanics.contact import contact
+from ..mechanics.foundation import READINGS, friction_coefficient
 
 
 def implied_reduced_modulus(force: float, depth: float, tip, shank_radius: float | None = None) -> float:

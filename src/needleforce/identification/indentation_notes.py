@@ -6,8 +6,8 @@ import math
 import numpy as np
 
 from ..errors import InputError
-from ..indentation import contact
-from ..validity import SMALL_SLOPE_ANGLE
+from ..mechanics.contact import contact
+from ..mechanics.validity import SMALL_SLOPE_ANGLE
 from .contact_search import LEAST_IN_CONTACT, ContactSearch
 from .covariance import Noise
 from .deformation_fit import LEAST_SAMPLES, SIGN

@@ -5,9 +5,9 @@ import math
 
 from .. import core
 from ..errors import InputError
-from ..indentation import contact
+from ..mechanics.buckling import equivalent_half_angle
+from ..mechanics.contact import contact
 from ..model import Model
-from ..needle_mechanics import equivalent_half_angle
 from .curves import CURVES
 
 # what identify and compare take as a model's name -> its stiffness law

@@ -3,8 +3,8 @@
 
 import numpy as np
 
+from ..mechanics.validity import FRICTION_LIMIT
 from ..segmentation import Events
-from ..validity import FRICTION_LIMIT
 from ..vocabulary import Phase
 from .single import Single, peak_force
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..needle_mechanics import equivalent_half_angle
+from ..mechanics.buckling import equivalent_half_angle
 from .curves import CURVES
 from .estimates import Estimate, Quality
 from .fit import RecordingFit, run_model

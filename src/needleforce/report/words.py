@@ -3,7 +3,7 @@
 
 import re
 
-from ..foundation import READINGS
+from ..mechanics.foundation import READINGS
 from .markup import Markup, element, join
 from .numbers import plain, quantity
 

@@ -3,8 +3,8 @@
 
 import math
 
-from . import core
-from .errors import InputError
+from .. import core
+from ..errors import InputError
 
 READINGS = ("A", "B", "C", "lame", "literal_mm")
 

@@ -3,8 +3,8 @@
 
 import numpy as np
 
-from . import core
-from .errors import InputError
+from .. import core
+from ..errors import InputError
 
 STEP = 1e-6  # [m] of the numeric integral; the elastic travels of the presets are twenty times as long
 

@@ -3,7 +3,7 @@
 
 import math
 
-from .needle_mechanics import buckling_force, equivalent_half_angle
+from .buckling import buckling_force, equivalent_half_angle
 
 SMALL_SLOPE_ANGLE = math.radians(60.0)
 FRICTION_LIMIT = 12e-3  # the paper, sec. 2.2: beyond this depth the needle no longer stays straight

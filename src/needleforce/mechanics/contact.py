@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from . import core
-from .errors import InputError
+from .. import core
+from ..errors import InputError
 from .slope_contact import SlopeContact
 
 

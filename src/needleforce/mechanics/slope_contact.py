@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from .errors import InputError
+from ..errors import InputError
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 NODES, WEIGHTS = 0.5 * (1 + NODES), 0.5 * WEIGHTS  # on [0, 1]

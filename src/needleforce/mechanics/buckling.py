@@ -3,7 +3,7 @@
 
 import math
 
-from .errors import InputError
+from ..errors import InputError
 
 # smallest x with the ends' characteristic equation, x = L sqrt(P / (E I))
 _ROOTS = {"clamped_free": 0.5 * math.pi, "clamped_pinned": 4.493409457909064}
