@@ -3,7 +3,7 @@
 
 from pathlib import Path
 
-from needleforce.law_list import FAMILIES, laws_of
+from needleforce.models.laws import FAMILIES, laws_of
 
 from . import index, page, side_by_side, stacked, typical
 

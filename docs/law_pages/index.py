@@ -2,7 +2,7 @@
 """The pages around those of single laws: the list by family, all models side by side, and layers."""
 
 import needleforce as nf
-from needleforce.law_list import FAMILIES, laws_of
+from needleforce.models.laws import FAMILIES, laws_of
 
 from .page import table
 from .runs import SPEED

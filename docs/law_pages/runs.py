@@ -7,7 +7,7 @@ import numpy as np
 
 import needleforce as nf
 from needleforce.errors import InputError
-from needleforce.simulation import simulate
+from needleforce.models.simulation import simulate
 
 from .typical import around, without
 

@@ -2,7 +2,7 @@
 """One insertion through every law of a family, the paper's own behind each in grey."""
 
 import needleforce as nf
-from needleforce.law_list import laws_of
+from needleforce.models.laws import laws_of
 
 from .figure import DEPTH, FIRST, FORCE, PAPER, TIME, axis_names, curve, drawing, row
 from .runs import SLOW, cycle

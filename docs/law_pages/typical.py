@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import needleforce as nf
 from needleforce.errors import InputError
-from needleforce.law_list import FAMILIES, laws_of
+from needleforce.models.laws import FAMILIES, laws_of
 
 TYPICAL = tomllib.loads((Path(__file__).parent / "typical.toml").read_text(encoding="utf-8"))
 

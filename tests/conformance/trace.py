@@ -6,7 +6,7 @@ from math import ldexp
 from pathlib import Path
 
 import needleforce as nf
-from needleforce.law_list import FAMILIES, law_called
+from needleforce.models.laws import FAMILIES, law_called
 
 PARTS = ("depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth")
 PARTS += ("force_by_velocity", "phase", "status")

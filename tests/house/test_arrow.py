@@ -14,41 +14,26 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "src" / "needleforce"
 
 # each place with what it may see of the package beside itself; the order is the arrow's
-CORE = {"core", "errors", "finite", "whole_file", "vocabulary", "version", "units", "law_list", "bibliography"}
-MODELS = CORE | {
-    "mechanics",
-    "layer",
-    "derived_parameters",
-    "named_models",
-    "model",
-    "motion",
-    "preset_files",
-}
+CORE = {"core", "errors", "finite", "whole_file", "vocabulary", "version", "units", "bibliography"}
+MODELS = CORE | {"mechanics", "models", "preset_files"}
 ALLOWED = {
     "mechanics": CORE,
+    "models": CORE | {"mechanics", "recording"},
+    "preset_files": CORE | {"mechanics", "models"},
     "recording": CORE,
     "segmentation": CORE | {"recording"},
     "identification": MODELS | {"recording", "segmentation"},
-    "simulation": MODELS | {"recording"},
     "wire": CORE,
-    "rig": MODELS | {"recording", "simulation", "wire"},
+    "rig": MODELS | {"recording", "wire"},
     "acquisition": CORE | {"recording", "wire"},
     "protocol": MODELS | {"recording", "wire", "acquisition"},
     "mujoco": MODELS,
     "campaign": MODELS | {"recording", "segmentation", "identification"},
     "report": MODELS | {"recording", "segmentation", "identification", "campaign"},
-    "model": CORE | {"mechanics", "layer", "named_models"},
-    "named_models": CORE | {"derived_parameters"},
-    "derived_parameters": CORE | {"mechanics"},
-    "layer": CORE,
     "hand": MODELS,
-    "law_list": {"core"},
     "bibliography": set(),
     "published": set(),
-    "applicability": CORE | {"mechanics"},
-    "preset_files": MODELS,
     "export": MODELS,
-    "motion": CORE,
 }
 # the one step back: a fit and a campaign write their own report when they are asked to
 EXCEPTIONS = {("identification", "report"), ("campaign", "report")}

@@ -6,8 +6,8 @@ import pytest
 import needleforce as nf
 from needleforce import core
 from needleforce.bibliography import keys_in, unnamed_parts, works
-from needleforce.law_list import FAMILIES, laws_of
-from needleforce.named_models import NAMED_MODELS
+from needleforce.models.laws import FAMILIES, laws_of
+from needleforce.models.named_models import NAMED_MODELS
 from needleforce.published import published_values
 
 

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 import needleforce as nf
-from needleforce.law_list import FAMILIES, laws_of
+from needleforce.models.laws import FAMILIES, laws_of
 from needleforce.preset_files.writing import as_toml
 
 LAWS = [law for family in FAMILIES for law in laws_of(family)]

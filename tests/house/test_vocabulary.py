@@ -5,7 +5,7 @@ import re
 
 import needleforce as nf
 from needleforce import core
-from needleforce.law_list import FAMILIES, laws_of
+from needleforce.models.laws import FAMILIES, laws_of
 from needleforce.preset_files.schema import tips
 from needleforce.preset_files.units_in_keys import ENDINGS
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.applicability import VERDICTS, applicable_laws
-from needleforce.law_list import FAMILIES, laws_of
+from needleforce.models.applicability import VERDICTS, applicable_laws
+from needleforce.models.laws import FAMILIES, laws_of
 
 
 def needle(degrees=None):

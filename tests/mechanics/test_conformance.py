@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from needleforce import core
-from needleforce.law_list import FAMILIES, laws_of
+from needleforce.models.laws import FAMILIES, laws_of
 
 # of the largest force of the case, and of its largest derivative: the languages have mathematics libraries of their own
 TOLERANCE = 1e-12

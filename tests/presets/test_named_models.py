@@ -5,8 +5,8 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.laws_from_log import MODELS
-from needleforce.law_list import FAMILIES, laws_of
-from needleforce.named_models import NAMED_MODELS, names_of
+from needleforce.models.laws import FAMILIES, laws_of
+from needleforce.models.named_models import NAMED_MODELS, names_of
 
 PAPER = {"puncture": {"depth": 3.237e-3}, "friction": {"per_length": 18.6}, "cutting": {"force": 0.0776}}
 

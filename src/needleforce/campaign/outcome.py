@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..identification.estimates import Estimate, Quality
-from ..model import Model
+from ..models.model import Model
 from ..segmentation import Events
 from ..vocabulary import Status
 from .oddity import Oddity

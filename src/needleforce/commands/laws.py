@@ -41,7 +41,7 @@ def _tell(title: str, columns: list[str], rows: list[list[str]], document: list,
 
 
 def _every_law() -> list[type]:
-    from ..law_list import FAMILIES, laws_of
+    from ..models.laws import FAMILIES, laws_of
 
     return [law for family in FAMILIES for law in laws_of(family)]
 
@@ -54,8 +54,8 @@ def _laws() -> tuple:
 def _models() -> tuple:
     from dataclasses import asdict
 
-    from ..law_list import FAMILIES
-    from ..named_models import NAMED_MODELS
+    from ..models.laws import FAMILIES
+    from ..models.named_models import NAMED_MODELS
 
     named = list(NAMED_MODELS.values())
     columns = ["model", *FAMILIES, "what it is", "source"]
@@ -72,7 +72,7 @@ def _references() -> tuple:
 
 
 def _holding(needle: str | None, tissue: str | None, lengths: dict[str, float | None]) -> tuple:
-    from ..applicability import applicable_laws
+    from ..models.applicability import applicable_laws
 
     in_metres = {name: None if length is None else 1e-3 * length for name, length in lengths.items()}
     found = applicable_laws(_needle(needle), _tissue(tissue, needle), **in_metres)

@@ -26,7 +26,7 @@ def run(
 def _presets() -> tuple:
     from .. import preset
     from .. import presets as names
-    from ..named_models import names_of
+    from ..models.named_models import names_of
 
     models = [preset(name) for name in names()]
     rows = [_row(model, names_of(model)) for model in models]
@@ -64,7 +64,7 @@ def _described(model) -> dict:
 
 
 def _laws(layer) -> dict:
-    from ..law_list import FAMILIES
+    from ..models.laws import FAMILIES
 
     laws = {part: getattr(layer, part) for part in FAMILIES}
     told = {part: {"law": law.name, **law.parameters()} for part, law in laws.items()}

@@ -4,7 +4,7 @@
 import re
 
 from ..errors import InputError
-from ..model import Model
+from ..models.model import Model
 from . import c, cpp
 from .given import Given, given
 

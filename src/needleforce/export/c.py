@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model as a C header: an array of layers for ``nf_init``, laws and numbers by name."""
 
-from ..law_list import FAMILIES
-from ..model import Model
+from ..models.laws import FAMILIES
+from ..models.model import Model
 from .words import heading, meaning, top_meaning
 
 

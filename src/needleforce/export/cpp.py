@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model as a C++ header: an array of layers whose laws are the core's own types."""
 
-from ..law_list import FAMILIES
-from ..model import Model
+from ..models.laws import FAMILIES
+from ..models.model import Model
 from .words import heading, meaning, top_meaning
 
 MOST_KNOTS = 32

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import InputError
-from ..model import Model
+from ..models.model import Model
 from ..preset_files import preset, preset_of
 
 FIT = {"recordings", "parameters", "model"}

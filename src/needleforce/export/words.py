@@ -4,7 +4,7 @@
 import textwrap
 import unicodedata
 
-from ..model import Model
+from ..models.model import Model
 from ..version import __version__
 
 WIDTH = 106

@@ -3,7 +3,7 @@
 
 from .. import core
 from ..errors import InputError
-from ..model import Model
+from ..models.model import Model
 
 
 class LiveInsertion(core.LiveInsertion):

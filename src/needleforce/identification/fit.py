@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import core
 from ..errors import InputError
-from ..model import Insertion, Model
+from ..models.model import Insertion, Model
 from ..recording import Recording
 from ..segmentation import Events
 from ..segmentation.strokes import cycles

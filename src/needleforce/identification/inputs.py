@@ -3,7 +3,7 @@
 
 from ..core import Needle
 from ..errors import InputError
-from ..model import Model
+from ..models.model import Model
 from ..recording import Recording
 from .bench_tests import needle_estimate, tissue_estimate
 from .estimates import Estimate

@@ -7,7 +7,7 @@ from .. import core
 from ..errors import InputError
 from ..mechanics.buckling import equivalent_half_angle
 from ..mechanics.contact import contact
-from ..model import Model
+from ..models.model import Model
 from .curves import CURVES
 
 # what identify and compare take as a model's name -> its stiffness law

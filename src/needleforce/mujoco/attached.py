@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import core
 from ..errors import InputError
-from ..model import Insertion, Model
+from ..models.model import Insertion, Model
 from .place import library, place_of
 
 SAME_FORCE = 1e-6

@@ -4,8 +4,8 @@
 from xml.etree import ElementTree
 
 from ..errors import InputError
-from ..law_list import FAMILIES
-from ..model import Model
+from ..models.laws import FAMILIES
+from ..models.model import Model
 
 PLUGIN = "needleforce.needle"
 

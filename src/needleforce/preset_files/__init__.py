@@ -4,8 +4,8 @@
 from pathlib import Path
 
 from ..errors import InputError
-from ..model import Model
-from ..named_models import NAMED_MODELS, names_of
+from ..models.model import Model
+from ..models.named_models import NAMED_MODELS, names_of
 
 BOM = b"\xef\xbb\xbf"  # what some editors put before UTF-8
 FOLDER = Path(__file__).parents[1] / "presets"

@@ -4,11 +4,11 @@
 import re
 
 from .. import core
-from ..derived_parameters import Surroundings, make_laws
 from ..errors import InputError
-from ..law_list import FAMILIES, law_called
-from ..layer import Layer
-from ..model import Model
+from ..models.derived_parameters import Surroundings, make_laws
+from ..models.laws import FAMILIES, law_called
+from ..models.layer import Layer
+from ..models.model import Model
 from .schema import TOP, tips
 from .units_in_keys import keys, to_si
 

@@ -6,7 +6,7 @@ from typing import Any, Literal, Union
 import msgspec
 
 from .. import core
-from ..law_list import FAMILIES, laws_of
+from ..models.laws import FAMILIES, laws_of
 from .units_in_keys import keys
 
 OPTIONAL_FAMILIES = {"relaxation"}  # without it the tissue does not relax

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model becomes a preset file again, every number in SI and to the last digit."""
 
-from ..law_list import FAMILIES
-from ..model import Model
+from ..models.laws import FAMILIES
+from ..models.model import Model
 from ..whole_file import whole_file
 from .units_in_keys import si_key
 

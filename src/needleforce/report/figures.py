@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ..model import Insertion
+from ..models.model import Insertion
 from .canvas import INK, MEASURED, MEDIUM, MODEL, QUIET, SECOND, SLATE, TEXT, THICK, THIN, TINTS, axis_names, panels
 from .curves import columns_for, envelope, loading, loading_speed
 from .labels import Labels

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..identification.fit import run_model, with_ruptures
-from ..model import Model
+from ..models.model import Model
 from .canvas import MEASURED, MEDIUM, QUIET, SECOND, SLATE, THIN, axis_names, panels
 from .figures import DEPTH, FORCE, line
 from .labels import Labels

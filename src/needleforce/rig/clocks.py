@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError
-from ..motion import Motion
+from ..models.motion import Motion
 
 
 @dataclass(frozen=True)

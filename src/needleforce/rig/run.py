@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..motion import Motion
+from ..models.motion import Motion
 from ..recording import Card, Recording, write_columns
 from ..recording.baseline import bias
 from ..recording.motion import integral, overlap

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import core
 from ..errors import InputError
-from ..model import Insertion, Model
+from ..models.model import Insertion, Model
 from .paper import PAPER
 
 RADIUS = 0.35e-3  # [m] paper, sec. 1

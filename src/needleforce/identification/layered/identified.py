@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...errors import InputError
-from ...model import Model
+from ...models.model import Model
 from ...vocabulary import Status
 from ..fit import Fit, RecordingFit, run_model
 from ..laws_from_log import LAYERED

@@ -4,8 +4,8 @@
 import numpy as np
 
 from ... import core
-from ...layer import Layer
-from ...model import Model
+from ...models.layer import Layer
+from ...models.model import Model
 from ..laws_from_log import UNKNOWN_TIP, half_angle
 from .search import Solved
 from .unknowns import BARE, LEAST_INDENTATION, MM

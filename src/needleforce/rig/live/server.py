@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 
 from ...errors import InputError
-from ...model import Model
+from ...models.model import Model
 from ..sensor import Sensor
 from .axis_server import AxisServer
 from .course import LiveTruth

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ...errors import InputError
-from ...model import Model
+from ...models.model import Model
 from ...wire.axis_lines import Answer, AxisState, answer_line, parse_command, range_line
 from ...wire.rdt import Command
 from ..experiment import streams

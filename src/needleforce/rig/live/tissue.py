@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...model import Insertion, Model
+from ...models.model import Insertion, Model
 from ...vocabulary import Status
 from ..experiment import streams
 from ..paper import stick_slip

@@ -4,9 +4,9 @@
 from dataclasses import dataclass, field
 from typing import Any
 
-from . import core
-from .errors import InputError
-from .law_list import FAMILIES
+from .. import core
+from ..errors import InputError
+from .laws import FAMILIES
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ..errors import InputError
 from .derived_parameters import Surroundings, make_laws
-from .errors import InputError
-from .law_list import FAMILIES, law_called
+from .laws import FAMILIES, law_called
 
 
 @dataclass(frozen=True)

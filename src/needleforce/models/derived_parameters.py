@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from . import core
-from .errors import InputError
-from .mechanics.buckling import equivalent_half_angle
-from .mechanics.foundation import friction_per_length
+from .. import core
+from ..errors import InputError
+from ..mechanics.buckling import equivalent_half_angle
+from ..mechanics.foundation import friction_per_length
 
 # friction may ask for the stiffness and the cutting law, no other law for another
 ORDER = ("stiffness", "puncture", "cutting", "friction", "relaxation")

@@ -3,12 +3,12 @@
 
 import numpy as np
 
-from .errors import InputError
-from .mechanics.validity import crossed_by_depth
+from ..errors import InputError
+from ..mechanics.validity import crossed_by_depth
+from ..recording import Card, Note, Recording
+from ..vocabulary import Status
 from .model import Insertion, Model
 from .motion import Motion
-from .recording import Card, Note, Recording
-from .vocabulary import Status
 
 MOST_SAMPLES = 50_000_000
 PARTS = ("stiffness", "friction", "cutting")

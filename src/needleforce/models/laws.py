@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The laws of the core, by the part of the force they give."""
 
-from . import core
+from .. import core
 
 FAMILIES = ("stiffness", "puncture", "friction", "cutting", "relaxation")
 

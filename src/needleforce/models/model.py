@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from . import core
-from .bibliography import citations
-from .errors import InputError
+from .. import core
+from ..bibliography import citations
+from ..errors import InputError
+from ..mechanics.validity import crossed_limits
 from .layer import Layer
-from .mechanics.validity import crossed_limits
 from .named_models import laws_with_values, named_model
 
 

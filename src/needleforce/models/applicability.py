@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from .errors import InputError
-from .law_list import FAMILIES, laws_of
-from .mechanics.contact import contact
-from .mechanics.validity import FRICTION_LIMIT, SMALL_SLOPE_ANGLE, THIN_SHARE
+from ..errors import InputError
+from ..mechanics.contact import contact
+from ..mechanics.validity import FRICTION_LIMIT, SMALL_SLOPE_ANGLE, THIN_SHARE
+from .laws import FAMILIES, laws_of
 
 VALID, SCALING, FITTED, NOT = "valid", "scaling law only", "as fitted", "not applicable"
 UNJUDGED = "not judged"
