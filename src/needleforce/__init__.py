@@ -36,7 +36,7 @@ _HOME = {
     "Phase": "vocabulary",
     "Status": "vocabulary",
     "InputError": "errors",
-    "__version__": "version",
+    "__version__": "vocabulary",
 }
 __all__ = sorted(name for name in _HOME if not name.startswith("_"))
 

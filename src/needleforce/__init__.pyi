@@ -25,6 +25,6 @@ from .recording import Recording as Recording
 from .recording import read as read
 from .recording import write as write
 from .segmentation import segment as segment
-from .version import __version__ as __version__
 from .vocabulary import Phase as Phase
 from .vocabulary import Status as Status
+from .vocabulary import __version__ as __version__

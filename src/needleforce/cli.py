@@ -34,7 +34,7 @@ for command in (demo, simulate, identify, campaign, compare, indentation, conver
 def about(version: bool = typer.Option(False, "--version", help="Print the version.")) -> None:
     """Options before the command."""
     if version:
-        from .version import __version__
+        from .vocabulary import __version__
 
         print(__version__)
         raise typer.Exit()

@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "src" / "needleforce"
 
 # each place with what it may see of the package beside itself; the order is the arrow's
-CORE = {"core", "errors", "finite", "whole_file", "vocabulary", "version", "units", "bibliography"}
+CORE = {"core", "errors", "files", "vocabulary", "units", "references"}
 MODELS = CORE | {"mechanics", "models", "preset_files"}
 ALLOWED = {
     "mechanics": CORE,
@@ -31,8 +31,7 @@ ALLOWED = {
     "campaign": MODELS | {"recording", "segmentation", "identification"},
     "report": MODELS | {"recording", "segmentation", "identification", "campaign"},
     "hand": MODELS,
-    "bibliography": set(),
-    "published": set(),
+    "references": set(),
     "export": MODELS,
 }
 # the one step back: a fit and a campaign write their own report when they are asked to

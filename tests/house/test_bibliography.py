@@ -5,10 +5,9 @@ import pytest
 
 import needleforce as nf
 from needleforce import core
-from needleforce.bibliography import keys_in, unnamed_parts, works
 from needleforce.models.laws import FAMILIES, laws_of
 from needleforce.models.named_models import NAMED_MODELS
-from needleforce.published import published_values
+from needleforce.references import keys_in, published_values, unnamed_parts, works
 
 
 def tables():

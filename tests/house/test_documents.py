@@ -114,7 +114,7 @@ def test_make_help_lists_the_targets(root):
 
 def test_the_version_stands_once(root):
     from needleforce import core
-    from needleforce.version import __version__
+    from needleforce.vocabulary import __version__
 
     text = (root / "include" / "needleforce" / "version.hpp").read_text(encoding="utf-8")
     assert re.search(r'version = "([^"]+)"', text).group(1) == core.version == __version__

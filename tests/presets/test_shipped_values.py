@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.published import published_values
+from needleforce.references import published_values
 
 PEAK, DEPTH = 0.2101, 3.237e-3  # the paper's greatest stiffness force [N] and its depth [m]
 

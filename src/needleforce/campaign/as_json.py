@@ -4,7 +4,7 @@
 import dataclasses
 import json
 
-from ..finite import finite
+from ..files import json_safe
 from ..identification.estimates import Estimate
 from .outcome import Campaign, Condition, Outcome
 
@@ -16,7 +16,7 @@ def as_json(campaign: Campaign) -> str:
         "others": [_recording(each) for each in campaign.others],
         "notes": list(campaign.notes),
     }
-    return json.dumps(finite(document), indent=2, allow_nan=False)
+    return json.dumps(json_safe(document), indent=2, allow_nan=False)
 
 
 def _condition(condition: Condition) -> dict:

@@ -5,9 +5,9 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
+from ..files import atomic_write
 from ..identification.estimates import Estimate
 from ..recording.stored import pyarrow_for
-from ..whole_file import whole_file
 from .field_names import COLUMNS
 from .outcome import Campaign, Condition, Outcome
 
@@ -38,7 +38,7 @@ def save(campaign: Campaign, path: str | os.PathLike) -> None:
     if target.suffix.lower() == ".parquet":
         _save_parquet(made, target)
         return
-    with whole_file(target) as file:
+    with atomic_write(target) as file:
         made.to_csv(file, index=False, lineterminator="\n")
 
 
@@ -52,7 +52,7 @@ def _save_parquet(made, target: Path) -> None:
     pyarrow = pyarrow_for(target)
     buffer = pyarrow.BufferOutputStream()
     pyarrow.parquet.write_table(pyarrow.Table.from_pandas(made, preserve_index=False), buffer)
-    with whole_file(target) as file:
+    with atomic_write(target) as file:
         file.buffer.write(buffer.getvalue())
 
 

@@ -21,7 +21,7 @@ def run(
 ) -> None:
     """Write a model as a C++ or C header of constants, so that a controller reads no file."""
     from ..export import given, header, identifier
-    from ..whole_file import whole_file
+    from ..files import atomic_write
 
     check_outputs([output], [model])
     found = given(model)
@@ -29,6 +29,6 @@ def run(
     if output is None:
         print(text, end="")
         return
-    with whole_file(output) as file:
+    with atomic_write(output) as file:
         file.write(text)
     say(f"{output}: {found.model.name}, layers: {len(found.model.layers)}")

@@ -63,7 +63,7 @@ def _models() -> tuple:
 
 
 def _references() -> tuple:
-    from ..bibliography import keys_in, works
+    from ..references import keys_in, works
 
     sources = [source for law in _every_law() for source in (law.source, *(row["source"] for row in law.table()))]
     cited = [works()[key] for key in dict.fromkeys(key for source in sources for key in keys_in(source))]

@@ -5,8 +5,7 @@ import json
 import sys
 from pathlib import Path
 
-from ..finite import finite
-from ..whole_file import checked_target, whole_file
+from ..files import atomic_write, checked_target, json_safe
 
 JSON_HELP = "Also write the result as JSON; - for standard output."
 
@@ -44,11 +43,11 @@ def write_json(document, path: str | None) -> None:
     """Writes a document where one is asked for; text is written as it is."""
     if path is None:
         return
-    text = document if isinstance(document, str) else json.dumps(finite(document), indent=2, allow_nan=False)
+    text = document if isinstance(document, str) else json.dumps(json_safe(document), indent=2, allow_nan=False)
     if path == "-":
         print(text)
     else:
-        with whole_file(path) as file:
+        with atomic_write(path) as file:
             file.write(text + "\n")
 
 

@@ -37,8 +37,7 @@ def _presets() -> tuple:
 def _published() -> tuple:
     from dataclasses import asdict
 
-    from ..bibliography import works
-    from ..published import published_values
+    from ..references import published_values, works
 
     values = published_values()
     columns = ["tissue", "quantity", "value", "unit", "method", "state", "source", "note"]

@@ -5,7 +5,7 @@ import textwrap
 import unicodedata
 
 from ..models.model import Model
-from ..version import __version__
+from ..vocabulary import __version__
 
 WIDTH = 106
 CONVENTION = "SI units. Depth counts from the undeformed surface, + inwards; force is + when it opposes insertion."

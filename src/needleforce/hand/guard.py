@@ -5,8 +5,8 @@ import numpy as np
 
 from .. import core
 from ..errors import InputError
+from ..files import atomic_write
 from ..vocabulary import Phase, Status
-from ..whole_file import whole_file
 
 
 class Guard(core.Guard):
@@ -47,7 +47,7 @@ class Guard(core.Guard):
     def save_recorder(self, path) -> None:
         """Writes ``recorder()`` as CSV, a column for each name. Raises InputError where it cannot be written."""
         columns = self.recorder()
-        with whole_file(path) as file:
+        with atomic_write(path) as file:
             file.write(",".join(columns) + "\n")
             for row in zip(*(column.tolist() for column in columns.values())):
                 file.write(",".join(str(int(value) if isinstance(value, bool) else value) for value in row) + "\n")

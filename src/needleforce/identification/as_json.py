@@ -5,7 +5,7 @@ import dataclasses
 import json
 import tomllib
 
-from ..finite import finite
+from ..files import json_safe
 from ..preset_files.writing import as_toml
 from ..segmentation import Events
 from .fit import Fit, RecordingFit
@@ -29,7 +29,7 @@ def as_json(fit: Fit) -> str:
         "ruptures": _ruptures(fit.ruptures),
         "population": _population(fit),
     }
-    return json.dumps(finite(document), indent=2, allow_nan=False)
+    return json.dumps(json_safe(document), indent=2, allow_nan=False)
 
 
 def _ruptures(found) -> dict | None:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..whole_file import whole_file
+from ..files import atomic_write
 from .draws import Draws
 from .estimates import Estimate
 from .fit import Fit
@@ -26,7 +26,7 @@ CHAINS = 4
 def write_estimates(fit: Fit, path) -> None:
     """Writes one row for each estimate, the pooled ones first, with ``COLUMNS``; empty is none or not finite."""
     blocks = [(POOLED, fit.parameters), *((each.file, each.parameters) for each in fit.recordings)]
-    with whole_file(path) as file:
+    with atomic_write(path) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
         for name, parameters in blocks:
@@ -56,7 +56,7 @@ def write_draws(draws: Draws, path) -> None:
     recording lacks is empty. ``.json``: ``pooled`` and, by recording, ``own``. Raises InputError for another ending.
     """
     check_draws_target(path)
-    with whole_file(path) as file:
+    with atomic_write(path) as file:
         if Path(path).suffix.lower() == ".json":
             json.dump(_document(draws), file, allow_nan=False)
         else:

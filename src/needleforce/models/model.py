@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from .. import core
-from ..bibliography import citations
 from ..errors import InputError
 from ..mechanics.validity import crossed_limits
+from ..references import citations
 from .layer import Layer
 from .named_models import laws_with_values, named_model
 

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A model becomes a preset file again, every number in SI and to the last digit."""
 
+from ..files import atomic_write
 from ..models.laws import FAMILIES
 from ..models.model import Model
-from ..whole_file import whole_file
 from .units_in_keys import si_key
 
 
 def save(model: Model, path) -> None:
     """Writes ``model`` as a preset file that ``preset(path)`` reads back equal."""
-    with whole_file(path) as file:
+    with atomic_write(path) as file:
         file.write(as_toml(model))
 
 

@@ -5,7 +5,7 @@ import csv
 import shlex
 from pathlib import Path
 
-from ..whole_file import whole_file
+from ..files import atomic_write
 from .folder import Folder
 from .plan import RunPlan, passes_at, slots
 from .protocol import Protocol
@@ -21,7 +21,7 @@ def write_table(path: Path, folder: Folder) -> Path:
     Sites are repeats of one condition, so their column is ``repeat``.
     """
     target = path / TABLE
-    with whole_file(target) as file:
+    with atomic_write(target) as file:
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(["file", *_FIELDS])
         for each in folder.kept:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..whole_file import whole_file
+from ..files import atomic_write
 from .card import card_lines
 from .reader import read_table
 from .recording import Recording
@@ -34,7 +34,7 @@ def write_parquet(recording: Recording, path: str | os.PathLike) -> Path:
         use_dictionary=False,  # measured numbers hardly repeat
         write_page_checksum=True,
     )
-    with whole_file(target) as file:
+    with atomic_write(target) as file:
         file.buffer.write(buffer.getvalue())
     return target
 

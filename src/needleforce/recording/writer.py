@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..files import atomic_write
 from ..units import symbols
-from ..whole_file import whole_file
 from .card import card_lines
 from .columns import QUANTITIES, dimension
 from .recording import Card, Note, Recording
@@ -79,7 +79,7 @@ def check_columns(columns: Mapping[str, np.ndarray], place: str) -> None:
 
 
 def _write_whole(target: Path, head: list[str], columns: list[np.ndarray]) -> None:
-    with whole_file(target) as file:
+    with atomic_write(target) as file:
         file.writelines(line + "\n" for line in head)
         for first in range(0, len(columns[0]), _ROWS_AT_ONCE):
             block = [np.asarray(each[first : first + _ROWS_AT_ONCE], float).tolist() for each in columns]

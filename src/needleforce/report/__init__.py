@@ -13,11 +13,11 @@ def write_report(fit, path, *, title: str | None = None, table: list[dict] | Non
     {quantity, unit, paper, paper_sd, true, identified, low, high}, any value None or text such as "not yet".
     The same input gives the same bytes. Nothing is written if the page cannot be made.
     """
-    from ..whole_file import whole_file
+    from ..files import atomic_write
     from .page import page  # here, because drawing loads matplotlib, which importing needleforce must not cost
 
     text = page(fit, title, table)
-    with whole_file(path) as file:
+    with atomic_write(path) as file:
         file.write(text)
 
 
@@ -26,11 +26,11 @@ def write_comparison(rows, path, *, files: Sequence = ()) -> None:
 
     ``files`` are the recordings' names, to be listed. The same input gives the same bytes.
     """
-    from ..whole_file import whole_file
+    from ..files import atomic_write
     from .models_page import models_page
 
     text = models_page(rows, files)
-    with whole_file(path) as file:
+    with atomic_write(path) as file:
         file.write(text)
 
 
@@ -39,9 +39,9 @@ def write_campaign_report(campaign, path, *, title: str | None = None) -> None:
 
     ``title`` heads the page; None counts recordings and conditions. The same input gives the same bytes.
     """
-    from ..whole_file import whole_file
+    from ..files import atomic_write
     from .campaign_page import campaign_page
 
     text = campaign_page(campaign, title)
-    with whole_file(path) as file:
+    with atomic_write(path) as file:
         file.write(text)

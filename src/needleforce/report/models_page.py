@@ -6,7 +6,7 @@ from math import isfinite
 from pathlib import Path
 from string import Template
 
-from ..version import __version__
+from ..vocabulary import __version__
 from .canvas import drawing
 from .markup import Markup, element, escape, join, listing, section, table
 from .models_figure import FLOOR, figure_heights, unseen_figure

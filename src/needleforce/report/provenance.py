@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Where the numbers come from: files, hashes, samples, what the readers assumed, settings, version."""
 
-from ..version import __version__
+from ..vocabulary import __version__
 from .markup import Markup, element, join, listing, table
 from .numbers import with_unit
 

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..whole_file import whole_file
+from ..files import atomic_write
 
 
 def write_table(path: Path, columns: dict[str, np.ndarray], digits: int = 7) -> Path:
     """Write (n,) columns under their headers with so many significant digits; the same bytes for the same numbers."""
     rows = [",".join(f"{value:.{digits}g}" for value in row) for row in zip(*columns.values(), strict=True)]
-    with whole_file(path) as file:
+    with atomic_write(path) as file:
         file.write("\n".join([",".join(columns), *rows, ""]))
     return path

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
-from ...whole_file import checked_target
+from ...files import checked_target
 from ..recording import Recording
 from .writer import LogWriter
 

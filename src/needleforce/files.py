@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and documents without numbers that JSON cannot represent."""
 
+import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -33,7 +34,7 @@ def checked_target(path) -> Path:
 
 
 @contextmanager
-def whole_file(path) -> Iterator[TextIO]:
+def atomic_write(path) -> Iterator[TextIO]:
     """A UTF-8 text file beside ``path`` that takes its place when the block ends: a reader sees the old file or the
     new one.
 
@@ -50,3 +51,14 @@ def whole_file(path) -> Iterator[TextIO]:
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def json_safe(value):
+    """The same document with None for what JSON cannot say."""
+    if isinstance(value, dict):
+        return {key: json_safe(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [json_safe(each) for each in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return json_safe(value.tolist()) if hasattr(value, "tolist") else value

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one list of references, and which of them a source string or a model names."""
+"""The one list of references, which of them a source string or a model names, and published values as cited data."""
 
+import csv
 import re
 import tomllib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-FILE = Path(__file__).parent / "bibliography.toml"
+BIBLIOGRAPHY = Path(__file__).parent / "bibliography.toml"
 SOURCE_PAPER = "source paper"
 WITHOUT_REFERENCE = ("free", "by definition")
 _OF_THE_PAPER = re.compile(r"(eqs?|sec)\. ")
@@ -28,7 +29,7 @@ class Work:
 @lru_cache
 def works() -> dict[str, Work]:
     """Every work by its key."""
-    entries = tomllib.loads(FILE.read_text(encoding="utf-8"))
+    entries = tomllib.loads(BIBLIOGRAPHY.read_text(encoding="utf-8"))
     return {key: Work(key, **entry) for key, entry in entries.items()}
 
 
@@ -66,3 +67,38 @@ def citations(model) -> tuple[str, ...]:
     own = [model.reference] if model.reference and not keys_in(model.reference) else []
     named = dict.fromkeys(key for source in sources_of(model) for key in keys_in(source))
     return (*own, *(str(works()[key]) for key in named))
+
+
+PUBLISHED = Path(__file__).parent / "published.csv"
+VERIFIED = ("original", "abstract")  # where the work itself was read, if only its abstract
+
+
+@dataclass(frozen=True)
+class PublishedValue:
+    """One value as it was published, in the unit it was published in.
+
+    ``source`` is a key of the bibliography. ``read_in`` says where the value was read: the original, its abstract, an
+    excerpt, a review, a re-implementation, or not stated.
+    """
+
+    source: str
+    tissue: str
+    needle: str
+    method: str
+    quantity: str
+    value: str
+    unit: str
+    read_in: str
+    note: str
+
+    @property
+    def status(self) -> str:
+        """``verified`` where the value was read in the work itself or its abstract, else ``secondary``."""
+        return "verified" if self.read_in in VERIFIED else "secondary"
+
+
+@lru_cache
+def published_values() -> tuple[PublishedValue, ...]:
+    """Every published value of the table that comes with needleforce."""
+    with PUBLISHED.open(encoding="utf-8", newline="") as file:
+        return tuple(PublishedValue(**row) for row in csv.DictReader(file))
