@@ -3,7 +3,7 @@
 hand put in; then the sensor fails. Twin of guard.cpp."""
 
 import needleforce as nf
-from needleforce.hand import Guard
+from needleforce.control import Guard
 
 guard = Guard(
     nf.Insertion(nf.preset("paper")),

@@ -6,7 +6,7 @@ import math
 import threading
 
 import needleforce as nf
-from needleforce.hand import LiveInsertion
+from needleforce.control import LiveInsertion
 
 dt, frame, seconds = 1e-3, 1.0 / 30.0, 4.0
 angle = math.radians(15.0)

@@ -30,7 +30,7 @@ ALLOWED = {
     "mujoco": MODELS,
     "campaign": MODELS | {"recording", "segmentation", "identification"},
     "report": MODELS | {"recording", "segmentation", "identification", "campaign"},
-    "hand": MODELS,
+    "control": MODELS,
     "references": set(),
     "export": MODELS,
 }

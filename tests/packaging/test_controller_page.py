@@ -56,7 +56,7 @@ def test_the_lines_of_the_page_compile(root, language, around, compiler):
 
 
 def test_the_lines_for_python_run(root, tmp_path, monkeypatch):
-    shown = "import needleforce.hand\n" + "".join(blocks(root / "docs" / "controllers.md", "python"))
+    shown = "import needleforce.control\n" + "".join(blocks(root / "docs" / "controllers.md", "python"))
     monkeypatch.chdir(tmp_path)
     shutil.copy(root / "src" / "needleforce" / "presets" / "paper.toml", "mine.toml")
     names = {"nf": nf, "depth": 1e-3, "velocity": 3e-3, "dt": 1e-3}

@@ -10,7 +10,7 @@ import pytest
 
 import needleforce as nf
 from needleforce import core
-from needleforce.hand import Guard, LiveInsertion
+from needleforce.control import Guard, LiveInsertion
 
 
 @pytest.fixture
