@@ -22,7 +22,7 @@ from mcap.writer import CompressionType, Writer
 
 import needleforce as nf
 from needleforce.recording import read
-from needleforce.recording.log import encoding, schemas
+from needleforce.recording.log import encoding, ros_messages
 
 FORMS = [(True, CompressionType.ZSTD), (True, CompressionType.LZ4), (True, CompressionType.NONE),
          (False, CompressionType.NONE)]  # fmt: skip
@@ -37,9 +37,9 @@ def sound(path: Path, chunked: bool, compression: CompressionType, count: int = 
         writer.start("ros2", "damaged_files")
         writer.add_metadata("needleforce", {"axial": "fz", "filter_length": "50"})
         channels = []
-        for topic, name in (("wrench", schemas.WRENCH_STAMPED), ("axis", schemas.JOINT_STATE),
-                            ("marks", schemas.STRING)):  # fmt: skip
-            schema = writer.register_schema(name, "ros2msg", schemas.schema_text(name).encode())
+        for topic, name in (("wrench", ros_messages.WRENCH_STAMPED), ("axis", ros_messages.JOINT_STATE),
+                            ("marks", ros_messages.STRING)):  # fmt: skip
+            schema = writer.register_schema(name, "ros2msg", ros_messages.schema_text(name).encode())
             channels.append(writer.register_channel(f"/needle/{topic}", "cdr", schema))
         bias = encoding.string_message('{"kind": "bias", "wrench": [0, 0, 0.1, 0, 0, 0]}')
         writer.add_message(channels[2], START, bias, START, 0)

@@ -4,7 +4,7 @@ import pytest
 from plain_insertion import insertion, text
 
 from needleforce.recording import read
-from needleforce.recording.baseline import bias
+from needleforce.recording.force_signal import bias
 
 TIME, DEPTH, FORCE = insertion(rate=1000.0, noise=5e-3)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..files import atomic_write
 from ..identification.estimates import Estimate
-from ..recording.stored import pyarrow_for
+from ..recording.parquet_table import pyarrow_for
 from .field_names import COLUMNS
 from .outcome import Campaign, Condition, Outcome
 

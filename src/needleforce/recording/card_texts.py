@@ -5,7 +5,7 @@ from pathlib import Path
 
 from .card import Preamble
 from .formats import format_of
-from .layout import find_layout
+from .text_layout import find_layout
 
 
 def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:
@@ -19,7 +19,7 @@ def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:
         case "log":  # the folder of a bag: it has no card
             return {}
         case "parquet":
-            from .stored import find_stored
+            from .parquet_table import find_stored
 
             comments = find_stored(path).comments
         case _:

@@ -8,13 +8,13 @@ import numpy as np
 
 from ..errors import InputError
 from .card import Preamble
-from .clocks import unsteadiness
 from .formats import format_of
-from .layout import find_layout
 from .motion import derivative, integral, overlap, signed
+from .parquet_table import find_stored
 from .recording import Note
-from .stored import find_stored
 from .stream import Stream, constant_depth, read_stream
+from .text_layout import find_layout
+from .timestamps import unsteadiness
 
 
 def of_main(options: Mapping[str, str] | None) -> dict[str, str]:

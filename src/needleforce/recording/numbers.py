@@ -6,7 +6,7 @@ import numpy as np
 from ..errors import InputError
 from .columns import Column
 from .hashed import Hashed
-from .layout import WHITESPACE, Layout
+from .text_layout import WHITESPACE, Layout
 
 _SEVERAL_CORES = 5 << 20  # bytes: from here on pandas can use several, but only in parts (low_memory)
 _LARGE = 1 << 28  # bytes: from here on in parts, so that memory holds the used columns and little more

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..files import atomic_write
 from .card import card_lines
+from .parquet_table import CARD, find_stored, pyarrow_for
 from .reader import read_table
 from .recording import Recording
-from .stored import CARD, find_stored, pyarrow_for
 from .writer import check_columns, header_of
 
 

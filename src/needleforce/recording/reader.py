@@ -6,18 +6,18 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ..errors import InputError
-from .baseline import bias
 from .card import Preamble, check_filter_length
-from .clocks import unsteadiness
 from .columns import AXES
+from .force_signal import bias
 from .formats import format_of
 from .glitches import glitch_notes
 from .joining import join, of_main, put_motion, settle_motion
-from .layout import Layout, find_layout
 from .motion import check_direction
+from .parquet_table import Stored
 from .recording import Note, Recording
-from .stored import Stored
 from .stream import Stream, read_stream
+from .text_layout import Layout, find_layout
+from .timestamps import unsteadiness
 
 INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import InputError
-from .clocks import put_in_order
 from .columns import Column, choose, dimension, missing
 from .interleaved import take_motion
-from .layout import Layout
+from .parquet_table import Stored
 from .recording import Note
-from .scales import settle
-from .stored import Stored
 from .table import Table, drop_incomplete, load
+from .text_layout import Layout
+from .timestamps import put_in_order
+from .unit_guess import settle
 
 
 @dataclass

@@ -7,10 +7,10 @@ import numpy as np
 
 from ..errors import InputError
 from .columns import Column
-from .layout import Layout
 from .numbers import numbers, search_fault
+from .parquet_table import Stored
 from .recording import Note
-from .stored import Stored
+from .text_layout import Layout
 
 LOST_AT_MOST = 0.01  # share of rows without a value that is left out, and told
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..models.motion import Motion
 from ..recording import Card, Recording, write_columns
-from ..recording.baseline import bias
+from ..recording.force_signal import bias
 from ..recording.motion import integral, overlap
 from .clocks import SpeedClock
 from .sensor import Sensor

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ...errors import InputError
 from ..formats import MCAP
-from .records import METADATA, RECORD_HEAD
+from .mcap_records import METADATA, RECORD_HEAD
 from .writer import CARD, END
 
 _LARGEST = 1 << 20  # bytes of a card

@@ -3,7 +3,7 @@
 
 import struct
 
-from . import schemas
+from . import ros_messages
 
 _SECOND = 1_000_000_000  # ns
 _LONGEST = 4096  # joints in a state: no robot has more
@@ -58,7 +58,7 @@ class _Cursor:
 def wrench_of(data: bytes, message: str) -> tuple[int, tuple]:
     """Time [ns], 0 without a header, and fx fy fz tx ty tz of a Wrench or WrenchStamped."""
     cursor = _Cursor(data)
-    stamp = cursor.stamp() if message == schemas.WRENCH_STAMPED else 0
+    stamp = cursor.stamp() if message == ros_messages.WRENCH_STAMPED else 0
     return stamp, cursor.numbers("d", 6, 8)
 
 

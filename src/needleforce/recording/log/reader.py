@@ -9,9 +9,9 @@ from pathlib import Path
 
 from ..recording import Note
 from .bag import read_bag
-from .collected import Collected
+from .mcap_records import CHANNEL, MESSAGE, METADATA, SCHEMA, Walk
 from .messages import Log
-from .records import CHANNEL, MESSAGE, METADATA, SCHEMA, Walk
+from .topics import Collected
 from .writer import CARD, END
 
 _MESSAGE = struct.Struct("<HIQQ")  # channel, counter, times of arrival and of the device

@@ -9,7 +9,6 @@ import numpy as np
 
 from ...errors import InputError
 from ..card import check_filter_length
-from ..clocks import unsteadiness
 from ..columns import check_known
 from ..glitches import glitch_notes
 from ..hashed import Hashed
@@ -17,10 +16,11 @@ from ..motion import check_direction, derivative, overlap, signed
 from ..reader import INWARDS, join, remove_bias
 from ..recording import Card, Note, Recording
 from ..stream import Stream, constant_depth
-from .collected import split_choice
+from ..timestamps import unsteadiness
 from .host_times import forward, on_one_clock
 from .messages import Log, Messages
 from .reader import read_log
+from .topics import split_choice
 from .wrenches import axes_of, told_losses, trusted, without_bias
 from .writer import WRENCH_TOPIC
 

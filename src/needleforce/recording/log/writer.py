@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ...errors import InputError
 from .encoding import state_message, string_message, wrench_message
-from .schemas import JOINT_STATE, STRING, WRENCH_STAMPED, schema_text
+from .ros_messages import JOINT_STATE, STRING, WRENCH_STAMPED, schema_text
 
 WRENCH_TOPIC, AXIS_TOPIC, MARKS_TOPIC = "/needle/wrench", "/needle/axis", "/needle/marks"
 CARD, END = "needleforce", "needleforce.end"  # names of the metadata records

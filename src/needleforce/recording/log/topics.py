@@ -11,13 +11,13 @@ import numpy as np
 
 from ...errors import InputError
 from ..recording import Note
-from . import schemas
+from . import ros_messages
 from .decoding import joints_of, place_of, string_of, wrench_of
 from .messages import Mark, Messages, in_sequence
 from .writer import AXIS_TOPIC, MARKS_TOPIC, WRENCH_TOPIC
 
-_WRENCHES = (schemas.WRENCH_STAMPED, schemas.WRENCH)
-_STATES = {schemas.JOINT_STATE: joints_of, schemas.POSE_STAMPED: place_of}
+_WRENCHES = (ros_messages.WRENCH_STAMPED, ros_messages.WRENCH)
+_STATES = {ros_messages.JOINT_STATE: joints_of, ros_messages.POSE_STAMPED: place_of}
 _JOINTS = 32  # of one topic, and no more
 _STRAY = 0.01  # share of a topic's messages: a name that is rarer is damage
 _OF = {"force": _WRENCHES, "depth": tuple(_STATES)}
@@ -49,7 +49,7 @@ class Collected:
             elif message in _STATES:
                 stamp, joints = _STATES[message](data)
                 self._of(topic, message).add(joints, (counter, arrival, device, stamp))
-            elif message == schemas.STRING and topic == MARKS_TOPIC:
+            elif message == ros_messages.STRING and topic == MARKS_TOPIC:
                 facts = json.loads(string_of(data))
                 self.marks.append(Mark(arrival, str(facts.pop("kind")), facts))
         except (ValueError, struct.error, AttributeError, TypeError, KeyError, RecursionError):
@@ -88,7 +88,7 @@ class Collected:
 
     def _one_joint(self, topic: str) -> "_Joint":
         joints = self._topics[topic].joints
-        usual = "z" if self._topics[topic].message == schemas.POSE_STAMPED else ""
+        usual = "z" if self._topics[topic].message == ros_messages.POSE_STAMPED else ""
         name = self._joint or usual
         often = [each for each in joints if len(joints[each]) > _STRAY * max(map(len, joints.values()))]
         if not name and len(often) == 1:
