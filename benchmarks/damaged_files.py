@@ -22,7 +22,7 @@ from mcap.writer import CompressionType, Writer
 
 import needleforce as nf
 from needleforce.recording import read
-from needleforce.recording.log import encoding, ros_messages
+from needleforce.recording.log import ros_messages
 
 FORMS = [(True, CompressionType.ZSTD), (True, CompressionType.LZ4), (True, CompressionType.NONE),
          (False, CompressionType.NONE)]  # fmt: skip
@@ -41,14 +41,14 @@ def sound(path: Path, chunked: bool, compression: CompressionType, count: int = 
                             ("marks", ros_messages.STRING)):  # fmt: skip
             schema = writer.register_schema(name, "ros2msg", ros_messages.schema_text(name).encode())
             channels.append(writer.register_channel(f"/needle/{topic}", "cdr", schema))
-        bias = encoding.string_message('{"kind": "bias", "wrench": [0, 0, 0.1, 0, 0, 0]}')
+        bias = ros_messages.string_message('{"kind": "bias", "wrench": [0, 0, 0.1, 0, 0, 0]}')
         writer.add_message(channels[2], START, bias, START, 0)
         for number in range(count):
             at = number * 1_000_000
-            data = encoding.wrench_message(START + at, (0.0, 0.0, 1e-3 * number, 0.0, 0.0, 0.0))
+            data = ros_messages.wrench_message(START + at, (0.0, 0.0, 1e-3 * number, 0.0, 0.0, 0.0))
             writer.add_message(channels[0], START + at + number % 7 * 10_000, data, at, number)
             if number % 16 == 0:
-                data = encoding.state_message(START + at, 1e-5 * number, 1e-2)
+                data = ros_messages.state_message(START + at, 1e-5 * number, 1e-2)
                 writer.add_message(channels[1], START + at, data, at, number // 16)
         writer.finish()
     return path.read_bytes()

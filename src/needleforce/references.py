@@ -12,6 +12,8 @@ BIBLIOGRAPHY = Path(__file__).parent / "bibliography.toml"
 SOURCE_PAPER = "source paper"
 WITHOUT_REFERENCE = ("free", "by definition")
 _OF_THE_PAPER = re.compile(r"(eqs?|sec)\. ")
+PUBLISHED = Path(__file__).parent / "published.csv"
+VERIFIED = ("original", "abstract")  # where the work itself was read, if only its abstract
 
 
 @dataclass(frozen=True)
@@ -67,10 +69,6 @@ def citations(model) -> tuple[str, ...]:
     own = [model.reference] if model.reference and not keys_in(model.reference) else []
     named = dict.fromkeys(key for source in sources_of(model) for key in keys_in(source))
     return (*own, *(str(works()[key]) for key in named))
-
-
-PUBLISHED = Path(__file__).parent / "published.csv"
-VERIFIED = ("original", "abstract")  # where the work itself was read, if only its abstract
 
 
 @dataclass(frozen=True)

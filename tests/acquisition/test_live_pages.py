@@ -24,7 +24,7 @@ from needleforce.commands import record, rig
 from needleforce.commands.sources import SHARE
 from needleforce.protocol.folder import SURFACE, UNSEEN
 from needleforce.recording.log import LogWriter
-from needleforce.recording.log.unpacking import LARGEST
+from needleforce.recording.log.mcap_records import LARGEST
 from needleforce.rig.live.axis import LIMITS
 from needleforce.rig.live.six_axis import READINGS
 from needleforce.rig.live.transfer import BUFFERED

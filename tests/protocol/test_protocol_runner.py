@@ -17,7 +17,7 @@ from needleforce.campaign.mapping import read_mapping
 from needleforce.protocol import plan, read_protocol, run_protocol
 from needleforce.protocol.alone import alone
 from needleforce.recording.log import LogWriter
-from needleforce.recording.log.card_and_end import card_and_end
+from needleforce.recording.log.reader import card_and_end
 from needleforce.wire.axis_lines import AxisRange, AxisState
 
 TEXT = SMALL.replace("two", "three").replace("sites = 2", "sites = 3")

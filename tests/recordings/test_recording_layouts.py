@@ -52,8 +52,8 @@ def test_a_header_in_latin_1(file):
 
 
 def test_a_large_file_is_read_in_parts(file, monkeypatch):
-    monkeypatch.setattr("needleforce.recording.numbers._LARGE", 0)
-    monkeypatch.setattr("needleforce.recording.numbers._ROWS_AT_ONCE", 77)
+    monkeypatch.setattr("needleforce.recording.table._LARGE", 0)
+    monkeypatch.setattr("needleforce.recording.table._ROWS_AT_ONCE", 77)
     np.testing.assert_array_equal(read(file(text(COLUMNS))).force, FORCE)
 
 

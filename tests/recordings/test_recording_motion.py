@@ -5,7 +5,7 @@ from plain_insertion import text
 
 from needleforce.errors import InputError
 from needleforce.recording import Card, read, write_columns
-from needleforce.recording.motion import derivative, integral
+from needleforce.recording.joining import derivative, integral
 
 CLOCK = np.arange(0.0, 20.001, 1.0 / 60.0)  # of the motion
 TIME = np.arange(0.5, 19.5, 1e-3)  # of the force

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from needleforce import InputError
-from needleforce.recording.motion import integral
+from needleforce.recording.joining import integral
 from needleforce.rig import SpeedClock
 from needleforce.rig.run import way
 

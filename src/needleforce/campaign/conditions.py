@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 
 from ..errors import InputError
-from ..recording.card_texts import card_texts
+from ..recording.reader import card_texts
 from .files import File
 from .mapping import read_mapping, row_of
 from .name_pattern import name_pattern

@@ -11,7 +11,7 @@ import numpy as np
 from ..acquisition.course import DONE
 from ..acquisition.settings import Settings
 from ..errors import InputError
-from ..recording.log.card_and_end import card_and_end
+from ..recording.log.reader import card_and_end
 from ..wire.axis_lines import SILENCE
 from .plan import ENDING, RunPlan
 from .protocol import Protocol

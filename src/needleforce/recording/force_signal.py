@@ -1,14 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bias of the force sensor, from the free travel before contact."""
+"""Faults of the force signal: the sensor's bias, from the free travel before contact, and single corrupted samples."""
 
 import numpy as np
 
+from .recording import Note
+from .stream import Stream
+
 _REST = 0.02  # share of the depth's range that counts as the leading part
 _SAMPLES = 20
-_NOISE = 0.05  # of the force's range: above, the leading part is no quiet free travel
+_QUIET_SHARE = 0.05  # of the force's range: above, the leading part is no quiet free travel
 _LEVEL = 0.002  # of the force's range: by so much its later half may differ from its earlier one
 _SURE = 4.0  # standard errors
 _LAGS = 1000  # samples: no filter is longer
+_FEWEST = 20  # samples
+_SPIKE_OVER_NOISE = 20.0  # median second differences
+_RANGE = 0.5  # of the range of all other samples …
+_END_RANGE = 10.0  # … or so many at either end of a noisy force: there a step looks like a spike
+_ALIKE = 0.2  # of its height: by so much the neighbours of a spike may differ
+_AT_MOST = 0.01  # of all samples: more are no glitches
 
 
 def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
@@ -30,7 +39,7 @@ def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
     if end < _SAMPLES:
         return 0.0, f"only {end} samples before motion, {_SAMPLES} are needed"
     noise = float(lead.std())
-    if noise > _NOISE * size:
+    if noise > _QUIET_SHARE * size:
         return 0.0, "the force is not quiet at the start"
     late = moved[:end] > 0.5 * reach
     change = _mean(lead[late]) - _mean(lead[~late]) if late.any() and not late.all() else 0.0
@@ -57,3 +66,66 @@ def _standard_error(values: np.ndarray) -> float:
 
 def _mean(values: np.ndarray) -> float:
     return float(values.mean())
+
+
+def remove_bias(stream: Stream, before: bool) -> None:
+    """Remove a sure bias; that there is none is said unless the file tells its own story (``before``)."""
+    value, why = bias(stream.values["depth"], stream.values["force"])
+    if value:
+        stream.values["force"] = stream.values["force"] - value
+        stream.notes.append(Note("baseline", f"a bias of {value:.6g} N is removed from the force: {why}"))
+    elif not before:
+        stream.notes.append(Note("baseline", f"no bias is removed from the force: {why}", 0))
+
+
+def glitches(force: np.ndarray) -> np.ndarray:
+    """Sample numbers of the isolated spikes, one sample wide, in (n,) ``force``; a peak before a fall is none.
+
+    Each differs from the mean of its two neighbours, which agree, by more than 20 median second differences and by
+    more than half of the range of all other samples.
+    """
+    if len(force) < _FEWEST:
+        return np.empty(0, int)
+    second = np.abs(np.diff(force, 2))
+    ends = abs(force[1] - force[0]), abs(force[-1] - force[-2])
+    if max(0.5 * float(second.max()), *ends) <= _RANGE * _least_range(force):
+        return np.empty(0, int)
+    height, noise = np.concatenate((ends[:1], 0.5 * second, ends[1:])), float(np.median(second))
+    before, after = np.append(force[2], force[:-1]), np.append(force[1:], force[-3])
+    alone = (height > _SPIKE_OVER_NOISE * noise) & (np.abs(after - before) < _ALIKE * height)
+    rest = force[~alone]
+    if not alone.any() or not len(rest):
+        return np.empty(0, int)
+    size = float(np.ptp(rest))
+    least = np.full(len(force), max(_RANGE * size, _SPIKE_OVER_NOISE * _quantum(rest)))
+    least[[0, -1]] = _END_RANGE * size if noise > 0.0 else np.inf
+    found = np.flatnonzero(alone & (height > least))
+    return found if len(found) <= _AT_MOST * len(force) else np.empty(0, int)
+
+
+def glitch_notes(time: np.ndarray, force: np.ndarray) -> list[Note]:
+    """A note on the spikes in (n,) ``force`` [N] over ``time`` [s], if there are any."""
+    found = glitches(force)
+    return [Note("glitch", f"{spikes(time, force, found)}: told, not removed", len(found))] if len(found) else []
+
+
+def spikes(time: np.ndarray, force: np.ndarray, found: np.ndarray) -> str:
+    """In words, how many glitches were ``found``, and the largest of them."""
+    worst = int(found[np.argmax(np.abs(force[found]))])
+    what = f"of {force[worst]:.4g} N at {time[worst]:.6g} s, far beyond its neighbours"
+    if len(found) == 1:
+        return f"the force has a spike, one sample wide, {what}"
+    return f"the force has {len(found)} spikes, one sample wide, the largest {what}"
+
+
+def _least_range(force: np.ndarray) -> float:
+    """What the range of all other samples exceeds, without knowing the spikes: of two neighbours one is none."""
+    lower, upper = np.minimum(force[1:], force[:-1]), np.maximum(force[1:], force[:-1])
+    return float(lower.max() - upper.min())
+
+
+def _quantum(values: np.ndarray) -> float:
+    """The smallest step of (n,) values, 0 if they are constant: a coarse sensor's last digit is no spike."""
+    steps = np.abs(np.diff(values))
+    steps = steps[steps > 0.0]
+    return float(steps.min()) if len(steps) else 0.0

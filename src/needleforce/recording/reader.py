@@ -8,18 +8,14 @@ from pathlib import Path
 from ..errors import InputError
 from .card import Preamble, check_filter_length
 from .columns import AXES
-from .force_signal import bias
+from .force_signal import glitch_notes, remove_bias
 from .formats import format_of
-from .glitches import glitch_notes
-from .joining import join, of_main, put_motion, settle_motion
-from .motion import check_direction
-from .parquet_table import Stored
-from .recording import Note, Recording
+from .joining import INWARDS, check_direction, join, of_main, put_motion, settle_motion
+from .parquet_table import Stored, find_stored
+from .recording import Recording
 from .stream import Stream, read_stream
 from .text_layout import Layout, find_layout
 from .timestamps import unsteadiness
-
-INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
 
 
 def read(
@@ -69,17 +65,19 @@ def _reader(path: Path) -> Callable[..., Recording]:
 
             return read_recording
         case "parquet":
-            from .parquet import read_parquet
-
-            return read_parquet
+            return _read_parquet
     return _read_text
 
 
 def _read_text(path, **options) -> Recording:
-    return read_table(find_layout(Path(path)), **options)
+    return _read_table(find_layout(Path(path)), **options)
 
 
-def read_table(
+def _read_parquet(path, **options) -> Recording:
+    return _read_table(find_stored(Path(path)), **options)
+
+
+def _read_table(
     layout: Layout | Stored, columns, units, inwards, filter_length, baseline, motion, start_depth
 ) -> Recording:
     """What ``read`` makes of a table whose layout is known; the options are its."""
@@ -111,16 +109,6 @@ def _motion_beside(path: Path, preamble: Preamble) -> Path | None:
     return path.with_name(beside)
 
 
-def remove_bias(stream: Stream, before: bool) -> None:
-    """Remove a sure bias; that there is none is said unless the file tells its own story (``before``)."""
-    value, why = bias(stream.values["depth"], stream.values["force"])
-    if value:
-        stream.values["force"] = stream.values["force"] - value
-        stream.notes.append(Note("baseline", f"a bias of {value:.6g} N is removed from the force: {why}"))
-    elif not before:
-        stream.notes.append(Note("baseline", f"no bias is removed from the force: {why}", 0))
-
-
 def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
     values = dict(stream.values)
     four = [values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")]
@@ -128,3 +116,23 @@ def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) ->
     notes = dict.fromkeys([*preamble.notes(), *stream.notes, *signs])
     card = preamble.card(stream.place, stream.sha256, filter_length, stream.said)
     return Recording(*four, axes=values, card=card, notes=tuple(notes))
+
+
+def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:
+    """Those of ``keys`` that the card in a file of any format has. Raises InputError for a file that cannot be read."""
+    match format_of(path):
+        case "log" if path.is_file():
+            from .log.reader import card_and_end
+
+            card = card_and_end(path)[0]
+            return {key: card[key] for key in keys if card.get(key)}
+        case "log":  # the folder of a bag: it has no card
+            return {}
+        case "parquet":
+            from .parquet_table import find_stored
+
+            comments = find_stored(path).comments
+        case _:
+            comments = find_layout(path).comments
+    preamble = Preamble(comments, str(path))
+    return {key: preamble.text(key) for key in keys if preamble.text(key)}

@@ -10,7 +10,7 @@ import numpy as np
 from ..models.motion import Motion
 from ..recording import Card, Recording, write_columns
 from ..recording.force_signal import bias
-from ..recording.motion import integral, overlap
+from ..recording.joining import integral, overlap
 from .clocks import SpeedClock
 from .sensor import Sensor
 from .site import Site

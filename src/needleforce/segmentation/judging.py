@@ -7,7 +7,7 @@ from numbers import Integral
 import numpy as np
 
 from ..errors import InputError
-from ..recording.glitches import glitches, spikes
+from ..recording.force_signal import glitches, spikes
 from ..vocabulary import Status
 from .insertion import Insertion
 from .leaving import SAME_BASELINE

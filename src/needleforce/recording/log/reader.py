@@ -3,13 +3,14 @@
 
 import os
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from io import BytesIO
 from pathlib import Path
 
+from ...errors import InputError
+from ..formats import BAG, MCAP
 from ..recording import Note
-from .bag import read_bag
-from .mcap_records import CHANNEL, MESSAGE, METADATA, SCHEMA, Walk
+from .mcap_records import CHANNEL, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, Walk
 from .messages import Log
 from .topics import Collected
 from .writer import CARD, END
@@ -19,6 +20,31 @@ _ORPHANS = 64 << 20  # bytes of messages kept until their channel is found, as i
 _OBJECT = 100  # bytes that each of them takes beside its own
 _DEFINITIONS = 1 << 17  # schemas and channels: each has a number of 16 bits
 _NO_SCHEMA = 0  # the number that says so
+_LARGEST = 1 << 20  # bytes of a card
+
+
+def read_bag(folder: Path, take: Callable[[str, str, int, int, int, bytes], None]) -> None:
+    """Hand all messages to ``take`` (topic, type, counter, arrival [ns], device [ns], CDR); a bag has no counters.
+
+    Raises InputError where the folder is no bag, or rosbags is not there.
+    """
+    if not (folder / BAG).is_file():
+        limit = f"a ROS 2 bag has a {BAG}"
+        raise InputError("folder", "no ROS 2 bag", limit, str(folder), "Name a file, or the folder of a bag.")
+    try:
+        from rosbags.rosbag2 import Reader
+    except ImportError:
+        advice = 'Install the extra "ros": pip install "needleforce[ros]".'
+        raise InputError("package rosbags", "missing", "it reads ROS 2 bags", str(folder), advice) from None
+    try:
+        with Reader(folder) as reader:
+            for connection, arrival, data in reader.messages():
+                take(connection.topic, connection.msgtype, 0, arrival, arrival, bytes(data))
+    except InputError:
+        raise
+    except Exception as error:  # whatever the package meets in a damaged bag
+        why = " ".join(str(error).split())[:200]
+        raise InputError("bag", "not readable", why, str(folder), "Check that it is whole.") from None
 
 
 def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) -> Log:
@@ -106,3 +132,37 @@ class _Contents:
         else:
             schema = found.schema_id if found.message_encoding == "cdr" else _NO_SCHEMA
             self._channels[found.id] = (found.topic, schema)
+
+
+def card_and_end(path: Path) -> tuple[dict[str, str], dict[str, str] | None]:
+    """The card, empty where none is whole, and the end, None for a file that was not closed. Passes over all samples.
+
+    Raises InputError for a file that cannot be read.
+    """
+    found: dict[str, dict[str, str]] = {}
+    try:
+        with open(path, "rb") as file:
+            size = file.seek(0, 2)
+            file.seek(0)
+            at = len(MCAP) if file.read(len(MCAP)) == MCAP else size
+            while at + RECORD_HEAD.size <= size:
+                file.seek(at)
+                code, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
+                at += RECORD_HEAD.size + length
+                if code == METADATA and length <= _LARGEST and at <= size:
+                    found.update(_metadata(file.read(length)))
+    except OSError as error:
+        raise InputError("recording", "not read", error.strerror or "", str(path)) from None
+    return found.get(CARD, {}), found.get(END)
+
+
+def _metadata(content: bytes) -> dict[str, dict[str, str]]:
+    from mcap.data_stream import ReadDataStream
+    from mcap.exceptions import McapError
+    from mcap.records import Metadata
+
+    try:
+        record = Metadata.read(ReadDataStream(BytesIO(content)))
+    except (McapError, struct.error, ValueError):
+        return {}
+    return {record.name: record.metadata}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a log to a recording: one clock, the bias removed, and what was lost told."""
+"""From a log to a recording: messages on one clock, the wrenches to trust, the bias removed, losses reported."""
 
 import json
 from collections.abc import Mapping
@@ -8,23 +8,144 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
+from ...units import parse
+from ..alignment import align
 from ..card import check_filter_length
-from ..columns import check_known
-from ..glitches import glitch_notes
-from ..hashed import Hashed
-from ..motion import check_direction, derivative, overlap, signed
-from ..reader import INWARDS, join, remove_bias
+from ..columns import AXES as KNOWN
+from ..columns import check_known, dimension
+from ..force_signal import glitch_notes, remove_bias
+from ..joining import INWARDS, check_direction, derivative, join, overlap, signed
 from ..recording import Card, Note, Recording
 from ..stream import Stream, constant_depth
+from ..table import Hashed
 from ..timestamps import unsteadiness
-from .host_times import forward, on_one_clock
-from .messages import Log, Messages
+from .messages import Log, Mark, Messages
 from .reader import read_log
 from .topics import split_choice
-from .wrenches import axes_of, told_losses, trusted, without_bias
 from .writer import WRENCH_TOPIC
 
+_RESTARTS = 20  # a device whose clock goes back more often has none
+_SECOND = 1e9  # ns
+AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 _CHOICES = ("force", "depth")
+
+
+def on_one_clock(streams: dict[str, Messages], ours: bool) -> tuple[dict[str, np.ndarray], list[str], list[Note]]:
+    """Times (n,) [s] from the first message of the first stream, what is assumed, and how well clocks are known.
+
+    ``ours``: recorded by this package. Other recorders' headers tell the time of measuring; so do all, where no
+    device has a clock of its own.
+    """
+    present = {name: each for name, each in streams.items() if len(each)}
+    if all(_stamped(each) for each in present.values()) and not (ours and any(map(_has_clock, present.values()))):
+        origin = int(next(iter(present.values())).stamp[0])
+        said = ["times are those of the messages' headers, one clock for all"]
+        return {name: (each.stamp - origin) / _SECOND for name, each in present.items()}, said, []
+    origin, times, said, notes = int(next(iter(present.values())).arrival[0]), {}, [], []
+    for name, each in present.items():
+        times[name], told, found = _aligned(name, each, origin)
+        said, notes = said + told, notes + found
+    return times, said, notes
+
+
+def forward(time: np.ndarray) -> np.ndarray:
+    """Whether each of ``time`` (n,) is later than all before it."""
+    return np.concatenate([[True], time[1:] > np.maximum.accumulate(time)[:-1]])
+
+
+def _stamped(messages: Messages) -> bool:
+    return len(np.unique(messages.stamp)) > len(messages) // 2
+
+
+def _has_clock(messages: Messages) -> bool:
+    return not np.array_equal(messages.device, messages.arrival)
+
+
+def _aligned(name: str, messages: Messages, origin: int) -> tuple[np.ndarray, list[str], list[Note]]:
+    arrival, device = (messages.arrival - origin) / _SECOND, (messages.device - messages.device[0]) / _SECOND
+    starts = np.flatnonzero(np.diff(messages.device) < 0) + 1
+    if not _has_clock(messages) or len(starts) > _RESTARTS:
+        return arrival, [f"the {name} has no clock of its own: its times are those of arrival"], []
+    parts, notes = np.split(np.arange(len(device)), starts), []
+    host = np.empty(len(device))
+    for part in parts:
+        found = align(device[part], arrival[part])
+        host[part] = found.host(device[part])
+        drift, within = (found.rate - 1.0) * 1e6, found.uncertainty * 1e3
+        sure = f"within {within:.3g} ms" if np.isfinite(within) else "with too few samples to say how well"
+        notes.append(Note("alignment", f"the clock of the {name} is aligned {sure}, its drift is {drift:.3g} ppm"))
+    if len(parts) > 1:
+        notes.append(Note("restart", f"the clock of the {name} began anew {len(starts)} times", len(starts)))
+    return host, [], notes
+
+
+def trusted(log: Log, notes: list[Note]) -> Messages:
+    """The wrenches without those whose status was a fault; notes tell how many, and of doubled ones."""
+    if log.wrench.doubled:
+        notes.append(Note("doubled", f"{log.wrench.doubled} wrenches came twice: once each", log.wrench.doubled))
+    marked = [mark.facts.get("sequence") for mark in log.marks if mark.kind == "status"]
+    faulty = [sequence & 0xFFFFFFFF for sequence in marked if isinstance(sequence, int)]
+    wrong = np.isin(log.wrench.sequence % 2**32, np.array(faulty, np.int64)) if log.wrench.counted else np.zeros(
+        len(log.wrench), bool)  # fmt: skip
+    if wrong.any():
+        count = int(wrong.sum())
+        words = sorted({str(mark.facts.get("words", "")) for mark in log.marks if mark.kind == "status"})
+        notes.append(Note("status", f"{count} wrenches had a fault ({'; '.join(words)[:200]}): left out", count))
+    return log.wrench.kept(~wrong)
+
+
+def told_losses(wrench: Messages, notes: list[Note]) -> None:
+    """A note on the wrenches that never came, by the sensor's own counter and clock."""
+    if not wrench.counted or len(wrench) < 2:
+        return
+    steps = np.diff(wrench.sequence)
+    lost = int(steps.sum()) - len(steps)
+    if lost:
+        longest = 1e-9 * float(np.max(np.diff(wrench.device)[steps > 1]))
+        share = 100.0 * lost / (lost + len(wrench))
+        what = f"{lost} of {lost + len(wrench)} wrenches ({share:.3g} %) are not there, the longest gap is "
+        notes.append(Note("lost", f"{what}{longest * 1e3:.4g} ms", lost))
+
+
+def without_bias(wrench: Messages, marks: list[Mark], stream: Stream) -> np.ndarray:
+    """The values (n, 6) less the bias marked last before each; what comes before the first mark has its bias."""
+    biases = [(mark.arrival, bias) for mark in marks if mark.kind == "bias" for bias in [_six(mark.facts)] if bias]
+    if not biases:
+        return wrench.values
+    arrivals, values = np.array([at for at, _ in biases]), np.array([bias for _, bias in biases])
+    which = np.maximum(np.searchsorted(arrivals, wrench.arrival, "right") - 1, 0)
+    told = ", ".join(f"{axis} {value:.6g}" for axis, value in zip(AXES, values[0]))
+    stream.notes.append(Note("baseline", f"the bias measured before contact is removed: {told} N, N m", len(biases)))
+    return wrench.values - values[which]
+
+
+def axes_of(values: np.ndarray, chosen: str, units: Mapping[str, str], card: Mapping[str, str], stream: Stream):
+    """Force and the other axes, in SI, from (n, 6): ``chosen`` is the axial one, such as ``fz`` or ``-fx``."""
+    axial = chosen.removeprefix("-")
+    if axial not in AXES[:3]:
+        limit, advice = "known are fx, fy, fz, and with a minus", "Give --column force=fz, or the axis it is."
+        raise InputError("axis of the force", repr(chosen[:40]), limit, stream.place, advice)
+    there = card["axes"].split() if "axes" in card else AXES
+    force = values[:, AXES.index(axial)] * (-1.0 if chosen.startswith("-") else 1.0)
+    found = {"force": _in_si("force", force, units)}
+    for index, name in enumerate(AXES):
+        if name in KNOWN and name in there and name != axial:
+            found[name] = _in_si(name, values[:, index], units)
+    if axial != "fz":
+        stream.notes.append(Note("left_out", "fz is left out: the name stands for the axial force"))
+    return found
+
+
+def _in_si(quantity: str, values: np.ndarray, units: Mapping[str, str]) -> np.ndarray:
+    if quantity not in units:
+        return values
+    return parse(units[quantity], dimension(quantity), quantity).to_si(values)
+
+
+def _six(facts: Mapping) -> list[float] | None:
+    bias = facts.get("wrench")
+    good = isinstance(bias, list) and len(bias) == 6 and all(isinstance(each, int | float) for each in bias)
+    return [float(each) for each in bias] if good and np.isfinite(bias).all() else None
 
 
 def read_recording(

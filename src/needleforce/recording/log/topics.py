@@ -12,8 +12,8 @@ import numpy as np
 from ...errors import InputError
 from ..recording import Note
 from . import ros_messages
-from .decoding import joints_of, place_of, string_of, wrench_of
 from .messages import Mark, Messages, in_sequence
+from .ros_messages import joints_of, place_of, string_of, wrench_of
 from .writer import AXIS_TOPIC, MARKS_TOPIC, WRENCH_TOPIC
 
 _WRENCHES = (ros_messages.WRENCH_STAMPED, ros_messages.WRENCH)
