@@ -19,11 +19,11 @@ from rich.progress import track
 
 import needleforce as nf
 from needleforce.identification.compare import correlated
-from needleforce.identification.covariance import noise_of
-from needleforce.identification.curves import CURVES
-from needleforce.identification.deformation_fit import fit_deformation
-from needleforce.identification.information import independent_samples
-from needleforce.identification.single import loading_samples
+from needleforce.identification.one_layer.deformation_fit import fit_deformation
+from needleforce.identification.one_layer.fit_recording import loading_samples
+from needleforce.identification.one_layer.loading_curves import CURVES
+from needleforce.identification.statistics.information import independent_samples
+from needleforce.identification.statistics.noise import noise_of
 from needleforce.identification.strokes import strokes_of
 
 LAWS, AGAINST = tuple(CURVES), "cone_cylinder"

@@ -16,9 +16,9 @@ from fit import PARAMETERS, QUANTITIES, progress, simulate
 from scipy.signal import lfilter
 
 from needleforce import core
-from needleforce.identification.breakpoint_fit import fit_cycle
-from needleforce.identification.covariance import noise_of
-from needleforce.identification.cycle_draws import draw_cycle
+from needleforce.identification.one_layer.breakpoint_fit import fit_cycle
+from needleforce.identification.statistics.cycle_draws import draw_cycle
+from needleforce.identification.statistics.noise import noise_of
 
 ROWS = (  # noise [N], filter, factor by which correlation fades, samples a stroke
     *((20e-3, length, 0.0, 15_000) for length in (1, 10, 50)),

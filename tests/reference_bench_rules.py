@@ -5,7 +5,7 @@ import numpy as np
 from reference_rules import computes, needle
 
 from needleforce.identification import bending, tension
-from needleforce.identification.regression import least_squares
+from needleforce.identification.statistics.regression import least_squares
 
 
 @computes("hyperelastic", r"^mu\(l-l\^-2\)", "mu", "stretch")

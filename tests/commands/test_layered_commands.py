@@ -10,7 +10,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.commands.compare import names_of
-from needleforce.identification.laws_from_log import LAYERED, MODELS, stiffness_law
+from needleforce.identification.models import LAYERED, MODELS, stiffness_law
 
 COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()"]
 PUNCTURES = ((7.5e-3, 4.5e-3), (8e-3, 5e-3), (8.5e-3, 4.8e-3))  # m below the tops of the two layers

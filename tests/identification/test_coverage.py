@@ -6,7 +6,7 @@ import runpy
 import numpy as np
 import pytest
 
-from needleforce.identification.covariance import likely_punctures, noise_of
+from needleforce.identification.statistics.noise import likely_punctures, noise_of
 
 
 @pytest.mark.parametrize("filter_length", [1, 10, 50])

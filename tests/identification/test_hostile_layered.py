@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.fit import with_ruptures
+from needleforce.identification.result import with_ruptures
 from needleforce.recording import Card
 
 MOTION = nf.Motion.insert(start=-2e-3, speed=4e-3, depth=15e-3, hold=1.0)

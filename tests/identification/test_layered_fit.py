@@ -9,11 +9,11 @@ import pytest
 
 import needleforce as nf
 from needleforce import core
-from needleforce.identification.fit import with_ruptures
-from needleforce.identification.layered.course import COARSE, courses_of
+from needleforce.identification.layered.binned_cycle import COARSE, courses_of
 from needleforce.identification.layered.search import grow, made_passive, refined
-from needleforce.identification.layered.spread import spread
-from needleforce.identification.single import seen
+from needleforce.identification.layered.uncertainty import spread
+from needleforce.identification.one_layer.fit_recording import seen
+from needleforce.identification.result import with_ruptures
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=2e-3, depth=21e-3, hold=5.0)
 NAMED = {"layered": core.laws.DraggedTissue, "layered_as_fitted": core.laws.DraggedTissueAsFitted}

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.covariance import Noise, noise_of
-from needleforce.identification.curves import CURVES
-from needleforce.identification.deformation_fit import fit_deformation
-from needleforce.identification.information import criterion, independent_samples
-from needleforce.identification.projection import amplitudes_of
+from needleforce.identification.one_layer.deformation_fit import fit_deformation
+from needleforce.identification.one_layer.loading_curves import CURVES
+from needleforce.identification.statistics.information import criterion, independent_samples
+from needleforce.identification.statistics.noise import Noise, noise_of
+from needleforce.identification.statistics.projection import amplitudes_of
 
 CONTACT, PUNCTURE = 4e-3, 12e-3
 # formulas written out once more, by law: F(h) [N], and the numbers in it

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.biases import spreading_force
 from needleforce.identification.estimates import Estimate
-from needleforce.identification.single import fit_single
-from needleforce.identification.subtraction import Pair, subtract
+from needleforce.identification.one_layer.fit_recording import fit_single
+from needleforce.identification.two_pass.bias_terms import spreading_force
+from needleforce.identification.two_pass.subtraction import Pair, subtract
 
 PAPER = nf.preset("paper")
 F_C, FRICTION, PUNCTURE = 0.0776, 18.6, 3.237e-3

@@ -4,7 +4,7 @@ import math
 import pytest
 
 import needleforce as nf
-from needleforce.identification.laws_from_log import MODELS
+from needleforce.identification.models import MODELS
 from needleforce.models.laws import FAMILIES, laws_of
 from needleforce.models.named_models import NAMED_MODELS, names_of
 

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.fit import Estimate, Fit, Quality, RecordingFit
 from needleforce.identification.layered.ruptures import Ruptures
-from needleforce.identification.two_pass import Site, TwoPass
+from needleforce.identification.result import Estimate, Fit, Quality, RecordingFit
+from needleforce.identification.two_pass.result import Site, TwoPass
 from needleforce.recording.recording import Card, Note, Recording
 from needleforce.segmentation.events import Event, Events, Puncture, Span
 from needleforce.vocabulary import Phase, Status

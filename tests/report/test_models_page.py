@@ -9,7 +9,7 @@ import pytest
 from test_report_page import figures, plain
 
 from needleforce.identification.compare import Row
-from needleforce.identification.unseen import Unseen
+from needleforce.identification.cross_validation import Unseen
 from needleforce.report import write_comparison
 from needleforce.report.models_figure import over_floor
 from needleforce.report.models_table import best_possible, floor_words, model_rows

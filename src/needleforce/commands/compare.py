@@ -54,7 +54,7 @@ def run(
 
 def names_of(models: str) -> list[str]:
     """The models named; of ``all`` each loading curve once and the layered ones."""
-    from ..identification.laws_from_log import COMPARED, LAYERED
+    from ..identification.models import COMPARED, LAYERED
 
     return [*COMPARED, *LAYERED] if models.strip() == "all" else [name.strip() for name in models.split(",")]
 

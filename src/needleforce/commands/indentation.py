@@ -32,7 +32,7 @@ def run(
 ) -> None:
     """Fit modulus, contact depth and baseline to an indentation curve, for one tip or several."""
     from ..identification import compare_tips
-    from ..identification.indentation_curve import checked_options
+    from ..identification.indentation import checked_options
 
     check_outputs([json], [file, needle])
     options = {"poisson_ratio": poisson_ratio, "baseline": baseline}

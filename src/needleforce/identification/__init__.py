@@ -2,17 +2,17 @@
 """From recordings to mechanics: fits, intervals, and what cannot be known."""
 
 from .compare import Row, compare
-from .correlations import Correlations
-from .draws import Draws
 from .estimates import Estimate, Quality
-from .fit import Fit, RecordingFit
 from .identify import identify
-from .indentation_curve import IndentationFit, fit_indentation
+from .indentation import IndentationFit, fit_indentation
 from .lugre_filter import LuGreFilter
 from .lugre_recording import FilteredLuGre, filter_lugre
-from .profile import Profile, profile
+from .result import Fit, RecordingFit
+from .statistics.correlations import Correlations
+from .statistics.draws import Draws
+from .statistics.profile import Profile, profile
 from .tip_comparison import TipRow, compare_tips
-from .two_pass import Bias, Site, TwoPass
+from .two_pass.result import Bias, Site, TwoPass
 
 __all__ = [
     "Bias",

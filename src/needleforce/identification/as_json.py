@@ -8,7 +8,7 @@ import tomllib
 from ..files import json_safe
 from ..preset_files.writing import as_toml
 from ..segmentation import Events
-from .fit import Fit, RecordingFit
+from .result import Fit, RecordingFit
 
 
 def as_json(fit: Fit) -> str:

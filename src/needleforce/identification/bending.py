@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError
-from .regression import least_squares
+from .statistics.regression import least_squares
 
 SMALL_DEFLECTION = 0.3  # F a^2 / (E I), the end slope's double: beyond it the linear formula overstates the deflection
 

@@ -8,15 +8,15 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording import Recording
-from .curves import CURVES
-from .deformation_fit import DeformationFit
-from .fit import Fit
+from .cross_validation import Unseen, predict_unseen
+from .diagnostics import Given
 from .identify import assemble
-from .information import criterion, independent_samples
-from .laws_from_log import COMPARED, LAYERED, MODELS, SAME_FORCE, stiffness_law
-from .single import Single, fit_single
-from .telling import Given
-from .unseen import Unseen, predict_unseen
+from .models import COMPARED, LAYERED, MODELS, SAME_FORCE, stiffness_law
+from .one_layer.deformation_fit import DeformationFit
+from .one_layer.fit_recording import Single, fit_single
+from .one_layer.loading_curves import CURVES
+from .result import Fit
+from .statistics.information import criterion, independent_samples
 
 
 @dataclass(frozen=True)
@@ -140,6 +140,6 @@ def _identified(singles: list[Single], name: str, law: str | None) -> Fit:
     given = Given(None, None, {})
     if law is not None:
         return assemble(given, singles, [], law, ())
-    from .layered.identified import identify_layered
+    from .layered.identify import identify_layered
 
     return identify_layered(singles, name, given, None)

@@ -4,8 +4,8 @@
 from dataclasses import dataclass
 from math import inf, isfinite, sqrt
 
-from .curves import CURVES
-from .cycle_fit import CycleFit
+from .one_layer.cycle_fit import CycleFit
+from .one_layer.loading_curves import CURVES
 
 UNITS = {name: unit for curve in CURVES.values() for name, unit in curve.units.items()} | {
     "contact_depth": "m",

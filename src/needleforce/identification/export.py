@@ -10,9 +10,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..files import atomic_write
-from .draws import Draws
 from .estimates import Estimate
-from .fit import Fit
+from .result import Fit
+from .statistics.draws import Draws
 
 COLUMNS = (
     *("recording", "quantity", "value", "low", "high", "unit", "between_repeats_sd", "within_run_sd"),

@@ -7,19 +7,8 @@ from typing import Any
 
 from ..errors import InputError
 from ..recording import Recording
-from .biases import spreading_force
-from .correlations import known_together
 from .derived import derived
-from .estimates import Estimate, estimates_of
-from .fit import Fit
-from .inputs import bench_estimates, needle_of, paired
-from .laws_from_log import LAYERED, MECHANICAL, model_of, needle_saturation, stiffness_law
-from .peak import measured_peak
-from .pooling import mean_estimate, pool
-from .single import Single, fit_single, seen
-from .subtraction import Pair, subtract
-from .swing import swing
-from .telling import (
+from .diagnostics import (
     NO_MODEL,
     Given,
     held_fixed,
@@ -30,8 +19,19 @@ from .telling import (
     unknown,
     warnings_of,
 )
-from .turning import presliding_of
-from .two_pass import TwoPass
+from .estimates import Estimate, estimates_of
+from .friction_reversal import presliding_of
+from .inputs import bench_estimates, needle_of, paired
+from .models import LAYERED, MECHANICAL, model_of, needle_saturation, stiffness_law
+from .one_layer.fit_recording import Single, fit_single, seen
+from .one_layer.puncture_force import measured_peak
+from .pooling import mean_estimate, pool
+from .result import Fit
+from .statistics.correlations import known_together
+from .two_pass.bias_terms import spreading_force
+from .two_pass.cutting_oscillation import swing
+from .two_pass.result import TwoPass
+from .two_pass.subtraction import Pair, subtract
 
 Progress = Callable[[Any, str], Any]
 TWO_PASS = "second insertion at the same site"
@@ -81,7 +81,7 @@ def identify(
 
 def _layered(recordings: list, seconds: list, model: str, given: Given, layers, progress: Progress | None) -> Fit:
     """The layered law, which loads an optimiser that others do not need."""
-    from .layered.identified import MOST_LAYERS, identify_layered
+    from .layered.identify import MOST_LAYERS, identify_layered
 
     if seconds:
         step = "Leave the model away: friction and cutting then come from the second passes."

@@ -9,8 +9,8 @@ from ..errors import InputError
 from ..mechanics.contact import contact
 from ..mechanics.validity import SMALL_SLOPE_ANGLE
 from .contact_search import LEAST_IN_CONTACT, ContactSearch
-from .covariance import Noise
-from .deformation_fit import LEAST_SAMPLES, SIGN
+from .one_layer.deformation_fit import LEAST_SAMPLES, SIGN
+from .statistics.noise import Noise
 
 LEAST_FREE = 5  # samples before contact
 SURE = 5.0  # standard errors; in noise alone a search over all contact depths finds 3

@@ -6,7 +6,7 @@ import numpy as np
 from ..mechanics.validity import FRICTION_LIMIT
 from ..segmentation import Events
 from ..vocabulary import Phase
-from .single import Single, peak_force
+from .one_layer.fit_recording import Single, peak_force
 
 SMALL_LATERAL = 0.1
 RELAXED = 0.1

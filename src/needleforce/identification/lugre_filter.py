@@ -15,7 +15,7 @@ import numpy as np
 
 from .. import core
 from ..errors import InputError
-from .lugre_equations import joseph, limit, measured, predicted
+from .lugre import joseph, limit, measured, predicted
 
 ITERATIONS = 3  # of the linearisation about the corrected state: else the first samples teach what was never seen
 

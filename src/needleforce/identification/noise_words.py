@@ -3,7 +3,7 @@
 
 from collections.abc import Iterable
 
-from .covariance import Noise
+from .statistics.noise import Noise
 
 WHITE = "white"
 FADING = "fading over {}: long-run variance of a first-order autoregression"

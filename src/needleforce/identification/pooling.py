@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from .covariance import Z_95
 from .estimates import Estimate
+from .statistics.noise import Z_95
 
 MEAN = "mean of {n} repeats"
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .single import Single
+from .one_layer.fit_recording import Single
 from .span import STROKES, cycle_span, stroke_speed
 
 SAME_DEPTH = 0.02  # of the deepest point: beyond, it is another motion

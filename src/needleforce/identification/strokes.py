@@ -8,7 +8,7 @@ import numpy as np
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Phase
-from .turning import Turning, turning_of
+from .friction_reversal import Turning, turning_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError
-from .regression import least_squares
+from .statistics.regression import least_squares
 
 # law -> the columns whose weighted sum is the nominal stress, and the weights that make E of the coefficients
 _BASES = {

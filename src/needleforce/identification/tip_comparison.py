@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
-from .covariance import Z_95, noise_of
-from .indentation_curve import IndentationFit, fit_indentation
-from .information import VERY_STRONG
+from .indentation import IndentationFit, fit_indentation
+from .statistics.information import VERY_STRONG
+from .statistics.noise import Z_95, noise_of
 
 
 class TipRow(NamedTuple):

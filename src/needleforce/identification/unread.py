@@ -6,7 +6,7 @@ import dataclasses
 from ..errors import InputError
 from ..segmentation import Events
 from ..vocabulary import Status
-from .fit import Fit, RecordingFit
+from .result import Fit, RecordingFit
 
 
 def with_unread(fit: Fit | None, unread: list[tuple[str, InputError]]) -> Fit:

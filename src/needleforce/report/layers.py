@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..identification.fit import run_model, with_ruptures
+from ..identification.result import run_model, with_ruptures
 from ..models.model import Model
 from .canvas import MEASURED, MEDIUM, QUIET, SECOND, SLATE, THIN, axis_names, panels
 from .figures import DEPTH, FORCE, line

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .blocks import Blocks
+from .strokes import Blocks
 
 FALL_NOISE = 5.0  # [sd] above the mean of the falls that the free travel shows
 FALL_PEAK = 0.1  # of the force at the peak itself, so that a late thin layer counts as much as the first

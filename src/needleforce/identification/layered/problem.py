@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import core
-from .course import Course
+from .binned_cycle import Course
 from .descent import descend
-from .unknowns import DIMPLE, MM, PER_LAYER, TOP, Unknowns
+from .parameters import DIMPLE, MM, PER_LAYER, TOP, Unknowns
 
 FREE, TIED = 3e-4, 0.3
 """Residual per mm that a puncture lies off the mean: for layers that a run does not reach; and so that all are one."""

@@ -7,11 +7,11 @@ import numpy as np
 
 from ...recording import Recording
 from ...segmentation import Events
-from ..covariance import Z_95, noise_of
 from ..estimates import Estimate
+from ..statistics.noise import Z_95, noise_of
 from .numbers import prefix
+from .parameters import MM
 from .search import Solved
-from .unknowns import MM
 
 NEAR = 2.0  # [mm] a rupture seen farther from the fitted one belongs to no layer
 CLOSE = 0.4  # [mm] the steep fall begins so near the peak: more is another rupture

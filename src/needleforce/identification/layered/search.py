@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .course import Course
+from .binned_cycle import Course
+from .parameters import COEFFICIENT, GRIP, PER_LAYER, STIFFNESS, Unknowns
 from .problem import TIED, Problem
 from .starts import first_starts, grown_starts
-from .unknowns import COEFFICIENT, GRIP, PER_LAYER, STIFFNESS, Unknowns
 
 QUICK, LONG = 15, 100  # evaluations of a screening, and of what is kept
 KEPT = 2

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .course import Course
-from .unknowns import COEFFICIENT, MM, PER_LAYER, SATURATION, STIFFNESS, TOP, Unknowns
+from .binned_cycle import Course
+from .parameters import COEFFICIENT, MM, PER_LAYER, SATURATION, STIFFNESS, TOP, Unknowns
 
 LIKE_TISSUE = (0.0, 0.0, 0.0, 0.2, 5.5, -7.8, 2.0)
 """Grip ratio, stiffness of 250 N/m, rupture within 0.4 mm, a dimple of 2 mm; the contact is set by the forces."""

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What an identification says beside its numbers: quality, warnings, what was held fixed, what cannot be known."""
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..mechanics.buckling import equivalent_half_angle
+from .estimates import Estimate, Quality
+from .limits import crossed, lateral_ratio
+from .models import UNKNOWN_TIP, model_of
+from .noise_words import noise_words
+from .one_layer.fit_recording import Single
+from .one_layer.loading_curves import CURVES
+from .result import RecordingFit, run_model
+
+NO_MODEL = "The identified values make no model: {}"
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """What was given beside the recordings: the needle, its saturation depth [m] or None, and bench tests by name."""
+
+    needle: Any
+    saturation: float | None
+    bench: dict[str, Estimate]
+
+
+def reference_of(singles: list[Single]) -> str:
+    """Where a model comes from: the first recordings by name, wherever they lie."""
+    sources = ", ".join(Path(single.recording.card.source).name for single in singles[:3])
+    return f"identified by needleforce from {sources}" + (" ..." if len(singles) > 3 else "")
+
+
+def recording_fit(single: Single, own: dict[str, Estimate], law: str, needle, refused: str) -> RecordingFit:
+    """One recording's outcome with its own model along its own motion; ``refused`` is about its second pass."""
+    notes = single.notes + ((refused,) if refused else ()) + tuple(note.message for note in single.recording.notes)
+    base = RecordingFit(single.recording.card.source, single.status, single.recording, single.events, own, notes=notes)
+    if not own:
+        return base
+    base = dataclasses.replace(base, cycle=single.fits[law], strokes=single.strokes)
+    try:
+        model = model_of({name: estimate.value for name, estimate in own.items()}, law, needle)
+    except InputError as error:
+        return dataclasses.replace(base, notes=(*notes, f"These values make no model: {error}"))
+    predicted = run_model(model, single.recording, own["contact_depth"].value)
+    inside = single.strokes.mask(len(predicted))
+    told = quality(single.recording.force[inside], predicted[inside])
+    return dataclasses.replace(base, predicted=predicted, quality=told)
+
+
+def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
+    """Residual of the force predicted beside the one measured, (n,) [N] each."""
+    residual = float(np.mean((force - predicted) ** 2))
+    rmse = float(np.sqrt(residual))
+    return Quality(rmse, rmse / float(np.max(np.abs(force))), 1.0 - residual / float(np.var(force)))
+
+
+def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
+    """Root mean square of the recordings' residuals, mean of R squared; None where none has a model."""
+    known = [each.quality for each in recordings if each.quality is not None]
+    if not known:
+        return None
+    rmse, nrmse = (float(np.sqrt(np.mean([x**2 for x in xs]))) for xs in zip(*((q.rmse_N, q.nrmse) for q in known)))
+    return Quality(rmse, nrmse, float(np.mean([q.r2 for q in known])))
+
+
+def warnings_of(singles: list[Single], model, one_layer: bool = True) -> tuple[str, ...]:
+    """Limits crossed by any recording or by the model, each once; some hold for a model of one layer alone."""
+    found = [sentence for single in singles for sentence in crossed(single, one_layer)]
+    found += [] if model is None else list(model.warnings)
+    return tuple(dict.fromkeys(found))
+
+
+def held_fixed(given: Given, law: str, parameters: dict[str, Estimate]) -> tuple[str, ...]:
+    """What was taken and not identified."""
+    if not parameters:
+        return ()
+    held = [
+        "embedded length: counted from the undeformed surface, the paper's origin; it trades against the cutting force"
+    ]
+    held.append("unloading of the cutting force: over the travel in which friction turns round")
+    if not CURVES[law].tells_modulus:
+        return tuple(held)
+    if given.needle is None or given.needle.tip is None:
+        return (UNKNOWN_TIP, *held)
+    angle = np.degrees(equivalent_half_angle(given.needle.tip))
+    held.insert(0, f"tip: a cone of half angle {angle:.3g} degrees, as given")
+    if "saturation_depth" in parameters:
+        held.append(f"saturation depth: {1e3 * given.saturation:.3g} mm, from tip and shank radius")
+    return tuple(held)
+
+
+def unknown(given: Given, law: str, two_pass: bool) -> tuple[str, ...]:
+    """What these logs cannot tell, whatever their number."""
+    said = ["Poisson ratio of the tissue: a log tells only the reduced modulus, and that only with the tip's angle."]
+    if not CURVES[law].tells_modulus:
+        said = [f"Moduli and Poisson ratio of the tissue: the law {law} describes its curve and knows no modulus."]
+    elif given.needle is None:
+        said.append("Reduced modulus: a log tells its product with the tangent of the tip's half angle.")
+    if "tissue_young_modulus" not in given.bench:
+        said.append(
+            "Friction coefficient: it needs the tissue's modulus and the needle's section; a log tells "
+            "friction per length."
+        )
+    if not two_pass:
+        said.append(
+            "Cutting force apart from the depth at which embedded length begins: both shift the force by a constant."
+        )
+    return tuple(said)
+
+
+def settings(law: str, needle, singles: list[Single]) -> dict[str, object]:
+    """How the identification was run, the median ratio of lateral to axial force, None without lateral axes, and how
+    the intervals took the noise."""
+    known = [ratio for ratio in map(lateral_ratio, singles) if np.isfinite(ratio)]
+    return {
+        "stiffness_law": law,
+        "needle": None if needle is None else repr(needle),
+        "repeats": len(singles),
+        "answering": sum(bool(single.fits) for single in singles),
+        "lateral_over_axial_force": float(np.median(known)) if known else None,
+        "noise": noise_words(noise for single in singles if law in single.fits for noise in single.fits[law].noises),
+    }

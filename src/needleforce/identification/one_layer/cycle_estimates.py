@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The compiled fit's answer becomes values with intervals and warnings."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from ..statistics.noise import Z_95, Noise, likely_punctures, noise_of, sandwich
+from .cycle_fit import CycleFit
+from .loading_curves import CURVES
+
+UNKNOWNS = ("stiffness_coefficient", "contact_depth", "friction_per_length", "cutting_force", "saturation_depth")
+"""Order of the unknowns in the compiled core: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m]."""
+
+RAMP = 3
+"""Quarters of a filter's length on each side of a step, in which its ramp lies wherever the scan puts it."""
+
+
+class Told:
+    """The core's answer on its way to a CycleFit: noise, covariance, estimates, warnings."""
+
+    def __init__(self, found: dict, strokes: list[np.ndarray], filter_length: int, left_out: int):
+        self.least_saturation = found["unknowns"][4]
+        self.found, self.strokes, self.filter_length, self.left_out = found, strokes, filter_length, left_out
+        self.x, self.before = dict(zip(UNKNOWNS, found["unknowns"])), found["puncture"]
+        self.order = UNKNOWNS if found["free"][4] else UNKNOWNS[:4]
+        *grams, bread = found["matrices"][:, : len(self.order), : len(self.order)]
+        if not bread.diagonal().all():
+            bread = np.full_like(bread, np.nan)  # the data do not determine every parameter: no intervals
+        lost = [float(np.vdot(bread, gram)) for gram in grams]
+        self.noises = self._noises([0.0 if math.isnan(paid) else paid for paid in lost])
+        self.covariance = sandwich(bread, grams, self.noises)
+        self.sse, self.n = (self.noises[0][k] + self.noises[1][k] for k in (0, 1))
+        self.variance = self.sse / self.n
+
+    def _noises(self, lost: list[float]) -> list[Noise]:
+        """Noise of either stroke; each has paid for as many parameters as it tells of, tr(B G): ``lost``."""
+        w, before, residuals = self.left_out, self.before, [self.found["residual_in"], self.found["residual_out"]]
+        counts = [max(len(residuals[0]) - 3 * w, 0), max(len(residuals[1]) - w, 0)]
+        if w:
+            residuals = [residual.copy() for residual in residuals]
+            residuals[0][before - w : before + w] = residuals[0][-w:] = residuals[1][:w] = 0.0
+        return [noise_of(r, n, self.filter_length, paid) for r, n, paid in zip(residuals, counts, lost)]
+
+    def fit(self, law: str, free: bool) -> CycleFit:
+        """The whole answer."""
+        rows, weights = likely_punctures(self.found["gain"], self.noises[0].long_run)
+        rows += self.found["first_gain"]
+        values, low, high = self._estimates(rows, weights)
+        smear, depth = self.filter_length // 2, self.strokes[0]
+        first, last = max(int(rows.min()) - 1 - smear, 0), min(int(rows.max()) + smear, len(depth) - 1)
+        low["puncture_depth"], high["puncture_depth"] = float(depth[first]), float(depth[last])
+        plain = sum(noise.count * noise.variance for noise in self.noises)
+        long_run = sum(noise.count * noise.long_run for noise in self.noises)
+        return CycleFit(
+            law=law,
+            values=values,
+            low=low,
+            high=high,
+            covariance=self.covariance,
+            covariance_order=self.order,
+            puncture_low=first,
+            puncture_high=last,
+            samples_before_puncture=self.before,
+            residual_in=self.found["residual_in"],
+            residual_out=self.found["residual_out"],
+            left_out=self.left_out,
+            sse=self.sse,
+            n=self.n,
+            bic=self.n * math.log(max(self.variance, 1e-300)) + (5 + free) * math.log(self.n),
+            rmse=math.sqrt(self.variance),
+            noise_correlation_length=long_run / plain if plain > 0.0 else 1.0,
+            warnings=tuple(self._warnings(values, low, high, free)),
+            noises=tuple(self.noises),
+            saturation_sought=free,
+        )
+
+    def _estimates(self, rows: np.ndarray, weights: np.ndarray) -> tuple[dict, dict, dict]:
+        """Values and 95 % limits (delta method) of all quantities; the puncture depth's limits are samples, see fit."""
+        x, puncture = self.x, self._puncture_depth()
+        h, c = puncture - x["contact_depth"], x["stiffness_coefficient"]
+        slopes = CURVES["cone_cylinder"].gradient(np.float64(h), x)
+        by_c, by_contact, by_saturation = (float(slopes[UNKNOWNS[k]]) for k in (0, 1, 4))
+        values = x | {"puncture_depth": puncture, "puncture_indentation": h, "puncture_force": c * by_c}
+        force_by = np.array((by_c, by_contact, 0.0, 0.0, by_saturation)[: len(self.order)])
+        by_law = float(force_by @ self.covariance @ force_by)
+        spread = self._puncture_variance(rows, weights, self._drop(puncture), by_law)
+        variance = self.covariance.diagonal().tolist()
+        variances = dict(zip(self.order, variance))
+        variances["puncture_indentation"] = variance[1] + spread
+        variances["puncture_force"] = by_law + force_by[1] ** 2 * spread
+        half = {name: Z_95 * math.sqrt(max(value, 0.0)) for name, value in variances.items()}
+        low = {name: value - half.get(name, 0.0) for name, value in values.items()}
+        high = {name: value + half.get(name, 0.0) for name, value in values.items()}
+        low["saturation_depth"] = min(low["saturation_depth"], self.least_saturation)
+        if "saturation_depth" in half and high["saturation_depth"] > h:
+            high["saturation_depth"] = math.inf  # past the puncture, one saturation depth is as good as any other
+        if not self.found["free"][2]:
+            low["friction_per_length"] = 0.0
+        return values, low, high
+
+    def _puncture_depth(self) -> float:
+        """The middle of the puncture's gap [m]; behind a filter, where the step stands that was smeared.
+
+        The scan knows no ramp, and is drawn off by it. But an average moves no area: what force and model enclose
+        around the step is the drop times what the step was missed by, less the bend times length² / 24, which leaves
+        through the ends.
+        """
+        depth, before, length = self.strokes[0], self.before, self.filter_length
+        middle, gap = 0.5 * float(depth[before - 1] + depth[before]), float(depth[before] - depth[before - 1])
+        drop = self._drop(middle)
+        if length == 1 or not drop > 0.0:
+            return middle
+        half = RAMP * length // 4
+        area = float(self.found["residual_in"][before - half : before + half].sum())
+        slope = CURVES["cone_cylinder"].gradient(np.float64(middle - self.x["contact_depth"]), self.x)["contact_depth"]
+        bend = (-float(slope) - self.x["friction_per_length"]) * gap
+        missed = (area + bend * length**2 / 24.0) / drop
+        return middle + gap * min(max(missed, -0.5 * length), 0.5 * length)
+
+    def _drop(self, depth: float) -> float:
+        """The fall of the force [N] at a puncture at ``depth`` [m]."""
+        x, h = self.x, np.float64(depth - self.x["contact_depth"])
+        pushed = CURVES["cone_cylinder"].force(h, x)
+        return float(pushed - x["friction_per_length"] * h - x["cutting_force"])
+
+    def _puncture_variance(self, rows: np.ndarray, weights: np.ndarray, drop: float, by_law: float) -> float:
+        """Variance [m²] of the puncture's depth: between the candidate gaps, and even within each gap.
+
+        Behind a filter: of the area around the step, over as many samples as are summed less a third of the filter's,
+        and of the loading curve there, whose force has the variance ``by_law`` [N²].
+        """
+        depth, length = self.strokes[0], self.filter_length
+        before, after = depth[rows - 1], depth[rows]
+        if length > 1 and drop > 0.0:
+            gap = float(after[0] - before[0])
+            summed = (RAMP / 2.0 - 1.0 / 3.0) * length * self.noises[0].long_run
+            return gap**2 * (1.0 / 12.0 + (summed + (RAMP * length / 4.0) ** 2 * by_law) / drop**2)
+        middle = 0.5 * (before + after)
+        return float(weights @ ((middle - weights @ middle) ** 2 + (after - before) ** 2 / 12.0))
+
+    def _warnings(self, values: dict, low: dict, high: dict, free: bool) -> Iterator[str]:
+        """What a reader should know before believing the numbers, in plain words."""
+        found, depth, v = self.found, self.strokes[0], values
+        if not low["stiffness_coefficient"] > 0.0:
+            yield "the stiffness is not different from zero: there may be no contact"
+        after = v["friction_per_length"] * v["puncture_indentation"] + v["cutting_force"]
+        if not v["puncture_force"] - after > high["puncture_force"] - v["puncture_force"]:
+            yield "the force does not drop at the puncture found: there may be none"
+        if self.before in found["admitted"]:
+            yield "the puncture found is the first or the last one admitted"
+        if v["contact_depth"] <= depth[0]:
+            yield "the recording starts in contact: the contact depth is extrapolated"
+        if not found["free"][2]:
+            best = found["unconstrained_friction"]
+            yield f"the friction per length is held at 0: the best value would be {best:.4g} N/m, which is unphysical"
+        if free and not found["free"][4]:
+            yield "the bare cone fits best: the contact does not saturate before the puncture"
+        if not len(self.strokes[2]):
+            yield "no withdrawal: friction and cutting force rest on the insertion alone"
+        if found["backtrack"] > 0.02 * (depth[-1] - depth[0]):
+            yield f"a stroke goes back by up to {found['backtrack'] * 1e3:.3g} mm on its way"
+        reach = max(noise.reach for noise in self.noises)
+        if reach > 1.5 * self.filter_length and self.variance > (1e-9 * v["puncture_force"]) ** 2:
+            yield (
+                f"residuals are correlated over {reach} samples, the filter's length is {self.filter_length}: "
+                "an unknown filter, or a model that does not describe this recording"
+            )

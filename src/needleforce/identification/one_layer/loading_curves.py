@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The loading curves that can be fitted; a new one is a value here and a place in the list at the end.
+
+A derivative by h where contact begins counts as 0: the sample there may just as well be out of contact.
+"""
+
+import math
+
+import numpy as np
+
+from ... import core
+from .loading_curve import LoadingCurve, ShapeNumber
+
+AT_ONCE = 0.05  # of the indentation: a contact that saturates there is a straight line
+ALL_BUT_STRAIGHT = 0.1  # e-folds up to the puncture: the curve leaves its chord by 1 %
+POWER, TERMS = ({row["name"]: row for row in law.table()} for law in (core.laws.PowerLaw, core.laws.Polynomial))
+UNIT_DEPTH = POWER["reference_depth"]["default"]
+
+
+def _modulus(values, half_angle: float) -> float:
+    """Reduced modulus [Pa] of a cone."""
+    return 0.5 * math.pi * values["stiffness_coefficient"] / math.tan(half_angle)
+
+
+def _cone(values, half_angle: float):
+    return core.laws.Cone(_modulus(values, half_angle), half_angle)
+
+
+def _cone_cylinder(values, half_angle: float):
+    saturation = values["saturation_depth"]
+    if not math.isfinite(saturation):
+        return _cone(values, half_angle)
+    radius = 2.0 * saturation * math.tan(half_angle) / math.pi
+    return core.laws.ConeCylinder(_modulus(values, half_angle), half_angle, radius)
+
+
+def _polynomial(values, half_angle: float):
+    # the law wants a slope at contact; its least is far below what any sensor tells from none
+    return core.laws.Polynomial(max(values["linear"], TERMS["linear"]["low"]), values["quadratic"])
+
+
+CONE = LoadingCurve(
+    law=core.laws.Cone,
+    amplitudes={"stiffness_coefficient": "N/m^2"},
+    basis=lambda h: (h * h,),
+    by_depth=lambda h: (2.0 * h,),
+    stiffness=_cone,
+    complete="cone",
+    tells_modulus=True,
+)
+"""c h^2: a quadratic with its vertex at the contact, the paper's."""
+
+CONE_CYLINDER = LoadingCurve(
+    law=core.laws.ConeCylinder,
+    amplitudes={"stiffness_coefficient": "N/m^2"},
+    shape={"saturation_depth": ShapeNumber("m", 1, (0.02, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5), 0.002, 3.0)},
+    basis=lambda h, s: (np.minimum(h, s) * (2.0 * h - np.minimum(h, s)),),
+    by_depth=lambda h, s: (2.0 * np.minimum(h, s),),
+    by_shape=lambda h, s: ((2.0 * (h - np.minimum(h, s)),),),
+    stiffness=_cone_cylinder,
+    complete="cone_cylinder",
+    tells_modulus=True,
+    not_told_apart=lambda values: (
+        ("stiffness_coefficient", "saturation_depth")
+        if values["saturation_depth"] < AT_ONCE * values["puncture_indentation"]
+        else ()
+    ),
+)
+"""c h^2 up to the saturation depth h_s, then c (2 h_s h - h_s^2); h_s may be infinite."""
+
+POWER_LAW = LoadingCurve(
+    law=core.laws.PowerLaw,
+    amplitudes={"reference_force": "N"},
+    shape={
+        "exponent": ShapeNumber(
+            "1", 0, (1.05, 1.3, 1.6, 2.0, 2.5, 3.5, 5.0), POWER["exponent"]["low"], POWER["exponent"]["high"]
+        )
+    },
+    basis=lambda h, n: ((h / UNIT_DEPTH) ** n,),
+    by_depth=lambda h, n: (np.where(h > 0.0, n * (h / UNIT_DEPTH) ** (n - 1.0), 0.0) / UNIT_DEPTH,),
+    by_shape=lambda h, n: (((h / UNIT_DEPTH) ** n * np.log(np.where(h > 0.0, h / UNIT_DEPTH, 1.0)),),),
+    stiffness=lambda values, _: core.laws.PowerLaw(values["reference_force"], values["exponent"], UNIT_DEPTH),
+)
+"""F_1 (h / 1 mm)^n."""
+
+POLYNOMIAL = LoadingCurve(
+    law=core.laws.Polynomial,
+    amplitudes={"linear": "N/m", "quadratic": "N/m^2"},
+    basis=lambda h: (h, h * h),
+    by_depth=lambda h: (np.where(h > 0.0, 1.0, 0.0), 2.0 * h),
+    stiffness=_polynomial,
+)
+"""a_1 h + a_2 h^2."""
+
+EXPONENTIAL = LoadingCurve(
+    law=core.laws.Exponential,
+    amplitudes={"scale": "N"},
+    shape={"rate": ShapeNumber("1/m", -1, (0.03, 0.3, 1.0, 2.0, 4.0, 8.0, 16.0), 1e-3, 30.0)},
+    basis=lambda h, a: (np.expm1(a * h),),
+    by_depth=lambda h, a: (np.where(h > 0.0, a * np.exp(a * h), 0.0),),
+    by_shape=lambda h, a: ((h * np.exp(a * h),),),
+    stiffness=lambda values, _: core.laws.Exponential(values["rate"], values["scale"]),
+    not_told_apart=lambda values: (
+        ("scale", "rate") if values["rate"] * values["puncture_indentation"] < ALL_BUT_STRAIGHT else ()
+    ),
+)
+"""b (exp(a h) - 1)."""
+
+CURVES = {each.law.name: each for each in (CONE, CONE_CYLINDER, POWER_LAW, POLYNOMIAL, EXPONENTIAL)}
+"""By the name of the law."""

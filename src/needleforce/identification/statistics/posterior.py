@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The exact posterior of one cycle: a grid over contact, saturation and puncture, times a Gaussian for the rest."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..one_layer.cycle_fit import CycleFit
+from ..strokes import Strokes
+from .running_sums import LEAST, Cycle, Linear, RunningSums
+
+LIKELY = 20.0  # what is exp(-20) times as likely as the best counts as impossible
+CONTACTS, SATURATIONS = 97, 96  # nodes of the grid
+REACH = 6.5  # standard errors of the contact, given the saturation
+ROUNDS, NARROWS = 6, 8.0  # a search of 33 nodes, each time over an eighth of the range
+SHARED = 2.0  # between the strokes' noises; beyond, the fit, which weighs samples alike, is not the likeliest point
+SHARP = 1e-4  # of the peak force: quieter noise is lost in the rounding of running sums
+
+
+def can_be_exact(fit: CycleFit) -> bool:
+    """True if all was fitted at once, with noise that running sums can carry and either stroke shares."""
+    noises = [noise.long_run for noise in fit.noises if noise.count]
+    sharp = fit.rmse <= SHARP * abs(fit.values["puncture_force"])
+    return not fit.by_stages and not sharp and max(noises) <= SHARED * min(noises)
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """The grid with each cell's weight and the coefficients' Gaussian in it.
+
+    Depths count from ``origin`` [m] in units of ``depth_unit`` [m], the indentation; forces are in N. ``contacts``
+    (r, n) stand beside ``saturations`` (r,), one infinite where the law has none. ``weights`` (k, r, n), of sum 1, and
+    all of ``linear`` are for ``punctures`` (k,), counted in samples before them.
+    """
+
+    origin: float
+    depth_unit: float
+    punctures: np.ndarray
+    saturations: np.ndarray
+    contacts: np.ndarray
+    weights: np.ndarray
+    linear: Linear
+
+    @property
+    def steps(self) -> np.ndarray:
+        """Widths (2, 1) of a cell: of the contact, and of the saturation, 0 where that is given."""
+        across = self.saturations[1] - self.saturations[0] if len(self.saturations) > 1 else 0.0
+        return np.array([[self.contacts[0, 1] - self.contacts[0, 0]], [across]])
+
+    def places(self, cell: np.ndarray, along: np.ndarray, across: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Contact depth [m], saturation depth [m] and samples before the puncture, (d,) each, in cells (d,) of the
+        flattened grid, ``along`` and ``across`` (d,) from their nodes."""
+        each, here = divmod(cell, self.contacts.size)
+        row = here // CONTACTS
+        contact = np.take(self.contacts, here) + along
+        if len(self.saturations) > 1:
+            contact += across * np.gradient(self.contacts[:, 0], self.saturations)[row]
+        unit = self.depth_unit
+        return self.origin + unit * contact, unit * (self.saturations[row] + across), self.punctures[each]
+
+    def interpolated(self, values: np.ndarray, cell: np.ndarray, along: np.ndarray, across: np.ndarray) -> np.ndarray:
+        """``values`` (k, r, n) of the grid between its nodes, (d,)."""
+        found = np.take(values, cell) + along * np.take(np.gradient(values, self.steps[0, 0], axis=2), cell)
+        if len(self.saturations) > 1:
+            found += across * np.take(np.gradient(values, self.steps[1, 0], axis=1), cell)
+        return found
+
+
+def posterior_of(fit: CycleFit, strokes: Strokes) -> Posterior:
+    """The posterior of a complete fit of ``strokes``.
+
+    Flat priors: contact over depth, saturation over depths up to the indentation, puncture over samples, c and f' not
+    below 0, f_c over forces. The noise is taken as known: squares are divided by the long-run variance, so that
+    correlated samples do not count as many. A filter smears the puncture, which is then held.
+    """
+    cycle, puncture = cycle_of(fit, strokes), fit.samples_before_puncture
+    unit = fit.values["puncture_indentation"]
+    given = np.array([fit.values["saturation_depth"] / unit])
+    saturations = _likely_saturations(cycle, puncture) if fit.saturation_sought else given
+    centres, width = ridge(cycle, saturations, puncture)
+    contacts = centres[:, None] + width * np.linspace(-REACH, REACH, CONTACTS)
+    punctures = _likely_punctures(fit, cycle, centres, saturations)
+    linear = Linear(*np.stack([cycle.linear(contacts, saturations[:, None], k) for k in punctures], axis=1))
+    weights = np.exp(_from_best(linear.log_density))
+    place = fit.values["contact_depth"], unit
+    return Posterior(*place, punctures, saturations, contacts, weights / weights.sum(), linear)
+
+
+def cycle_of(fit: CycleFit, strokes: Strokes) -> Cycle:
+    """Running sums of both strokes from the fitted contact on, in units of the indentation."""
+    origin, unit = fit.values["contact_depth"], fit.values["puncture_indentation"]
+    pairs = (strokes.depth_in, strokes.force_in, 1.0), (strokes.depth_out, strokes.force_out, -1.0)
+    sums = [RunningSums((depth - origin) / unit, force, direction) for depth, force, direction in pairs]
+    variance = sum(noise.count * noise.long_run for noise in fit.noises) / fit.n
+    return Cycle(*sums, variance, fit.left_out)
+
+
+def _log_density(cycle: Cycle, contact, saturation, puncture) -> np.ndarray:
+    return cycle.linear(contact, saturation, puncture).log_density
+
+
+def _from_best(log: np.ndarray) -> np.ndarray:
+    return log - log.max()
+
+
+def _likely_saturations(cycle: Cycle, puncture: int) -> np.ndarray:
+    """Nodes (r,) over the saturation depths that are not impossible, none beyond the indentation."""
+    low, high = 0.0, 1.0
+    for _ in range(3):
+        nodes = low + (high - low) * (np.arange(SATURATIONS) + 0.5) / SATURATIONS
+        centres, _ = ridge(cycle, nodes, puncture)
+        likely = np.flatnonzero(_from_best(_log_density(cycle, centres, nodes, puncture)) > -LIKELY)
+        half = 0.5 * (high - low) / SATURATIONS
+        low, high = max(nodes[likely[0]] - half, 0.0), min(nodes[likely[-1]] + half, 1.0)
+    return low + (high - low) * (np.arange(SATURATIONS) + 0.5) / SATURATIONS
+
+
+def ridge(cycle: Cycle, saturations: np.ndarray, puncture: int) -> tuple[np.ndarray, float]:
+    """The likeliest contact (r,) beside each saturation depth, and the standard error there, the widest of all."""
+    rows, centres, half = saturations[:, None], np.zeros(len(saturations)), 0.5
+    for _ in range(ROUNDS):
+        nodes = centres[:, None] + half * np.linspace(-1.0, 1.0, 33)
+        best = _log_density(cycle, nodes, rows, puncture).argmax(axis=1)
+        centres, half = nodes[np.arange(len(nodes)), best], half / NARROWS
+    width = np.full(len(centres), 1e-3)
+    for _ in range(4):
+        sides = _log_density(cycle, centres[:, None] + width[:, None] * np.array([-1.0, 0.0, 1.0]), rows, puncture)
+        bend = np.clip(2.0 * sides[:, 1] - sides[:, 0] - sides[:, 2], 1e-6, 25.0)
+        width = np.clip(width / np.sqrt(bend), 1e-9, 0.5)
+    return centres, float(width.max())
+
+
+def _likely_punctures(fit: CycleFit, cycle: Cycle, centres: np.ndarray, saturations: np.ndarray) -> np.ndarray:
+    """Samples before the puncture (k,) that are not impossible, near those of the fit's own interval."""
+    best = fit.samples_before_puncture
+    if fit.left_out:
+        return np.array([best])
+    far = 20 * (fit.puncture_high - fit.puncture_low + 1)
+    near = np.arange(max(best - far, 1), min(best + far, cycle.insertion.size - LEAST))
+    row = _log_density(cycle, centres, saturations, best).argmax()
+    log = _log_density(cycle, centres[row], saturations[row], near)
+    return near[_from_best(log) > -LIKELY]
