@@ -16,7 +16,8 @@ from collections.abc import Callable
 import numpy as np
 
 from needleforce import core
-from needleforce.identification.one_layer.breakpoint_fit import CycleFit, fit_cycle
+from needleforce.identification.one_layer.cycle_estimates import CycleFit
+from needleforce.identification.one_layer.cycle_fit import fit_cycle
 
 STIFFNESS = (2 / np.pi) * 117546.0 * np.tan(np.radians(15.0))  # [N/m²], 0.2101 N at 3.237 mm
 INDENTATION, FRICTION, CUTTING, DEPTH = 3.237e-3, 18.6, 0.0776, 20e-3

@@ -19,13 +19,13 @@ import numpy as np
 from fit import progress, simulate
 
 import needleforce as nf
-from needleforce.identification.one_layer.breakpoint_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_fit import fit_cycle
 
 NOISE = 5e-3
 MEMORY = """
 import re, sys
 import numpy as np
-from needleforce.identification.one_layer.breakpoint_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_fit import fit_cycle
 fit_cycle(*np.load(sys.argv[1]))
 arrays = np.load(sys.argv[2])
 # not ru_maxrss, which a process takes over from the one that started it

@@ -24,7 +24,7 @@ import numpy as np
 from fit import PARAMETERS, progress, simulate, sliced
 from scipy.optimize import curve_fit, differential_evolution
 
-from needleforce.identification.one_layer.breakpoint_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_fit import fit_cycle
 
 ORDER = ("stiffness_coefficient", "contact_depth", "puncture_depth", "friction_per_length", "cutting_force")
 PUNCTURE, SIGMAS = 0.05e-3, 4.0

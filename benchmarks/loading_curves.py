@@ -22,8 +22,8 @@ from needleforce.identification.compare import correlated
 from needleforce.identification.one_layer.deformation_fit import fit_deformation
 from needleforce.identification.one_layer.fit_recording import loading_samples
 from needleforce.identification.one_layer.loading_curves import CURVES
-from needleforce.identification.statistics.information import independent_samples
 from needleforce.identification.statistics.noise import noise_of
+from needleforce.identification.statistics.regression import independent_samples
 from needleforce.identification.strokes import strokes_of
 
 LAWS, AGAINST = tuple(CURVES), "cone_cylinder"

@@ -23,8 +23,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 import needleforce as nf
+from needleforce.identification.cross_validation import Cycle, cycle_of
 from needleforce.identification.one_layer.fit_recording import seen
-from needleforce.identification.repeatability import Cycle, cycle_of
 
 ROOT = Path(__file__).resolve().parents[1]
 UNSEEN = runpy.run_path(str(ROOT / "benchmarks" / "unseen.py"))

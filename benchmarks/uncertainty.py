@@ -16,8 +16,8 @@ from fit import PARAMETERS, QUANTITIES, progress, simulate
 from scipy.signal import lfilter
 
 from needleforce import core
-from needleforce.identification.one_layer.breakpoint_fit import fit_cycle
-from needleforce.identification.statistics.cycle_draws import draw_cycle
+from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.statistics.draws import draw_cycle
 from needleforce.identification.statistics.noise import noise_of
 
 ROWS = (  # noise [N], filter, factor by which correlation fades, samples a stroke

@@ -19,7 +19,7 @@ import numpy as np
 
 import needleforce as nf
 from needleforce.identification.compare import Row
-from needleforce.identification.span import STROKES
+from needleforce.identification.strokes import STROKES
 
 ROOT = Path(__file__).resolve().parents[1]
 COLUMNS = {"force": "fz", "depth": "pz", "time": "time"}

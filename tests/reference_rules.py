@@ -10,7 +10,7 @@ import re
 import numpy as np
 
 import needleforce as nf
-from needleforce.identification import bending, implied
+from needleforce.identification import bench_tests, models
 from needleforce.mechanics.buckling import tube_of_equal_stiffness
 from needleforce.mechanics.foundation import READINGS
 
@@ -159,24 +159,24 @@ def reduced_modulus(given):
 
 @computes("paper_arithmetic", r"pi F/\(2 tan", "F", "h")
 def implied_modulus_cone(given):
-    return implied.implied_reduced_modulus(given["F"], given["h"], tip(given))
+    return models.implied_reduced_modulus(given["F"], given["h"], tip(given))
 
 
 @computes("paper_arithmetic", r"F/\(pi/2 R\^2 cot", "F", "h", "R")
 def implied_modulus_shank(given):
-    return implied.implied_reduced_modulus(given["F"], given["h"], tip(given), given["R"])
+    return models.implied_reduced_modulus(given["F"], given["h"], tip(given), given["R"])
 
 
 @computes("paper_arithmetic", r"sqrt\(1-E2/E_r\)", "F", "h", "E2")
 def implied_ratio_rigid(given):
-    found = implied.implied_reduced_modulus(given["F"], given["h"], tip(given), given.get("R"))
-    return implied.implied_poisson_ratio(found, given["E2"])
+    found = models.implied_reduced_modulus(given["F"], given["h"], tip(given), given.get("R"))
+    return models.implied_poisson_ratio(found, given["E2"])
 
 
 @computes("paper_arithmetic", r"eq\.\(4\) solved for nu2", "F", "h", "E1")
 def implied_ratio(given):
-    found = implied.implied_reduced_modulus(given["F"], given["h"], tip(given), given.get("R"))
-    return implied.implied_poisson_ratio(found, given["E2"], needle(given, "E1"))
+    found = models.implied_reduced_modulus(given["F"], given["h"], tip(given), given.get("R"))
+    return models.implied_poisson_ratio(found, given["E2"], needle(given, "E1"))
 
 
 @computes("paper_arithmetic", r"E_r\*sqrt\(\(sF/F\)\^2\+\(2 sh/h\)\^2\)", "sF", "sh")
@@ -230,7 +230,7 @@ def stored_energy(given):
 
 def paper_model(given, ratio=0.0, peak=None):
     depth = given["z1"]
-    found = given.get("E_r") or implied.implied_reduced_modulus(peak or PAPER["F"], depth, tip(given))
+    found = given.get("E_r") or models.implied_reduced_modulus(peak or PAPER["F"], depth, tip(given))
     return nf.preset("paper").replace(
         stiffness=nf.laws.Cone(found, math.radians(given["alpha_deg"])),
         puncture=nf.laws.PunctureDepth(depth),
@@ -271,7 +271,7 @@ def bending_stiffness(given):
 
 @computes("needle", r"^F a\^2\(3L-a\)/\(6EI\)", "F", "a", "L", "E")
 def cantilever(given):
-    return bending.cantilever_deflection(given["F"], given["a"], needle(given))
+    return bench_tests.cantilever_deflection(given["F"], given["a"], needle(given))
 
 
 @computes("needle", r"pi\^2 EI/\(2L\)\^2", "E", "D", "L")

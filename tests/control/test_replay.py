@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import needleforce as nf
+from needleforce.identification.cross_validation import cycle_of, mean_of_others
 from needleforce.identification.one_layer.fit_recording import seen
-from needleforce.identification.repeatability import cycle_of, mean_of_others
 
 WORST = 1.27  # of the table in docs/unseen.md, over the experiment's own repeatability, as is its 90th percentile 1.18
 

@@ -5,9 +5,14 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.bench_tests import needle_estimate, tissue_estimate
-from needleforce.identification.bending import cantilever_deflection, needle_modulus
-from needleforce.identification.tension import nominal_stress, tissue_modulus
+from needleforce.identification.bench_tests import (
+    cantilever_deflection,
+    needle_estimate,
+    needle_modulus,
+    nominal_stress,
+    tissue_estimate,
+    tissue_modulus,
+)
 
 NEEDLE = nf.Needle(outer_diameter=0.7e-3, length=0.08, young_modulus=14.1e9)
 POSITIONS = np.array([8e-3, 12e-3, 16e-3, 20e-3])

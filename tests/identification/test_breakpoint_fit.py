@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import curve_fit, minimize_scalar
 
 from needleforce.errors import InputError
-from needleforce.identification.one_layer.breakpoint_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_fit import fit_cycle
 
 TRUTH = {
     "stiffness_coefficient": 20051.0,

@@ -12,9 +12,8 @@ from scipy.stats import t as student
 
 import needleforce as nf
 from needleforce.identification import profile
-from needleforce.identification.estimates import Estimate
-from needleforce.identification.noise_words import noise_words
-from needleforce.identification.pooling import pool
+from needleforce.identification.diagnostics import noise_words
+from needleforce.identification.estimates import Estimate, pool
 from needleforce.identification.statistics.noise import Z_95, Noise, noise_of
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, hold=1.0)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.two_pass.friction_break import friction_window
+from needleforce.identification.two_pass.second_pass import friction_window
 
 PAPER = nf.preset("paper")
 MOTION = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, hold=1.0)

@@ -10,9 +10,8 @@ import pytest
 import needleforce as nf
 from needleforce.identification.one_layer.deformation_fit import fit_deformation
 from needleforce.identification.one_layer.loading_curves import CURVES
-from needleforce.identification.statistics.information import criterion, independent_samples
 from needleforce.identification.statistics.noise import Noise, noise_of
-from needleforce.identification.statistics.projection import amplitudes_of
+from needleforce.identification.statistics.regression import amplitudes_of, criterion, independent_samples
 
 CONTACT, PUNCTURE = 4e-3, 12e-3
 # formulas written out once more, by law: F(h) [N], and the numbers in it

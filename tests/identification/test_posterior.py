@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, ks_2samp
 
-from needleforce.identification.one_layer.breakpoint_fit import fit_cycle
-from needleforce.identification.statistics.cycle_draws import EXACT, GAUSSIAN, draw_cycle
+from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.statistics.draws import EXACT, GAUSSIAN, draw_cycle
 
 NOISE = 10e-3
 

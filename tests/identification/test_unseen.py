@@ -8,11 +8,10 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.compare import Row, _ranked
-from needleforce.identification.cross_validation import Unseen, predict_unseen
+from needleforce.identification.cross_validation import Unseen, cycle_of, mean_of_others, predict_unseen
 from needleforce.identification.diagnostics import Given
 from needleforce.identification.layered.identify import identify_layered
 from needleforce.identification.one_layer.fit_recording import fit_single, seen
-from needleforce.identification.repeatability import cycle_of, mean_of_others
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, hold=1.0)
 RUN = nf.simulate(nf.preset("physical"), MOTION, rate=100.0)

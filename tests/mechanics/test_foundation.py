@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import needleforce as nf
-from needleforce.identification.implied import implied_poisson_ratio
+from needleforce.identification.models import implied_poisson_ratio
 from needleforce.mechanics.foundation import READINGS
 
 NEEDLE = nf.Needle(outer_diameter=0.7e-3, length=0.08, young_modulus=14.1e9)

@@ -70,7 +70,7 @@ def run(
 
 def _identified(nf, done, seconds, **options):
     """The fit of what could be read; a first pass stays without its second if that is unreadable."""
-    from ..identification.unread import with_unread
+    from ..identification.result import with_unread
 
     if seconds and len(seconds) != len(done):
         raise nf.InputError(

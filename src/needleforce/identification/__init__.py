@@ -4,14 +4,12 @@
 from .compare import Row, compare
 from .estimates import Estimate, Quality
 from .identify import identify
-from .indentation import IndentationFit, fit_indentation
-from .lugre_filter import LuGreFilter
-from .lugre_recording import FilteredLuGre, filter_lugre
+from .indentation import IndentationFit, TipRow, compare_tips, fit_indentation
+from .lugre import FilteredLuGre, LuGreFilter, filter_lugre
+from .profile_likelihood import Profile, profile
 from .result import Fit, RecordingFit
 from .statistics.correlations import Correlations
 from .statistics.draws import Draws
-from .statistics.profile import Profile, profile
-from .tip_comparison import TipRow, compare_tips
 from .two_pass.result import Bias, Site, TwoPass
 
 __all__ = [

@@ -1,17 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """The paper's two tests beside the rig, from small CSV tables: bending of the needle, tension of the tissue."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import InputError
 from ..units import find
-from .bending import needle_modulus
 from .estimates import Estimate
-from .tension import tissue_modulus
+from .statistics.regression import least_squares
 
 _STRESS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "N/mm^2": 1e6}
+SMALL_DEFLECTION = 0.3  # F a^2 / (E I), the end slope's double: beyond it the linear formula overstates the deflection
+# law -> the columns whose weighted sum is the nominal stress, and the weights that make E of the coefficients
+_BASES = {
+    "linear": (lambda s: [s - 1.0], (1.0,)),
+    "neo_hookean": (lambda s: [s - s**-2], (3.0,)),
+    "mooney": (lambda s: [2.0 * (s - s**-2), 2.0 * (s - s**-2) / s], (6.0, 6.0)),
+    "yeoh": (lambda s: [2.0 * (s - s**-2) * k * (s**2 + 2.0 / s - 3.0) ** (k - 1) for k in (1, 2, 3)], (6.0, 0.0, 0.0)),
+}
+LAWS = tuple(_BASES)
 
 
 def needle_estimate(path, needle) -> Estimate:
@@ -83,3 +92,159 @@ def _numbers(column, file: str, header: str) -> np.ndarray:
     if not np.isfinite(values).all():
         raise InputError(header, "not finite", f"in row {int(np.argmin(np.isfinite(values))) + 2}", file)
     return values
+
+
+@dataclass(frozen=True, eq=False)
+class Bending:
+    """E [Pa] with its 95 % interval, hub slack [m], and which readings (n,) were small enough to be used."""
+
+    young_modulus: float
+    low: float
+    high: float
+    slack: float
+    used: np.ndarray
+
+
+def cantilever_deflection(force, position, needle):
+    """Tip deflection [m] under ``force`` [N] at ``position`` [m] from the clamp: F a^2 (3 L - a) / (6 E I), small
+    slopes."""
+    return force * _compliance(position, needle) / needle.young_modulus
+
+
+def cantilever_modulus(force, position, deflection, needle):
+    """Young modulus [Pa] that one reading implies; ``needle.young_modulus`` is not used."""
+    return force * _compliance(position, needle) / deflection
+
+
+def cantilever_sensitivities(position: float, needle) -> dict[str, float]:
+    """d ln E / d ln x of one reading, for x = force, deflection, outer_diameter, position, length; solid needle."""
+    length = needle.length
+    return {
+        "force": 1.0,
+        "deflection": -1.0,
+        "outer_diameter": -4.0,
+        "position": 2.0 - position / (3.0 * length - position),
+        "length": 3.0 * length / (3.0 * length - position),
+    }
+
+
+def needle_modulus(force, position, deflection, needle) -> Bending:
+    """Regresses deflection on the compliance of each reading (n,), with an intercept for slack in the hub.
+
+    Errors are taken in proportion to the deflection. Readings with F a^2 / (E I) > 0.3 leave the small-deflection
+    range and are not used; E is found again until the choice stands. Raises InputError with fewer than
+    three readings left, or readings that no needle gives. Gere & Timoshenko, Mechanics of Materials.
+    """
+    force, position, deflection = (np.asarray(column, float) for column in (force, position, deflection))
+    _possible(position, deflection, needle)
+    load = force * _compliance(position, needle)
+    used = position <= np.sort(position)[min(2, len(position) - 1)]
+    for _ in range(10):
+        softness, half, slack = _softness(load[used], deflection[used])
+        small = np.abs(force) * position**2 * softness / needle.second_moment <= SMALL_DEFLECTION
+        if (small == used).all():
+            break
+        used = _enough(small, used)
+    low, high = 1.0 / (softness + half), 1.0 / (softness - half) if softness > half else np.inf
+    return Bending(1.0 / softness, low, high, slack, used)
+
+
+def _softness(load: np.ndarray, deflection: np.ndarray) -> tuple[float, float, float]:
+    """1/E [1/Pa], half its 95 % interval, and the slack [m]."""
+    if len(load) < 3:
+        raise InputError("bending readings", len(load), "fewer than 3", next_step="Give more readings.")
+    # divided by the load, errors in proportion to the deflection weigh alike
+    design, ratio = np.column_stack([np.ones_like(load), 1.0 / load]), deflection / load
+    values, covariance, t = least_squares(design, ratio)
+    if not values[0] > 0.0:
+        raise InputError("tip_deflection", "not growing with the load", "the needle would have no stiffness")
+    return float(values[0]), t * float(np.sqrt(covariance[0, 0])), float(values[1])
+
+
+def _compliance(position, needle):
+    """a^2 (3 L - a) / (6 I): deflection times E over force [1/m]."""
+    return position**2 * (3.0 * needle.length - position) / (6.0 * needle.second_moment)
+
+
+def _possible(position: np.ndarray, deflection: np.ndarray, needle) -> None:
+    for row, (a, tip) in enumerate(zip(position, deflection), 1):
+        if not 0.0 < a <= needle.length:
+            limit = f"must be above 0 and at most the needle's length {needle.length:g} m"
+            raise InputError("position", f"{a:g} m", limit, f"reading {row}")
+        if tip == 0.0:
+            raise InputError("tip_deflection", "0 m", "a loaded needle bends", f"reading {row}")
+
+
+def _enough(small: np.ndarray, used: np.ndarray) -> np.ndarray:
+    if small.sum() >= 3:
+        return small
+    if small.sum() == 0 or used.sum() < 3:
+        raise InputError(
+            "small deflections",
+            f"{small.sum()} readings",
+            f"fewer than 3 with F a^2/(E I) below {SMALL_DEFLECTION}",
+            next_step="Load the needle nearer to the clamp, or with less force.",
+        )
+    return used
+
+
+@dataclass(frozen=True, eq=False)
+class Tension:
+    """E [Pa] at no strain with its 95 % interval, the law and its coefficients [Pa], and the readings used."""
+
+    young_modulus: float
+    low: float
+    high: float
+    law: str
+    coefficients: np.ndarray
+    used: np.ndarray
+
+
+def nominal_stress(law: str, stretch, coefficients) -> np.ndarray:
+    """Nominal stress [Pa] at ``stretch`` (any shape, > 0) for the coefficients [Pa] of one of ``LAWS``, or of "ogden".
+
+    Coefficients: linear E; neo_hookean mu; mooney C10, C01; yeoh C10, C20, C30; ogden mu_1, alpha_1, mu_2, alpha_2, …
+    in the convention W = sum mu_p/alpha_p (sum lambda^alpha_p - 3), whose E is 3/2 sum mu_p alpha_p.
+    """
+    stretch = np.asarray(stretch, float)
+    if law == "ogden":
+        pairs = zip(coefficients[::2], coefficients[1::2])
+        return sum(mu * (stretch ** (alpha - 1.0) - stretch ** (-0.5 * alpha - 1.0)) for mu, alpha in pairs)
+    basis, _ = _BASES[_known(law)]
+    return sum(c * column for c, column in zip(coefficients, basis(stretch), strict=True))
+
+
+def tissue_modulus(stretch, stress, *, law: str = "neo_hookean", largest_strain: float = 0.3) -> Tension:
+    """Least squares of one law to the readings (n,) with |stretch - 1| <= ``largest_strain``; E is its initial slope.
+
+    ``stress`` is nominal, [Pa]. Raises InputError with too few readings or a law that softens on the data (dP/dstretch
+    <= 0).
+    """
+    basis, weights = _BASES[_known(law)]
+    stretch, stress = np.asarray(stretch, float), np.asarray(stress, float)
+    used = np.abs(stretch - 1.0) <= largest_strain
+    if used.sum() <= len(weights) + 1:
+        raise InputError(
+            "tension readings",
+            int(used.sum()),
+            f"too few with a strain below {largest_strain:g}",
+            next_step="Give more readings at small strain.",
+        )
+    coefficients, covariance, t = least_squares(np.column_stack(basis(stretch[used])), stress[used])
+    _stable(law, coefficients, stretch[used])
+    weights = np.array(weights)
+    modulus, error = float(weights @ coefficients), t * float(np.sqrt(weights @ covariance @ weights))
+    return Tension(modulus, modulus - error, modulus + error, law, coefficients, used)
+
+
+def _known(law: str) -> str:
+    if law not in _BASES:
+        raise InputError("tension law", repr(law), "not known", next_step=f"Give one of {', '.join(LAWS)}.")
+    return law
+
+
+def _stable(law: str, coefficients: np.ndarray, stretch: np.ndarray) -> None:
+    """Drucker: a law that softens where it was fitted cannot be this material."""
+    fine = np.linspace(stretch.min(), stretch.max(), 200)
+    if (np.diff(nominal_stress(law, fine, coefficients)) <= 0).any():
+        raise InputError("tension law", law, "softens within the readings", next_step="Choose a law with fewer terms.")

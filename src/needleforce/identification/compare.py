@@ -16,7 +16,7 @@ from .one_layer.deformation_fit import DeformationFit
 from .one_layer.fit_recording import Single, fit_single
 from .one_layer.loading_curves import CURVES
 from .result import Fit
-from .statistics.information import criterion, independent_samples
+from .statistics.regression import criterion, independent_samples
 
 
 @dataclass(frozen=True)

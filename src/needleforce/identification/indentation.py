@@ -1,20 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The modulus of a half-space from an indentation curve: contact depth and baseline are part of the model."""
+"""The modulus of a half-space from an indentation curve, with contact depth and baseline as part of the model; for one
+tip, or several compared."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..core import Tissue
 from ..errors import InputError
-from .contact_search import ContactSearch
+from ..mechanics.contact import contact
+from ..mechanics.validity import SMALL_SLOPE_ANGLE
+from .contact_search import LEAST_IN_CONTACT, ContactSearch
 from .estimates import Estimate
-from .indentation_notes import notes_on, refuse_no_contact
-from .one_layer.deformation_fit import LEAST_SAMPLES
-from .statistics.information import criterion
-from .statistics.noise import Z_95, noise_of
-from .statistics.regression import inverse
+from .one_layer.deformation_fit import LEAST_SAMPLES, SIGN
+from .statistics.noise import Z_95, Noise, noise_of
+from .statistics.regression import VERY_STRONG, criterion, inverse
 
 UNITS = {"reduced_modulus": "Pa", "contact_depth": "m", "baseline": "N", "baseline_slope": "N/m"}
 BASELINES = {
@@ -22,6 +25,11 @@ BASELINES = {
     "constant": lambda depth: np.ones((1, len(depth))),
     "line": lambda depth: np.array([np.ones_like(depth), depth]),
 }
+LEAST_FREE = 5  # samples before contact
+SURE = 5.0  # standard errors; in noise alone a search over all contact depths finds 3
+ROUNDING = 1e-10  # of the force: a rise below this is none
+WIDE = 0.1  # of the indentation
+MISFIT = 2.0  # residual in contact over that of the free travel
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,3 +165,108 @@ def _young(reduced: Estimate, tissue: Tissue) -> Estimate:
     )
     limits = (factor * each for each in (reduced.low, reduced.high))
     return Estimate("young_modulus", factor * reduced.value, "Pa", *limits, identifiable=False, source=source)
+
+
+def refuse_no_contact(search: ContactSearch, place: float, noise: Noise) -> None:
+    """InputError where the force does not rise, or contact is at an end of the curve."""
+    gain = search.gain(place)
+    if not gain > max(SURE**2 * noise.long_run, ROUNDING**2 * float(search.force_given @ search.force_given)):
+        raise InputError("force", "not rising with depth", "no contact is found on the curve", next_step=SIGN)
+    free = int((search.depth <= place).sum())
+    if free < LEAST_FREE:
+        raise InputError(
+            "contact depth",
+            f"at the start of the curve ({free} samples before it)",
+            f"at least {LEAST_FREE} of free travel are needed",
+            next_step="Give a curve that begins clear of the surface, or another tip or baseline.",
+        )
+    if (search.depth > place).sum() <= LEAST_IN_CONTACT:
+        raise InputError("contact depth", "at the end of the curve", next_step="Give a curve that goes deeper.")
+
+
+def notes_on(search: ContactSearch, place: float, modulus: float, half: np.ndarray, residual: np.ndarray):
+    """Sentences on a fit with contact at ``place``; ``half`` are the half intervals of modulus and contact."""
+    said = [_contact(search, place, half[1]), _slope(search, place), _misfit(search, place, residual)]
+    if not half[0] < modulus:
+        said.append("The interval of the reduced modulus holds 0: this curve does not tell a stiffness.")
+    return tuple(sentence for sentence in said if sentence)
+
+
+def _contact(search: ContactSearch, place: float, half: float) -> str:
+    if not half < place:
+        return "The interval of the contact depth reaches the start of the curve: there is too little free travel."
+    share = half / (search.span - place)
+    if share <= WIDE:
+        return ""
+    return (
+        f"The contact depth is known to {100 * share:.2g} % of the indentation only, and the modulus goes with it; its "
+        "interval is that of small errors."
+    )
+
+
+def _slope(search: ContactSearch, place: float) -> str:
+    """The limit of small slopes, at the edge of the deepest contact, where a tip is steepest."""
+    deepest = contact(search.tip, depth=search.span - place, reduced_modulus=1.0, shank_radius=search.shank_radius)
+    radius = min(deepest.contact_radius, deepest.tip.end * (1.0 - 1e-9))
+    slope = float(deepest.tip.slope(radius))
+    if slope <= (1.0 + 1e-9) / math.tan(SMALL_SLOPE_ANGLE):
+        return ""
+    return (
+        f"At the deepest sample the tip's slope at the edge of the contact is {slope:.3g}, that of a half angle of "
+        f"{math.degrees(math.atan2(1.0, slope)):.3g} degrees and below 60: representative strain {0.2 * slope:.2f}, so "
+        "the modulus is that of a scaling law, not of the tissue at small strain."
+    )
+
+
+def _misfit(search: ContactSearch, place: float, residual: np.ndarray) -> str:
+    inside = search.depth > place
+    if (~inside).sum() < LEAST_SAMPLES:
+        return ""
+    free, within = (float(np.sqrt(np.mean(residual[part] ** 2))) for part in (~inside, inside))
+    ratio = within / max(free, ROUNDING * float(np.abs(search.force_given).max()))
+    if ratio <= MISFIT:
+        return ""
+    return (
+        f"In contact the residual is {ratio:.2g} times that of the free travel: tip or half-space do not describe this "
+        "curve, and the intervals take that for noise."
+    )
+
+
+class TipRow(NamedTuple):
+    """One tip: its fit, its BIC above the lowest with the 95 % noise of that difference, and whether they differ.
+
+    ``told_apart`` is False for a difference below 10 or below its noise, and for the best itself.
+    """
+
+    fit: IndentationFit
+    more_than_best: float
+    noise: float
+    told_apart: bool
+
+
+def compare_tips(depth, force, tips: Sequence, *, progress=None, **options) -> tuple[TipRow, ...]:
+    """The fit of ``fit_indentation`` with each of ``tips``, the lowest BIC first; ``options`` are its own.
+
+    Tips of one shape, as cones of any angle, fit alike: a curve does not choose between the moduli that they give.
+    ``progress(iterable, text)`` wraps the tips. Raises InputError for no tip, and, naming the tip, where a fit does.
+    """
+    if not tips:
+        raise InputError("tips", "none", "nothing to fit", next_step="Give at least one of nf.tips.")
+    watched = progress(tips, "fitting") if progress else tips
+    fits = sorted((_fit(depth, force, tip, options) for tip in watched), key=lambda fit: fit.bic)
+    return tuple(_row(fit, fits[0]) for fit in fits)
+
+
+def _fit(depth, force, tip, options: dict) -> IndentationFit:
+    try:
+        return fit_indentation(depth, force, tip, **options)
+    except InputError as error:
+        raise error.at(repr(tip)) from None
+
+
+def _row(fit: IndentationFit, best: IndentationFit) -> TipRow:
+    """The noise is that of a sum of differences of squares, which are alike among neighbours (after Vuong 1989)."""
+    more = fit.bic - best.bic
+    apart = (fit.residual**2 - best.residual**2) / (best.residual_rms * fit.residual_rms)
+    noise = Z_95 * math.sqrt(len(apart) * noise_of(apart - np.mean(apart), len(apart)).long_run)
+    return TipRow(fit, more, noise, more > max(VERY_STRONG, noise))

@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""LuGre friction per embedded length as a Kalman filter sees it: the exact step, the measurement, their Jacobians.
+"""LuGre friction identified while the needle moves, by two extended Kalman filters in sequence: equations, one step, a
+whole recording."""
 
-A reconstruction of the sequential filters of Asadian, Kermani & Patel 2012, whose exact state equations were not
-available; the friction is that of Canudas de Wit et al. 1995. States are (4,): mean deflection zeta [m], sigma_0
-[N/m^2], sigma_1 and sigma_2 [N s/m^2]; limits are (3,): F_c and F_s [N/m], v_s [m/s]. A velocity [m/s] is constant over
-its dt [s].
-"""
-
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from .. import core
+from ..errors import InputError
+from .estimates import Estimate
+
+ITERATIONS = 3  # of the linearisation about the corrected state: else the first samples teach what was never seen
+SOURCE = "sequential extended Kalman filters, a reconstruction after Asadian, Kermani & Patel 2012"
+TOLD = 0.5  # of the variance before: the recording then told at least as much as the start did
+Z_95 = 1.959963984540054
 
 
 class Limit(NamedTuple):
@@ -92,3 +97,214 @@ def updated_state(
     gain, after, variance = joseph(before, slopes, noise)
     innovation = traction - expected
     return Update(ahead + gain * innovation, after, innovation, variance)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One sample: ``innovation`` [N/m] and its ``variance`` before correction, NaN where ``used`` is False."""
+
+    innovation: float
+    variance: float
+    used: bool
+
+
+class LuGreFilter:
+    """Two sequential extended Kalman filters for one shaft; call ``step`` for each sample, in the order of time.
+
+    ``start`` is a ``needleforce.laws.Lugre`` to start from, ``noise`` the standard deviation of the measured traction
+    [N/m], ``spread`` that of the logarithm of each parameter. ``parameter_walk`` [1/sqrt(s)] lets these logarithms
+    wander, by default by 1 % in a second, so that what the first samples taught about the wrong values is forgotten;
+    ``bristle_walk`` [m/sqrt(s)] the deflection. ``covariance`` (7, 7) is that of sigma_0 zeta [N/m] and the logarithms.
+    ``held`` keeps the parameters at their start and corrects the deflection alone, as if they were known: its
+    covariance is what the motion tells of such a friction. Without it, where the motion tells little, the linearisation
+    wanders with the noise and the covariance shrinks too far; ``filter_lugre`` reports the held one. Raises InputError
+    on values that are not finite and positive; a walk may be 0.
+    """
+
+    def __init__(self, start, noise: float, *, spread=0.5, parameter_walk=0.01, bristle_walk=0.0, held=False):
+        given = {"noise": noise, "spread": spread, "parameter_walk": parameter_walk, "bristle_walk": bristle_walk}
+        for name, value in given.items():
+            if not (np.isfinite(value) and (value > 0.0 or (value == 0.0 and "walk" in name))):
+                raise InputError(name, value, "not finite and positive", "LuGre filter")
+        self.noise, self.spread, self.exponent = float(noise), float(spread), start.stribeck_exponent
+        self.state = np.array([0.0, start.bristle_stiffness, start.bristle_damping, start.viscous])
+        self.limits = np.array([start.coulomb, start.static_friction, start.stribeck_speed])
+        self.held = held
+        self.covariance = np.diag([0.0] + 6 * [spread**2]).astype(float)
+        self.walk = np.array([bristle_walk] + 6 * [parameter_walk]) ** 2
+        self.forget()
+
+    @property
+    def law(self):
+        """The friction as estimated so far, a ``needleforce.laws.Lugre``."""
+        return core.laws.Lugre(*map(float, (*self.state[1:], *self.limits, self.exponent)))
+
+    def forget(self) -> None:
+        """Bristles of unknown deflection, within what the static friction can bend: where the motion was not seen."""
+        self.state[0] = 0.0
+        self.covariance[0, :] = self.covariance[:, 0] = 0.0
+        self.covariance[0, 0] = self.limits[1] ** 2
+        self.alone = self.covariance[:1, :1].copy()  # of sigma_0 zeta with the parameters known
+
+    def step(self, velocity: float, traction: float, dt: float, noise: float | None = None) -> Step:
+        """One sample: the velocity [m/s] over the last dt [s], and the force over embedded length [N/m] at its end.
+
+        A traction that is not finite predicts without correction, a motion that is not makes the filter ``forget`` the
+        bristles. ``noise`` [N/m] holds for this sample alone.
+        """
+        if not (np.isfinite(velocity) and np.isfinite(dt) and dt >= 0.0):
+            self.forget()
+            return Step(np.nan, np.nan, False)
+        self._predict(velocity, dt)
+        if not np.isfinite(traction):
+            return Step(np.nan, np.nan, False)
+        return self._correct(velocity, traction, (self.noise if noise is None else noise) ** 2)
+
+    def _predict(self, velocity: float, dt: float) -> None:
+        g = limit(velocity, self.limits, self.exponent)
+        before, stiffness = _by_coordinates(self.state), self.state[1]
+        self.state, own, by_limit = predicted(self.state, velocity, dt, g.value)
+        jacobian = np.eye(7)
+        jacobian[0, :4] = stiffness * own[0] @ before
+        jacobian[0, 1] += stiffness * self.state[0]
+        jacobian[0, 4:] = stiffness * by_limit * g.slopes @ _by_log_limits(self.limits)
+        walk = np.diag(self.walk * dt) * np.array([stiffness] + 6 * [1.0]) ** 2
+        self.covariance = jacobian @ self.covariance @ jacobian.T + walk
+        self.alone = own[0, 0] ** 2 * self.alone + walk[0, 0]
+
+    def _correct(self, velocity: float, traction: float, noise: float) -> Step:
+        moved = np.zeros(7)
+        for iteration in range(ITERATIONS):
+            state, limits = _moved(self.state, self.limits, moved)
+            expected, slopes = _expected(state, limits, velocity, self.exponent)
+            gain, after, variance = joseph(self.covariance, slopes, noise)
+            alone_gain, alone_after, _ = joseph(self.alone, slopes[:1], noise)
+            if iteration == 0:
+                step = Step(float(traction - expected), variance, True)
+            gain = np.append(alone_gain, np.zeros(6)) if self.held else gain
+            moved = gain * (traction - expected + slopes @ moved)
+        self.state, self.limits = _moved(self.state, self.limits, moved)
+        self.covariance, self.alone = after, alone_after
+        return step
+
+
+def _by_coordinates(state: np.ndarray) -> np.ndarray:
+    """Derivatives (4, 4) of filter 1's state by sigma_0 zeta and the logarithms of its parameters."""
+    slopes = np.diag([1.0 / state[1], *state[1:]])
+    slopes[0, 1] = -state[0]
+    return slopes
+
+
+def _by_log_limits(limits: np.ndarray) -> np.ndarray:
+    """Derivatives (3, 3) of F_c, F_s and v_s by the logarithms of F_c, F_s - F_c and v_s."""
+    coulomb, static, speed = limits
+    return np.array([[coulomb, 0.0, 0.0], [coulomb, static - coulomb, 0.0], [0.0, 0.0, speed]])
+
+
+def _expected(state, limits, velocity: float, exponent: float) -> tuple[float, np.ndarray]:
+    """Traction [N/m], and its derivatives (7,) by the deflection and the logarithms."""
+    g = limit(velocity, limits, exponent)
+    traction, own, frozen = measured(state, velocity, g.value)
+    return traction, np.concatenate([own @ _by_coordinates(state), frozen * g.slopes @ _by_log_limits(limits)])
+
+
+def _moved(state, limits, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """State and limits after a change (7,) of sigma_0 zeta and the logarithms."""
+    factor = np.exp(by[1:])
+    parameters, coulomb = state[1:] * factor[:3], limits[0] * factor[3]
+    above = (limits[1] - limits[0]) * factor[4]
+    deflection = (state[1] * state[0] + by[0]) / parameters[0]
+    return np.array([deflection, *parameters]), np.array([coulomb, coulomb + above, limits[2] * factor[5]])
+
+
+@dataclass(frozen=True, eq=False)
+class FilteredLuGre:
+    """The friction over time: ``values`` (n, 6) in the order of ``parameters``, SI, and ``deflection`` (n,) [m].
+
+    ``innovation`` (n,) [N/m] and its ``variance`` (n,) are NaN at the ``skipped`` samples. What is known stands in the
+    others, from a second run with the parameters held at the outcome: ``relative_sd`` (n, 6), standard deviations of
+    the logarithms of the values, and the last ``covariance`` (7, 7) of sigma_0 zeta and the logarithms of sigma_0,
+    sigma_1, sigma_2, F_c, F_s - F_c, v_s. ``told`` of the combinations of these six are known from the recording; an
+    estimate is identifiable where the others leave less of its variance than these do.
+    """
+
+    law: Any
+    parameters: dict[str, Estimate]
+    told: int
+    values: np.ndarray
+    relative_sd: np.ndarray
+    deflection: np.ndarray
+    covariance: np.ndarray
+    innovation: np.ndarray
+    variance: np.ndarray
+    skipped: int
+
+
+def filter_lugre(time, velocity, force, embedded, start, force_noise: float, **options) -> FilteredLuGre:
+    """Runs a ``LuGreFilter`` from the law ``start`` along a recording; ``options`` are the filter's.
+
+    ``time`` [s], ``velocity`` [m/s] over the step to each sample, friction ``force`` [N] and ``embedded`` length [m]
+    are (n,); ``force_noise`` [N] is the standard deviation of the force. Samples without embedded length, or not
+    finite, are skipped and counted. Raises InputError on other shapes, time that goes back, or nothing to use.
+    """
+    time, velocity, force, embedded = _checked(time=time, velocity=velocity, force=force, embedded=embedded)
+    usable = np.isfinite(force) & np.isfinite(embedded) & (embedded > 0.0)
+    length = np.where(usable, embedded, 1.0)
+    traction, noise = np.where(usable, force, np.nan) / length, force_noise / length
+    found = LuGreFilter(start, force_noise, **options)
+    samples = list(zip(velocity, traction, np.diff(time, prepend=time[0]), noise))
+    values, deflection, innovation, variance = map(np.array, zip(*(_row(found, *sample) for sample in samples)))
+    skipped = int(np.isnan(innovation).sum())
+    if skipped == len(time):
+        raise InputError("samples", 0, "with a finite force, motion and embedded length", "LuGre filter")
+    held = LuGreFilter(found.law, force_noise, **options, held=True)
+    relative_sd = np.array([_relative_sd_after(held, *sample) for sample in samples])
+    told, known = _told(held)
+    parameters = _estimates(found.law, relative_sd[-1], known)
+    return FilteredLuGre(found.law, parameters, told, values, relative_sd, deflection, held.covariance, innovation,
+                         variance, skipped)  # fmt: skip
+
+
+def _checked(**columns) -> list[np.ndarray]:
+    """The columns as numbers of one length, in the order of time."""
+    arrays = {name: np.asarray(column, float) for name, column in columns.items()}
+    shape = arrays["time"].shape
+    for name, array in arrays.items():
+        if array.ndim != 1 or array.shape != shape or len(array) < 2:
+            raise InputError(f"shape of {name}", array.shape, f"not that of time, {shape}, or not (n,) with n > 1")
+    back = np.flatnonzero(np.diff(arrays["time"]) < 0.0)
+    if len(back):
+        raise InputError("time", arrays["time"][back[0] + 1], "goes back", f"sample {back[0] + 1}", "Sort the samples.")
+    return list(arrays.values())
+
+
+def _row(found: LuGreFilter, velocity: float, traction: float, dt: float, noise: float):
+    """One step, and what is known after it."""
+    step = found.step(velocity, traction, dt, noise)
+    values = [*found.state[1:], *found.limits]
+    return values, found.state[0], step.innovation, step.variance
+
+
+def _relative_sd_after(held: LuGreFilter, *sample) -> np.ndarray:
+    """Standard deviations (6,) of the logarithms of the law's own parameters, after one step."""
+    held.step(*sample)
+    by_logs, (coulomb, static, _) = np.eye(6), held.limits
+    by_logs[4, 3:5] = coulomb / static, 1.0 - coulomb / static
+    return np.sqrt(np.einsum("ij,jk,ik->i", by_logs, held.covariance[1:, 1:], by_logs))
+
+
+def _told(held: LuGreFilter) -> tuple[int, np.ndarray]:
+    """How many combinations of the logarithms the recording told, and whether these tell each parameter (6,)."""
+    shares, directions = np.linalg.eigh(held.covariance[1:, 1:] / held.spread**2)
+    left, told = shares * directions**2, shares < TOLD
+    return int(told.sum()), left[:, told].sum(axis=1) > left[:, ~told].sum(axis=1)
+
+
+def _estimates(law, relative_sd: np.ndarray, known: np.ndarray) -> dict[str, Estimate]:
+    """The law's parameters but for the exponent, which is given."""
+    estimates = {}
+    for row, sd, told in zip(law.table(), relative_sd, known):
+        name, value, factor = row["name"], getattr(law, row["name"]), float(np.exp(Z_95 * sd))
+        limits = value, row["unit"], value / factor, value * factor
+        estimates[name] = Estimate(name, *limits, identifiable=bool(told), source=SOURCE)
+    return estimates

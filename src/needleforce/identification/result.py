@@ -15,10 +15,9 @@ from ..segmentation import Events
 from ..segmentation.strokes import cycles
 from ..vocabulary import Status
 from .estimates import Estimate, Quality
-from .one_layer.cycle_fit import CycleFit
-from .span import stroke_speed
+from .one_layer.cycle_estimates import CycleFit
 from .statistics.correlations import Correlations, correlations_of
-from .strokes import Strokes
+from .strokes import Strokes, stroke_speed
 from .two_pass.result import TwoPass
 
 
@@ -134,7 +133,7 @@ class Fit:
 
     def to_json(self) -> str:
         """The fit as JSON text, in the form of ``needleforce identify --json``."""
-        from .as_json import as_json
+        from .export import as_json
 
         return as_json(self)
 
@@ -172,3 +171,13 @@ def run_model(model: Model, recording: Recording, contact_depth: float) -> np.nd
     """Force (n,) [N] of ``model`` along a recording whose surface is at ``contact_depth`` [m] in its own zero."""
     dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
     return Insertion(model, max_speed=np.inf).run(recording.depth - contact_depth, None, dt)["force"]
+
+
+def with_unread(fit: Fit | None, unread: list[tuple[str, InputError]]) -> Fit:
+    """``fit`` with one entry for each (file, error); None is a fit of nothing."""
+    fit = fit or Fit((), {}, None, None)
+    entries = tuple(
+        RecordingFit(file, Status.unreadable, None, Events(status=Status.unreadable), notes=(str(error),))
+        for file, error in unread
+    )
+    return dataclasses.replace(fit, recordings=fit.recordings + entries)

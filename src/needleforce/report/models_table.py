@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from ..identification.repeatability import LEAST_OTHERS, SAME_DEPTH, SAME_SPEED
+from ..identification.cross_validation import LEAST_OTHERS, SAME_DEPTH, SAME_SPEED
 from .numbers import DASH
 from .words import counted
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from ...recording import Recording
 from ...segmentation import Events
-from ..span import cycle_span, stroke_speed
-from ..strokes import strokes_of, undelayed_depth
+from ..strokes import cycle_span, stroke_speed, strokes_of, undelayed_depth
 
 COARSE, FINE = 125, 2000
 """Bins of a stroke: 0.2 mm of a stroke of 25 mm to search in, and so short to end in that the force along the samples

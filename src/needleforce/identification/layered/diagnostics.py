@@ -6,8 +6,7 @@ import numpy as np
 from ..estimates import Estimate
 from ..result import RecordingFit
 from .model_selection import ENOUGH, Candidate, ties
-from .numbers import prefix
-from .parameters import MM, NO_FADING
+from .parameters import MM, NO_FADING, prefix
 from .search import Solved
 
 ODD = 2.0  # times the median residual

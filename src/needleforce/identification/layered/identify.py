@@ -13,7 +13,7 @@ from ..diagnostics import NO_MODEL, Given, pooled_quality, quality, reference_of
 from ..models import LAYERED
 from ..one_layer.fit_recording import Single
 from ..result import Fit, RecordingFit, run_model
-from ..span import cycle_span
+from ..strokes import cycle_span
 from . import diagnostics
 from .binned_cycle import COARSE, FINE, Course, courses_of
 from .model import model_of

@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..pooling import student
-from ..statistics.information import VERY_STRONG, independent_samples
+from ..estimates import student
 from ..statistics.noise import noise_of
+from ..statistics.regression import VERY_STRONG, independent_samples
 from .binned_cycle import Course
 from .parameters import BARE, NO_FADING, PER_LAYER, RUPTURE, SATURATION, SHARP, Unknowns
 from .search import Solved, again, of_the_population

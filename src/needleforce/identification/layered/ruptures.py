@@ -9,8 +9,7 @@ from ...recording import Recording
 from ...segmentation import Events
 from ..estimates import Estimate
 from ..statistics.noise import Z_95, noise_of
-from .numbers import prefix
-from .parameters import MM
+from .parameters import MM, prefix
 from .search import Solved
 
 NEAR = 2.0  # [mm] a rupture seen farther from the fitted one belongs to no layer

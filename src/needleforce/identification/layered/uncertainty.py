@@ -6,14 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ..estimates import Estimate
-from ..pooling import student
+from ..estimates import Estimate, student
 from ..statistics.correlations import Correlations
 from ..statistics.noise import Z_95, noise_of
 from .diagnostics import counted
 from .model_selection import ENOUGH
-from .numbers import SHARES, by_unknowns, positive, prefix, units, values
-from .parameters import PER_LAYER, RUPTURE, SATURATION
+from .parameters import PER_LAYER, RUPTURE, SATURATION, SHARES, by_unknowns, positive, prefix, units, values
 from .search import Solved
 
 UNFELT = 1e-9  # of the median: no run tells of a number that its residuals feel less
@@ -127,7 +125,7 @@ def spread(solved: Solved) -> Spread:
         gram[np.ix_(places, places)], slope[places] = jacobian.T @ jacobian, jacobian.T @ residual
         grams, slopes = [*grams, gram], [*slopes, slope]
         longs.append(noise_of(residual, len(course.depth)).long_run)
-    whole, by = sum(grams), by_unknowns(solved)
+    whole, by = sum(grams), by_unknowns(solved.problem.unknowns, solved.x)
     felt = whole.diagonal() > UNFELT * np.median(whole.diagonal()[problem.unknowns.free])
     bread = by @ _inverse(whole, felt)
     within = bread @ sum(long * gram for long, gram in zip(longs, grams)) @ bread.T
@@ -137,7 +135,12 @@ def spread(solved: Solved) -> Spread:
     named = units(problem.unknowns.layers, problem.unknowns.speed not in problem.unknowns.held)
     reach = max(float(np.ptp(course.depth)) for course in problem.courses)
     return Spread(
-        named, values(solved, solved.x), within, _moves(solved, by, grams, slopes, felt), reach, _held(solved)
+        named,
+        values(solved.problem.unknowns, solved.x),
+        within,
+        _moves(solved, by, grams, slopes, felt),
+        reach,
+        _held(solved),
     )
 
 
@@ -153,9 +156,11 @@ def _moves(solved: Solved, by: np.ndarray, grams: list, slopes: list, felt: np.n
     """By how much each run, left out, moves the numbers, less the mean."""
     if len(grams) < ENOUGH:
         return np.zeros((len(grams), len(by)))
-    whole, slope, own = sum(grams), sum(slopes), values(solved, solved.x)
+    whole, slope, own = sum(grams), sum(slopes), values(solved.problem.unknowns, solved.x)
     steps = [-_inverse(whole - gram, felt) @ (slope - part) for gram, part in zip(grams, slopes)]
-    moves = np.array([by @ step + values(solved, solved.x, but) - own for but, step in enumerate(steps)])
+    moves = np.array(
+        [by @ step + values(solved.problem.unknowns, solved.x, but) - own for but, step in enumerate(steps)]
+    )
     return moves - moves.mean(axis=0)
 
 

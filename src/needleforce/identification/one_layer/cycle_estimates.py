@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The compiled fit's answer becomes values with intervals and warnings."""
+"""What the fit of one cycle gives: the compiled fit's answer as values with intervals and warnings."""
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..statistics.noise import Z_95, Noise, likely_punctures, noise_of, sandwich
-from .cycle_fit import CycleFit
 from .loading_curves import CURVES
 
 UNKNOWNS = ("stiffness_coefficient", "contact_depth", "friction_per_length", "cutting_force", "saturation_depth")
@@ -17,11 +17,50 @@ RAMP = 3
 """Quarters of a filter's length on each side of a step, in which its ramp lies wherever the scan puts it."""
 
 
-class Told:
+@dataclass(frozen=True, eq=False)
+class CycleFit:
+    """What a cycle tells of the one-layer model, SI: ``values`` and, by the same keys, 95 % limits ``low``, ``high``.
+
+    ``stiffness_coefficient`` c [N/m²], ``contact_depth`` z0 [m], ``saturation_depth`` h_s [m] (inf: bare cone),
+    ``friction_per_length`` f' [N/m], ``cutting_force`` f_c [N], ``puncture_depth`` z1 [m],
+    ``puncture_indentation`` z1 - z0 [m], ``puncture_force`` c g(z1 - z0) [N]. Depths are in the recording's own zero.
+    """
+
+    law: str
+    values: dict[str, float]
+    low: dict[str, float]
+    high: dict[str, float]
+    covariance: np.ndarray
+    """(p, p) of the continuous parameters, in the order of ``covariance_order``."""
+    covariance_order: tuple[str, ...]
+    puncture_low: int
+    """The puncture lies between samples ``puncture_low`` and ``puncture_high`` of the insertion, at 95 % or more."""
+    puncture_high: int
+    samples_before_puncture: int
+    residual_in: np.ndarray
+    """Measured minus modelled force of the insertion, (n_in,) [N], of every sample, left out or not."""
+    residual_out: np.ndarray
+    left_out: int
+    """Samples left out on each side of the puncture, at the insertion's end and at the withdrawal's start."""
+    sse: float
+    n: int
+    """Samples used, and the sum of their squared residuals [N²]."""
+    bic: float
+    rmse: float
+    noise_correlation_length: float
+    """Samples that count as one: long-run over plain variance of the residuals. 1 is white noise."""
+    warnings: tuple[str, ...]
+    noises: tuple[Noise, Noise]
+    """Noise of insertion and withdrawal, as the residuals show it."""
+    saturation_sought: bool = False
+    by_stages: bool = False
+    """The loading curve was fitted first, then friction and cutting; False: all at once."""
+
+
+class CycleEstimates:
     """The core's answer on its way to a CycleFit: noise, covariance, estimates, warnings."""
 
     def __init__(self, found: dict, strokes: list[np.ndarray], filter_length: int, left_out: int):
-        self.least_saturation = found["unknowns"][4]
         self.found, self.strokes, self.filter_length, self.left_out = found, strokes, filter_length, left_out
         self.x, self.before = dict(zip(UNKNOWNS, found["unknowns"])), found["puncture"]
         self.order = UNKNOWNS if found["free"][4] else UNKNOWNS[:4]
@@ -43,11 +82,13 @@ class Told:
             residuals[0][before - w : before + w] = residuals[0][-w:] = residuals[1][:w] = 0.0
         return [noise_of(r, n, self.filter_length, paid) for r, n, paid in zip(residuals, counts, lost)]
 
-    def fit(self, law: str, free: bool) -> CycleFit:
-        """The whole answer."""
-        rows, weights = likely_punctures(self.found["gain"], self.noises[0].long_run)
-        rows += self.found["first_gain"]
+    def fit(self, law: str, free: bool, profile: dict, least_saturation: float) -> CycleFit:
+        """The whole answer; ``profile`` has the gain of each possible puncture, ``least_saturation`` [m] is the least
+        saturation depth that the data do not refuse."""
+        rows, weights = likely_punctures(profile["gain"], self.noises[0].long_run)
+        rows += profile["first_gain"]
         values, low, high = self._estimates(rows, weights)
+        low["saturation_depth"] = min(low["saturation_depth"], least_saturation)
         smear, depth = self.filter_length // 2, self.strokes[0]
         first, last = max(int(rows.min()) - 1 - smear, 0), min(int(rows.max()) + smear, len(depth) - 1)
         low["puncture_depth"], high["puncture_depth"] = float(depth[first]), float(depth[last])
@@ -93,7 +134,6 @@ class Told:
         half = {name: Z_95 * math.sqrt(max(value, 0.0)) for name, value in variances.items()}
         low = {name: value - half.get(name, 0.0) for name, value in values.items()}
         high = {name: value + half.get(name, 0.0) for name, value in values.items()}
-        low["saturation_depth"] = min(low["saturation_depth"], self.least_saturation)
         if "saturation_depth" in half and high["saturation_depth"] > h:
             high["saturation_depth"] = math.inf  # past the puncture, one saturation depth is as good as any other
         if not self.found["free"][2]:

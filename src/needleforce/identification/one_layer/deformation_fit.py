@@ -7,14 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from ..statistics.information import criterion
 from ..statistics.noise import Noise, noise_of
-from ..statistics.projection import Search
-from ..statistics.regression import inverse
-from .loading_curve import LoadingCurve
-from .loading_curves import CURVES
+from ..statistics.regression import Search, criterion, inverse
+from .loading_curves import CURVES, LoadingCurve
 
 LEAST_SAMPLES = 20
+SIGN = "Force is positive against insertion: flip its sign if it is not."
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +87,6 @@ def _held(name: str, value: float, curve: LoadingCurve) -> str:
         f"The number {name} of the law {curve.law.name} is held at {value:.4g}{unit}, the edge of what is "
         "allowed: the data would take it further."
     )
-
-
-SIGN = "Force is positive against insertion: flip its sign if it is not."
 
 
 def _inverse(jacobian: np.ndarray, told: np.ndarray) -> np.ndarray:

@@ -12,8 +12,8 @@ from ...recording import Recording
 from ...segmentation import Events, Puncture, segment
 from ...vocabulary import Status
 from ..strokes import Strokes, strokes_of
-from .breakpoint_fit import fit_cycle
-from .cycle_fit import CycleFit
+from .cycle_estimates import CycleFit
+from .cycle_fit import fit_cycle
 from .deformation_fit import DeformationFit, fit_deformation
 from .loading_curves import CURVES
 from .staged_fit import agrees, fit_by_stages

@@ -10,7 +10,7 @@ from ..estimates import Estimate
 from ..statistics.noise import Z_95, Noise, noise_of
 from ..statistics.regression import inverse, least_squares
 from ..strokes import Strokes
-from .cycle_fit import CycleFit
+from .cycle_estimates import CycleFit
 
 REACH = 0.1e-3  # [m] of travel before the puncture
 LEAST_SAMPLES = 10

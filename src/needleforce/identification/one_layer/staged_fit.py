@@ -14,7 +14,7 @@ import numpy as np
 from ..statistics.noise import Z_95, noise_of
 from ..statistics.regression import inverse
 from ..strokes import Strokes
-from .cycle_fit import CycleFit
+from .cycle_estimates import CycleFit
 from .deformation_fit import DeformationFit
 
 DISAGREES = 3.0  # standard errors of the loading curve's contact depth: Hausman's test of the shared one

@@ -3,8 +3,7 @@
 
 import numpy as np
 
-from ..estimates import Estimate
-from ..pooling import mean_estimate
+from ..estimates import Estimate, mean_estimate
 from .result import Site, TwoPass
 
 FEWEST = 3  # cycles: fewer are a wander

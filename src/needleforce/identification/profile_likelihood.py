@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import InputError
-from ..result import Fit
-from .posterior import can_be_exact, posterior_of
+from ..errors import InputError
+from .result import Fit
+from .statistics.posterior import can_be_exact, posterior_of
 
 NAMES = ("contact_depth", "saturation_depth")
 SHOWN = 201
