@@ -23,11 +23,11 @@ import numpy as np
 from rig_process import rig
 
 import needleforce as nf
-from needleforce.acquisition.axis_client import AxisClient
 from needleforce.acquisition.recorder import record_run
-from needleforce.acquisition.sensor_client import SensorClient
-from needleforce.acquisition.sensor_page import read_configuration
 from needleforce.acquisition.settings import Settings
+from needleforce.acquisition.sources.axis import AxisClient
+from needleforce.acquisition.sources.net_ft_sensor import SensorClient
+from needleforce.acquisition.sources.sensor_page import read_configuration
 from needleforce.recording.log import LogWriter, read_log
 
 FAULTS = {

@@ -4,10 +4,10 @@ import threading
 import pytest
 from fake_rig import CONFIGURATION
 
-from needleforce.acquisition.axis_client import AxisClient
 from needleforce.acquisition.recorder import record_run
-from needleforce.acquisition.sensor_client import SensorClient
 from needleforce.acquisition.settings import Settings
+from needleforce.acquisition.sources.axis import AxisClient
+from needleforce.acquisition.sources.net_ft_sensor import SensorClient
 from needleforce.recording.log.reader import read_log
 
 

@@ -12,10 +12,10 @@ import pytest
 from fake_rig import BIAS, CONFIGURATION, FakeAxis, FakeSensor, counts
 
 from needleforce import InputError
-from needleforce.acquisition import sensor_client, sensor_page
-from needleforce.acquisition.axis_client import AxisClient
-from needleforce.acquisition.sensor_client import SensorClient
-from needleforce.acquisition.sensor_page import read_configuration
+from needleforce.acquisition.sources import net_ft_sensor, sensor_page
+from needleforce.acquisition.sources.axis import AxisClient
+from needleforce.acquisition.sources.net_ft_sensor import SensorClient
+from needleforce.acquisition.sources.sensor_page import read_configuration
 from needleforce.wire.rdt import Packet, pack_record
 
 
@@ -56,7 +56,7 @@ def test_what_the_kernel_dropped_is_told(monkeypatch):
         receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 20_000)
         return receiver.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
 
-    monkeypatch.setattr(sensor_client, "_widened", narrow)
+    monkeypatch.setattr(net_ft_sensor, "_widened", narrow)
     with FakeSensor(packets=lambda sensor, k: 20 * [sensor.packet(k)] if k < 30 else [sensor.packet(k)]) as sensor:
         client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
         client.start()

@@ -14,11 +14,11 @@ import pytest
 import typer
 from fake_rig import CONFIGURATION, FakeAxis, FakeSensor
 
-from needleforce.acquisition import keeper
-from needleforce.acquisition.gauges import read_calibration
-from needleforce.acquisition.sequence import WINDOW
+from needleforce.acquisition import run_writer
 from needleforce.acquisition.settings import Outcome, Settings
-from needleforce.acquisition.standard_input import StandardInput
+from needleforce.acquisition.sources.gauge_calibration import read_calibration
+from needleforce.acquisition.sources.sequence import WINDOW
+from needleforce.acquisition.sources.standard_input import StandardInput
 from needleforce.cli import app
 from needleforce.commands import record, rig
 from needleforce.commands.sources import SHARE
@@ -26,7 +26,7 @@ from needleforce.protocol.folder import SURFACE, UNSEEN
 from needleforce.recording.log import LogWriter
 from needleforce.recording.log.mcap_records import LARGEST
 from needleforce.rig.live.axis import LIMITS
-from needleforce.rig.live.six_axis import READINGS
+from needleforce.rig.live.sensor import READINGS
 from needleforce.rig.live.transfer import BUFFERED
 from needleforce.wire.axis_lines import LONGEST, RATE, SILENCE, range_line
 from needleforce.wire.rdt import Command
@@ -96,7 +96,7 @@ def test_ends_of_a_run_are_in_the_table(page, source):
 
 
 def test_marks_are_in_the_table(page, source):
-    written = set(re.findall(r'mark\("(\w+)"', source)) | set(keeper._TALLIES)
+    written = set(re.findall(r'mark\("(\w+)"', source)) | set(run_writer._TALLIES)
     assert first_column(page("recording_live"), "| mark |") == written
 
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.acquisition.calibration import Calibration
 from needleforce.acquisition.recorder import record_run
 from needleforce.acquisition.settings import Settings
-from needleforce.acquisition.standard_input import StandardInput
+from needleforce.acquisition.sources.calibration import Calibration
+from needleforce.acquisition.sources.standard_input import StandardInput
 from needleforce.recording.log import read_log
 
 HEADER = "time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm\n"
@@ -172,7 +172,7 @@ def test_headers_that_are_none_are_refused(header, calibration, says):
 
 
 def test_nothing_hangs_where_nothing_comes(monkeypatch):
-    monkeypatch.setattr("needleforce.acquisition.standard_input.PATIENCE", 0.05)
+    monkeypatch.setattr("needleforce.acquisition.sources.standard_input.PATIENCE", 0.05)
     reading, writing = os.pipe()
     with os.fdopen(reading, "rb", buffering=0) as stream, os.fdopen(writing, "wb", buffering=0) as out:
         source = StandardInput(stream)

@@ -10,7 +10,7 @@ import needleforce as nf
 from needleforce.campaign import campaign
 from needleforce.campaign.conditions import grouped, label_files
 from needleforce.campaign.files import File, find_files
-from needleforce.campaign.name_pattern import name_pattern
+from needleforce.campaign.labels import name_pattern
 from needleforce.recording.log import LogWriter
 
 RIG = "{rig}__{specimen}_{speed_mm_s}_{angle_deg}_{needle}_{repeat}_{date}"

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from needleforce.campaign.oddity import nearest
+from needleforce.campaign.anomaly import nearest
 from needleforce.campaign.outliers import limit, outliers
 from needleforce.campaign.wrong_labels import wrong_labels
 from needleforce.identification import Estimate

@@ -7,7 +7,7 @@ import pytest
 from small_protocol import SMALL
 
 import needleforce as nf
-from needleforce.campaign.name_pattern import name_pattern
+from needleforce.campaign.labels import name_pattern
 from needleforce.protocol import plan, protocols, read_protocol
 from needleforce.protocol.checks import check_axis
 from needleforce.protocol.plan import name_pattern_of

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from needleforce.rig import Sensor
-from needleforce.rig.live.six_axis import BIAS, CROSSTALK, DRIFT, PER_UNIT, SixAxis
+from needleforce.rig.live.sensor import BIAS, CROSSTALK, DRIFT, PER_UNIT, SixAxis
 from needleforce.rig.sensor import COUNTS, RANGE
 
 SATURATED = 0x80020000  # bits 17 and 31, as in docs/rig.md

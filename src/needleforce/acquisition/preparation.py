@@ -5,8 +5,8 @@ import threading
 import time
 
 from ..errors import InputError
-from .course import DONE, REACHED, Course, Ended
-from .force_watch import ForceWatch
+from .force_monitor import ForceWatch
+from .motion_sequence import DONE, REACHED, Course, Ended
 from .rest_bias import bias_of
 from .run import EVERY
 from .settings import Bias, Settings

@@ -8,13 +8,13 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from ..errors import InputError
-from .course import Course
-from .force_watch import ForceWatch
-from .keeper import Keeper
+from .force_monitor import ForceWatch
+from .motion_sequence import Course
 from .preparation import await_readings, take_bias, withdraw
 from .run import Run
+from .run_writer import Keeper
 from .settings import Outcome, Progress, Settings
-from .source import ForceSource
+from .sources.source import ForceSource
 
 
 def record_run(

@@ -6,7 +6,7 @@ import numpy as np
 from ..errors import InputError
 from ..wire.rdt import is_fault, status_words
 from .settings import Bias, Settings
-from .source import ForceSample
+from .sources.source import ForceSample
 
 FEWEST = 10  # readings
 _ADVICE = "Keep the needle free and at rest, or allow more with --steady-N."

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from ..errors import InputError
 from ..wire.axis_lines import SILENCE, AxisState
-from .course import DONE, Course, Ended
-from .end_words import alignment_uncertainty, told
-from .force_watch import ForceWatch
-from .keeper import FILE_ENDS, Keeper
+from .end_report import alignment_uncertainty, told
+from .force_monitor import ForceWatch
+from .motion_sequence import DONE, Course, Ended
+from .run_writer import FILE_ENDS, Keeper
 from .settings import Bias, Outcome, Progress, Settings
 
 EVERY = 0.02  # [s] between two looks at what came

@@ -6,7 +6,7 @@ import json
 
 from ..files import json_safe
 from ..identification.estimates import Estimate
-from .outcome import Campaign, Condition, Outcome
+from .result import Campaign, Condition, Outcome
 
 
 def as_json(campaign: Campaign) -> str:

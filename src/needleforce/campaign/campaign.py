@@ -10,12 +10,12 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording import read
+from .anomaly import SPOILED, Oddity
+from .condition import Read, condition
 from .conditions import Label, grouped, label_files
 from .field_names import REPEATS
 from .files import find_files
-from .oddity import SPOILED, Oddity
-from .outcome import Campaign, Condition, Outcome
-from .repeats import Read, condition
+from .result import Campaign, Condition, Outcome
 from .wrong_labels import wrong_labels
 
 Progress = Callable[[Any, str], Any]

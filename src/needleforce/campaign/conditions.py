@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from ..errors import InputError
 from ..recording.reader import card_texts
 from .files import File
+from .labels import name_pattern
 from .mapping import read_mapping, row_of
-from .name_pattern import name_pattern
 
 _CARD = ("needle", "tissue", "rig", "speed_mm_s", "pass")
 NO_CONDITION = "Nothing assigns it to a condition, so it is identified by itself: {}."

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from ..identification.estimates import Estimate
-from .oddity import Oddity, shown
+from .anomaly import Oddity, shown
 
 FEWEST = 4  # repeats
 LOOKED_AT = (

@@ -9,7 +9,7 @@ from ..files import atomic_write
 from ..identification.estimates import Estimate
 from ..recording.parquet_table import pyarrow_for
 from .field_names import COLUMNS
-from .outcome import Campaign, Condition, Outcome
+from .result import Campaign, Condition, Outcome
 
 
 def tidy(campaign: Campaign):

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from .oddity import Oddity, shown
+from .anomaly import Oddity, shown
 
 CLEAR = 2.5  # its own condition is so many times farther than the other, and than its own repeats are apart
 LIKE = 2.0  # scatters of the other condition within which a curve belongs to it

@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
+from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, check_usage
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
-from .reading import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, check_usage
 
 NAME = "campaign"
 PATTERN_HELP = "What the names of the files say, as {specimen}_{speed_mm_s}_{repeat}."

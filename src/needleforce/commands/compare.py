@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
+from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, good, read_all
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
-from .reading import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, good, read_all
-from .sound import sound
+from .screening import sound
 
 NAME = "compare"
 MODELS_HELP = (

@@ -7,8 +7,8 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
+from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, read_all
 from .output import check_outputs, say
-from .reading import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, read_all
 
 NAME = "convert"
 ENDINGS = (".csv", ".parquet", ".mcap")

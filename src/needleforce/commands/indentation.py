@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
+from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, read_all
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
-from .reading import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, read_all
 from .tip_options import TIP_HELP, tips_of
 
 NAME = "indentation"

@@ -50,8 +50,8 @@ def run(
 
     Exit code 0: done, or ended by Ctrl-C; 1: ended by something else, with what there is kept; 2: could not begin.
     """
-    from ..acquisition.course import DONE
     from ..acquisition.live_view import live_view
+    from ..acquisition.motion_sequence import DONE
     from ..acquisition.recorder import record_run
     from ..acquisition.settings import Settings
     from ..protocol import read_protocol

@@ -15,9 +15,9 @@ def sources(sensor: str | None, page: str, axis: str | None, calibration: Path |
 
     ``sensor`` None is standard input. Raises InputError for an address that is none, and for a page without counts.
     """
-    from ..acquisition.axis_client import AxisClient
-    from ..acquisition.sensor_client import SensorClient
-    from ..acquisition.sensor_page import read_configuration
+    from ..acquisition.sources.axis import AxisClient
+    from ..acquisition.sources.net_ft_sensor import SensorClient
+    from ..acquisition.sources.sensor_page import read_configuration
     from ..wire import axis_lines, rdt
 
     there = address(axis, axis_lines.PORT) if axis else None
@@ -32,8 +32,8 @@ def sources(sensor: str | None, page: str, axis: str | None, calibration: Path |
 
 
 def _standard_input(calibration: Path | None):
-    from ..acquisition.gauges import read_calibration
-    from ..acquisition.standard_input import StandardInput
+    from ..acquisition.sources.gauge_calibration import read_calibration
+    from ..acquisition.sources.standard_input import StandardInput
 
     if sys.stdin is None:
         raise InputError("standard input", "closed", "", "", "Pipe a program into it.")

@@ -5,12 +5,12 @@ import re
 
 from ..errors import InputError
 from ..models.model import Model
-from . import c, cpp
-from .given import Given, given
+from . import c, headers
+from .source import Given, given
 
 __all__ = ["LANGUAGES", "Given", "given", "header", "identifier"]
 
-LANGUAGES = {"c++": cpp.header, "c": c.header}
+LANGUAGES = {"c++": headers.header, "c": c.header}
 # words that either language keeps for itself
 RESERVED = frozenset(
     "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t char8_t class "

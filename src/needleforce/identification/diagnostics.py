@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an identification reports next to its values: quality, warnings, limits crossed, noise, what was held fixed, what
-cannot be known."""
+"""What an identification reports next to its values: quality, warnings, limits crossed, noise, what was held fixed,
+what cannot be known."""
 
 import dataclasses
 from collections.abc import Iterable

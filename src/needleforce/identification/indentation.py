@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The modulus of a half-space from an indentation curve, with contact depth and baseline as part of the model; for one
-tip, or several compared."""
+"""The modulus of a half-space from an indentation curve, with contact depth and baseline as part of the model; for
+one tip, or several compared."""
 
 import math
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""LuGre friction identified while the needle moves, by two extended Kalman filters in sequence: equations, one step, a
-whole recording."""
+"""LuGre friction identified while the needle moves, by two extended Kalman filters in sequence: equations, one step,
+a whole recording."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple

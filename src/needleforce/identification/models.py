@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Identified values become laws and a model, and with needle and tissue imply further quantities; what a log cannot tell
-is held at a stated value."""
+"""Identified values become laws and a model, and with needle and tissue imply further quantities; what a log cannot
+tell is held at a stated value."""
 
 import math
 

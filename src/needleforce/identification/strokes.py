@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The insertion and withdrawal strokes of a recording as identification takes them, and how friction reverses between
-them."""
+"""The insertion and withdrawal strokes of a recording as identification takes them, and how friction reverses
+between them."""
 
 from dataclasses import dataclass
 

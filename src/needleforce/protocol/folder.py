@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..acquisition.course import DONE
+from ..acquisition.motion_sequence import DONE
 from ..acquisition.settings import Settings
 from ..errors import InputError
 from ..recording.log.reader import card_and_end

@@ -4,7 +4,7 @@
 import time
 from collections.abc import Callable
 
-from ..acquisition.course import REACHED
+from ..acquisition.motion_sequence import REACHED
 from ..acquisition.run import EVERY
 from ..errors import InputError
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from ..acquisition.settings import Settings
 from ..errors import InputError
-from .alone import alone
 from .folder import look
+from .lock import alone
 from .protocol import Protocol
 from .session import CampaignOutcome, Session
 

@@ -5,7 +5,7 @@ import dataclasses
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from ..acquisition.course import DONE
+from ..acquisition.motion_sequence import DONE
 from ..errors import InputError
 from .checks import check_axis
 from .folder import Folder, look, set_aside

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The unit of each column: given, written in its header, or the only one that gives a plausible rate, travel and speed;
-otherwise asked for."""
+"""The unit of each column: given, written in its header, or the only one that gives a plausible rate, travel and
+speed; otherwise asked for."""
 
 from collections.abc import Mapping
 from itertools import product

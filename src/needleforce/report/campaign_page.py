@@ -5,7 +5,7 @@ from pathlib import Path
 from string import Template
 
 from ..vocabulary import __version__
-from .campaign_panel import panel, scale_of, shared_scale
+from .campaign_panels import panel, scale_of, shared_scale
 from .campaign_tables import condition_table, recording_table, shared, varying
 from .markup import Markup, element, escape, join, listing, section
 from .words import counted

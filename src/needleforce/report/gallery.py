@@ -3,7 +3,7 @@
 
 from functools import partial
 
-from . import comparison, figures, layers, passes, repeats
+from . import figures, layers, repeats, truth_table, two_pass_figures
 from .canvas import BESIDE, FULL, drawing
 from .curves import FORCE_SHARE, RESIDUAL_FACTOR, odd_ones, representative
 from .markup import Markup, element, join, listing
@@ -30,11 +30,11 @@ def gallery(fit, drawn) -> Markup:
 
 def ratio_figure(rows: list[dict]) -> Markup:
     """Identified over true, where a comparison with known truth is given."""
-    found = comparison.ratios(rows)
+    found = truth_table.ratios(rows)
     if not found:
         return Markup("")
     caption = "With the 95 % interval. Filled dots: the interval misses the truth, a bias of the method."
-    draw = partial(comparison.ratio_figure, rows=found)
+    draw = partial(truth_table.ratio_figure, rows=found)
     heights = 44.0 + 22.0 * len(found), 44.0 + 30.0 * len(found)
     return _figure("ratio", "Identified over true", caption, draw, heights)
 
@@ -76,9 +76,9 @@ def _two_pass(two_pass) -> Markup:
     if two_pass is None or not two_pass.sites:
         return Markup("")
     sites = two_pass.sites
-    line = partial(passes.friction, sites=sites)
+    line = partial(two_pass_figures.friction, sites=sites)
     options = {"upper_bound": two_pass.upper_bound, "limits": two_pass.cutting_range}
-    both = partial(passes.both_passes, sites=sites, **options)
+    both = partial(two_pass_figures.both_passes, sites=sites, **options)
     friction = _figure("friction", "Friction", _friction_words(sites), line, (250, 230), beside=True)
     return join([friction, _figure("passes", "Two insertions at one site", _pass_words(two_pass), both, (240, 440))])
 

@@ -5,7 +5,6 @@ import re
 from pathlib import Path
 from string import Template
 
-from .comparison import comparison_table
 from .curves import odd_ones, repeats
 from .evidence import evidence_note, evidence_table
 from .gallery import gallery, ratio_figure
@@ -13,6 +12,7 @@ from .markup import Markup, element, escape, join, listing, section
 from .notes import notes, warnings
 from .provenance import provenance
 from .tables import choice_table, event_table, law_list, parameter_table, recording_table
+from .truth_table import comparison_table
 from .words import counted, file_name, outcome
 
 HERE = Path(__file__).parent

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The virtual rig: the paper's experiment with a specimen that knows more than the identified model."""
 
-from .bench import Bending, Tension
+from .bench_tests import Bending, Tension
 from .clocks import SpeedClock
 from .example import example_recording
 from .experiment import Experiment, paper_experiment

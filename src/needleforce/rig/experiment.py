@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from .bench import Bending, Tension, bend_needle, pull_tissue
+from .bench_tests import Bending, Tension, bend_needle, pull_tissue
 from .clocks import SpeedClock
 from .paper import PAPER, stick_slip
 from .run import Run, perform, way

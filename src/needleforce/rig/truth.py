@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .bench import NEEDLE_MODULUS, TISSUE_MODULUS
+from .bench_tests import NEEDLE_MODULUS, TISSUE_MODULUS
 from .site import Site
 from .specimen import Specimen
 

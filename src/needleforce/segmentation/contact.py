@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact: first sustained crossing of the free travel's baseline, then a fit back to zero; exit: the same, backwards
-in time, on the withdrawal stroke."""
+"""Contact: first sustained crossing of the free travel's baseline, then a fit back to zero; exit: the same,
+backwards in time, on the withdrawal stroke."""
 
 from dataclasses import dataclass, replace
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Strokes: where the needle goes in, rests and comes out, found in the depth alone; long ones shortened to means over
-blocks of samples."""
+"""Strokes: where the needle goes in, rests and comes out, found in the depth alone; long ones shortened to means
+over blocks of samples."""
 
 from dataclasses import dataclass
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loading curves F(h) = sum of a_k phi_k(h; s), zero without contact, and those that can be fitted; a new one is a value
-here and a place in the list at the end."""
+"""Loading curves F(h) = sum of a_k phi_k(h; s), zero without contact, and those that can be fitted; a new one is a
+value here and a place in the list at the end."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence

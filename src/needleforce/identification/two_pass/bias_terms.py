@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a subtraction of two passes cannot separate, term by term: its size, what it adds to the cutting force, and in
-plain words."""
+"""What a subtraction of two passes cannot separate, term by term: its size, what it adds to the cutting force, and
+in plain words."""
 
 import math
 from math import nan

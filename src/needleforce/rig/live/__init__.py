@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The virtual rig live on the network: axis over TCP, six-axis sensor over UDP, its page over HTTP."""
 
-from .course import LiveTruth
 from .faults import FAULTS, parse_fault
 from .server import VirtualRig
 from .simulated import SimulatedRig
+from .truth_log import LiveTruth
 
 __all__ = ["FAULTS", "LiveTruth", "SimulatedRig", "VirtualRig", "parse_fault"]

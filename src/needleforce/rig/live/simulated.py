@@ -13,13 +13,13 @@ from ..experiment import streams
 from ..run import RATE
 from ..sensor import RANGE, Sensor
 from .axis import LIMITS, Axis
-from .course import Course, LiveTruth
 from .encoder import Encoder
 from .faults import checked_faults
-from .six_axis import SixAxis
+from .lossy_link import Datagram
+from .sensor import SixAxis
 from .tissue import ModelTissue, PhantomTissue, phantom_site
 from .transfer import Transfer
-from .way import Datagram
+from .truth_log import Course, LiveTruth
 
 _KEY = (1 << 17,)  # spawn key of the rig's draws, beside those of the sites
 MOST_SITES = 65_535

@@ -8,8 +8,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...wire.rdt import LINK_FAILED, SUMMARY, Command, Packet, pack_record, unpack_request
-from .six_axis import READINGS, Reading
-from .way import Stream, Way
+from .lossy_link import Stream, Way
+from .sensor import READINGS, Reading
 
 BUFFERED = 40  # records in a datagram of buffered streaming
 

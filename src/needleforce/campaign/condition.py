@@ -10,12 +10,12 @@ import numpy as np
 from ..identification import Fit, RecordingFit, identify
 from ..recording import Recording
 from ..vocabulary import Status
-from .beside import copies
 from .conditions import Label
-from .observed import Observed, event_quantities
-from .odd_repeats import moving_repeats, odd_repeats
-from .outcome import Condition, Outcome
 from .outliers import outliers
+from .repeat_checks import copies
+from .result import Condition, Outcome
+from .screen_recordings import moving_repeats, odd_repeats
+from .summary import Observed, event_quantities
 from .trace import Trace, trace
 
 ALL_LEFT_OUT = "No recording is left to pool: {}"

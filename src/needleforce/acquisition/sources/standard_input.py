@@ -8,7 +8,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ..errors import InputError
+from ...errors import InputError
 from .calibration import Calibration
 from .line_axis import LineAxis
 from .line_columns import LineColumns, columns_of

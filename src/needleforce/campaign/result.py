@@ -9,7 +9,7 @@ from ..identification.estimates import Estimate, Quality
 from ..models.model import Model
 from ..segmentation import Events
 from ..vocabulary import Status
-from .oddity import Oddity
+from .anomaly import Oddity
 from .trace import Trace
 
 

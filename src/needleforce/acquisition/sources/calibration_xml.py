@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The calibration file that ATI gives with a sensor for data acquisition cards: XML, with rows of the matrix as text.
+"""The calibration file that ATI gives with a sensor for data acquisition cards: XML, with rows of the matrix as
+text.
 
 ``FTSensor`` has the serial number, ``Calibration`` the units and the converter's range, each ``UserAxis`` a row of
 the matrix at the sensor's face and the end of its range. Files before version 1.1 have no ``UserAxis``: there ``Axis``
@@ -11,9 +12,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..errors import InputError
-from ..units import size
-from ..wire.rdt import AXES
+from ...errors import InputError
+from ...units import size
+from ...wire.rdt import AXES
 from .calibration import GAUGES, Calibration
 
 _OLD = "the file has no UserAxis: the matrix is Axis / scale, its torques moved by BasicTransform"

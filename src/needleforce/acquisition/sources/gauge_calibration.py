@@ -8,9 +8,9 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ..errors import InputError
-from ..units import size
-from ..wire.rdt import AXES
+from ...errors import InputError
+from ...units import size
+from ...wire.rdt import AXES
 from .calibration import FULL_SCALE, GAUGES, Calibration
 from .calibration_xml import calibration_of_xml
 

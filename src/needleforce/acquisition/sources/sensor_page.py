@@ -9,8 +9,8 @@ from http.client import HTTPConnection, HTTPException, HTTPSConnection
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from ..errors import InputError
-from ..wire.sensor_configuration import LONGEST, PAGE, SensorConfiguration, parse_configuration
+from ...errors import InputError
+from ...wire.sensor_configuration import LONGEST, PAGE, SensorConfiguration, parse_configuration
 
 _PATIENCE = 3.0  # [s]
 _ADVICE = "Name its address or a saved copy with --sensor-page."

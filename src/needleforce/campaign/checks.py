@@ -13,8 +13,8 @@ import numpy as np
 from ..recording import Recording
 from ..segmentation import Events
 from ..segmentation.segment import FALL_DEPTH
-from .observed import Observed
-from .oddity import Oddity, shown
+from .anomaly import Oddity, shown
+from .summary import Observed
 
 SIGN_NOISE = 5.0  # by so many noises a mean force counts as a push or a pull
 GAP = 10.0  # median steps: an insertion robot's usual stalls are shorter

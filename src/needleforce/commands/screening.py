@@ -11,9 +11,9 @@ def sound(done: list) -> list:
     Left out are forces that are not what was measured (wrong sign, another unit, saturated up to the puncture), as long
     as another file stays. Other oddities are told: another motion is no fault for a model that runs along it.
     """
-    from ..campaign.beside import OWN_FIELD
-    from ..campaign.odd_repeats import odd_recordings
-    from ..campaign.oddity import SPOILED
+    from ..campaign.anomaly import SPOILED
+    from ..campaign.repeat_checks import OWN_FIELD
+    from ..campaign.screen_recordings import odd_recordings
 
     named = [(str(file), each) for file, each in done if not isinstance(each, InputError)]
     bad = {}

@@ -5,10 +5,10 @@ import contextlib
 import select
 import socket
 
-from ..errors import InputError
-from ..wire.rdt import PORT, RECORD_SIZE, Command, Packet, pack_request, unpack_records
-from ..wire.sensor_configuration import SensorConfiguration
-from .kernel_stamps import ask_for_drops, ask_for_stamps, receive_stamped
+from ...errors import InputError
+from ...wire.rdt import PORT, RECORD_SIZE, Command, Packet, pack_request, unpack_records
+from ...wire.sensor_configuration import SensorConfiguration
+from .kernel_timestamps import ask_for_drops, ask_for_stamps, receive_stamped
 from .sequence import Unwrapped
 from .source import ForceSample
 

@@ -7,10 +7,10 @@ import numpy as np
 
 from ..recording import Recording
 from ..segmentation import Events, segment
-from .alone import oddities_alone
-from .beside import Repeat, oddities_beside
-from .observed import observe
-from .oddity import SPOILED, Oddity
+from .anomaly import SPOILED, Oddity
+from .checks import oddities_alone
+from .repeat_checks import Repeat, oddities_beside
+from .summary import observe
 
 NO_FIELDS: Mapping[str, str] = {}
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
-from ..recording.columns import choose, dimension, split
-from ..units import parse
-from ..wire.rdt import AXES
+from ...errors import InputError
+from ...recording.columns import choose, dimension, split
+from ...units import parse
+from ...wire.rdt import AXES
 from .calibration import GAUGES, Calibration
 
 _QUANTITY = {"fz": "force"}  # the axial force has the name of a recording

@@ -5,8 +5,8 @@ from collections import deque
 
 import numpy as np
 
-from ..errors import InputError
-from ..wire.axis_lines import AxisState
+from ...errors import InputError
+from ...wire.axis_lines import AxisState
 
 _SECOND = 1e9  # [ns]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .way import Stream
+from .lossy_link import Stream
 
 KEPT = 3_600_000  # steps of the course that are remembered at least: an hour, 24 bytes each
 

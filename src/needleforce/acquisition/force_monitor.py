@@ -11,7 +11,7 @@ from collections import deque
 
 from ..wire.rdt import SATURATED, is_fault
 from .settings import Settings
-from .source import ForceSample, ForceSource
+from .sources.source import ForceSample, ForceSource
 
 _PATIENCE = 0.05  # [s] for one receive
 _PRIORITY = -10  # before what else the computer does

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
-from ..wire.rdt import SATURATED
+from ...errors import InputError
+from ...wire.rdt import SATURATED
 
 GAUGES = 6
 FULL_SCALE = 10.0  # [V] on either side, what converters for these sensors span

@@ -10,10 +10,10 @@ from ..errors import InputError
 from ..recording.alignment import LiveAlignment
 from ..wire.axis_lines import AxisState
 from ..wire.rdt import is_fault, status_words
-from .course import Ended
-from .sequence import Kind, SequenceCheck
+from .motion_sequence import Ended
 from .settings import Bias
-from .source import ForceSample, ForceSource
+from .sources.sequence import Kind, SequenceCheck
+from .sources.source import ForceSample, ForceSource
 
 _TALLIES = ("foreign", "wrong_size", "stale", "restart", "dropped")
 FILE_ENDS = ("disk full", "file not written")
