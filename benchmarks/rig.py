@@ -26,8 +26,7 @@ import needleforce as nf
 from needleforce.acquisition.recorder import record_run
 from needleforce.acquisition.settings import Settings
 from needleforce.acquisition.sources.axis import AxisClient
-from needleforce.acquisition.sources.net_ft_sensor import SensorClient
-from needleforce.acquisition.sources.sensor_page import read_configuration
+from needleforce.acquisition.sources.net_ft_sensor import SensorClient, read_configuration
 from needleforce.recording.log import LogWriter, read_log
 
 FAULTS = {

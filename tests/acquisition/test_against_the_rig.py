@@ -8,8 +8,7 @@ import needleforce as nf
 from needleforce.acquisition.recorder import record_run
 from needleforce.acquisition.settings import Settings
 from needleforce.acquisition.sources.axis import AxisClient
-from needleforce.acquisition.sources.net_ft_sensor import SensorClient
-from needleforce.acquisition.sources.sensor_page import read_configuration
+from needleforce.acquisition.sources.net_ft_sensor import SensorClient, read_configuration
 from needleforce.recording.log import read_log
 from needleforce.rig.live import VirtualRig
 from needleforce.rig.live.tissue import phantom_site

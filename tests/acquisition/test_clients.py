@@ -12,10 +12,9 @@ import pytest
 from fake_rig import BIAS, CONFIGURATION, FakeAxis, FakeSensor, counts
 
 from needleforce import InputError
-from needleforce.acquisition.sources import net_ft_sensor, sensor_page
+from needleforce.acquisition.sources import net_ft_sensor
 from needleforce.acquisition.sources.axis import AxisClient
-from needleforce.acquisition.sources.net_ft_sensor import SensorClient
-from needleforce.acquisition.sources.sensor_page import read_configuration
+from needleforce.acquisition.sources.net_ft_sensor import SensorClient, read_configuration
 from needleforce.wire.rdt import Packet, pack_record
 
 
@@ -166,7 +165,7 @@ def test_the_page_from_a_file_and_from_a_server(tmp_path):
 
 
 def test_a_page_that_drips_is_given_up(monkeypatch):
-    monkeypatch.setattr(sensor_page, "_PATIENCE", 0.3)
+    monkeypatch.setattr(net_ft_sensor, "_PATIENCE", 0.3)
     dripping = [b"HTTP/1.0 200 OK\r\n\r\n", b"HTTP/1.0 200 OK\r\nX"]
     for head in dripping:
         with socket.create_server(("127.0.0.1", 0)) as server:

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.acquisition.sources.calibration import Calibration
-from needleforce.acquisition.sources.gauge_calibration import read_calibration
+from needleforce.acquisition.sources.gauge_calibration import Calibration, read_calibration
 
 # the calibration of the Nano17 FT8577 of 2014, as its owner published the file: rows with their scales, and the same
 # rows at the sensor's face, in N and N mm for a volt

@@ -14,7 +14,7 @@ import pytest
 import needleforce as nf
 from needleforce.acquisition.recorder import record_run
 from needleforce.acquisition.settings import Settings
-from needleforce.acquisition.sources.calibration import Calibration
+from needleforce.acquisition.sources.gauge_calibration import Calibration
 from needleforce.acquisition.sources.standard_input import StandardInput
 from needleforce.recording.log import read_log
 

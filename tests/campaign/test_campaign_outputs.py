@@ -13,7 +13,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.campaign import campaign
-from needleforce.campaign.table import check_table
+from needleforce.campaign.result import check_table
 
 COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()"]
 FEW = ("speed_1.csv", "speed_2.csv", "speed_4.csv", "double_1.csv", "double_2.csv", "double_4.csv", "stray.csv",

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from needleforce.campaign.anomaly import nearest
-from needleforce.campaign.outliers import limit, outliers
-from needleforce.campaign.wrong_labels import wrong_labels
+from needleforce.campaign.outliers import limit, outliers, wrong_labels
 from needleforce.identification import Estimate
 
 

@@ -9,8 +9,8 @@ from small_protocol import SMALL
 import needleforce as nf
 from needleforce.campaign.labels import name_pattern
 from needleforce.protocol import plan, protocols, read_protocol
-from needleforce.protocol.checks import check_axis
-from needleforce.protocol.plan import name_pattern_of
+from needleforce.protocol.protocol import name_pattern_of
+from needleforce.protocol.reading import check_axis
 from needleforce.rig.experiment import paper_experiment
 from needleforce.wire.axis_lines import AxisRange
 

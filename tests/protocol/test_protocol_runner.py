@@ -13,9 +13,9 @@ from small_protocol import SMALL
 
 import needleforce as nf
 from needleforce.acquisition.settings import Settings
-from needleforce.campaign.mapping import read_mapping
+from needleforce.campaign.labels import read_mapping
 from needleforce.protocol import plan, read_protocol, run_protocol
-from needleforce.protocol.lock import alone
+from needleforce.protocol.folder import alone
 from needleforce.recording.log import LogWriter
 from needleforce.recording.log.reader import card_and_end
 from needleforce.wire.axis_lines import AxisRange, AxisState

@@ -1,20 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One run, from the bias at rest to the closed file, whatever happens on the way."""
+"""One run, from the readings and the bias at rest to the closed file, whatever happens on the way."""
 
 import contextlib
 import signal
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import InputError
+from ..wire.rdt import is_fault, status_words
 from .force_monitor import ForceWatch
-from .motion_sequence import Course
-from .preparation import await_readings, take_bias, withdraw
-from .run import Run
+from .motion_sequence import DONE, REACHED, Course, Ended
+from .run import EVERY, Run
 from .run_writer import Keeper
-from .settings import Outcome, Progress, Settings
-from .sources.source import ForceSource
+from .settings import Bias, Outcome, Progress, Settings
+from .sources.source import ForceSample, ForceSource
+
+_SLOWEST = 10.0  # times as long as its own clock says that the bias may take
+_ADVICE = "Check its address, and that no one else reads it."
+FEWEST = 10  # readings
+_ADVICE_AT_REST = "Keep the needle free and at rest, or allow more with --steady-N."
 
 
 def record_run(
@@ -106,3 +114,96 @@ def _interrupts(stop: threading.Event):
     finally:
         for number, handler in heeded.items():
             signal.signal(number, handler)
+
+
+def await_readings(watch: ForceWatch, seconds: float, silence: float, stop: threading.Event) -> None:
+    """Until there are readings over so many ``seconds`` of their own clock. Raises InputError where none come, or their
+    clock hardly goes on; KeyboardInterrupt.
+    """
+    until = time.monotonic() + silence + _SLOWEST * seconds
+    while not watch.samples or watch.samples[-1].device - watch.samples[0].device < 1e9 * seconds:
+        _check_monitor(watch, stop)
+        if time.monotonic() - watch.last > silence:
+            raise InputError("sensor", "silent", f"nothing came for {silence:g} s", "", _ADVICE)
+        if time.monotonic() > until:
+            raise _standing(watch, silence + _SLOWEST * seconds, seconds)
+        time.sleep(EVERY)
+
+
+def _standing(watch: ForceWatch, waited: float, seconds: float) -> InputError:
+    gone = (watch.samples[-1].device - watch.samples[0].device) * 1e-9 if watch.samples else 0.0
+    limit = f"{seconds:g} s are needed; its counter or its times hardly go on"
+    advice = "Check the rate on the sensor's page, or the times in the lines."
+    return InputError("sensor's clock", f"{gone:.3g} s on after {waited:.1f} s", limit, "bias", advice)
+
+
+def withdraw(axis, move: tuple[float, float], watch: ForceWatch, patience: float, stop: threading.Event) -> None:
+    """Make a move that goes outwards: a needle in tissue is not at rest. Any other is left as it is."""
+    state = _gone(Course(axis, [], patience, watch.send_move), axis, watch, stop)
+    if move[0] < state.depth - REACHED:
+        axis.check_move(*move)
+        _gone(Course(axis, [move], patience, watch.send_move), axis, watch, stop)
+        watch.samples.clear()
+
+
+def take_bias(watch: ForceWatch, settings: Settings, stop: threading.Event) -> Bias:
+    """The bias from ``bias_time`` of readings; the watch then holds its limit. What was read stays in its queue."""
+    await_readings(watch, settings.bias_time, settings.silence, stop)
+    bias = Bias()
+    if settings.bias_time:
+        samples = list(watch.samples)
+        bias = bias_of([s for s in samples if s.device - samples[0].device <= 1e9 * settings.bias_time], settings)
+    watch.bias = bias.wrench[settings.column]
+    return bias
+
+
+def _gone(course: Course, axis, watch: ForceWatch, stop: threading.Event):
+    """The state of the axis at the end of a course. Raises InputError where it ends badly."""
+    try:
+        while True:
+            _check_monitor(watch, stop)
+            course.hear(axis.receive(), time.monotonic())
+            course.step(time.monotonic())
+            time.sleep(EVERY)
+    except Ended as ended:
+        if ended.why != DONE:
+            raise InputError("axis", ended.why.removeprefix("axis "), ended.detail) from None
+        return course.state
+
+
+def _check_monitor(watch: ForceWatch, stop: threading.Event) -> None:
+    if stop.is_set():
+        raise KeyboardInterrupt
+    if isinstance(watch.error, EOFError):
+        raise InputError("source", "ended", "before the bias was taken")
+    if watch.error:
+        raise watch.error if isinstance(watch.error, InputError) else InputError("sensor", "lost", str(watch.error))
+
+
+def bias_of(samples: list[ForceSample], settings: Settings) -> Bias:
+    """Mean and noise of healthy readings. Raises InputError for too few, or for an axial force that is not steady.
+
+    Steady: the mean of the last third within ``settings.steady`` [N] of that of the first, and so the noise.
+    """
+    healthy = [sample.wrench for sample in samples if not is_fault(sample.status)]
+    fewest = max(FEWEST, len(samples) // 2)
+    if len(healthy) < fewest:
+        words = status_words(next((s.status for s in samples if is_fault(s.status)), 0))
+        limit = f"{fewest} of {len(samples)} must be healthy; status: {words}"
+        raise InputError("readings at rest", len(healthy), limit, "bias", "Give a longer rest with --bias-s, or 0.")
+    wrench = np.array(healthy)
+    _check_steady(wrench[:, settings.column], settings.steady)
+    mean, noise = wrench.mean(axis=0), wrench.std(axis=0, ddof=1)
+    return Bias(tuple(mean.tolist()), tuple(noise.tolist()), len(healthy))
+
+
+def _check_steady(force: np.ndarray, steady: float) -> None:
+    third = len(force) // 3
+    drift = float(force[-third:].mean() - force[:third].mean())
+    if not abs(drift) <= steady:
+        limit = f"more than {steady:g} N: it drifts, or the needle touches"
+        raise InputError("change of the force at rest", f"{drift:.3f} N", limit, "bias", _ADVICE_AT_REST)
+    noise = float(force.std(ddof=1))
+    if not noise <= steady:
+        limit = f"more than {steady:g} N: it shakes, or the needle touches"
+        raise InputError("standard deviation of the force at rest", f"{noise:.3f} N", limit, "bias", _ADVICE_AT_REST)

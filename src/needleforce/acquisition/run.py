@@ -6,9 +6,11 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import InputError
+from ..recording.alignment import align
 from ..wire.axis_lines import SILENCE, AxisState
-from .end_report import alignment_uncertainty, told
 from .force_monitor import ForceWatch
 from .motion_sequence import DONE, Course, Ended
 from .run_writer import FILE_ENDS, Keeper
@@ -192,3 +194,23 @@ def _worse(first: Ended, then: Ended) -> Ended:
 def _taken(queue) -> list:
     """What stands in a queue that another thread fills."""
     return [queue.popleft() for _ in range(len(queue))]
+
+
+def told(outcome: Outcome) -> dict[str, str]:
+    """The end of a file, in words."""
+    shown = ("ended", "detail", "seconds", "received", "lost", "doubled", "late", "longest_own_gap", "peak_force")
+    return {
+        name: f"{value:.6g}" if isinstance(value := getattr(outcome, name), float) else str(value) for name in shown
+    }
+
+
+def alignment_uncertainty(pairs: list[tuple[int, int]]) -> float | None:
+    """How well the sensor's clock is known on this computer's [s], 95 %; None for too few readings."""
+    if len(pairs) < 20:
+        return None
+    kept = np.array(sorted(pairs), dtype=np.int64)  # late ones in their place
+    device, arrival = 1e-9 * (kept - kept[0]).T
+    try:
+        return float(align(device, arrival).uncertainty)
+    except InputError:
+        return None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One thing that is odd in a recording, and how it is said."""
+"""One thing that is anomalous in a recording, and how it is put in words."""
 
 from dataclasses import dataclass
 

@@ -13,10 +13,10 @@ from ..recording import read
 from .anomaly import SPOILED, Oddity
 from .condition import Read, condition
 from .conditions import Label, grouped, label_files
-from .field_names import REPEATS
 from .files import find_files
+from .labels import REPEATS
+from .outliers import wrong_labels
 from .result import Campaign, Condition, Outcome
-from .wrong_labels import wrong_labels
 
 Progress = Callable[[Any, str], Any]
 

@@ -1,20 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is odd in a recording whatever its repeats are.
+"""What is anomalous in a recording by itself, and the checks of several together."""
 
-A force of the wrong sign, and one that is saturated up to the puncture, make the parameters meaningless: such a
-recording is left out of the pooled fit. Saturation elsewhere, dropped samples, a drifting baseline and a speed that
-its label contradicts are told, and it stays: the fit rests on what is sound in it.
-"""
-
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from ..recording import Recording
-from ..segmentation import Events
+from ..segmentation import Events, segment
 from ..segmentation.segment import FALL_DEPTH
-from .anomaly import Oddity, shown
-from .summary import Observed
+from .anomaly import SPOILED, Oddity, shown
+from .repeat_checks import Repeat, oddities_beside
+from .summary import Observed, observe
 
 SIGN_NOISE = 5.0  # by so many noises a mean force counts as a push or a pull
 GAP = 10.0  # median steps: an insertion robot's usual stalls are shorter
@@ -22,6 +18,7 @@ LOST = 0.05  # share of all samples that gaps may swallow
 DRIFT_NOISE, DRIFT_PEAK = 5.0, 0.05  # a baseline drifts by more than both, of its noise and of the peak
 SPEED_LABEL = 0.1  # a stage keeps its nominal speed better than that
 SPEED_FIELD = "speed_mm_s"
+NO_FIELDS: Mapping[str, str] = {}
 
 
 def oddities_alone(recording: Recording, events: Events, seen: Observed, fields: Mapping[str, str]) -> Iterator[Oddity]:
@@ -81,3 +78,38 @@ def _speed_label(seen: Observed, fields: Mapping[str, str]) -> Iterator[Oddity]:
         said = f"The label is wrong or the motion is: {SPEED_FIELD} says {shown(labelled, 'm/s')}, but the needle "
         said += f"goes in at {shown(seen.speed, 'm/s')}."
         yield Oddity("label", "speed", seen.speed, labelled, "m/s", said)
+
+
+def odd_recordings(named: Sequence[tuple[str, Recording]]) -> dict[str, list[Oddity]]:
+    """The oddities of recordings that are repeats of one another, by name; none for one in which nothing moves."""
+    return odd_repeats(moving_repeats([(name, recording, segment(recording)) for name, recording in named]))
+
+
+def moving_repeats(seen: Sequence[tuple[str, Recording, Events]]) -> list[Repeat]:
+    """Those in which the needle moves, with what is seen of them."""
+    contacts = [events.contact.depth for _, _, events in seen if events.contact is not None]
+    usual = float(np.median(contacts)) if contacts else None
+    with np.errstate(all="ignore"):  # numbers too large for a force are told by their status
+        observed = [observe(recording, events, usual) for _, recording, events in seen]
+    return [Repeat(*each, what) for each, what in zip(seen, observed) if what is not None]
+
+
+def odd_repeats(repeats: Sequence[Repeat], fields: Mapping[str, Mapping[str, str]] = {}) -> dict[str, list[Oddity]]:
+    """The oddities by name; ``fields`` are what the label of each says of it."""
+    with np.errstate(all="ignore"):
+        beside = oddities_beside(repeats)
+        return {
+            each.name: _first_causes(
+                [
+                    *oddities_alone(each.recording, each.events, each.seen, fields.get(each.name, NO_FIELDS)),
+                    *beside[each.name],
+                ]
+            )
+            for each in repeats
+        }
+
+
+def _first_causes(odd: list[Oddity]) -> list[Oddity]:
+    """Without the missing puncture where the numbers themselves are wrong: that is why none is seen."""
+    spoiled = any(each.kind in SPOILED for each in odd)
+    return [each for each in odd if not (spoiled and each.kind == "no_puncture")]

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One condition: its repeats identified, what is odd in each, and the fit of the rest."""
+"""One condition: its repeats identified, what is anomalous in each, the fit of the rest, and the curves that are
+kept."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -10,13 +11,12 @@ import numpy as np
 from ..identification import Fit, RecordingFit, identify
 from ..recording import Recording
 from ..vocabulary import Status
+from .checks import moving_repeats, odd_repeats
 from .conditions import Label
 from .outliers import outliers
 from .repeat_checks import copies
 from .result import Condition, Outcome
-from .screen_recordings import moving_repeats, odd_repeats
-from .summary import Observed, event_quantities
-from .trace import Trace, trace
+from .summary import Observed, Trace, event_quantities, trace
 
 ALL_LEFT_OUT = "No recording is left to pool: {}"
 NONE_ANSWERS = "No recording can answer: {}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From files to conditions: what each file is of, and which files are repeats of one another."""
+"""What each file of a campaign is of, and which are repeats of one another."""
 
 import re
 from collections.abc import Collection
@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from ..errors import InputError
 from ..recording.reader import card_texts
 from .files import File
-from .labels import name_pattern
-from .mapping import read_mapping, row_of
+from .labels import name_pattern, read_mapping, row_of
 
 _CARD = ("needle", "tissue", "rig", "speed_mm_s", "pass")
 NO_CONDITION = "Nothing assigns it to a condition, so it is identified by itself: {}."

@@ -1,16 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The outcome of a campaign: recordings, conditions, and the whole."""
+"""The result of a campaign: recordings, conditions and the whole; as one tidy table, and as JSON."""
 
+import dataclasses
+import json
+import os
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
+from ..files import atomic_write, json_safe
 from ..identification.estimates import Estimate, Quality
 from ..models.model import Model
+from ..recording.parquet_table import pyarrow_for
 from ..segmentation import Events
 from ..vocabulary import Status
 from .anomaly import Oddity
-from .trace import Trace
+from .labels import COLUMNS
+from .summary import Trace
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,24 +106,140 @@ class Campaign:
 
     def table(self):
         """One tidy pandas table: a row for each recording and quantity, and for each condition and quantity."""
-        from .table import tidy
 
-        return tidy(self)
+        return _tidy(self)
 
     def save_table(self, path) -> None:
         """Writes the table as CSV, or as Parquet where the file's name ends so (needs pyarrow)."""
-        from .table import save
 
-        save(self, path)
+        _save_table(self, path)
 
     def to_json(self) -> str:
         """The outcome as JSON text."""
-        from .as_json import as_json
 
-        return as_json(self)
+        return _document(self)
 
     def report(self, path) -> None:
         """Writes one HTML file that opens offline."""
         from ..report import write_campaign_report
 
         write_campaign_report(self, path)
+
+
+def _tidy(campaign: Campaign):
+    """A pandas DataFrame in SI: the fields of the conditions, then ``COLUMNS``; pooled values have no ``file``.
+
+    Each recording has a row ``oddities`` with their number, which also says why it gave nothing; its own parameters
+    are named as in ``Fit.parameters``; what was seen without a model are speed, travel, hold, forces, and events from
+    ``event_contact_depth`` to ``event_exit_depth``.
+    """
+    import pandas
+
+    fields = dict.fromkeys(name for one in campaign.recordings for name in one.fields)
+    rows = [row for condition in campaign.conditions for row in _condition_rows(condition)]
+    rows += [row for one in campaign.others for row in _recording_rows(one)]
+    made = pandas.DataFrame([dict.fromkeys(fields, "") | row for row in rows], columns=[*fields, *COLUMNS])
+    numbers = dict.fromkeys(("value", "low", "high"), "float64")
+    return made.astype(numbers | dict.fromkeys(("pooled", "identifiable", "outlier"), "bool"))
+
+
+def _save_table(campaign: Campaign, path: str | os.PathLike) -> None:
+    """Writes the table whole: Parquet for a name that ends so, else CSV.
+
+    Raises InputError where it cannot be written, and for Parquet without pyarrow.
+    """
+    target, made = Path(path), _tidy(campaign)
+    if target.suffix.lower() == ".parquet":
+        _save_parquet(made, target)
+        return
+    with atomic_write(target) as file:
+        made.to_csv(file, index=False, lineterminator="\n")
+
+
+def check_table(path: str | os.PathLike) -> None:
+    """Raises InputError, before any work, for a Parquet file without pyarrow."""
+    if Path(path).suffix.lower() == ".parquet":
+        pyarrow_for(path)
+
+
+def _save_parquet(made, target: Path) -> None:
+    pyarrow = pyarrow_for(target)
+    buffer = pyarrow.BufferOutputStream()
+    pyarrow.parquet.write_table(pyarrow.Table.from_pandas(made, preserve_index=False), buffer)
+    with atomic_write(target) as file:
+        file.buffer.write(buffer.getvalue())
+
+
+def _condition_rows(condition: Condition) -> Iterator[dict]:
+    shared = condition.fields | {"file": "", "pooled": True, "status": "ok" if condition.model else "no_model"}
+    for one in condition.recordings:
+        yield from _recording_rows(one)
+    count = Estimate("recordings", float(len(condition.pooled)), "1", float("nan"), float("nan"))
+    yield shared | _row(count, {"recordings": condition.why} if condition.why else {}, flagged=False)
+    for estimate in condition.parameters.values():
+        yield shared | _row(estimate, {}, flagged=False)
+
+
+def _recording_rows(one: Outcome) -> Iterator[dict]:
+    shared = one.fields | {"file": one.file, "pooled": one.pooled, "status": str(one.status)}
+    said: dict[str, str] = {}
+    for odd in one.oddities:
+        said[odd.quantity] = f"{said.get(odd.quantity, '')} {odd.sentence}".strip()
+    count = Estimate("oddities", float(len(one.oddities)), "1", float("nan"), float("nan"))
+    yield shared | _row(count, {"oddities": one.why}, flagged=bool(one.oddities))
+    for estimate in (*one.seen.values(), *one.parameters.values()):
+        yield shared | _row(estimate, said, flagged=estimate.name in said)
+
+
+def _row(estimate: Estimate, said: dict[str, str], flagged: bool) -> dict:
+    return {
+        "quantity": estimate.name, "value": estimate.value, "low": estimate.low, "high": estimate.high,
+        "unit": estimate.unit, "identifiable": estimate.identifiable, "outlier": flagged,
+        "why": said.get(estimate.name, ""),
+    }  # fmt: skip
+
+
+def _document(campaign: Campaign) -> str:
+    """The whole outcome; numbers that are not finite become null."""
+    document = {
+        "conditions": [_condition_document(each) for each in campaign.conditions],
+        "others": [_recording_document(each) for each in campaign.others],
+        "notes": list(campaign.notes),
+    }
+    return json.dumps(json_safe(document), indent=2, allow_nan=False)
+
+
+def _condition_document(condition: Condition) -> dict:
+    return {
+        "name": condition.name,
+        "fields": condition.fields,
+        "model": None if condition.model is None else condition.model.name,
+        "why": condition.why,
+        "parameters": _estimates(condition.parameters),
+        "quality": _plain(condition.quality),
+        "warnings": list(condition.warnings),
+        "recordings": [_recording_document(each) for each in condition.recordings],
+    }
+
+
+def _recording_document(one: Outcome) -> dict:
+    return {
+        "file": one.file,
+        "fields": one.fields,
+        "status": str(one.status),
+        "pooled": one.pooled,
+        "oddities": [dataclasses.asdict(odd) for odd in one.oddities],
+        "seen": _estimates(one.seen),
+        "parameters": _estimates(one.parameters),
+        "quality": _plain(one.quality),
+        "notes": list(one.notes),
+        "reading": list(one.reading),
+    }
+
+
+def _estimates(estimates: dict[str, Estimate]) -> list[dict]:
+    return [dataclasses.asdict(each) for each in estimates.values()]
+
+
+def _plain(value) -> dict | None:
+    return None if value is None else dataclasses.asdict(value)

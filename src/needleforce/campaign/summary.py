@@ -2,6 +2,7 @@
 """What a recording shows without any model: its motion, the size of its force, its baseline, its samples."""
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -9,13 +10,23 @@ from ..identification.estimates import Estimate
 from ..recording import Recording
 from ..segmentation import Events
 from ..segmentation.strokes import Cycle, cycles
-from .trace import Trace, loading, trace
 
 FLAT = 5  # samples of one value that a force at rest in its extreme has at least …
 OFTEN = 3.0  # … and so many times more than at any other value: a coarse sensor repeats all of its values
 NEAR_CONTACT = 0.8  # share of the free travel whose force is the baseline
 FEWEST = 10  # samples of a baseline
 UNITS = {"speed": "m/s", "travel": "m", "hold": "s", "peak_force": "N", "drift": "N", "longest_gap": "s"}
+DRAWN = 90  # blocks of equal travel, each with its lowest and highest force
+STEP = 0.1e-3  # [m] between the points of a curve that is compared
+LONGEST = 1000  # points of it
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A curve to draw: ``indentation`` (m,) [m] from the contact, ``force`` (m,) [N]; m is some 200 at most."""
+
+    indentation: np.ndarray
+    force: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,3 +177,27 @@ def _fall(recording: Recording, events: Events) -> float:
     after = recording.force[int(np.searchsorted(recording.time, broke.time)) :]
     past = [np.flatnonzero(after < broke.force - share * broke.drop) for share in (0.1, 0.9)]
     return float(past[1][0] - past[0][0]) if len(past[0]) and len(past[1]) else np.nan
+
+
+def trace(depth: np.ndarray, force: np.ndarray, surface: float) -> Trace:
+    """(n,) ``depth`` [m] and ``force`` [N] in blocks of equal travel, there and back: no peak and no drop is lost."""
+    travel = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(depth)))))
+    edges = np.searchsorted(travel, np.linspace(0.0, travel[-1], DRAWN + 1)[1:-1])
+    edges = np.unique(np.concatenate(([0], edges, [len(depth)])))
+    keep = [0, len(depth) - 1]
+    for first, last in pairwise(edges):
+        part = force[first:last]
+        keep += [first + int(part.argmin()), first + int(part.argmax())]
+    keep = np.unique(keep)
+    return Trace(depth[keep] - surface, force[keep].copy())
+
+
+def loading(depth: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """The force (m,) [N] of an inward stroke every ``STEP`` of travel from its start; empty for one too short to
+    compare.
+
+    Not from the contact: where the tissue lies is part of what tells two specimens apart.
+    """
+    travel = np.maximum.accumulate(depth) - depth[0]
+    grid = STEP * np.arange(min(int(travel[-1] / STEP) + 1, LONGEST))
+    return np.interp(grid, travel, force) if len(grid) >= 20 else np.empty(0)

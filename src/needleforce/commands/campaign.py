@@ -32,7 +32,7 @@ def run(
     """Identify every condition of a campaign: hundreds of recordings, each accounted for."""
     from ..campaign import campaign
     from ..campaign.files import find_files
-    from ..campaign.table import check_table
+    from ..campaign.result import check_table
     from ..preset_files.needle_file import read_needle
 
     check_outputs([table, report, json], [*(file.path for file in find_files(source)), mapping, needle])

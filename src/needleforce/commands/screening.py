@@ -12,8 +12,8 @@ def sound(done: list) -> list:
     as another file stays. Other oddities are told: another motion is no fault for a model that runs along it.
     """
     from ..campaign.anomaly import SPOILED
+    from ..campaign.checks import odd_recordings
     from ..campaign.repeat_checks import OWN_FIELD
-    from ..campaign.screen_recordings import odd_recordings
 
     named = [(str(file), each) for file, each in done if not isinstance(each, InputError)]
     bad = {}

@@ -16,8 +16,7 @@ def sources(sensor: str | None, page: str, axis: str | None, calibration: Path |
     ``sensor`` None is standard input. Raises InputError for an address that is none, and for a page without counts.
     """
     from ..acquisition.sources.axis import AxisClient
-    from ..acquisition.sources.net_ft_sensor import SensorClient
-    from ..acquisition.sources.sensor_page import read_configuration
+    from ..acquisition.sources.net_ft_sensor import SensorClient, read_configuration
     from ..wire import axis_lines, rdt
 
     there = address(axis, axis_lines.PORT) if axis else None

@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What of a protocol is in its folder already: the recordings themselves are the only memory of a campaign."""
+"""The folder of a protocol: what is recorded already, one session at a time, the campaign's table and the commands that
+read it."""
 
+import csv
 import os
 import re
+import shlex
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,15 +16,18 @@ import numpy as np
 from ..acquisition.motion_sequence import DONE
 from ..acquisition.settings import Settings
 from ..errors import InputError
+from ..files import atomic_write
 from ..recording.log.reader import card_and_end
 from ..wire.axis_lines import SILENCE
-from .plan import ENDING, RunPlan
-from .protocol import Protocol
+from .protocol import ENDING, Protocol, RunPlan, passes_at, slots
 
 SURFACE = 1e-3  # [m] above the nominal surface that may be tissue: surfaces scatter by tenths of a millimetre
 UNSEEN = Settings.flush_every + SILENCE  # [s] since the last flush, and until an axis left alone stops by itself
 _ASIDE = re.compile(r"(.+)_interrupted(\d+)")
 _NAME = re.compile(r"mm_s_(?:[\d.e-]+mm_)?site\d+_pass\d+$")  # of a file cut off before its card
+TABLE = "campaign.csv"
+_FIELDS = {"specimen": "tissue", "speed_mm_s": "speed_mm_s", "depth_mm": "depth_mm", "hold_s": "hold_s",
+           "pass": "pass", "repeat": "site", "date": "date"}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -107,3 +115,62 @@ def _free_name(file: Path) -> Path:
     while (target := file.with_name(f"{file.stem}_interrupted{number}{ENDING}")).exists():
         number += 1
     return target
+
+
+def write_table(path: Path, folder: Folder) -> Path:
+    """Write ``campaign.csv`` for ``needleforce campaign --mapping``: a row for each complete recording, by name.
+
+    Sites are repeats of one condition, so their column is ``repeat``.
+    """
+    target = path / TABLE
+    with atomic_write(target) as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(["file", *_FIELDS])
+        for each in folder.kept:
+            if each.complete:
+                rows.writerow([each.path.name, *(" ".join(each.card.get(key, "").split()) for key in _FIELDS.values())])
+    return target
+
+
+def commands(path: Path, protocol: Protocol, folder: Folder) -> list[str]:
+    """One ``needleforce identify`` for each speed and depth, complete pairs in their order; then the campaign."""
+    groups: dict[tuple[int, int], list[list[RunPlan]]] = {}
+    for series, depth, planned in slots(protocol):
+        for site in (planned, *protocol.spares):
+            if site == planned or folder.replaced_by(site) == planned:
+                runs = passes_at(protocol, series, depth, planned, site)
+                if all(folder.complete(run) for run in runs[:2]):
+                    groups.setdefault((series, depth), []).append(runs)
+    told = [_identify(path, group) for group in groups.values()]
+    files = " ".join(shlex.quote(str(each.path)) for each in folder.kept if each.complete)
+    table = shlex.quote(str(path / TABLE))
+    return [*told, f"needleforce campaign {files} --mapping {table}"] if files else told
+
+
+def _identify(path: Path, group: list[list[RunPlan]]) -> str:
+    firsts = [str(path / runs[0].name) for runs in group]
+    seconds = [word for runs in group if len(runs) > 1 for word in ("--second-pass", str(path / runs[1].name))]
+    return shlex.join(["needleforce", "identify", *firsts, *seconds])
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Hold the folder until the block, or the program, ends. Raises InputError where another session holds it.
+
+    The lock is the system's and leaves no file; where the system has none for folders, nothing is held.
+    """
+    try:
+        import fcntl
+    except ImportError:
+        yield
+        return
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            said = "another session records into it"
+            raise InputError("folder", str(folder), said, next_step="Wait for its end, or end it.") from None
+        yield
+    finally:
+        os.close(handle)

@@ -10,7 +10,7 @@ from collections import deque
 
 from ...errors import InputError
 from ...wire.axis_lines import LONGEST, PORT, Answer, AxisRange, AxisState, move_line, parse_answer
-from .kernel_timestamps import ask_for_stamps, receive_stamped
+from .source import ask_for_stamps, receive_stamped
 
 PATIENCE = 1.0  # [s] for an answer
 _AGAIN = 0.05  # [s] after which an unanswered stop is sent again
