@@ -14,10 +14,10 @@ from .mechanics.energy import cycle_work as cycle_work
 from .mechanics.foundation import foundation_modulus as foundation_modulus
 from .mechanics.foundation import friction_coefficient as friction_coefficient
 from .mechanics.foundation import friction_per_length as friction_per_length
-from .models.layer import Layer as Layer
 from .models.model import Insertion as Insertion
+from .models.model import Layer as Layer
 from .models.model import Model as Model
-from .models.motion import Motion as Motion
+from .models.simulation import Motion as Motion
 from .models.simulation import simulate as simulate
 from .preset_files import preset as preset
 from .preset_files import presets as presets

@@ -21,13 +21,12 @@ from needleforce.acquisition.sources.sequence import WINDOW
 from needleforce.acquisition.sources.standard_input import StandardInput
 from needleforce.cli import app
 from needleforce.commands import record, rig
-from needleforce.commands.sources import SHARE
+from needleforce.commands.record import SHARE
 from needleforce.protocol.folder import SURFACE, UNSEEN
 from needleforce.recording.log import LogWriter
 from needleforce.recording.log.mcap_records import LARGEST
 from needleforce.rig.live.axis import LIMITS
-from needleforce.rig.live.sensor import READINGS
-from needleforce.rig.live.transfer import BUFFERED
+from needleforce.rig.live.sensor import BUFFERED, READINGS
 from needleforce.wire.axis_lines import LONGEST, RATE, SILENCE, range_line
 from needleforce.wire.rdt import Command
 

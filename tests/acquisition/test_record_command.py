@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from needleforce import InputError
 from needleforce.cli import app
-from needleforce.commands.sources import _standard_input
+from needleforce.commands.record import _standard_input
 from needleforce.recording.log.reader import read_log
 
 RUNS = ["--protocol", "paper", "--folder", "x", "--sensor", "127.0.0.1", "--axis", "127.0.0.1"]

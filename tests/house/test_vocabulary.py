@@ -6,8 +6,7 @@ import re
 import needleforce as nf
 from needleforce import core
 from needleforce.models.laws import FAMILIES, laws_of
-from needleforce.preset_files.schema import tips
-from needleforce.preset_files.units_in_keys import ENDINGS
+from needleforce.preset_files.schema import ENDINGS, tips
 
 GLOSSARY = {
     "outer_diameter", "inner_diameter", "length", "young_modulus", "poisson_ratio", "half_angle",

@@ -5,7 +5,7 @@ import re
 import pytest
 
 import needleforce as nf
-from needleforce.preset_files.needle_file import read_needle
+from needleforce.preset_files.build import read_needle
 from needleforce.preset_files.writing import as_toml, save
 
 

@@ -11,8 +11,7 @@ from test_report_page import figures, plain
 from needleforce.identification.compare import Row
 from needleforce.identification.cross_validation import Unseen
 from needleforce.report import write_comparison
-from needleforce.report.models_figure import over_floor
-from needleforce.report.models_table import best_possible, floor_words, model_rows
+from needleforce.report.models_page import best_possible, floor_words, model_rows, over_floor
 
 FLOOR = np.array([0.03, 0.04, 0.05])
 

@@ -5,9 +5,7 @@ import numpy as np
 import pytest
 
 from needleforce import Motion
-from needleforce.rig.live.axis import LAG, LIMITS, PLAY, START, STOP_DECELERATION, Axis
-from needleforce.rig.live.encoder import STEP, Encoder
-from needleforce.rig.live.profile import Profile, towards
+from needleforce.rig.live.axis import LAG, LIMITS, PLAY, START, STEP, STOP_DECELERATION, Axis, Encoder, Profile, towards
 from needleforce.wire.axis_lines import CONDITIONS, SILENCE
 
 A = LIMITS.max_acceleration

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 
 from needleforce import InputError
-from needleforce.rig.bench_tests import bend_needle, pull_tissue
-from needleforce.rig.elastica import tip_deflection
+from needleforce.rig.bench_tests import bend_needle, pull_tissue, tip_deflection
 
 LENGTH, STIFFNESS = 80e-3, 1.6618e-4
 

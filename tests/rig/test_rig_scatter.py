@@ -6,7 +6,7 @@ import pytest
 
 from needleforce import InputError
 from needleforce.rig import Scatter, Specimen
-from needleforce.rig.site import draw_site
+from needleforce.rig.specimen import draw_site
 
 SITES = 4000
 

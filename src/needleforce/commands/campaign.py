@@ -33,7 +33,7 @@ def run(
     from ..campaign import campaign
     from ..campaign.files import find_files
     from ..campaign.result import check_table
-    from ..preset_files.needle_file import read_needle
+    from ..preset_files.build import read_needle
 
     check_outputs([table, report, json], [*(file.path for file in find_files(source)), mapping, needle])
     if table is not None:

@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, good, read_all
+from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, good, read_all, sound
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
-from .screening import sound
 
 NAME = "compare"
 MODELS_HELP = (
@@ -60,7 +59,7 @@ def names_of(models: str) -> list[str]:
 
 
 def _show(rows, quiet: bool) -> None:
-    from ..report.models_table import MODELS, floor_words, model_rows
+    from ..report.models_page import MODELS, floor_words, model_rows
 
     if quiet:
         return

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a command: read one by one, a bad one told and left out."""
+"""The files of a command: read one by one, a bad one reported and left out; anomalies reported, and left out where
+the rest can be used without them."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 from ..errors import InputError
-from .output import pairs, progress
+from .output import pairs, progress, say
 
 COLUMN_HELP = "Which column is which, as force=fz; repeat it."
 UNIT_HELP = "The unit of a column, as time=us; repeat it."
@@ -56,3 +57,31 @@ def check_usage(options: dict) -> None:
 def good(done) -> list:
     """The recordings that could be read."""
     return [recording for _, recording in done if not isinstance(recording, InputError)]
+
+
+def sound(done: list) -> list:
+    """(file, Recording or InputError) for each file as before, with an InputError for one left out.
+
+    Left out are forces that are not what was measured (wrong sign, another unit, saturated up to the puncture), as long
+    as another file stays. Other oddities are told: another motion is no fault for a model that runs along it.
+    """
+    from ..campaign.anomaly import SPOILED
+    from ..campaign.checks import odd_recordings
+    from ..campaign.repeat_checks import OWN_FIELD
+
+    named = [(str(file), each) for file, each in done if not isinstance(each, InputError)]
+    bad = {}
+    for name, found in odd_recordings(named).items():
+        for oddity in found:
+            if oddity.left_out and oddity.kind in SPOILED:
+                bad.setdefault(name, oddity)
+            elif oddity.kind != "no_puncture":  # its status says so
+                say(f"{name}: {oddity.sentence.removesuffix(OWN_FIELD).rstrip()}")
+    if len(bad) == len(named):
+        return done
+    return [(file, _left_out(str(file), bad[str(file)]) if str(file) in bad else each) for file, each in done]
+
+
+def _left_out(file: str, oddity) -> InputError:
+    sentence = oddity.sentence.removesuffix(".")
+    return InputError("recording", "left out of the fit", sentence[0].lower() + sentence[1:], file)

@@ -7,9 +7,8 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from .files import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, read_all
+from .files import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, read_all, sound
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
-from .screening import sound
 
 NAME = "identify"
 MODEL_HELP = (
@@ -48,7 +47,7 @@ def run(
     import needleforce as nf
 
     from ..identification.export import check_draws_target
-    from ..preset_files.needle_file import read_needle
+    from ..preset_files.build import read_needle
 
     check_outputs([json, report, save, csv, draws], [*files, *second_pass, *motion, needle, bending, tension])
     if draws is not None:
@@ -164,7 +163,7 @@ def _show_parameters(fit) -> None:
 
 
 def _show_evidence(settings: dict) -> None:
-    from ..report.evidence import EVIDENCE, evidence_rows, evidence_words
+    from ..report.layers import EVIDENCE, evidence_rows, evidence_words
 
     table("choice of layers and mechanisms", EVIDENCE, evidence_rows(settings["evidence"]))
     say(f"choice: {evidence_words(settings)}")

@@ -2,6 +2,7 @@
 """``needleforce indentation``: the modulus of a specimen from an indentation curve, for one tip or several."""
 
 import dataclasses
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -10,10 +11,19 @@ import typer
 from ..errors import InputError
 from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, read_all
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
-from .tip_options import TIP_HELP, tips_of
 
 NAME = "indentation"
 SEGMENT_HELP = "Only the rows where a column has a value, as segment=0; else all up to the deepest."
+SHAPES = {
+    "cone": ("Cone", "half_angle"),
+    "paraboloid": ("Paraboloid", "radius"),
+    "sphere": ("Sphere", "radius"),
+    "flat": ("Flat", "radius"),
+    "blunted_cone": ("BluntedCone", "half_angle", "radius"),
+    "truncated_cone": ("TruncatedCone", "half_angle", "radius"),
+}
+NUMBERS = {"half_angle": "--half-angle-deg", "radius": "--radius-um"}
+TIP_HELP = f"{', '.join(SHAPES)}; repeat it to compare. With --half-angle-deg and --radius-um, as the shape needs."
 
 
 def run(
@@ -116,3 +126,42 @@ def _show(rows, quiet: bool) -> None:
         apart = "" if row.told_apart or not more else ", not told apart from it"
         title = f"{row.fit.tip!r}, residual {row.fit.residual_rms:.3g} N" + (more + apart) * (row is not rows[0])
         table(title, ["quantity", "value", "95 % interval", "unit", "identifiable", "how"], shown)
+
+
+def tips_of(
+    shapes: list[str], half_angle_deg: float | None, radius_um: float | None, needle: Path | None
+) -> tuple[list, float | None]:
+    """The tips asked for, and the radius [m] of their shank, None without one. Raises InputError for wrong usage."""
+    from ..core import tips
+    from ..preset_files.build import read_needle
+
+    if bool(shapes) == (needle is not None):
+        raise InputError("tip", next_step="Give --tip, or --needle with a file that has one.")
+    given = {
+        "half_angle": None if half_angle_deg is None else math.radians(half_angle_deg),
+        "radius": None if radius_um is None else radius_um / 1e6,
+    }
+    _known(shapes, given)
+    if needle is not None:
+        body = read_needle(needle)
+        if body.tip is None:
+            raise InputError("needle.tip", "missing", place=needle.name, next_step="Add a section [needle.tip].")
+        return [body.tip], body.radius
+    return [getattr(tips, SHAPES[shape][0])(*_numbers(shape, given)) for shape in shapes], None
+
+
+def _known(shapes: list[str], given: dict[str, float | None]) -> None:
+    """InputError for a shape that is not known, and for a number that no shape takes."""
+    for shape in shapes:
+        if shape not in SHAPES:
+            raise InputError("--tip", repr(shape), f"known are {', '.join(SHAPES)}", next_step="Others: --needle.")
+    for name, value in given.items():
+        if value is not None and not any(name in SHAPES[shape] for shape in shapes):
+            raise InputError(NUMBERS[name], "given", "no tip asked for has such a number", next_step="Leave it out.")
+
+
+def _numbers(shape: str, given: dict[str, float | None]) -> list[float]:
+    for name in SHAPES[shape][1:]:
+        if given[name] is None:
+            raise InputError(f"{name} of the {shape}", "missing", next_step=f"Give {NUMBERS[name]}.")
+    return [given[name] for name in SHAPES[shape][1:]]

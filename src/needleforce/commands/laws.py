@@ -82,19 +82,19 @@ def _holding(needle: str | None, tissue: str | None, lengths: dict[str, float | 
 
 
 def _file(name_or_path: str):
-    from ..preset_files import FOLDER, presets
+    from ..preset_files.presets import FOLDER, presets
 
     return FOLDER / f"{name_or_path}.toml" if name_or_path in presets() else name_or_path
 
 
 def _needle(name_or_path: str | None):
-    from ..preset_files.needle_file import read_needle
+    from ..preset_files.build import read_needle
 
     return None if name_or_path is None else read_needle(_file(name_or_path))
 
 
 def _tissue(name_or_path: str | None, beside: str | None):
-    from ..preset_files.tissue_file import read_tissue
+    from ..preset_files.build import read_tissue
 
     if name_or_path is not None:
         return read_tissue(_file(name_or_path))

@@ -1,17 +1,63 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model as a C++ header: an array of layers whose laws are the core's own types."""
+"""A model as a C++ header of typed laws, or as a C header of laws and values by name: an array of layers."""
 
+import re
+import textwrap
+import unicodedata
+
+from ..errors import InputError
 from ..models.laws import FAMILIES
 from ..models.model import Model
-from .words import heading, meaning, top_meaning
+from ..vocabulary import __version__
 
 MOST_KNOTS = 32
+WIDTH = 106
+CONVENTION = "SI units. Depth counts from the undeformed surface, + inwards; force is + when it opposes insertion."
+# words that either language keeps for itself
+RESERVED = frozenset(
+    "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t char8_t class "
+    "co_await co_return co_yield compl concept const const_cast consteval constexpr constinit continue decltype "
+    "default delete do double dynamic_cast else enum explicit export extern false float for friend goto if inline int "
+    "long main mutable namespace needleforce new noexcept not not_eq nullptr operator or or_eq private protected "
+    "public register reinterpret_cast requires restrict return short signed sizeof static static_assert static_cast "
+    "struct switch template this thread_local throw true try typedef typeid typename union unsigned using virtual void "
+    "volatile wchar_t while xor xor_eq".split()
+)
+# letters, digits and _, and none of what either language or the C library of this project has for itself
+NAME = re.compile(r"(?!nf_|NULL$|NAN$|INFINITY$|EOF$)[A-Za-z]\w*", re.ASCII)
 
 
-def header(model: Model, name: str, sources: tuple[str, ...]) -> str:
+def header(model: Model, language: str = "c++", name: str | None = None, sources: tuple[str, ...] = ()) -> str:
+    """The text of a header that holds ``model`` as the constant array ``name``, its layers from the surface down.
+
+    ``language``: ``c++`` for ``needleforce::Layer`` with typed laws, ``c`` for ``nf_layer`` with laws by name. Every
+    number is in SI and the same to the last bit when a compiler reads it. ``name``: without it the model's own.
+    ``sources`` are lines that say where the model comes from. The same model gives the same text, without a date.
+    Raises InputError for another language and for a name that is no identifier.
+    """
+    if language not in LANGUAGES:
+        raise InputError("language", repr(language), f"known are {' and '.join(LANGUAGES)}")
+    name = identifier(model.name) if name is None else name
+    if not _free(name):
+        limit = "no name that C and C++ take for a constant"
+        raise InputError("name", repr(name), limit, next_step="Give letters, digits and _, no keyword, as liver_18G.")
+    return LANGUAGES[language](model, name, sources)
+
+
+def identifier(text: str) -> str:
+    """``text`` as a name for a constant: what neither language takes becomes _, and a bad start a prefix."""
+    name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
+    return name if _free(name) else f"model_{name}".rstrip("_")
+
+
+def _free(name: str) -> bool:
+    return bool(NAME.fullmatch(name)) and "__" not in name and name not in RESERVED
+
+
+def _cpp_header(model: Model, name: str, sources: tuple[str, ...]) -> str:
     """The text of the header."""
-    top = [f"// {line}" for line in heading(model, f"needleforce::Insertion insertion({name});", sources)]
-    layers = [line for number, layer in enumerate(model.layers, 1) for line in _layer(layer, number)]
+    top = [f"// {line}" for line in _heading(model, f"needleforce::Insertion insertion({name});", sources)]
+    layers = [line for number, layer in enumerate(model.layers, 1) for line in _cpp_layer(layer, number)]
     lines = [
         *top,
         "// clang-format off",
@@ -25,10 +71,10 @@ def header(model: Model, name: str, sources: tuple[str, ...]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _layer(layer, number: int) -> list[str]:
+def _cpp_layer(layer, number: int) -> list[str]:
     laws = [line for family in FAMILIES for line in _member(family, getattr(layer, family))]
     return [
-        f"{{.top = {float(layer.top)!r},  // {top_meaning(number)}",
+        f"{{.top = {float(layer.top)!r},  // {_top_meaning(number)}",
         " .laws = {",
         *(f"     {line}" for line in laws),
         " }},",
@@ -37,15 +83,15 @@ def _layer(layer, number: int) -> list[str]:
 
 def _member(name: str, value) -> list[str]:
     """``.name = Type{...},`` with a line for each number."""
-    inner = _columns(value) if hasattr(value, "columns") else _numbers(value)
+    inner = _columns(value) if hasattr(value, "columns") else _cpp_numbers(value)
     inner += [line for part in value.parts for line in _part(value, part)]
     start = f".{name} = {value.cpp_name}{{"
     return [f"{start}}},"] if not inner else [start, *(f"    {line}" for line in inner), "},"]
 
 
-def _numbers(value) -> list[str]:
+def _cpp_numbers(value) -> list[str]:
     numbers = value.parameters()
-    return [f".{row['name']} = {numbers[row['name']]!r},  // {meaning(row)}" for row in value.table()]
+    return [f".{row['name']} = {numbers[row['name']]!r},  // {_meaning(row)}" for row in value.table()]
 
 
 def _part(value, part: str) -> list[str]:
@@ -65,3 +111,109 @@ def _columns(profile) -> list[str]:
         f".rise = {{{{{', '.join(map(repr, map(float, heights)))}}}}},  // m, height above the apex at each radius",
         f".count = {len(radii)},",
     ]
+
+
+def _c_header(model: Model, name: str, sources: tuple[str, ...]) -> str:
+    """The text of the header."""
+    use = f"nf_init(memory, size, {name}, {name}_layers, NULL, &why);"
+    top = [f"   {line}" for line in _heading(model, use, sources)]
+    tips, layers = [], []
+    for number, layer in enumerate(model.layers, 1):
+        layers += _c_layer(layer, number, f"{name}_tip_{number}", tips)
+    lines = [
+        f"/* {top[0].lstrip()}",
+        *top[1:-1],
+        f"{top[-1]} */",
+        "/* clang-format off */",
+        f"#ifndef NEEDLEFORCE_MODEL_{name}",
+        f"#define NEEDLEFORCE_MODEL_{name}",
+        '#include "needleforce.h"',
+        "",
+        *tips,
+        f"static const nf_layer {name}[] = {{",
+        *(f"    {line}" for line in layers),
+        "};",
+        f"enum {{ {name}_layers = {len(model.layers)} }};",
+        "",
+        "#endif",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _c_layer(layer, number: int, tip_name: str, tips: list[str]) -> list[str]:
+    """The lines of a layer; the tip of its contact, if it has one, goes before the array, to ``tips``."""
+    laws = []
+    for family in FAMILIES:
+        law = getattr(layer, family)
+        if "tip" in law.parts:
+            tips += _tip(law.tip, tip_name)
+        laws += _law(family, law, tip_name)
+    return [f"{{.top = {float(layer.top)!r}, /* {_top_meaning(number)} */", *(f" {line}" for line in laws), "},"]
+
+
+def _law(family: str, law, tip_name: str) -> list[str]:
+    tip = f", .tip = &{tip_name}" if "tip" in law.parts else ""
+    numbers = _c_numbers(law)
+    if not numbers:
+        return [f'.{family} = {{.name = "{law.name}"{tip}}},']
+    # in the order of the members: C++ takes no other
+    return [f'.{family} = {{.name = "{law.name}", .numbers = {{', *(f"    {line}" for line in numbers), f"}}{tip}}},"]
+
+
+def _c_numbers(value) -> list[str]:
+    numbers = value.parameters()
+    return [f'{{"{row["name"]}", {numbers[row["name"]]!r}}}, /* {_meaning(row)} */' for row in value.table()]
+
+
+def _tip(tip, name: str) -> list[str]:
+    if hasattr(tip, "columns"):
+        return _profile(tip, name)
+    words = "".join(f', .{part} = "{getattr(tip, part)}"' for part in tip.parts)
+    numbers = [f"    {line}" for line in _c_numbers(tip)]
+    return [f'static const nf_tip {name} = {{.name = "{tip.name}", .numbers = {{', *numbers, f"}}{words}}};"]
+
+
+def _profile(tip, name: str) -> list[str]:
+    columns = {"radii": tip.radii, "heights": tip.heights}
+    arrays = [
+        f"static const double {name}_{column}[] = {{{', '.join(map(repr, map(float, values)))}}}; /* m */"
+        for column, values in columns.items()
+    ]
+    pointers = ", ".join(f".{column} = {name}_{column}" for column in columns)
+    return [*arrays, f'static const nf_tip {name} = {{.name = "{tip.name}", {pointers}, .knots = {len(tip.radii)}}};']
+
+
+def _plain(text: str) -> str:
+    """``text`` on one line, with nothing that would end or go on with a comment."""
+    seen = "".join(" " if unicodedata.category(letter)[0] in "CZ" else letter for letter in text)
+    for ends, harmless in (("\\", "/"), ("*/", "* /"), ("/*", "/ *"), ("??", "? ?")):
+        seen = seen.replace(ends, harmless)
+    return " ".join(seen.split())
+
+
+def _heading(model: Model, use: str, sources: tuple[str, ...]) -> list[str]:
+    """The lines on top, without comment marks."""
+    told = [
+        f"{model.name}: {model.summary}",
+        f"Written by needleforce export, version {__version__}: write it anew rather than change it.",
+        CONVENTION,
+        f"Use: {use}",
+        f"Reference: {model.reference}" if model.reference else "",
+        *sources,
+        *(f"Doubt: {doubt}" for doubt in model.doubts),
+        *(f"Unverified: {quantity}" for quantity in model.unverified),
+    ]
+    return [line for text in map(_plain, told) for line in textwrap.wrap(text, WIDTH, subsequent_indent="  ")]
+
+
+def _meaning(row: dict) -> str:
+    """Unit and meaning of a parameter."""
+    return _plain(f"{row['unit']}, {row['meaning']}")
+
+
+def _top_meaning(number: int) -> str:
+    """What the top of a layer is."""
+    return f"m, where layer {number} begins below the undeformed surface"
+
+
+LANGUAGES = {"c++": _cpp_header, "c": _c_header}

@@ -1,9 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The laws of the core, by the part of the force they give."""
+"""The laws of the core by the part of the force they give, and a law from its values; what it lacks it takes from
+needle, tissue, foundation or another law."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from .. import core
+from ..errors import InputError
+from ..mechanics.buckling import equivalent_half_angle
+from ..mechanics.foundation import friction_per_length
 
 FAMILIES = ("stiffness", "puncture", "friction", "cutting", "relaxation")
+# friction may ask for the stiffness and the cutting law, no other law for another
+ORDER = ("stiffness", "puncture", "cutting", "friction", "relaxation")
 
 
 def laws_of(family: str) -> list[type]:
@@ -14,3 +24,101 @@ def laws_of(family: str) -> list[type]:
 def law_called(family: str, name: str) -> type:
     """The law class of a family by the law's name, as ``cone_cylinder``."""
     return next(law for law in laws_of(family) if law.name == name)
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What a law may take its numbers from; each may be None.
+
+    ``tissue`` is called when a law needs it, and may refuse. ``foundation`` has ``friction_coefficient``, ``reading``
+    and ``embedment_factor``. ``laws`` are those of the same layer that are made already.
+    """
+
+    needle: Any = None
+    tissue: Callable[[], Any] | None = None
+    foundation: Any = None
+    laws: dict[str, Any] = field(default_factory=dict)
+
+
+def make_laws(chosen: dict[str, tuple[type, dict]], around: Surroundings, place: str = "") -> dict[str, Any]:
+    """The laws of one layer from {family: (law class, its numbers in SI)}.
+
+    Raises InputError, with the family as its place, for a number that is missing, unknown or outside its range.
+    """
+    made = {}
+    for family in ORDER:
+        if family in chosen:
+            law, values = chosen[family]
+            made[family] = make_law(law, values, replace(around, laws=made), f"{place}{family}")
+    return made
+
+
+def make_law(law: type, values: dict[str, float], around: Surroundings, place: str) -> Any:
+    """One law: ``values`` as given, then what follows from ``around``, then the law's defaults."""
+    lacking = [name for name in [*(row["name"] for row in law.table()), *law.parts] if name not in values]
+    try:
+        derived = {name: DERIVED[name](around) for name in lacking if name in DERIVED}
+        known = {name: value for name, value in derived.items() if value is not None}
+        return law(**values, **known)
+    except InputError as error:
+        raise error.at(place) from None
+
+
+def _reduced_modulus(around: Surroundings) -> float | None:
+    if around.needle is None or around.tissue is None:
+        return None
+    return core.reduced_modulus(around.needle, around.tissue())
+
+
+def _tip(around: Surroundings) -> Any:
+    return around.needle.tip if around.needle is not None else None
+
+
+def _half_angle(around: Surroundings) -> float | None:
+    tip = _tip(around)
+    return None if tip is None else equivalent_half_angle(tip)
+
+
+def _radius(around: Surroundings) -> float | None:
+    return around.needle.radius if around.needle is not None else None
+
+
+def _plane_strain_modulus(around: Surroundings) -> float | None:
+    if around.tissue is None:
+        return None
+    tissue = around.tissue()
+    return tissue.young_modulus / (1.0 - tissue.poisson_ratio**2)
+
+
+def _per_length(around: Surroundings) -> float | None:
+    source = around.foundation
+    if source is None or around.needle is None or around.tissue is None:
+        return None
+    more = {"reading": source.reading, "embedment_factor": source.embedment_factor}
+    return friction_per_length(around.needle, around.tissue(), source.friction_coefficient, **more)
+
+
+def _surface_stiffness(around: Surroundings) -> float | None:
+    """2 E_r R of a flat punch; the stiffness law's modulus goes before that of needle and tissue."""
+    modulus = getattr(around.laws.get("stiffness"), "reduced_modulus", None) or _reduced_modulus(around)
+    radius = _radius(around)
+    return None if modulus is None or radius is None else 2.0 * modulus * radius
+
+
+def _tip_force(around: Surroundings) -> float | None:
+    cutting = around.laws.get("cutting")
+    return cutting.force if isinstance(cutting, core.laws.ConstantCutting) else None
+
+
+# parameter -> what it is where nothing is given, or None; the length of a crack is no such number: D for a slit, more
+# for a wider one
+DERIVED = {
+    "reduced_modulus": _reduced_modulus,
+    "half_angle": _half_angle,
+    "radius": _radius,
+    "tip": _tip,
+    "plane_strain_modulus": _plane_strain_modulus,
+    "per_length": _per_length,
+    "surface_stiffness": _surface_stiffness,
+    "tip_force": _tip_force,
+}

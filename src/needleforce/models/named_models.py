@@ -6,28 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError
-from .derived_parameters import Surroundings, make_laws
-from .laws import FAMILIES, law_called
-
-
-@dataclass(frozen=True)
-class NamedModel:
-    """One law for each part of the force, one sentence, and the source of the choice."""
-
-    name: str
-    stiffness: str
-    puncture: str
-    friction: str
-    cutting: str
-    relaxation: str
-    summary: str
-    source: str
-
-    @property
-    def choice(self) -> dict[str, str]:
-        """Family -> name of its law."""
-        return {family: getattr(self, family) for family in FAMILIES}
-
+from .laws import FAMILIES, Surroundings, law_called, make_laws
 
 # name: stiffness, puncture, friction, cutting, relaxation; sentence; source, in the keys of the bibliography
 _TABLE = {
@@ -127,6 +106,26 @@ _TABLE = {
         "layered law",
     ),
 }
+
+
+@dataclass(frozen=True)
+class NamedModel:
+    """One law for each part of the force, one sentence, and the source of the choice."""
+
+    name: str
+    stiffness: str
+    puncture: str
+    friction: str
+    cutting: str
+    relaxation: str
+    summary: str
+    source: str
+
+    @property
+    def choice(self) -> dict[str, str]:
+        """Family -> name of its law."""
+        return {family: getattr(self, family) for family in FAMILIES}
+
 
 NAMED_MODELS = {
     name: NamedModel(name, *laws.split(), summary, source) for name, (laws, summary, source) in _TABLE.items()

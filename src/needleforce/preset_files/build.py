@@ -1,22 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A checked preset file becomes a model; laws take what they lack from needle, tissue and foundation."""
+"""A checked preset file becomes a model, and a file's section a needle or a tissue."""
 
 import re
+from pathlib import Path
+
+import msgspec
 
 from .. import core
 from ..errors import InputError
-from ..models.derived_parameters import Surroundings, make_laws
-from ..models.laws import FAMILIES, law_called
-from ..models.layer import Layer
-from ..models.model import Model
-from .schema import TOP, tips
-from .units_in_keys import keys, to_si
+from ..models.laws import FAMILIES, Surroundings, law_called, make_laws
+from ..models.model import Layer, Model
+from .schema import TOP, NeedleSection, PresetFile, TissueSection, keys, tips, to_si
 
 NO_POISSON = (
     "It is never assumed: with the paper's numbers 0.5 (an incompressible gel) puts the peak "
     "force 32 % above the measured one, "
     "and the measured peak implies 0.115. Give poisson_ratio, or the stiffness law's reduced_modulus."
 )
+OTHER_SECTIONS = {field.name for field in msgspec.structs.fields(PresetFile)} - {"needle", "reference"}
 
 
 def build(file) -> Model:
@@ -108,3 +109,55 @@ def make_tissue(section):
     if "poisson_ratio" not in values:
         raise InputError("tissue.poisson_ratio", "missing", "needed for the reduced modulus", "$.tissue", NO_POISSON)
     return _make(core.Tissue, values, "$.tissue")
+
+
+class NeedleFile(msgspec.Struct, forbid_unknown_fields=True):
+    """The sections of a needle's file; ``reference`` says where its numbers come from."""
+
+    needle: NeedleSection
+    reference: str = ""
+
+
+def read_needle(path):
+    """The needle of a TOML file with a section ``[needle]`` and its ``[needle.tip]``; the other sections of a preset
+    may follow.
+
+    Raises InputError with the path inside the file.
+    """
+    import tomllib
+
+    path = Path(path)
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        document = document if "needle" in document else {"needle": document}
+        known = {key: value for key, value in document.items() if key not in OTHER_SECTIONS}
+        return make_needle(msgspec.convert(known, type=NeedleFile).needle)
+    except InputError as error:
+        raise error.at(path.name) from None
+    except (OSError, UnicodeDecodeError, msgspec.ValidationError, tomllib.TOMLDecodeError) as error:
+        raise InputError(
+            "needle file",
+            limit=str(error),
+            place=path.name,
+            next_step="Give a file with a [needle] section, such as a preset.",
+        ) from None
+
+
+def read_tissue(path, required: bool = True):
+    """The tissue of a TOML file with a section ``[tissue]``; other sections, as of a preset, are passed over.
+
+    None where there is no such section and it is not ``required``. Raises InputError with the path inside the file.
+    """
+    import tomllib
+
+    path = Path(path)
+    try:
+        section = tomllib.loads(path.read_text(encoding="utf-8-sig")).get("tissue")
+        if section is None and required:
+            raise InputError("section [tissue]", "missing", next_step="Give a file or preset that has one.")
+        return None if section is None else make_tissue(msgspec.convert(section, type=TissueSection))
+    except InputError as error:
+        raise error.at(path.name) from None
+    except (OSError, UnicodeDecodeError, msgspec.ValidationError, tomllib.TOMLDecodeError) as error:
+        next_step = "Give a file with a [tissue] section, such as a preset that has one."
+        raise InputError("tissue file", limit=str(error), place=path.name, next_step=next_step) from None

@@ -4,7 +4,7 @@
 from ..files import atomic_write
 from ..models.laws import FAMILIES
 from ..models.model import Model
-from .units_in_keys import si_key
+from .schema import si_key
 
 
 def save(model: Model, path) -> None:

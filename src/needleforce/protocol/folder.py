@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The folder of a protocol: what is recorded already, one session at a time, the campaign's table and the commands that
-read it."""
+"""The folder of a protocol: what is recorded already, one session at a time, the campaign's table and the commands
+that read it."""
 
 import csv
 import os

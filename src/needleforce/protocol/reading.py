@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A protocol from its file: keys carry their unit, unknown keys are refused, what cannot be is refused by itself or by
-the axis that is there."""
+"""A protocol from its file: keys carry their unit, unknown keys are refused, what cannot be is refused by itself or
+by the axis that is there."""
 
 import hashlib
 import math
@@ -13,8 +13,8 @@ from typing import Annotated, Literal
 from msgspec import Meta, Struct
 
 from ..errors import InputError
-from ..preset_files import BOM
-from ..preset_files.units_in_keys import to_si
+from ..preset_files.presets import BOM
+from ..preset_files.schema import to_si
 from ..wire.axis_lines import AxisRange
 from .protocol import Protocol, Series
 

@@ -4,9 +4,23 @@
 import numpy as np
 
 from ..models.model import Insertion
-from .canvas import INK, MEASURED, MEDIUM, MODEL, QUIET, SECOND, SLATE, TEXT, THICK, THIN, TINTS, axis_names, panels
+from .canvas import (
+    INK,
+    MEASURED,
+    MEDIUM,
+    MODEL,
+    QUIET,
+    SECOND,
+    SLATE,
+    TEXT,
+    THICK,
+    THIN,
+    TINTS,
+    Labels,
+    axis_names,
+    panels,
+)
 from .curves import columns_for, envelope, loading, loading_speed
-from .labels import Labels
 from .words import phase_name
 
 FORCE, DEPTH, TIME = "force [N]", "indentation [mm]", "time [s]"

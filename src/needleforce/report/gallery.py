@@ -1,21 +1,44 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The figures a fit gives, each with its title and a caption in words."""
+"""The figures a fit gives, each with its title and a caption in words: the force against the model, residuals, every
+recording next to the others, the two passes."""
 
+import math
 from functools import partial
 
-from . import figures, layers, repeats, truth_table, two_pass_figures
-from .canvas import BESIDE, FULL, drawing
-from .curves import FORCE_SHARE, RESIDUAL_FACTOR, odd_ones, representative
-from .markup import Markup, element, join, listing
-from .notes import spans
+import numpy as np
+
+from . import figures, layers, truth_table
+from .canvas import (
+    BESIDE,
+    FULL,
+    INK,
+    MEASURED,
+    MEDIUM,
+    MODEL,
+    QUIET,
+    SECOND,
+    SLATE,
+    TEXT,
+    THICK,
+    THIN,
+    Labels,
+    axis_names,
+    drawing,
+    panels,
+)
+from .curves import FORCE_SHARE, RESIDUAL_FACTOR, binned, columns_for, odd_ones, representative
+from .figures import DEPTH, FORCE, TIME, line, repeat_style
+from .markup import Markup, element, join, listing, visible
 from .numbers import plain
-from .words import counted
+from .words import counted, file_name, spans
 
 _MEASURED = element("b", "Measured", class_="measured")
 _FORETOLD = (
     "Dashed: the law for an insertion not seen yet, whose ruptures are spread over their scatter between repeats. "
 )
 _KEY = join([_MEASURED, " thin and grey, ", element("b", "model", class_="model"), " thick and orange. "])
+_OFFSET = {"textcoords": "offset points", "va": "bottom"}
+RESIDUAL = "measured − model [N]"
 
 
 def gallery(fit, drawn) -> Markup:
@@ -76,11 +99,11 @@ def _two_pass(two_pass) -> Markup:
     if two_pass is None or not two_pass.sites:
         return Markup("")
     sites = two_pass.sites
-    line = partial(two_pass_figures.friction, sites=sites)
+    lines = partial(friction, sites=sites)
     options = {"upper_bound": two_pass.upper_bound, "limits": two_pass.cutting_range}
-    both = partial(two_pass_figures.both_passes, sites=sites, **options)
-    friction = _figure("friction", "Friction", _friction_words(sites), line, (250, 230), beside=True)
-    return join([friction, _figure("passes", "Two insertions at one site", _pass_words(two_pass), both, (240, 440))])
+    both = partial(both_passes, sites=sites, **options)
+    slopes = _figure("friction", "Friction", _friction_words(sites), lines, (250, 230), beside=True)
+    return join([slopes, _figure("passes", "Two insertions at one site", _pass_words(two_pass), both, (240, 440))])
 
 
 def _friction_words(sites) -> str:
@@ -131,16 +154,16 @@ def _residuals(fit, drawn) -> Markup:
     but = " but the odd one's" if any(one.odd for one in shown) else ""
     band = f"orange ± the rms residual, {plain(rms, 'N', rms)}"
     caption = f"{lines} mean along depth, grey the range of all samples{but}, {band}."
-    draw = partial(repeats.residuals, drawn=shown, rmse=rms)
+    draw = partial(residuals, drawn=shown, rmse=rms)
     return _figure("residuals", "Residuals over depth", caption, draw, (220, 400))
 
 
 def _multiples(fit, drawn) -> Markup:
     if len(drawn) < 2:
         return Markup("")
-    heights = repeats.multiples_height(len(drawn), False), repeats.multiples_height(len(drawn), True)
+    heights = multiples_height(len(drawn), False), multiples_height(len(drawn), True)
     caption = join([_KEY if any(one.has_model for one in drawn) else "", _odd_words(odd_ones(fit))])
-    draw = partial(repeats.multiples, drawn=drawn)
+    draw = partial(multiples, drawn=drawn)
     return _figure("recordings", "Every recording, on the same axes", caption, draw, heights)
 
 
@@ -148,3 +171,151 @@ def _odd_words(odd: set[int]) -> str:
     rule = f"a residual above {RESIDUAL_FACTOR:g} times the median"
     rule += f", or a puncture force more than {100 * FORCE_SHARE:.0f}\N{NO-BREAK SPACE}% off it"
     return f"Odd one out (blue): no. {spans(odd)}, with {rule}." if odd else f"None is an odd one out: none has {rule}."
+
+
+def residuals(figure, sheet, drawn, rmse: float) -> None:
+    """Measured minus modelled force over indentation, one panel a stroke, with the band of ± the rms residual."""
+    rows, columns = (2, 1) if sheet.narrow else (1, 2)
+    both = panels(figure, sheet, rows, columns, sharex=True, sharey=True).ravel()
+    edges = np.linspace(0.0, max(one.indentation.max() for one in drawn), 141)
+    for axes, name, stroke in zip(both, ("insertion", "withdrawal"), ("inward", "outward")):
+        axes.axhspan(-rmse, rmse, color=MODEL, alpha=0.2, lw=0)
+        _bins(axes, drawn, stroke, edges)
+        axes.axhline(0.0, color=MODEL, lw=1.0)
+        axes.tick_params(labelbottom=True, labelleft=True)
+        axis_names(axes, DEPTH, RESIDUAL)
+        axes.annotate(name, (1.0, 1.0), (0, 8), xycoords="axes fraction", ha="right", color=QUIET, **_OFFSET)
+    place = {"xycoords": both[-1].get_yaxis_transform(), **_OFFSET}
+    both[-1].annotate("± rms", (1.0, rmse), (-2, 1), ha="right", color=MODEL, fontsize=TEXT - 1, **place)
+
+
+def _bins(axes, drawn, stroke: str, edges: np.ndarray) -> None:
+    """Each repeat's mean residual along depth as a line, over the grey range of all samples of all repeats."""
+    found = [binned(one.indentation[getattr(one, stroke)], one.residual[getattr(one, stroke)], edges) for one in drawn]
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    usual = [bins for one, bins in zip(drawn, found) if not one.odd] or found
+    low, high = np.fmin.reduce([low for _, low, _ in usual]), np.fmax.reduce([high for _, _, high in usual])
+    axes.fill_between(middle, low, high, color="#d9dcdf", lw=0)
+    for one, (mean, _, _) in zip(drawn, found):
+        line(axes, middle, mean, len(middle), **repeat_style(one, len(drawn)))
+
+
+def across(count: int, narrow: bool) -> int:
+    """Small panels in a row."""
+    return 2 if narrow else count if count <= 4 else 3 if count <= 6 else 4
+
+
+def multiples(figure, sheet, drawn) -> None:
+    """Every recording over time, measured and modelled, on the same axes; the odd one out in its own colour."""
+    row = across(len(drawn), sheet.narrow)
+    margins = {"top": 32.0, "across": 18.0, "down": 32.0}
+    grid = panels(figure, sheet, math.ceil(len(drawn) / row), row, margins, sharex=True, sharey=True).ravel()
+    budget = min(columns_for(len(drawn), sheet.columns), sheet.columns // row)
+    for k, (axes, one) in enumerate(zip(grid, drawn)):
+        line(axes, one.time, one.measured, budget, color=SECOND if one.odd else MEASURED, lw=THIN)
+        if one.has_model:
+            line(axes, one.time, one.model, budget, color=MODEL, lw=MEDIUM, alpha=0.9)
+        _heading(axes, one, 16 if sheet.narrow else 24)
+        axes.tick_params(labelbottom=k + row >= len(drawn))
+    grid[0].set_xlim(0.0, max(one.time[-1] for one in drawn))
+    for axes in grid[len(drawn) :]:
+        axes.set_visible(False)
+    grid[len(drawn) - 1].set_xlabel(TIME, loc="right")
+    grid[0].annotate(FORCE, (0.0, 1.0), (-32.0, 18.0), xycoords="axes fraction", **_OFFSET)
+
+
+def multiples_height(count: int, narrow: bool) -> float:
+    """Height [points] of a drawing of that many small panels."""
+    row = across(count, narrow)
+    return 40.0 + (100.0 if narrow else 105.0 + 60.0 * (row < 4)) * math.ceil(count / row)
+
+
+def _heading(axes, one, longest: int) -> None:
+    name = file_name(one.fit.file).removesuffix(".csv")
+    name = name if len(name) <= longest else f"…{name[1 - longest :]}"
+    style = {"xycoords": "axes fraction", "fontsize": TEXT - 1, "color": SECOND if one.odd else INK}
+    axes.annotate(f"{one.number}  {visible(name)}", (0.0, 1.0), (0, 4), **style, **_OFFSET)
+    if one.odd:
+        axes.annotate("odd one out", (1.0, 1.0), (0, -11), ha="right", **style, **_OFFSET)
+
+
+def middle_site(sites):
+    """The site with the median cutting force."""
+    return sorted(sites, key=lambda site: site.cutting)[(len(sites) - 1) // 2]
+
+
+def friction(figure, sheet, sites) -> None:
+    """The second pass over indentation, the line of friction through it, and where its window ends (fig. 6)."""
+    axes = panels(figure, sheet)[0, 0]
+    columns = min(columns_for(len(sites), sheet.columns), sheet.columns)
+    beyond, curves = [], []
+    for site in sites:
+        depth, force = 1e3 * site.friction_depth, site.friction_force
+        out, inside = site.friction_depth > site.friction_end, _inside(site)
+        beyond.append(line(axes, depth[out], force[out], columns, color=QUIET, lw=THIN, alpha=0.5))
+        curves.append(line(axes, depth[inside], force[inside], columns, color=SECOND, lw=THIN, alpha=0.8))
+    names = ("friction_end", "friction_slope", "friction_intercept")
+    end, slope, intercept = (float(np.mean([getattr(site, name) for site in sites])) for name in names)
+    depth = np.array([0.0, end])
+    curves.append(line(axes, 1e3 * depth, slope * depth + intercept, 2, color=MODEL, lw=THICK, zorder=4))
+    axes.axvline(1e3 * end, color=QUIET, lw=0.8, ls=(0, (2, 2)))
+    axes.set_xlim(left=0.0)
+    axis_names(axes, DEPTH, FORCE)
+    window = np.full(2, 1e3 * end), axes.get_ylim()
+    labels = Labels(axes, [*curves, *beyond, window])
+    labels.on(f"{'mean ' if len(sites) > 1 else ''}line: {plain(slope, 'N/m')}", *curves[-1], MODEL)
+    labels.on("second pass", *curves[0], SECOND)
+    labels.on("end of the window", *window, QUIET)
+
+
+def _inside(site) -> np.ndarray:
+    """The samples from the surface to the end of the window; those beyond it do not count and are drawn in grey."""
+    return (site.friction_depth >= 0.0) & (site.friction_depth <= site.friction_end)
+
+
+def both_passes(figure, sheet, sites, upper_bound: bool, limits=(np.nan, np.nan)) -> None:
+    """Left, the two passes at one site; right, their difference at every site and its mean (fig. 7).
+
+    ``limits`` [N] is the range of the cutting force with the biases.
+    """
+    rows, columns = (2, 1) if sheet.narrow else (1, 2)
+    left, right = panels(figure, sheet, rows, columns).ravel()
+    _passes(left, sheet, middle_site(sites))
+    _difference(right, sheet, sites, upper_bound, limits)
+
+
+def _passes(axes, sheet, site) -> None:
+    first = line(axes, 1e3 * site.grid, site.first, sheet.columns // 2, color=MEASURED, lw=1.0)
+    second = line(axes, 1e3 * site.grid, site.second, sheet.columns // 2, color=SECOND, lw=1.4)
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    axis_names(axes, DEPTH, FORCE)
+    labels = Labels(axes, [first, second])
+    labels.on("first pass", *first, SLATE)
+    labels.on("second pass, same hole", *second, SECOND)
+
+
+def _difference(axes, sheet, sites, upper_bound: bool, limits) -> None:
+    columns = min(columns_for(len(sites), sheet.columns), sheet.columns // 2)
+    style = {"color": MEASURED, "lw": THIN, "alpha": 0.7}
+    curves = [line(axes, 1e3 * site.grid, site.difference, columns, **style) for site in sites]
+    cutting = np.array([site.cutting for site in sites])
+    mean, spread = cutting.mean(), cutting.std(ddof=1) if len(cutting) > 1 else 0.0
+    axes.axhspan(mean - spread, mean + spread, color=MODEL, alpha=0.14, lw=0)
+    axes.axhline(mean, color=MODEL, lw=THICK)
+    axes.set_ylim(*_limits(np.concatenate([*(y for _, y in curves), limits]), mean))
+    axis_names(axes, DEPTH, "first − second [N]")
+    across = axes.get_xlim(), (mean, mean)
+    words = "upper bound of cutting" if upper_bound else "mean cutting force"
+    bracket = np.full(2, 1e3 * sites[0].grid[len(sites[0].grid) // 20]), np.array(limits)
+    axes.plot(*bracket, color=SLATE, lw=1.0, marker="_", ms=6)
+    labels = Labels(axes, [*curves, across, bracket] if np.isfinite(limits).all() else [*curves, across])
+    labels.on(f"{words} {plain(mean, 'N')}", *across, MODEL)
+    if np.isfinite(limits).all():
+        labels.on("range with its biases", *bracket, SLATE)
+
+
+def _limits(values: np.ndarray, mean: float) -> tuple[float, float]:
+    """Limits that show zero, the mean and all values, with room for a label."""
+    values = np.append(values[np.isfinite(values)], [0.0, mean])
+    spread = np.ptp(values) or 1.0
+    return values.min() - 0.06 * spread, values.max() + 0.15 * spread

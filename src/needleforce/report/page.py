@@ -1,21 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page: its sections in order, poured into the template."""
+"""The page of an identification: its sections in order, where the values come from, poured into the template."""
 
 import re
 from pathlib import Path
 from string import Template
 
+from ..vocabulary import __version__
 from .curves import odd_ones, repeats
-from .evidence import evidence_note, evidence_table
 from .gallery import gallery, ratio_figure
-from .markup import Markup, element, escape, join, listing, section
-from .notes import notes, warnings
-from .provenance import provenance
+from .layers import evidence_note, evidence_table
+from .markup import Markup, element, escape, join, listing, section, table
+from .numbers import with_unit
 from .tables import choice_table, event_table, law_list, parameter_table, recording_table
 from .truth_table import comparison_table
-from .words import counted, file_name, outcome
+from .words import counted, file_name, notes, outcome, warnings
 
 HERE = Path(__file__).parent
+_OWN = ("no.", "file")
+_NAMES = ("sha256", "samples", "rate", "duration", "source", "needle", "tissue", "rig", "filter", "assumed in reading")
 
 
 def page(fit, title: str | None = None, table: list[dict] | None = None) -> str:
@@ -84,3 +86,58 @@ def _contents(sections: list[Markup]) -> Markup:
     """Links to the sections, from what each says of itself."""
     found = (re.match(r'<section id="(\w+)"><h2>(.*?)</h2>', part) for part in sections)
     return element("nav", *(element("a", Markup(heading[2]), href=f"#{heading[1]}") for heading in found))
+
+
+def provenance(fit) -> Markup:
+    """The files as they were read; what all share said once; then settings and version."""
+    files = [_file(k, one) for k, one in enumerate(fit.recordings, 1)]
+    shared = _shared(files)
+    own = [name for name in (files[0] if files else ()) if name not in shared]
+    rows = ([_shown(name, file[name]) for name in own] for file in files)
+    told = ((name, value) for name, value in fit.settings.items() if name != "evidence")  # has its own section
+    settings = [("needleforce", __version__), *told, *shared.items()]
+    return join([table(tuple(own), rows, class_="cards numbers provenance"), _definitions(settings)])
+
+
+def _file(number: int, one) -> dict[str, object]:
+    """What is known of one file, by name; empty where nothing is."""
+    recording = one.recording
+    if recording is None or len(recording) < 2:
+        return dict.fromkeys((*_OWN, *_NAMES), "") | {"no.": number, "file": one.file}
+    card, time = recording.card, recording.time
+    rate, duration = with_unit(f"{recording.rate:.4g}", "Hz"), with_unit(f"{time[-1] - time[0]:.4g}", "s")
+    length = f"average of {card.filter_length} samples" if card.filter_length > 1 else ""
+    source = card.source if card.source != one.file else ""
+    origin = source, card.needle, card.tissue, card.rig, length, card.assumptions
+    known = card.sha256, _thousands(len(time)), rate, duration, *origin
+    return {"no.": number, "file": one.file, **dict(zip(_NAMES, known))}
+
+
+def _shared(files: list[dict]) -> dict[str, object]:
+    """What is the same for all files: of one file everything but its name and hash."""
+    apart = (*_OWN, "sha256", "samples")
+    same = (name for name in _NAMES if name not in apart and len({file[name] for file in files}) == 1)
+    return {name: files[0][name] for name in same if files[0][name]}
+
+
+def _shown(name: str, value: object) -> object:
+    if name == "file":
+        return element("span", value, class_="file")
+    if name == "sha256" and value:
+        return element("code", value)
+    return listing(value) if isinstance(value, tuple) and value else value or ""
+
+
+def _definitions(pairs) -> Markup:
+    rows = (join([element("dt", str(name).replace("_", " ")), element("dd", _value(value))]) for name, value in pairs)
+    return element("dl", *rows)
+
+
+def _value(value: object) -> object:
+    if isinstance(value, (list, tuple)) and value:
+        return listing(map(_value, value))
+    return f"{value:.6g}" if isinstance(value, float) else "none" if value in (None, "", (), []) else str(value)
+
+
+def _thousands(number: int) -> str:
+    return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")

@@ -2,15 +2,12 @@
 """The virtual rig: the paper's experiment with a specimen that knows more than the identified model."""
 
 from .bench_tests import Bending, Tension
-from .clocks import SpeedClock
 from .example import example_recording
-from .experiment import Experiment, paper_experiment
+from .experiment import Experiment, Truth, paper_experiment
 from .paper import PAPER, SWING
-from .run import Run
+from .run import Run, SpeedClock
 from .sensor import Sensor
-from .site import Scatter, Site
-from .specimen import NOTHING_UNMODELLED, Specimen, Unmodelled
-from .truth import Truth
+from .specimen import NOTHING_UNMODELLED, Scatter, Site, Specimen, Unmodelled
 
 __all__ = [
     "NOTHING_UNMODELLED",

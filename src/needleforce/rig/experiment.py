@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's experiment: five sites a speed, two insertions at each, and the two bench tests."""
+"""The paper's experiment: five sites a speed, two insertions at each, the two bench tests; and what is true of it."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -9,19 +9,32 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from .bench_tests import Bending, Tension, bend_needle, pull_tissue
-from .clocks import SpeedClock
+from .bench_tests import NEEDLE_MODULUS, TISSUE_MODULUS, Bending, Tension, bend_needle, pull_tissue
 from .paper import PAPER, stick_slip
-from .run import Run, perform, way
+from .run import Run, SpeedClock, perform, way
 from .sensor import Sensor
-from .site import Scatter, Site, draw_site
-from .specimen import HOLD, Specimen, Unmodelled
-from .truth import Truth, truth
+from .specimen import HOLD, Scatter, Site, Specimen, Unmodelled, draw_site
 
 START = -4e-3  # [m] in the rig's zero
 _SHORT = 0.3e-3  # [m] by which the second pass stops short of the first: at the end of the hole it would cut again
 _BENCH = (1 << 16,)  # spawn key of the bench tests, beside those of the sites
 _UNMODELLED, _SCATTER, _SENSOR, _CLOCK = Unmodelled(), Scatter(), Sensor(), SpeedClock()
+_OF_A_SITE = {
+    "puncture_force": ("puncture_force", "N"),
+    "puncture_indentation": ("puncture_depth", "m"),
+    "friction_per_length": ("friction_per_length", "N/m"),
+    "cutting_force": ("cutting_force", "N"),
+}
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A true quantity [SI]: ``nominal`` as set; the mean ``drawn`` by sites or tests, and the ``sd`` between them."""
+
+    nominal: float
+    drawn: float
+    sd: float
+    unit: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,3 +141,19 @@ def _check(seed: int, sites: int, speeds: Sequence[float], depth: float) -> None
         raise InputError("speeds", list(speeds), "each must be there once", next_step="Ask for more sites instead.")
     if not 6e-3 <= depth <= 60e-3:
         raise InputError("depth", depth, "outside 6e-3 to 60e-3 m")
+
+
+def truth(nominal: Specimen, sites: Sequence[Site], needle_moduli: np.ndarray) -> dict[str, Truth]:
+    """The six quantities of the paper, by name."""
+    table = {
+        "needle_young_modulus": _summary(NEEDLE_MODULUS, needle_moduli, "Pa"),
+        "tissue_young_modulus": Truth(TISSUE_MODULUS, TISSUE_MODULUS, 0.0, "Pa"),
+    }
+    for quantity, (name, unit) in _OF_A_SITE.items():
+        table[quantity] = _summary(getattr(nominal, name), [getattr(site.specimen, name) for site in sites], unit)
+    return table
+
+
+def _summary(nominal: float, drawn: Sequence[float], unit: str) -> Truth:
+    sd = float(np.std(drawn, ddof=1)) if len(drawn) > 1 else 0.0
+    return Truth(float(nominal), float(np.mean(drawn)), sd, unit)

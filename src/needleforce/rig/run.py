@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One run of the rig: two streams on two clocks, as recorded."""
+"""One run of the rig: two streams on two clocks, 60 Hz of speed and 1 kHz of force, as recorded."""
 
 import os
 from dataclasses import dataclass
@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..models.motion import Motion
+from ..errors import InputError
+from ..models.simulation import Motion
 from ..recording import Card, Recording, write_columns
 from ..recording.force_signal import bias
 from ..recording.joining import integral, overlap
-from .clocks import SpeedClock
 from .sensor import Sensor
-from .site import Site
+from .specimen import Site
 
 RATE = 1000.0  # [Hz] of the force, paper sec. 1
 NEEDLE = "diameter 0.7 mm, length 80 mm, bevel 15 degrees"
@@ -72,6 +72,40 @@ def wrench_of(site: Site, force) -> dict:
     """The wrench [N, N m] by axis about the sensor, of an axial force [N], a number or (n,), at the site."""
     fx, fy = (share * force for share in site.lateral)
     return {"force": force, "fx": fx, "fy": fy, "tx": -_LENGTH * fy, "ty": _LENGTH * fx}
+
+
+@dataclass(frozen=True)
+class SpeedClock:
+    """Velocity as a drive reports it: sampled on its own clock, with noise, in steps of ``resolution``.
+
+    ``rate`` [Hz] is the paper's. ``jitter`` [s] is the standard deviation of the time stamps, ``noise`` [m/s] that of
+    the velocity and ``resolution`` [m/s] its step: the paper gives none of them; these are assumed. Over a cycle of
+    15 s the integral of the noise wanders by about 0.01 mm.
+    """
+
+    rate: float = 60.0
+    jitter: float = 0.2e-3
+    noise: float = 0.02e-3
+    resolution: float = 0.01e-3
+
+    def __post_init__(self):
+        for quantity, low in (("rate", 1.0), ("jitter", 0.0), ("noise", 0.0), ("resolution", 0.0)):
+            value = getattr(self, quantity)
+            if not (np.isfinite(value) and value >= low):
+                raise InputError(f"clock.{quantity}", value, f"must be at least {low:g}")
+
+    def record(self, motion: Motion, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """Time stamps (n,) [s] and velocity (n,) [m/s] from within the first period to the end of the motion.
+
+        The phase against the force's clock is drawn. A stamp is off by at most a quarter of a period: time increases.
+        """
+        period = 1.0 / self.rate
+        taken = np.arange(random.uniform(0.0, period), motion.duration, period)
+        velocity = motion.at(taken)[1] + random.normal(0.0, self.noise, len(taken))
+        if self.resolution:
+            velocity = np.rint(velocity / self.resolution) * self.resolution
+        late = np.clip(random.normal(0.0, self.jitter, len(taken)), -0.25 * period, 0.25 * period)
+        return np.round(np.maximum(taken + late, 0.0), 6), np.round(velocity, 9) + 0.0
 
 
 def perform(site: Site, motion: Motion, sensor: Sensor, clock: SpeedClock, random, *, hole: float | None = None) -> Run:

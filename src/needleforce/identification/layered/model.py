@@ -4,8 +4,7 @@
 import numpy as np
 
 from ... import core
-from ...models.layer import Layer
-from ...models.model import Model
+from ...models.model import Layer, Model
 from ..models import UNKNOWN_TIP, half_angle
 from .parameters import BARE, LEAST_INDENTATION, MM
 from .search import Solved

@@ -3,7 +3,6 @@
 
 from .faults import FAULTS, parse_fault
 from .server import VirtualRig
-from .simulated import SimulatedRig
-from .truth_log import LiveTruth
+from .simulated import LiveTruth, SimulatedRig
 
 __all__ = ["FAULTS", "LiveTruth", "SimulatedRig", "VirtualRig", "parse_fault"]

@@ -1,16 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A servo axis of one degree of freedom: what it is told, where its motor is, where the needle is."""
+"""A servo axis of one degree of freedom: its motion of constant accelerations, its motor and needle, and the states
+that its encoder reports."""
 
 import math
+from bisect import bisect_right
+from collections.abc import Iterable
 
-from ...wire.axis_lines import SILENCE, Answer, AxisRange
-from .profile import Profile, towards
+import numpy as np
+
+from ...wire.axis_lines import RATE, SILENCE, Answer, AxisRange, AxisState
+from ..run import SpeedClock
 
 LIMITS = AxisRange(-30e-3, 70e-3, 50e-3, 10e-3)  # of the travel and the speed; 10 mm/s^2 is Motion's
 START = -4e-3  # [m] where it stands when it is switched on, as in the rig simulated at once
 STOP_DECELERATION = 1.0  # [m/s^2] of a stop: 3 mm/s end after 3 ms and 4.5 um
 LAG = 4e-3  # [s] time constant of the servo: it follows by LAG times the speed (assumed)
 PLAY = 10e-6  # [m] of the screw: how far the motor turns back before the needle follows (assumed)
+STEP = 0.5e-6  # [m] of the encoder, on the motor: play is not in what it reports (assumed)
+_SPEED = SpeedClock()
 
 
 class Axis:
@@ -90,3 +97,74 @@ class Axis:
         if not 0.0 < speed <= LIMITS.max_speed:
             return f"speed {speed:g} m/s must be above 0 and at most {LIMITS.max_speed:g} m/s"
         return ""
+
+
+class Profile:
+    """Depth over time from ``now`` on: ``stretches`` are (length [s], velocity [m/s], acceleration [m/s^2])."""
+
+    def __init__(self, now: float, depth: float, stretches: Iterable[tuple[float, float, float]] = ()):
+        self._begins, self._knots = [], []
+        for length, velocity, acceleration in (*stretches, (math.inf, 0.0, 0.0)):
+            self._begins.append(now)
+            self._knots.append((depth, velocity, acceleration))
+            if length < math.inf:
+                now += length
+                depth += velocity * length + 0.5 * acceleration * length**2
+        self.end, self.last = now, depth
+
+    def at(self, time: float) -> tuple[float, float]:
+        """Depth [m] and velocity [m/s]; at rest before the start and after the end."""
+        k = max(bisect_right(self._begins, time) - 1, 0)
+        depth, velocity, acceleration = self._knots[k]
+        t = max(time - self._begins[k], 0.0)
+        return depth + velocity * t + 0.5 * acceleration * t * t, velocity + acceleration * t
+
+
+def towards(
+    depth: float, velocity: float, target: float, speed: float, acceleration: float
+) -> Iterable[tuple[float, float, float]]:
+    """The stretches of a trapezoid of speed to ``target``; an axis that is on its way elsewhere stops
+    first."""
+    travel, brake = target - depth, 0.5 * velocity**2 / acceleration
+    if velocity and (velocity * travel <= 0.0 or brake > abs(travel)):
+        yield abs(velocity) / acceleration, velocity, -math.copysign(acceleration, velocity)
+        depth, velocity = depth + math.copysign(brake, velocity), 0.0
+        travel = target - depth
+    if travel:
+        yield from _trapezoid(abs(travel), math.copysign(1.0, travel), abs(velocity), speed, acceleration)
+
+
+def _trapezoid(travel: float, sign: float, before: float, speed: float, acceleration: float):
+    top = min(speed, math.sqrt(travel * acceleration + 0.5 * before**2))
+    change = math.copysign(acceleration, top - before)
+    cruise = travel - abs(top**2 - before**2) / (2.0 * acceleration) - 0.5 * top**2 / acceleration
+    yield abs(top - before) / acceleration, sign * before, sign * change
+    yield max(cruise, 0.0) / top, sign * top, 0.0
+    yield top / acceleration, sign * top, -sign * acceleration
+
+
+class Encoder:
+    """``drift`` [1]: how much faster its clock runs than the rig's; ``offset`` [s]: what it showed at the start."""
+
+    def __init__(self, axis: Axis, random: np.random.Generator, drift: float = 0.0, offset: float = 0.0):
+        self._axis, self._random, self._rate, self._offset = axis, random, RATE * (1.0 + drift), offset
+        self._number, self._before = 0, (axis.time, axis.motor)
+
+    def states(self) -> list[AxisState]:
+        """The states due since the axis' last tick."""
+        due = []
+        while (time := self._number / self._rate) <= self._axis.time:
+            due.append(self._state(time))
+            self._number += 1
+        self._before = self._axis.time, self._axis.motor
+        return due
+
+    def _state(self, time: float) -> AxisState:
+        since, depth = self._before
+        if self._axis.time > since:
+            depth += (self._axis.motor - depth) * (time - since) / (self._axis.time - since)
+        speed = self._axis.speed + self._random.normal(0.0, _SPEED.noise)
+        speed = round(speed / _SPEED.resolution) * _SPEED.resolution
+        return AxisState(
+            self._number, self._offset + self._number / RATE, round(depth / STEP) * STEP, speed, self._axis.condition
+        )

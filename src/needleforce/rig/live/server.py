@@ -9,11 +9,8 @@ from collections.abc import Callable, Mapping
 from ...errors import InputError
 from ...models.model import Model
 from ..sensor import Sensor
-from .axis_server import AxisServer
-from .page_server import PageServer
-from .sensor_server import SensorServer
-from .simulated import SimulatedRig
-from .truth_log import LiveTruth
+from .servers import AxisServer, PageServer, SensorServer
+from .simulated import LiveTruth, SimulatedRig
 
 # [s] between two looks at what is due: the sensor's period while it streams, else often enough for the axis' states
 _STREAMING, _QUIET = 1e-3, 8e-3

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rig without sockets: its time goes on when it is told to; all follows from seed, commands and their times."""
+"""The rig without sockets, step by step: all follows from seed, commands and their times; and a log of what really
+happened, to check a recording against."""
 
+from array import array
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,17 +15,29 @@ from ...wire.rdt import Command
 from ..experiment import streams
 from ..run import RATE
 from ..sensor import RANGE, Sensor
-from .axis import LIMITS, Axis
-from .encoder import Encoder
+from .axis import LIMITS, Axis, Encoder
 from .faults import checked_faults
-from .lossy_link import Datagram
-from .sensor import SixAxis
+from .lossy_link import Datagram, Stream
+from .sensor import SixAxis, Transfer
 from .tissue import ModelTissue, PhantomTissue, phantom_site
-from .transfer import Transfer
-from .truth_log import Course, LiveTruth
 
 _KEY = (1 << 17,)  # spawn key of the rig's draws, beside those of the sites
 MOST_SITES = 65_535
+KEPT = 3_600_000  # steps of the course that are remembered at least: an hour, 24 bytes each
+
+
+@dataclass(frozen=True, eq=False)
+class LiveTruth:
+    """The needle's ``depth`` [m] and the axial ``force`` [N] at ``time`` [s], (n,) each; what was done to each of the
+    sensor's ``streams``; how often the tissue's model ``refused`` a step, and what came as ``garbage``.
+    """
+
+    time: np.ndarray
+    depth: np.ndarray
+    force: np.ndarray
+    streams: list[Stream]
+    refused: int
+    garbage: int
 
 
 class SimulatedRig:
@@ -145,3 +160,22 @@ class SimulatedRig:
             return Answer("site", False, "the needle is in the tissue")
         self.go_to_site(int(number))
         return Answer("site", True)
+
+
+class Course:
+    """The last steps, an hour of them or more."""
+
+    def __init__(self):
+        self._columns = tuple(array("d") for _ in range(3))
+
+    def add(self, time: float, depth: float, force: float) -> None:
+        """One step."""
+        for column, value in zip(self._columns, (time, depth, force)):
+            column.append(value)
+        if len(self._columns[0]) >= 2 * KEPT:
+            for column in self._columns:
+                del column[:KEPT]
+
+    def truth(self, streams: list[Stream], refused: int, garbage: int) -> LiveTruth:
+        """All of it, as arrays of their own."""
+        return LiveTruth(*(np.array(column) for column in self._columns), list(streams), refused, garbage)

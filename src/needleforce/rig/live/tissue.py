@@ -8,8 +8,7 @@ from ...vocabulary import Status
 from ..experiment import streams
 from ..paper import stick_slip
 from ..run import wrench_of
-from ..site import Scatter, Site, draw_site
-from ..specimen import PRESLIDING, Specimen
+from ..specimen import PRESLIDING, Scatter, Site, Specimen, draw_site
 
 _NO_LATERAL = {"fx": 0.0, "fy": 0.0, "tx": 0.0, "ty": 0.0}
 
