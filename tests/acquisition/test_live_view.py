@@ -3,8 +3,8 @@
 import io
 import sys
 
-from needleforce.acquisition.live_view import Rates, live_view
 from needleforce.acquisition.settings import Progress
+from needleforce.commands.record import Rates, live_view
 
 
 def progress(seconds, received, lost=0, depth=0.00525):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.layered.ruptures import Ruptures
+from needleforce.identification.layered.model import Ruptures
 from needleforce.identification.result import Estimate, Fit, Quality, RecordingFit
 from needleforce.identification.two_pass.result import Site, TwoPass
 from needleforce.recording.recording import Card, Note, Recording

@@ -13,8 +13,7 @@ from ..recording import read
 from .anomaly import SPOILED, Oddity
 from .condition import Read, condition
 from .conditions import Label, grouped, label_files
-from .files import find_files
-from .labels import REPEATS
+from .labels import REPEATS, find_files
 from .outliers import wrong_labels
 from .result import Campaign, Condition, Outcome
 

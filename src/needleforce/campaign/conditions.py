@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 
 from ..errors import InputError
 from ..recording.reader import card_texts
-from .files import File
-from .labels import name_pattern, read_mapping, row_of
+from .labels import File, name_pattern, read_mapping, row_of
 
 _CARD = ("needle", "tissue", "rig", "speed_mm_s", "pass")
 NO_CONDITION = "Nothing assigns it to a condition, so it is identified by itself: {}."

@@ -31,7 +31,7 @@ def run(
 ) -> None:
     """Identify every condition of a campaign: hundreds of recordings, each accounted for."""
     from ..campaign import campaign
-    from ..campaign.files import find_files
+    from ..campaign.labels import find_files
     from ..campaign.result import check_table
     from ..preset_files.build import read_needle
 

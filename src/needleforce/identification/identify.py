@@ -29,9 +29,8 @@ from .result import Fit
 from .statistics.correlations import known_together
 from .strokes import presliding_of
 from .two_pass.bias_terms import spreading_force
-from .two_pass.cutting_oscillation import swing
 from .two_pass.result import TwoPass
-from .two_pass.subtraction import Pair, subtract
+from .two_pass.subtraction import Pair, subtract, swing
 
 Progress = Callable[[Any, str], Any]
 TWO_PASS = "second insertion at the same site"

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from . import figures, layers, truth_table
+from . import figures, layers, tables
 from .canvas import (
     BESIDE,
     FULL,
@@ -53,11 +53,11 @@ def gallery(fit, drawn) -> Markup:
 
 def ratio_figure(rows: list[dict]) -> Markup:
     """Identified over true, where a comparison with known truth is given."""
-    found = truth_table.ratios(rows)
+    found = tables.ratios(rows)
     if not found:
         return Markup("")
     caption = "With the 95 % interval. Filled dots: the interval misses the truth, a bias of the method."
-    draw = partial(truth_table.ratio_figure, rows=found)
+    draw = partial(tables.ratio_figure, rows=found)
     heights = 44.0 + 22.0 * len(found), 44.0 + 30.0 * len(found)
     return _figure("ratio", "Identified over true", caption, draw, heights)
 

@@ -11,8 +11,7 @@ from .gallery import gallery, ratio_figure
 from .layers import evidence_note, evidence_table
 from .markup import Markup, element, escape, join, listing, section, table
 from .numbers import with_unit
-from .tables import choice_table, event_table, law_list, parameter_table, recording_table
-from .truth_table import comparison_table
+from .tables import choice_table, comparison_table, event_table, law_list, parameter_table, recording_table
 from .words import counted, file_name, notes, outcome, warnings
 
 HERE = Path(__file__).parent

@@ -2,8 +2,7 @@
 """The virtual rig: the paper's experiment with a specimen that knows more than the identified model."""
 
 from .bench_tests import Bending, Tension
-from .example import example_recording
-from .experiment import Experiment, Truth, paper_experiment
+from .experiment import Experiment, Truth, example_recording, paper_experiment
 from .paper import PAPER, SWING
 from .run import Run, SpeedClock
 from .sensor import Sensor

@@ -5,7 +5,7 @@ import sys
 
 from ..errors import InputError
 from ..recording import write
-from .example import example_recording
+from .experiment import example_recording
 
 
 def main(arguments: list[str]) -> int:

@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..recording import Card, Recording
 from .bench_tests import NEEDLE_MODULUS, TISSUE_MODULUS, Bending, Tension, bend_needle, pull_tissue
 from .paper import PAPER, stick_slip
 from .run import Run, SpeedClock, perform, way
 from .sensor import Sensor
 from .specimen import HOLD, Scatter, Site, Specimen, Unmodelled, draw_site
 
+_EVERY = 10  # samples: one average each, so that the noise is white again
 START = -4e-3  # [m] in the rig's zero
 _SHORT = 0.3e-3  # [m] by which the second pass stops short of the first: at the end of the hole it would cut again
 _BENCH = (1 << 16,)  # spawn key of the bench tests, beside those of the sites
@@ -157,3 +159,20 @@ def truth(nominal: Specimen, sites: Sequence[Site], needle_moduli: np.ndarray) -
 def _summary(nominal: float, drawn: Sequence[float], unit: str) -> Truth:
     sd = float(np.std(drawn, ddof=1)) if len(drawn) > 1 else 0.0
     return Truth(float(nominal), float(np.mean(drawn)), sd, unit)
+
+
+def example_recording(seed: int = 1) -> Recording:
+    """One insertion at 3 mm/s at 100 Hz: time, depth, velocity, force, fx and fy, rounded to make a small file.
+
+    Every sample is the average of ten readings, as the rig's filter gives it; no two share one: ``filter_length`` is 1.
+    """
+    full = paper_experiment(seed, sites=1, speeds=(3e-3,)).runs[0].recording()
+    first = -round(full.time[0] * full.rate) % _EVERY
+    card = Card(full.card.source, "", full.card.needle, full.card.tissue, f"{full.card.rig}; every {_EVERY}th sample")
+    keep = slice(first, None, _EVERY)
+    time, depth, velocity, force = (
+        np.round(getattr(full, name)[keep], digits)
+        for name, digits in (("time", 6), ("depth", 8), ("velocity", 7), ("force", 5))
+    )
+    axes = {name: np.round(full.axes[name][keep], 5) for name in ("fx", "fy")}
+    return Recording(time, depth, velocity, force, axes, card)

@@ -16,10 +16,9 @@ from ..result import Fit, RecordingFit, run_model
 from ..strokes import cycle_span
 from . import diagnostics
 from .binned_cycle import COARSE, FINE, Course, courses_of
-from .model import model_of
+from .model import Ruptures, model_of, own_ruptures, ruptures
 from .model_selection import Candidate, candidate, chosen, removable, with_bic, without
 from .parameters import MM, TOP
-from .ruptures import Ruptures, own_ruptures, ruptures
 from .search import Solved, grow, made_passive, of_the_population, refined
 from .uncertainty import spread
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Friction from the second insertion and cutting by subtraction, site by site: paper secs. 2.2 and 2.3."""
+"""Friction from the second insertion and cutting by subtraction, site by site (paper secs. 2.2 and 2.3), with the
+range over which the cutting force oscillates."""
 
 from dataclasses import dataclass
 
@@ -8,7 +9,7 @@ import numpy as np
 from ...errors import InputError
 from ...recording import Recording
 from ...segmentation import Events, segment
-from ..estimates import mean_estimate
+from ..estimates import Estimate, mean_estimate
 from ..one_layer.fit_recording import Single
 from ..statistics.regression import least_squares, line
 from ..strokes import strokes_of, undelayed_depth
@@ -22,6 +23,9 @@ FINE = 0.01e-3  # [m]; of the first pass alone, the second is smooth
 BLOCK = 10  # grid points that count as one: 0.5 mm of travel outlasts the filter
 ALIKE = 0.1  # of the faster: stages keep their speed to a percent or two
 SHORT = 0.9  # of the window
+FEWEST = 3  # cycles: fewer are a wander
+CLEAR = 8.0  # standard deviations of the noise: a thousand points of noise alone span some 6.5
+LEAST = 0.25  # of the mean difference: less is not told apart from two passes that differ in friction here and there
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,3 +212,46 @@ def _above(first: Single, events: Events, second: Recording) -> bool:
     if one is None or other is None:
         return False
     return float(second.depth[other.high]) < float(first.recording.depth[one.low])
+
+
+def swing(two_pass: TwoPass) -> tuple[Estimate, Estimate] | None:
+    """Mean trough and mean crest [N] of the difference between the passes, over the sites; None where it is steady.
+
+    Names ``cutting_force_low`` and ``cutting_force_high``; the interval is that of the sites. What biases the
+    difference biases both ends alike.
+    """
+    ends = [found for found in map(_of_site, two_pass.sites) if found is not None]
+    if 2 * len(ends) <= len(two_pass.sites):
+        return None
+    source = "mean trough and crest of the first minus the second insertion, where it sticks and slips"
+    low, high = zip(*ends)
+    return tuple(
+        mean_estimate(f"cutting_force_{name}", list(values), "N", source)
+        for name, values in (("low", low), ("high", high))
+    )
+
+
+def _of_site(site: Site) -> tuple[float, float] | None:
+    if not len(site.swinging):
+        return None
+    least = max(CLEAR * site.noise, LEAST * abs(float(np.mean(site.swinging))))
+    troughs, crests = _turns(site.swinging, least)
+    # the first half cycle starts where the puncture left it
+    return (float(np.mean(troughs[1:])), float(np.mean(crests[1:]))) if len(troughs) > FEWEST else None
+
+
+def _turns(values: np.ndarray, least: float) -> tuple[list[float], list[float]]:
+    """Troughs and crests of ``values`` (n,) between which it swings by at least ``least``, in order."""
+    troughs, crests = [], []
+    lowest = highest = float(values[0])
+    rising = None
+    for value in values:
+        lowest, highest = min(lowest, value), max(highest, value)
+        if rising is not False and highest - value >= least:  # it turned down
+            crests.append(float(highest))
+            rising, lowest = False, value
+        elif rising is not True and value - lowest >= least:  # it turned up
+            troughs.append(float(lowest))
+            rising, highest = True, value
+    pairs = min(len(troughs), len(crests))
+    return troughs[:pairs], crests[:pairs]
