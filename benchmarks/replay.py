@@ -23,11 +23,11 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 import needleforce as nf
-from needleforce.identification.cross_validation import Cycle, cycle_of
-from needleforce.identification.one_layer.fit_recording import seen
+from needleforce.identification.cross_validation import MeasuredCycle, measured_cycle
+from needleforce.identification.one_layer.fit_recording import segmented
 
 ROOT = Path(__file__).resolve().parents[1]
-UNSEEN = runpy.run_path(str(ROOT / "benchmarks" / "unseen.py"))
+UNSEEN = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
 MODELS = ("layered_as_fitted", "layered", "paper")
 WAYS = ("prediction", "replay")
 JUMPS = ("at a rupture", "on the way out", "elsewhere")
@@ -43,7 +43,7 @@ class Trace:
     force: np.ndarray
     ruptures: np.ndarray
 
-    def jumps(self, cycle: Cycle) -> tuple[float, float, float]:
+    def jumps(self, cycle: MeasuredCycle) -> tuple[float, float, float]:
         """Largest change in a millisecond [N]: while a layer gives way, on the way out, elsewhere in the cycle. Even
         over the interval between two samples, where that is longer."""
         start, stop = self.time[:-1], self.time[1:]
@@ -62,7 +62,7 @@ class Outcome:
     """One repeat left out: what was measured, and by model and way what the engine gave."""
 
     source: str
-    cycle: Cycle
+    cycle: MeasuredCycle
     measured: Trace
     traces: dict[tuple[str, str], Trace]
 
@@ -89,7 +89,7 @@ def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers
     """The k-th of a condition's files through models of the others."""
     recordings = [nf.read(file, columns=UNSEEN["COLUMNS"], units=UNSEEN["UNITS"]) for file in files]
     own = recordings.pop(k)
-    single = seen(own)
+    single = segmented(own)
     # its punctures are given, and nothing else: neither its contact nor its exit
     given = {"prediction": None, "replay": dataclasses.replace(single.events, contact=None, exit=None)}
     traces = {}
@@ -99,7 +99,7 @@ def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers
             model, surface = fit.placed(own, events)
             traces[name, way] = engine_force(model, own, surface)
     seen_ruptures = np.array([puncture.time for puncture in single.events.punctures])
-    return Outcome(files[k].stem, cycle_of(single), Trace(own.time, own.force, seen_ruptures), traces)
+    return Outcome(files[k].stem, measured_cycle(single), Trace(own.time, own.force, seen_ruptures), traces)
 
 
 def numbers(outcome: Outcome, key: tuple[str, str]) -> list[float]:

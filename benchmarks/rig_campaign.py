@@ -16,7 +16,7 @@ import needleforce as nf
 from needleforce.rig import Sensor, SpeedClock, paper_experiment
 from needleforce.rig.experiment import streams
 from needleforce.rig.live.tissue import phantom_site
-from needleforce.rig.run import perform, way
+from needleforce.rig.run import path_of_run, perform
 
 SEED = 1
 SPEEDS = {3e-3: range(1, 6), 1e-3: range(6, 11)}
@@ -43,7 +43,7 @@ def simulated() -> dict[float, list]:
             place, noises = phantom_site(SEED, site), streams(SEED, (7, site), 2)
             hole = None
             for end, noise in zip(ENDS, noises):
-                run = perform(place, way(-4e-3, speed, end, 1.0), Sensor(), SpeedClock(), noise, hole=hole)
+                run = perform(place, path_of_run(-4e-3, speed, end, 1.0), Sensor(), SpeedClock(), noise, hole=hole)
                 runs.setdefault(speed, []).append(run.recording())
                 hole = end
     return runs

@@ -7,13 +7,13 @@ from pathlib import Path
 from .identification import Fit, identify
 from .preset_files import preset
 from .recording import read
-from .rig import PAPER, SWING, paper_experiment
+from .rig import CUTTING_OSCILLATION, PAPER, paper_experiment
 
 SPEEDS = (3e-3, 1e-3)  # [m/s]; the table is that of the first, as the paper's Fig. 2
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """One line of the table, SI; None where there is no such number (yet)."""
 
     quantity: str
@@ -30,7 +30,7 @@ class Row:
 class Demonstration:
     """The table, the fit at 3 mm/s behind it, and the fit at 1 mm/s."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
     fit: Fit
     slow: Fit
 
@@ -52,7 +52,7 @@ def demonstrate(folder, *, seed: int = 1, progress=None, **experiment) -> Demons
     campaign = paper_experiment(seed, speeds=SPEEDS, **experiment)
     campaign.write(recordings, progress)
     fits = [_identified(campaign.at(speed), recordings, speed, progress) for speed in SPEEDS]
-    rows = _rows(campaign.at(SPEEDS[0]).truth, fits[0]) + _swing(campaign.at(SPEEDS[1]).truth, fits[1])
+    rows = _rows(campaign.at(SPEEDS[0]).truth, fits[0]) + _cutting_oscillation(campaign.at(SPEEDS[1]).truth, fits[1])
     return Demonstration(rows, *fits)
 
 
@@ -71,19 +71,19 @@ def _identified(campaign, folder: Path, speed: float, progress) -> Fit:
     )
 
 
-def _rows(truth: dict, fit: Fit) -> tuple[Row, ...]:
+def _rows(truth: dict, fit: Fit) -> tuple[TableRow, ...]:
     rows = []
     for quantity, (mean, sd) in PAPER.items():
         true, found = truth[quantity], fit.parameters[quantity]
-        rows.append(Row(quantity, true.unit, mean, sd, true.drawn, found.value, found.low, found.high))
+        rows.append(TableRow(quantity, true.unit, mean, sd, true.drawn, found.value, found.low, found.high))
     return tuple(rows)
 
 
-def _swing(truth: dict, fit: Fit) -> tuple[Row, ...]:
+def _cutting_oscillation(truth: dict, fit: Fit) -> tuple[TableRow, ...]:
     """The range of the cutting force at 1 mm/s; the truth is the law's, to the scale of the sites' cutting force."""
     scale, rows = truth["cutting_force"].drawn / PAPER["cutting_force"][0], []
-    for quantity, value in SWING.items():
+    for quantity, value in CUTTING_OSCILLATION.items():
         found = fit.parameters.get(quantity.removesuffix("_1mm_s"))
         identified = (None, None, None) if found is None else (found.value, found.low, found.high)
-        rows.append(Row(quantity, "N", value, None, scale * value, *identified))
+        rows.append(TableRow(quantity, "N", value, None, scale * value, *identified))
     return tuple(rows)

@@ -15,7 +15,7 @@ import typer
 from fake_rig import CONFIGURATION, FakeAxis, FakeSensor
 
 from needleforce.acquisition import run_writer
-from needleforce.acquisition.settings import Outcome, Settings
+from needleforce.acquisition.settings import RunResult, Settings
 from needleforce.acquisition.sources.gauge_calibration import read_calibration
 from needleforce.acquisition.sources.sequence import WINDOW
 from needleforce.acquisition.sources.standard_input import StandardInput
@@ -88,7 +88,7 @@ def test_defaults_of_the_command_are_those_of_the_settings():
 
 
 def test_ends_of_a_run_are_in_the_table(page, source):
-    words = set(re.findall("``([a-z ]+)``", re.sub(r"\s+", " ", Outcome.__doc__).split(";")[0])) - {"ended"}
+    words = set(re.findall("``([a-z ]+)``", re.sub(r"\s+", " ", RunResult.__doc__).split(";")[0])) - {"ended"}
     assert first_column(page("recording_live"), "| it ends with |") == words
     raised = set(re.findall(r'Ended\("([a-z ]+)"', source))
     assert raised - words == {"failed"} and "`failed`" in page("recording_live")

@@ -32,14 +32,14 @@ NAMED = {
 def test_a_fault_is_named(by_file, specimen):
     kind, words, left_out = NAMED[specimen]
     one = by_file[f"{specimen}_{BAD}.csv"]
-    assert kind in [odd.kind for odd in one.oddities]
-    said = " ".join(odd.sentence for odd in one.oddities if odd.kind == kind)
+    assert kind in [odd.kind for odd in one.anomalies]
+    said = " ".join(odd.sentence for odd in one.anomalies if odd.kind == kind)
     assert all(word in said for word in words), said
     assert one.left_out is left_out and not (left_out and one.pooled)
 
 
 def test_sound_recordings_are_not_called_odd(by_file):
-    odd = {file: one.why for file, one in by_file.items() if one.oddities and f"_{BAD}" not in file}
+    odd = {file: one.why for file, one in by_file.items() if one.anomalies and f"_{BAD}" not in file}
     assert set(odd) == {"stray.csv"}
 
 
@@ -67,7 +67,7 @@ def test_the_truth_is_found(by_specimen):
 
 def test_a_copy_counts_once(by_file, by_specimen):
     copy = by_file["double_4.csv"]
-    assert [odd.kind for odd in copy.oddities] == ["copy"] and "double_2.csv" in copy.why and not copy.pooled
+    assert [odd.kind for odd in copy.anomalies] == ["copy"] and "double_2.csv" in copy.why and not copy.pooled
     assert len(by_specimen["double"].pooled) == 3
 
 
@@ -101,7 +101,7 @@ def test_two_motions_of_equal_number_leave_no_usual_one(tmp_path):
 def test_a_speed_that_its_label_contradicts(tmp_path):
     nf.write(runs.run(820), tmp_path / "gel_2.csv")
     (condition,) = campaign(tmp_path, pattern="{specimen}_{speed_mm_s}").conditions
-    (odd,) = condition.recordings[0].oddities
+    (odd,) = condition.recordings[0].anomalies
     assert odd.kind == "label" and "says 2 mm/s" in odd.sentence and "at 5 mm/s" in odd.sentence
 
 
@@ -109,7 +109,7 @@ def test_saturation_beyond_the_puncture_stays(tmp_path):
     one = runs.run(830)
     nf.write(runs.changed(one, force=np.minimum(one.force, 0.3)), tmp_path / "gel_1.csv")
     (condition,) = campaign(tmp_path, pattern="{specimen}_{repeat}").conditions
-    (odd,) = condition.recordings[0].oddities
+    (odd,) = condition.recordings[0].anomalies
     assert odd.kind == "saturated" and "beyond the puncture" in odd.sentence and not odd.left_out
 
 
@@ -117,7 +117,7 @@ def test_a_coarse_sensor_is_not_saturated(tmp_path):
     one = runs.run(840)
     nf.write(runs.changed(one, force=np.round(one.force / 0.01) * 0.01), tmp_path / "gel_1.csv")
     (condition,) = campaign(tmp_path, pattern="{specimen}_{repeat}").conditions
-    assert condition.recordings[0].oddities == ()
+    assert condition.recordings[0].anomalies == ()
 
 
 def test_an_unknown_model_is_wrong_usage(folder):
@@ -139,7 +139,7 @@ def test_numbers_that_are_no_insertion_are_told(tmp_path):
     done = campaign(tmp_path, pattern="{specimen}_{repeat}")
     assert len(done.recordings) == 2 * len(forces)
     assert all(one.why and not one.answers for one in done.recordings)
-    assert not any(odd.kind == "saturated" for one in done.recordings for odd in one.oddities)
+    assert not any(odd.kind == "saturated" for one in done.recordings for odd in one.anomalies)
     done.report(tmp_path / "report.html")
     assert "NaN" not in (tmp_path / "report.html").read_text(encoding="utf-8")
 

@@ -54,7 +54,7 @@ def test_the_table_is_tidy_and_complete(done):
     assert set(made.file) == {one.file for one in done.recordings} | {""}
     for one in done.recordings:
         own = made[made.file == one.file].set_index("quantity")
-        assert own.value["oddities"] == len(one.oddities) and bool(own.outlier["oddities"]) == bool(one.oddities)
+        assert own.value["anomalies"] == len(one.anomalies) and bool(own.outlier["anomalies"]) == bool(one.anomalies)
         if one.answers:
             assert own.value["cutting_force"] == one.parameters["cutting_force"].value
             assert {"event_contact_depth", "event_puncture_1_force", "speed", "travel", "hold"} <= set(own.index)
@@ -134,14 +134,14 @@ def test_the_report_shows_every_repeat_and_every_reason(done, tmp_path):
     assert page.lines == drawn - off_axes + sum(each.model is not None for each in done.conditions)
     for one in done.recordings:
         assert one.file in text
-        for odd in one.oddities:
+        for odd in one.anomalies:
             assert odd.sentence.split("'")[0] in text
 
 
 def test_a_large_report_stays_small(done, tmp_path):
     import dataclasses
 
-    sound = [one for one in done.recordings if one.pooled and not one.oddities]
+    sound = [one for one in done.recordings if one.pooled and not one.anomalies]
     one = next(each for each in done.conditions if each.model is not None)
     renamed = [dataclasses.replace(sound[k % len(sound)], file=f"{k}.csv") for k in range(300)]
     many = [

@@ -52,21 +52,21 @@ def test_all_conditions_with_repeats_are_identified(real):
 
 def test_the_strokes_of_another_length_are_told(real):
     # nine insertions at 15 degrees: the stage went in 25 mm in four of them, 30 mm in five
-    moved = [one for one in real.recordings if any(odd.kind == "motion" for odd in one.oddities)]
+    moved = [one for one in real.recordings if any(odd.kind == "motion" for odd in one.anomalies)]
     assert len(moved) == 4
     assert all(one.fields["angle_deg"] == "15" and one.left_out for one in moved)
     assert {round(1e3 * one.seen["travel"].value) for one in moved} == {25}
 
 
 def test_sound_recordings_are_rarely_called_odd(real):
-    kinds = Counter(odd.kind for each in real.conditions for one in each.recordings for odd in one.oddities)
+    kinds = Counter(odd.kind for each in real.conditions for one in each.recordings for odd in one.anomalies)
     assert set(kinds) <= {"motion", "no_puncture"}  # nothing else is wrong with these, to the eye
     assert kinds["no_puncture"] <= 4
 
 
 def test_what_could_not_be_read_is_in_the_table(real):
     made = real.table()
-    told = made[(made.quantity == "oddities") & (made.status == "unreadable")]
+    told = made[(made.quantity == "anomalies") & (made.status == "unreadable")]
     assert len(told) == 1 and "the needle must move" in told.iloc[0].why
 
 
@@ -85,7 +85,7 @@ def test_a_fault_put_into_a_real_recording_is_named(recordings, tmp_path, kind, 
     one = nf.read(bad)
     nf.write(runs.changed(one, force=spoil(one.force)), tmp_path / bad.name)
     (condition,) = campaign([tmp_path / bad.name, *(each for each in files if each != bad)], pattern=PATTERN).conditions
-    named = {one.file.rsplit("/", 1)[-1]: [odd.kind for odd in one.oddities] for one in condition.recordings}
+    named = {one.file.rsplit("/", 1)[-1]: [odd.kind for odd in one.anomalies] for one in condition.recordings}
     assert len(named) == 5 and condition.model is not None
     assert kind in named.pop(bad.name) and not any(named.values())
 

@@ -60,17 +60,17 @@ def test_layers_are_refused_where_they_mean_nothing(repeats):
         assert done.returncode == 2 and "layers" in done.stderr and "Traceback" not in done.stderr
 
 
-def test_compare_tells_floor_and_unseen_repeats(repeats, tmp_path):
+def test_compare_reports_floor_and_held_out_repeats(repeats, tmp_path):
     out = tmp_path / "out.json", tmp_path / "out.html"
     done = run("compare", *repeats, "--models", "paper,cone_cylinder", "--json", out[0], "--report", out[1])
     assert done.returncode == 0, done.stderr
     assert "prediction" in done.stdout and "rms over 3 repeats" in done.stderr
     rows = json.loads(out[0].read_text())
     for row in rows:
-        errors, floor = (np.array(row["unseen"][name]) for name in ("prediction", "floor"))
+        errors, floor = (np.array(row["cross_validation"][name]) for name in ("prediction", "floor"))
         assert errors.shape == floor.shape == (3, 4)
         assert row["prediction"] == pytest.approx(np.sqrt((errors[:, 0] ** 2).sum() / (floor[:, 0] ** 2).sum()))
-    assert 'id="figure-unseen"' in out[1].read_text() and "run2.csv" in out[1].read_text()
+    assert 'id="figure-cross-validation"' in out[1].read_text() and "run2.csv" in out[1].read_text()
 
 
 def test_one_recording_has_no_floor(repeats):

@@ -7,12 +7,12 @@
 
 #include "../../bindings/c/needleforce.h"
 
-enum { MOST_LAYERS = 16, MOST_KNOTS = 32, MOST_WORDS = 64 };
+enum { MAX_LAYERS = 16, MOST_KNOTS = 32, MOST_WORDS = 64 };
 
 typedef struct {
-  nf_layer layers[MOST_LAYERS];
-  nf_tip tips[MOST_LAYERS];
-  double radii[MOST_LAYERS][MOST_KNOTS], heights[MOST_LAYERS][MOST_KNOTS];
+  nf_layer layers[MAX_LAYERS];
+  nf_tip tips[MAX_LAYERS];
+  double radii[MAX_LAYERS][MOST_KNOTS], heights[MAX_LAYERS][MOST_KNOTS];
   size_t count;
   nf_settings settings;
   void *memory, *kept;

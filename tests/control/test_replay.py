@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.cross_validation import cycle_of, mean_of_others
-from needleforce.identification.one_layer.fit_recording import seen
+from needleforce.identification.cross_validation import mean_of_others, measured_cycle
+from needleforce.identification.one_layer.fit_recording import segmented
 
-WORST = 1.27  # of the table in docs/unseen.md, over the experiment's own repeatability, as is its 90th percentile 1.18
+# of the table in docs/cross_validation.md, over the experiment's own repeatability, as is its 90th percentile 1.18
+WORST = 1.27
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +33,7 @@ def outcome(replay, files):
 
 def test_a_model_of_other_repeats_gives_the_force_of_this_one_in_the_loop(replay, files, outcome):
     read = [nf.read(f, columns={"force": "fz", "depth": "pz"}, units={"time": "us", "depth": "mm"}) for f in files[:4]]
-    cycles = [cycle_of(seen(run)) for run in read]
+    cycles = [measured_cycle(segmented(run)) for run in read]
     floor = cycles[0].errors(mean_of_others(cycles, 0))[0]
     for way in ("prediction", "replay"):
         rms, _, _, relative, *_ = replay["numbers"](outcome, ("layered_as_fitted", way))

@@ -42,10 +42,10 @@ def test_an_identified_model_is_a_preset_that_predicts(tmp_path):
     assert fit.model.stiffness.reduced_modulus == pytest.approx(117.5e3, rel=0.02)
     fit.save(tmp_path / "mine.toml")
     assert nf.preset(tmp_path / "mine.toml") == fit.model
-    unseen = noisy(seed=9, motion=nf.Motion.insert(start=-3e-3, speed=1e-3, depth=9e-3, hold=2.0))
-    assert np.sqrt(np.mean((fit.predict(unseen) - unseen.force) ** 2)) < 6e-3
-    replay = fit.predict(unseen, events=nf.segment(unseen))
-    assert np.sqrt(np.mean((replay - unseen.force) ** 2)) < 8e-3
+    cross_validation = noisy(seed=9, motion=nf.Motion.insert(start=-3e-3, speed=1e-3, depth=9e-3, hold=2.0))
+    assert np.sqrt(np.mean((fit.predict(cross_validation) - cross_validation.force) ** 2)) < 6e-3
+    replay = fit.predict(cross_validation, events=nf.segment(cross_validation))
+    assert np.sqrt(np.mean((replay - cross_validation.force) ** 2)) < 8e-3
 
 
 @pytest.mark.parametrize("name, law", [("paper", "cone"), ("physical", "cone_cylinder")])
@@ -245,9 +245,9 @@ def test_a_filter_that_bends_the_loading_curve_is_told():
 
 
 def test_a_turn_too_short_to_see_is_not_called_identified():
-    seen = nf.identify(noisy(), model="paper").parameters["presliding"]
+    segmented = nf.identify(noisy(), model="paper").parameters["presliding"]
     # friction turns over twice 20 um; the cutting force lets go over 20 um of it
-    assert seen.identifiable and seen.low <= 20e-6 <= seen.high
+    assert segmented.identifiable and segmented.low <= 20e-6 <= segmented.high
     run = noisy()
     strayed = run.depth + 3e-6 * np.sin(7.0 * run.time)
     hidden = nf.identify(dataclasses.replace(run, depth=strayed), model="paper").parameters["presliding"]

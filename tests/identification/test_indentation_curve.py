@@ -81,11 +81,11 @@ def test_the_contact_of_the_independent_fit(approach):
 def test_cone_and_paraboloid_on_the_real_curve_are_not_told_apart(approach):
     cones = [nf.tips.Cone(math.radians(angle)) for angle in (25, 30)]
     best, same, other = compare_tips(*approach[:2], [nf.tips.Paraboloid(10e-6), *cones])
-    assert {best.fit.tip, same.fit.tip} == set(cones) and not same.told_apart
+    assert {best.fit.tip, same.fit.tip} == set(cones) and not same.distinguishable
     # n log of the ratio of the sums of squares, the parameters being as many
     ratio = 2 * len(approach[0]) * math.log(other.fit.residual_rms / best.fit.residual_rms)
     assert other.more_than_best == pytest.approx(ratio, rel=1e-9) and ratio > 100
-    assert other.noise > ratio and not other.told_apart
+    assert other.noise > ratio and not other.distinguishable
 
 
 def test_every_shape_is_here():
@@ -239,8 +239,8 @@ def test_too_little_free_travel_is_never_silent():
 def test_tips_of_different_shape_are_told_apart_and_their_faults_named():
     force = curve(tilt=0.0) + 1e-3 * noise(np.random.default_rng(15), 1)
     best, other = compare_tips(DEPTH, force, [CONE, PARABOLOID])
-    assert best.fit.tip == PARABOLOID and not best.told_apart and best.more_than_best == 0.0
-    assert other.told_apart and other.more_than_best > 10.0
+    assert best.fit.tip == PARABOLOID and not best.distinguishable and best.more_than_best == 0.0
+    assert other.distinguishable and other.more_than_best > 10.0
     with pytest.raises(nf.InputError, match="tips is none"):
         compare_tips(DEPTH, force, [])
     with pytest.raises(nf.InputError, match=r"^Cone\(.*not rising"):

@@ -9,10 +9,10 @@ import pytest
 
 import needleforce as nf
 from needleforce import core
-from needleforce.identification.layered.binned_cycle import COARSE, courses_of
+from needleforce.identification.layered.binned_cycle import COARSE, binned_cycles
 from needleforce.identification.layered.search import grow, made_passive, refined
 from needleforce.identification.layered.uncertainty import spread
-from needleforce.identification.one_layer.fit_recording import seen
+from needleforce.identification.one_layer.fit_recording import segmented
 from needleforce.identification.result import with_ruptures
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=2e-3, depth=21e-3, hold=5.0)
@@ -52,9 +52,9 @@ def test_two_layers_are_found_with_their_numbers(identified):
         found = fit.parameters[key]
         assert abs(found.value - value) < share * value + (place if found.unit == "m" else 0.0), found
     for each, own in zip(fit.recordings, punctures):
-        seen = [each.parameters[key].value for key in ("puncture_depth", "layer_2_puncture_depth")]
-        np.testing.assert_allclose(seen[0], own[0], atol=0.15e-3)
-        assert name == "layered" or abs(seen[1] - own[1]) < 0.15e-3
+        segmented = [each.parameters[key].value for key in ("puncture_depth", "layer_2_puncture_depth")]
+        np.testing.assert_allclose(segmented[0], own[0], atol=0.15e-3)
+        assert name == "layered" or abs(segmented[1] - own[1]) < 0.15e-3
         assert each.quality.nrmse < residual
     assert all(type(layer.friction) is NAMED[name] for layer in fit.model.layers)
 
@@ -92,14 +92,17 @@ def test_draws_are_as_wide_as_the_intervals(identified):
 def test_a_new_insertion_is_foretold_and_replayed(identified):
     name, *_, fit = identified
     if name == "layered":  # far from the repeats the passive form, found less well, errs by a tenth
-        unseen, _ = repeat(99, name)
-        error = fit.predict(unseen) - unseen.force
-        assert np.sqrt(np.mean(error**2)) < 0.05 * unseen.force.max()
+        held_out, _ = repeat(99, name)
+        error = fit.predict(held_out) - held_out.force
+        assert np.sqrt(np.mean(error**2)) < 0.05 * held_out.force.max()
         return
-    unseen, _ = repeat(99, name, noise=0.0, later=0.6e-3)
-    peak = unseen.force.max()
-    foretold, replayed = fit.predict(unseen), fit.predict(unseen, events=nf.segment(unseen))
-    errors = [float(np.sqrt(np.mean((force - unseen.force) ** 2))) / peak for force in (foretold, replayed)]
+    held_out, _ = repeat(99, name, noise=0.0, later=0.6e-3)
+    peak = held_out.force.max()
+    foretold, replayed = (
+        fit.predict(held_out),
+        fit.predict(held_out, events=nf.segment(held_out)),
+    )
+    errors = [float(np.sqrt(np.mean((force - held_out.force) ** 2))) / peak for force in (foretold, replayed)]
     assert errors[1] < 0.03 and errors[1] < errors[0] < 0.12
 
 
@@ -133,7 +136,7 @@ def test_intervals_hold_the_truth_between_repeats_that_scatter():
     motion = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=14e-3, hold=2.0)
     for campaign in range(40):
         runs = [repeat(1000 + 4 * campaign + k, layers=1, motion=motion, scale=0.08)[0] for k in range(4)]
-        coarse, fine = (courses_of([(run, nf.segment(run)) for run in runs], bins) for bins in (125, 500))
+        coarse, fine = (binned_cycles([(run, nf.segment(run)) for run in runs], bins) for bins in (125, 500))
         found = spread(refined(next(grow(coarse, 1)), fine)).estimates()
         for name, value in truth.items():
             inside[name] += found[name].low <= value <= found[name].high
@@ -192,6 +195,6 @@ def test_in_the_passive_form_one_layer_more_never_fits_worse(recordings):
     read = [
         nf.read(file, columns={"force": "fz", "depth": "pz"}, units={"time": "us", "depth": "mm"}) for file in files
     ]
-    courses = courses_of([(single.recording, single.events) for single in map(seen, read)], COARSE)
-    residuals = [each.residual for each in made_passive(grow(courses, 3))]
+    cycles = binned_cycles([(single.recording, single.events) for single in map(segmented, read)], COARSE)
+    residuals = [each.residual for each in made_passive(grow(cycles, 3))]
     assert residuals[2] < residuals[1] < residuals[0]

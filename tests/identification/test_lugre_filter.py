@@ -152,7 +152,7 @@ def test_parameters_come_back_and_innovations_are_white(seed):
     errors = np.log([getattr(found.law, name) for name in NAMES]) - np.log(TRUTH)
     assert (np.abs(errors) < 3.0 * found.relative_sd[-1]).all(), errors / found.relative_sd[-1]
     assert (found.relative_sd[-1] < 0.1).all()  # and not for want of a claim
-    assert found.told == 6 and all(each.identifiable for each in found.parameters.values())
+    assert found.identifiable == 6 and all(each.identifiable for each in found.parameters.values())
     unit = (found.innovation / np.sqrt(found.variance))[learned:]
     bound = chi2.ppf(0.999, 20)
     assert portmanteau(unit) < bound
@@ -182,7 +182,7 @@ def test_a_constant_velocity_tells_the_sliding_friction_alone(velocity, off):
     others = np.linalg.svd(np.eye(6) - np.outer(along, along))[0][:, :5]
     assert np.linalg.eigvalsh(others.T @ left @ others)[0] > 0.9
     assert along @ left @ along < 0.05
-    assert found.told == 1 and not any(each.identifiable for each in found.parameters.values())
+    assert found.identifiable == 1 and not any(each.identifiable for each in found.parameters.values())
     assert found.law.sliding(1.0, velocity) == pytest.approx(law().sliding(1.0, velocity), rel=2e-3)
 
 
@@ -215,7 +215,7 @@ def test_a_parameter_that_starts_at_zero_is_held_there():
     found = filter_lugre(*insertion(excitation(2.0)), dahl, NOISE)
     assert found.law.bristle_damping == found.law.viscous == 0.0
     assert found.law.static_friction == found.law.coulomb != 18.0
-    assert not found.parameters["viscous"].identifiable and found.told == 2  # sigma_0 and F_c
+    assert not found.parameters["viscous"].identifiable and found.identifiable == 2  # sigma_0 and F_c
 
 
 @pytest.mark.parametrize(

@@ -173,8 +173,8 @@ def test_a_difference_that_no_line_describes_gives_an_upper_bound():
 
 def test_a_cutting_force_that_swings_is_no_unevenness():
     run = first_pass(0)
-    swinging = 0.04 * np.sin(2 * np.pi * run.depth / 1.7e-3) * (run.axes["cutting"] > 0)
-    found = two_passes([dataclasses.replace(run, force=run.force + swinging)], [second_pass(1)])
+    oscillating = 0.04 * np.sin(2 * np.pi * run.depth / 1.7e-3) * (run.axes["cutting"] > 0)
+    found = two_passes([dataclasses.replace(run, force=run.force + oscillating)], [second_pass(1)])
     assert not found.upper_bound and cutting(found) == pytest.approx(F_C, abs=4e-3)
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.cli import main
-from needleforce.export import given, header
+from needleforce.export import header, model_source
 
 
 @pytest.fixture(scope="module")
@@ -25,13 +25,13 @@ def export(*arguments):
 
 def test_the_json_of_a_fit_holds_the_whole_model(fit, tmp_path):
     (tmp_path / "fit.json").write_text(fit.to_json())
-    assert given(tmp_path / "fit.json").model == fit.model
+    assert model_source(tmp_path / "fit.json").model == fit.model
 
 
 def test_a_fit_and_the_preset_it_saves_export_the_same_numbers(fit, tmp_path):
     (tmp_path / "fit.json").write_text(fit.to_json())
     fit.save(tmp_path / "fit.toml")
-    of_json, of_toml = (given(tmp_path / f"fit.{ending}") for ending in ("json", "toml"))
+    of_json, of_toml = (model_source(tmp_path / f"fit.{ending}") for ending in ("json", "toml"))
     assert header(of_json.model, "c", "fit") == header(of_toml.model, "c", "fit")
     assert of_json.sources[0] == f"Recording insertion.csv, ok, sha256 {fit.recordings[0].recording.card.sha256[:16]}"
     assert any(fit.warnings[0] in line for line in of_json.sources)
@@ -91,10 +91,10 @@ def test_a_number_lost_in_the_json_is_told_with_its_place(fit, tmp_path):
     document["preset"]["friction"]["per_length_N_per_m"] = None
     (tmp_path / "fit.json").write_text(json.dumps(document))
     with pytest.raises(nf.InputError, match=r"fit.json: .*friction.*per_length"):
-        given(tmp_path / "fit.json")
+        model_source(tmp_path / "fit.json")
     (tmp_path / "fit.json").write_bytes(b"\xff\xfe{")
     with pytest.raises(nf.InputError, match="no JSON"):
-        given(tmp_path / "fit.json")
+        model_source(tmp_path / "fit.json")
 
 
 @pytest.mark.parametrize(
@@ -109,10 +109,10 @@ def test_a_number_lost_in_the_json_is_told_with_its_place(fit, tmp_path):
 def test_a_fit_that_was_altered_is_refused(change, fit, tmp_path):
     (tmp_path / "fit.json").write_text(json.dumps(json.loads(fit.to_json()) | change))
     with pytest.raises(nf.InputError, match=r"fit\.json: file is no fit"):
-        given(tmp_path / "fit.json")
+        model_source(tmp_path / "fit.json")
 
 
 def test_json_without_end_is_refused(tmp_path):
     (tmp_path / "fit.json").write_text("[" * 200_000)
     with pytest.raises(nf.InputError, match=r"fit\.json: fit is no JSON"):
-        given(tmp_path / "fit.json")
+        model_source(tmp_path / "fit.json")

@@ -8,7 +8,7 @@ from importlib.metadata import files
 import pytest
 from building import TOOLS, built, said
 
-from needleforce.export import given, header
+from needleforce.export import header, model_source
 
 # the paper's 18.6 N/m over 8 mm of shaft, and 0.0776 N at the tip; the puncture at the first step beyond 3.237 mm
 SAID = "puncture at 3.238 mm\nforce at 8.0 mm: 0.2264 N\n"
@@ -62,7 +62,7 @@ def test_another_minor_version_is_not_taken(prefix, outside):
 @pytest.mark.parametrize("path, language", [("cpp/gel.hpp", "c++"), ("c/gel.h", "c")])
 def test_their_headers_are_what_export_writes(root, path, language):
     """After a change: needleforce export paper --name gel --language … -o examples/outside/…"""
-    assert (root / "examples" / "outside" / path).read_text() == header(given("paper").model, language, "gel")
+    assert (root / "examples" / "outside" / path).read_text() == header(model_source("paper").model, language, "gel")
 
 
 def test_a_wheel_has_none_of_this():

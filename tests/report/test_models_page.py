@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 from test_report_page import figures, plain
 
-from needleforce.identification.compare import Row
-from needleforce.identification.cross_validation import Unseen
+from needleforce.identification.compare import ModelRow
+from needleforce.identification.cross_validation import CrossValidation
 from needleforce.report import write_comparison
 from needleforce.report.models_page import best_possible, floor_words, model_rows, over_floor
 
 FLOOR = np.array([0.03, 0.04, 0.05])
 
 
-def row(model: str, factor: float, floor=FLOOR, **options) -> Row:
+def row(model: str, factor: float, floor=FLOOR, **options) -> ModelRow:
     """A model whose errors are ``factor`` times the floor in every stroke."""
     floors = np.tile(floor[:, None], 4)
-    unseen = Unseen(factor * floors, 0.9 * factor * floors, floors)
+    cross_validation = CrossValidation(factor * floors, 0.9 * factor * floors, floors)
     known = bool(np.isfinite(floor).any())
     ratios = {"prediction": factor, "replay": 0.9 * factor, "by_stroke": (factor,) * 3} if known else {}
     numbers = {"bic": -10.0, "nrmse": 0.02, "left_out": 0.04, "bic_correlated": -5.0, "numbers": 3, "wins": 1}
-    return Row(model, **(numbers | {"residual": 0.01} | ratios | options), unseen=unseen)
+    return ModelRow(model, **(numbers | {"residual": 0.01} | ratios | options), cross_validation=cross_validation)
 
 
 @pytest.fixture
@@ -61,7 +61,7 @@ def test_what_the_best_of_models_could_reach(rows):
 
 def test_dots_have_the_rms_of_the_table_and_leave_out_what_has_no_floor():
     floor = np.array([0.03, np.nan, 0.04, 0.05])
-    prediction, replay, floors = over_floor(row("any", 2.0, floor).unseen)
+    prediction, replay, floors = over_floor(row("any", 2.0, floor).cross_validation)
     assert len(prediction) == 3
     for dots, rms in ((prediction, 2.0), (replay, 1.8), (floors, 1.0)):
         assert np.sqrt(np.mean(dots**2)) == pytest.approx(rms)

@@ -5,7 +5,18 @@ import numpy as np
 import pytest
 
 from needleforce import Motion
-from needleforce.rig.live.axis import LAG, LIMITS, PLAY, START, STEP, STOP_DECELERATION, Axis, Encoder, Profile, towards
+from needleforce.rig.live.axis import (
+    LAG,
+    LIMITS,
+    PLAY,
+    START,
+    STEP,
+    STOP_DECELERATION,
+    Axis,
+    Encoder,
+    MotionProfile,
+    towards,
+)
 from needleforce.wire.axis_lines import CONDITIONS, SILENCE
 
 A = LIMITS.max_acceleration
@@ -25,7 +36,7 @@ def courses(axis, until, begin=0.0, talking=True):
 @pytest.mark.parametrize("target, speed", [(16e-3, 3e-3), (-4.5e-3, 1e-3), (-3.99e-3, 5e-3), (60e-3, 50e-3)])
 def test_a_move_from_rest_is_the_trapezoid_of_a_motion(target, speed):
     motion = Motion(START, ((target, speed),))
-    profile = Profile(2.0, START, towards(START, 0.0, target, speed, A))
+    profile = MotionProfile(2.0, START, towards(START, 0.0, target, speed, A))
     times = np.linspace(-0.5, motion.duration + 0.5, 501)
     depth, velocity = np.array([profile.at(2.0 + time) for time in times]).T
     np.testing.assert_allclose(depth, motion.at(times)[0], atol=1e-12)
@@ -37,7 +48,7 @@ def test_a_move_from_rest_is_the_trapezoid_of_a_motion(target, speed):
 @pytest.mark.parametrize("target", [-10e-3, 0.0, 0.1e-3, 10e-3])
 @pytest.mark.parametrize("speed", [2e-3, 30e-3])
 def test_a_move_on_the_way_arrives_without_a_jump_and_within_its_acceleration(velocity, target, speed):
-    profile = Profile(0.0, 0.0, towards(0.0, velocity, target, speed, A))
+    profile = MotionProfile(0.0, 0.0, towards(0.0, velocity, target, speed, A))
     times = np.linspace(0.0, profile.end + 0.1, 20_001)
     depth, speeds = np.array([profile.at(time) for time in times]).T
     assert depth[-1] == pytest.approx(target, abs=1e-12) and speeds[-1] == 0.0

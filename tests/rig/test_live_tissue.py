@@ -7,7 +7,7 @@ import pytest
 import needleforce as nf
 from needleforce.rig import Sensor, SpeedClock, paper_experiment
 from needleforce.rig.live.tissue import ModelTissue, PhantomTissue, phantom_site
-from needleforce.rig.run import perform, way
+from needleforce.rig.run import path_of_run, perform
 
 DEPTH, SHORT, DT = 16e-3, 0.3e-3, 1e-3
 
@@ -17,7 +17,7 @@ def stepped(tissue, depths, axis="force"):
 
 
 def stroke(depth, speed=3e-3):
-    motion = way(-4e-3, speed, depth, 1.0)
+    motion = path_of_run(-4e-3, speed, depth, 1.0)
     return motion.at(np.arange(int(motion.duration / DT) + 1) * DT)[0]
 
 
@@ -42,7 +42,7 @@ def test_two_passes_are_those_of_the_experiment_of_the_same_seed(sites, number, 
 
 def test_the_whole_wrench_is_what_a_run_without_noise_records(sites):
     quiet = Sensor(1, noise=0.0, torque_noise=0.0, bias=0.0)
-    motion = way(-4e-3, 3e-3, DEPTH, 1.0)
+    motion = path_of_run(-4e-3, 3e-3, DEPTH, 1.0)
     run = perform(sites[0], motion, quiet, SpeedClock(), np.random.Generator(np.random.PCG64(0)))
     depths = motion.at(run.time)[0]
     for axis in ("force", "fx", "ty"):

@@ -7,7 +7,7 @@ import pytest
 from needleforce import InputError
 from needleforce.recording.joining import integral
 from needleforce.rig import SpeedClock
-from needleforce.rig.run import way
+from needleforce.rig.run import path_of_run
 
 
 def stream(seed=5):
@@ -17,7 +17,7 @@ def stream(seed=5):
 @pytest.mark.parametrize("speed", [1e-3, 3e-3])
 @pytest.mark.parametrize("seed", range(5))
 def test_the_integral_of_the_velocity_returns_to_the_commanded_depth(speed, seed):
-    motion = way(-4e-3, speed, 16e-3, 1.0)
+    motion = path_of_run(-4e-3, speed, 16e-3, 1.0)
     clock = SpeedClock()
     stamps, velocity = clock.record(motion, stream(seed))
     true = motion.at(stamps)[0]
@@ -29,7 +29,7 @@ def test_the_integral_of_the_velocity_returns_to_the_commanded_depth(speed, seed
 
 
 def test_a_clock_without_faults_gives_the_motion_itself():
-    motion = way(-4e-3, 3e-3, 16e-3, 1.0)
+    motion = path_of_run(-4e-3, 3e-3, 16e-3, 1.0)
     stamps, velocity = SpeedClock(jitter=0.0, noise=0.0, resolution=0.0).record(motion, stream())
     np.testing.assert_allclose(velocity, motion.at(stamps)[1], atol=1e-8)
     depth = integral(stamps, velocity, motion.start, stamps)
@@ -38,7 +38,7 @@ def test_a_clock_without_faults_gives_the_motion_itself():
 
 
 def test_it_runs_at_its_own_rate_from_its_own_phase():
-    motion = way(-4e-3, 3e-3, 16e-3, 0.0)
+    motion = path_of_run(-4e-3, 3e-3, 16e-3, 0.0)
     first, second = (SpeedClock(jitter=0.0).record(motion, stream(seed))[0] for seed in (1, 2))
     np.testing.assert_allclose(np.diff(first), 1.0 / 60.0, atol=2e-6)
     assert 0.0 <= first[0] < 1.0 / 60.0 and abs(first[0] - second[0]) > 1e-4
@@ -46,12 +46,12 @@ def test_it_runs_at_its_own_rate_from_its_own_phase():
 
 
 def test_time_increases_whatever_the_jitter():
-    stamps, _ = SpeedClock(jitter=1.0).record(way(-4e-3, 3e-3, 16e-3, 0.0), stream())
+    stamps, _ = SpeedClock(jitter=1.0).record(path_of_run(-4e-3, 3e-3, 16e-3, 0.0), stream())
     assert (np.diff(stamps) > 0.0).all()
 
 
 def test_velocity_comes_in_steps():
-    _, velocity = SpeedClock(resolution=0.05e-3).record(way(-4e-3, 3e-3, 16e-3, 0.0), stream())
+    _, velocity = SpeedClock(resolution=0.05e-3).record(path_of_run(-4e-3, 3e-3, 16e-3, 0.0), stream())
     np.testing.assert_allclose(velocity / 0.05e-3, np.rint(velocity / 0.05e-3), atol=1e-4)
 
 

@@ -17,7 +17,7 @@ _PATIENCE = 0.05  # [s] for one receive
 _PRIORITY = -10  # before what else the computer does
 
 
-class ForceWatch:
+class ForceMonitor:
     """Receives on a thread of its own into ``samples``. Over the limit it sends the axis its stop before all else.
 
     ``asked`` sends it as well, however long the other thread waits for a disk or a terminal.

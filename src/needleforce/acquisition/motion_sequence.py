@@ -14,7 +14,7 @@ _ASTRAY = 1e-3  # [m] off the way it was sent, beyond which an axis is let go no
 _BEGIN = 0.5  # [s] from the answer to a first state that says moving
 
 
-class Ended(Exception):
+class RunEnded(Exception):
     """A run is over: why, in a word or two, and what more there is to say."""
 
     def __init__(self, why: str, detail: str = ""):
@@ -22,8 +22,8 @@ class Ended(Exception):
         self.why, self.detail = why, detail
 
 
-class Course:
-    """Sends the moves. ``hear`` the states, ``step`` often; ``Ended`` is raised with ``DONE`` or what went wrong.
+class MotionSequence:
+    """Sends the moves. ``hear`` the states, ``step`` often; ``RunEnded`` is raised with ``DONE`` or what went wrong.
 
     ``phase`` is that of the motion, for the force plays no part in it: ``free`` until the first move, then
     ``insertion`` for all of the way in, ``hold``, ``extraction``.
@@ -43,14 +43,14 @@ class Course:
             self.state, self._heard = states[-1][0], now
         for state, _ in states:
             if state.condition in ("stalled", "fault"):
-                raise Ended(f"axis {state.condition}", f"at {1e3 * state.depth:.3f} mm")
+                raise RunEnded(f"axis {state.condition}", f"at {1e3 * state.depth:.3f} mm")
 
     def step(self, now: float) -> None:
         """Go on where there is something to do. Raises Ended."""
         self._now = now
         self._heard = self._heard or now
         if now - self._heard > self._patience:
-            raise Ended("axis silent", f"no state for {self._patience:g} s")
+            raise RunEnded("axis silent", f"no state for {self._patience:g} s")
         next(self._steps)
 
     def _all(self) -> Iterator[None]:
@@ -64,7 +64,7 @@ class Course:
             self.phase = Phase.insertion if depth > here else Phase.extraction
             yield from self._move(here, depth, speed)
             here = depth
-        raise Ended(DONE)
+        raise RunEnded(DONE)
 
     def _hold(self, seconds: float) -> Iterator[None]:
         self.phase, end = Phase.hold, self._now + seconds
@@ -79,15 +79,15 @@ class Course:
         sent = self._now
         while (answer := self._axis.answer("move")) is None:
             if self._now - sent > self._patience:
-                raise Ended("axis silent", f"no answer to a move for {self._patience:g} s")
+                raise RunEnded("axis silent", f"no answer to a move for {self._patience:g} s")
             yield
         if not answer.accepted:
-            raise Ended("move refused", answer.reason)
+            raise RunEnded("move refused", answer.reason)
         before, begun, self._moved = self.state.number, self._now, []
         longest = self._longest(abs(depth - start), speed)
         while not self._there(before, begun, depth):
             if self._now - begun > longest:
-                raise Ended("axis stalled", f"not at {1e3 * depth:.3f} mm after {longest:.1f} s")
+                raise RunEnded("axis stalled", f"not at {1e3 * depth:.3f} mm after {longest:.1f} s")
             self._check_way(*way)
             self._check_progress(depth, speed)
             yield
@@ -101,7 +101,7 @@ class Course:
         here = self.state.depth
         if not lowest <= here <= highest:
             sent = f"{1e3 * lowest:.3f} to {1e3 * highest:.3f} mm"
-            raise Ended("axis fault", f"at {1e3 * here:.3f} mm, off the way it was sent, {sent}")
+            raise RunEnded("axis fault", f"at {1e3 * here:.3f} mm, off the way it was sent, {sent}")
 
     def _longest(self, way: float, speed: float) -> float:
         return 5.0 + 2.0 * (way / speed + speed / self._axis.limits.max_acceleration)
@@ -114,7 +114,7 @@ class Course:
         if abs(state.depth - depth) <= REACHED:
             return True
         if self._moved or self._now - begun > _BEGIN:
-            raise Ended("axis stopped", f"at {1e3 * state.depth:.3f} mm instead of {1e3 * depth:.3f} mm")
+            raise RunEnded("axis stopped", f"at {1e3 * state.depth:.3f} mm instead of {1e3 * depth:.3f} mm")
         return False
 
     def _check_progress(self, depth: float, speed: float) -> None:
@@ -128,5 +128,5 @@ class Course:
             return
         ought = min(speed * span, 0.5 * self._axis.limits.max_acceleration * span**2, abs(depth - from_depth))
         if ought > REACHED and abs(self.state.depth - from_depth) < _SHARE * ought:
-            raise Ended("axis stalled", f"at {1e3 * self.state.depth:.3f} mm, though it says that it moves")
+            raise RunEnded("axis stalled", f"at {1e3 * self.state.depth:.3f} mm, though it says that it moves")
         self._moved.pop(0)

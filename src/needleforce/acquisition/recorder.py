@@ -12,11 +12,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..wire.rdt import is_fault, status_words
-from .force_monitor import ForceWatch
-from .motion_sequence import DONE, REACHED, Course, Ended
+from .force_monitor import ForceMonitor
+from .motion_sequence import DONE, REACHED, MotionSequence, RunEnded
 from .run import EVERY, Run
-from .run_writer import Keeper
-from .settings import Bias, Outcome, Progress, Settings
+from .run_writer import RunWriter
+from .settings import Progress, RestBias, RunResult, Settings
 from .sources.source import ForceSample, ForceSource
 
 _SLOWEST = 10.0  # times as long as its own clock says that the bias may take
@@ -35,7 +35,7 @@ def record_run(
     *,
     view: Callable[[Progress], None] | None = None,
     stop: threading.Event | None = None,
-) -> Outcome:
+) -> RunResult:
     """Record one run into ``path``: bias at rest, then ``moves`` (depth [m], speed [m/s]; to where the tip is: a time
     [s] to wait). Without any it goes on for ``settings.duration``, or until it is stopped or the source ends. A first
     move outwards is made before the bias is taken, and is not in the file.
@@ -46,7 +46,7 @@ def record_run(
     import mcap.writer  # noqa: F401 - before anything comes: an import holds up every thread
 
     stop = threading.Event() if stop is None else stop
-    watch = ForceWatch(force, axis, settings, stop)
+    watch = ForceMonitor(force, axis, settings, stop)
     try:
         _check(Path(path), axis, moves, settings)
         force.start()  # may wait for a header: Ctrl-C breaks into it, nothing is open yet
@@ -57,10 +57,10 @@ def record_run(
                 withdraw(axis, moves[0], watch, settings.silence, stop)
             bias = take_bias(watch, settings, stop)
             writer = _writer(path, force, card, settings)
-            keeper = Keeper(writer, force)
-            course = Course(axis, moves, settings.silence, watch.send_move) if moves else None
+            run_writer = RunWriter(writer, force)
+            course = MotionSequence(axis, moves, settings.silence, watch.send_move) if moves else None
             heard = axis or getattr(force, "axis", None)  # samples on standard input can have a depth beside them
-            return Run(Path(path), keeper, watch, heard, bias, settings, view).run(course, stop)
+            return Run(Path(path), run_writer, watch, heard, bias, settings, view).run(course, stop)
     finally:
         if axis:
             axis.stop()
@@ -116,7 +116,7 @@ def _interrupts(stop: threading.Event):
             signal.signal(number, handler)
 
 
-def await_readings(watch: ForceWatch, seconds: float, silence: float, stop: threading.Event) -> None:
+def await_readings(watch: ForceMonitor, seconds: float, silence: float, stop: threading.Event) -> None:
     """Until there are readings over so many ``seconds`` of their own clock. Raises InputError where none come, or their
     clock hardly goes on; KeyboardInterrupt.
     """
@@ -130,26 +130,26 @@ def await_readings(watch: ForceWatch, seconds: float, silence: float, stop: thre
         time.sleep(EVERY)
 
 
-def _standing(watch: ForceWatch, waited: float, seconds: float) -> InputError:
+def _standing(watch: ForceMonitor, waited: float, seconds: float) -> InputError:
     gone = (watch.samples[-1].device - watch.samples[0].device) * 1e-9 if watch.samples else 0.0
     limit = f"{seconds:g} s are needed; its counter or its times hardly go on"
     advice = "Check the rate on the sensor's page, or the times in the lines."
     return InputError("sensor's clock", f"{gone:.3g} s on after {waited:.1f} s", limit, "bias", advice)
 
 
-def withdraw(axis, move: tuple[float, float], watch: ForceWatch, patience: float, stop: threading.Event) -> None:
+def withdraw(axis, move: tuple[float, float], watch: ForceMonitor, patience: float, stop: threading.Event) -> None:
     """Make a move that goes outwards: a needle in tissue is not at rest. Any other is left as it is."""
-    state = _gone(Course(axis, [], patience, watch.send_move), axis, watch, stop)
+    state = _gone(MotionSequence(axis, [], patience, watch.send_move), axis, watch, stop)
     if move[0] < state.depth - REACHED:
         axis.check_move(*move)
-        _gone(Course(axis, [move], patience, watch.send_move), axis, watch, stop)
+        _gone(MotionSequence(axis, [move], patience, watch.send_move), axis, watch, stop)
         watch.samples.clear()
 
 
-def take_bias(watch: ForceWatch, settings: Settings, stop: threading.Event) -> Bias:
+def take_bias(watch: ForceMonitor, settings: Settings, stop: threading.Event) -> RestBias:
     """The bias from ``bias_time`` of readings; the watch then holds its limit. What was read stays in its queue."""
     await_readings(watch, settings.bias_time, settings.silence, stop)
-    bias = Bias()
+    bias = RestBias()
     if settings.bias_time:
         samples = list(watch.samples)
         bias = bias_of([s for s in samples if s.device - samples[0].device <= 1e9 * settings.bias_time], settings)
@@ -157,7 +157,7 @@ def take_bias(watch: ForceWatch, settings: Settings, stop: threading.Event) -> B
     return bias
 
 
-def _gone(course: Course, axis, watch: ForceWatch, stop: threading.Event):
+def _gone(course: MotionSequence, axis, watch: ForceMonitor, stop: threading.Event):
     """The state of the axis at the end of a course. Raises InputError where it ends badly."""
     try:
         while True:
@@ -165,13 +165,13 @@ def _gone(course: Course, axis, watch: ForceWatch, stop: threading.Event):
             course.hear(axis.receive(), time.monotonic())
             course.step(time.monotonic())
             time.sleep(EVERY)
-    except Ended as ended:
+    except RunEnded as ended:
         if ended.why != DONE:
             raise InputError("axis", ended.why.removeprefix("axis "), ended.detail) from None
         return course.state
 
 
-def _check_monitor(watch: ForceWatch, stop: threading.Event) -> None:
+def _check_monitor(watch: ForceMonitor, stop: threading.Event) -> None:
     if stop.is_set():
         raise KeyboardInterrupt
     if isinstance(watch.error, EOFError):
@@ -180,7 +180,7 @@ def _check_monitor(watch: ForceWatch, stop: threading.Event) -> None:
         raise watch.error if isinstance(watch.error, InputError) else InputError("sensor", "lost", str(watch.error))
 
 
-def bias_of(samples: list[ForceSample], settings: Settings) -> Bias:
+def bias_of(samples: list[ForceSample], settings: Settings) -> RestBias:
     """Mean and noise of healthy readings. Raises InputError for too few, or for an axial force that is not steady.
 
     Steady: the mean of the last third within ``settings.steady`` [N] of that of the first, and so the noise.
@@ -194,7 +194,7 @@ def bias_of(samples: list[ForceSample], settings: Settings) -> Bias:
     wrench = np.array(healthy)
     _check_steady(wrench[:, settings.column], settings.steady)
     mean, noise = wrench.mean(axis=0), wrench.std(axis=0, ddof=1)
-    return Bias(tuple(mean.tolist()), tuple(noise.tolist()), len(healthy))
+    return RestBias(tuple(mean.tolist()), tuple(noise.tolist()), len(healthy))
 
 
 def _check_steady(force: np.ndarray, steady: float) -> None:

@@ -10,8 +10,8 @@ from ..errors import InputError
 from ..recording.alignment import LiveAlignment
 from ..wire.axis_lines import AxisState
 from ..wire.rdt import is_fault, status_words
-from .motion_sequence import Ended
-from .settings import Bias
+from .motion_sequence import RunEnded
+from .settings import RestBias
 from .sources.sequence import Kind, SequenceCheck
 from .sources.source import ForceSample, ForceSource
 
@@ -39,7 +39,7 @@ class DeviceClock:
         return self._host
 
 
-class Keeper:
+class RunWriter:
     """Writes one run with ``writer``, a LogWriter. What the writer cannot raises Ended."""
 
     def __init__(self, writer, source: ForceSource):
@@ -88,7 +88,7 @@ class Keeper:
             stamp = self._axis_clock.host(device, arrival)
             self._write("state", state.number, arrival, device, stamp, state.depth, state.velocity)
 
-    def bias(self, bias: Bias) -> None:
+    def bias(self, bias: RestBias) -> None:
         """Mark the bias."""
         self.mark("bias", wrench=list(bias.wrench), noise=list(bias.noise), samples=bias.samples)
 
@@ -139,4 +139,4 @@ class Keeper:
         try:
             getattr(self._writer, what)(*arguments, **facts)
         except (InputError, OSError) as error:
-            raise Ended(FILE_ENDS[not any(words in str(error) for words in _FULL)], str(error)) from None
+            raise RunEnded(FILE_ENDS[not any(words in str(error) for words in _FULL)], str(error)) from None

@@ -58,7 +58,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Bias:
+class RestBias:
     """What the sensor says at rest: mean and standard deviation (6,) [N, N m] over ``samples`` readings."""
 
     wrench: tuple[float, ...] = (0.0,) * 6
@@ -67,7 +67,7 @@ class Bias:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RunResult:
     """What a run came to. ``ended`` is one of ``done``, ``force limit``, ``interrupted``, ``source ended``, ``sensor
     silent``, ``sensor fault``, ``sensor lost``, ``axis silent``, ``axis stalled``, ``axis fault``, ``axis stopped``,
     ``axis lost``, ``move refused``, ``disk full``, ``file not written``; ``detail`` says more where there is more.
@@ -85,7 +85,7 @@ class Outcome:
     doubled: int
     late: int
     longest_own_gap: float
-    bias: Bias
+    bias: RestBias
     peak_force: float
     cpu_share: float
     alignment_uncertainty: float | None

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-SPOILED = ("sign", "force_unit", "depth_unit", "saturated")
-"""Kinds of oddities after which a force curve is not what was measured."""
+INVALIDATING = ("sign", "force_unit", "depth_unit", "saturated")
+"""Kinds of anomalies after which a force curve is not what was measured."""
 _SHOWN = {"m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "N/m": (1e-3, "N/mm"), "N/m^2": (1e-6, "N/mm²"), "1": (1.0, "")}
 
 
 @dataclass(frozen=True)
-class Oddity:
+class Anomaly:
     """``quantity`` has ``value`` [SI ``unit``] where the repeats have ``usual`` (NaN where nothing is compared).
 
     ``sentence`` says so in words, with what to do; ``left_out``: the pooled fit goes on without the recording.

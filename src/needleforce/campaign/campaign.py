@@ -10,12 +10,12 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording import read
-from .anomaly import SPOILED, Oddity
+from .anomaly import INVALIDATING, Anomaly
 from .condition import Read, condition
 from .conditions import Label, grouped, label_files
 from .labels import REPEATS, find_files
 from .outliers import wrong_labels
-from .result import Campaign, Condition, Outcome
+from .result import Campaign, Condition, RecordingResult
 
 Progress = Callable[[Any, str], Any]
 
@@ -91,15 +91,15 @@ def _with_wrong_labels(conditions: list[Condition]) -> list[Condition]:
     ]
 
 
-def _comparable(one: Outcome) -> bool:
+def _comparable(one: RecordingResult) -> bool:
     """A force of another sign, unit or range is no one's curve."""
-    return len(one.curve) > 0 and not any(each.kind in SPOILED for each in one.oddities)
+    return len(one.curve) > 0 and not any(each.kind in INVALIDATING for each in one.anomalies)
 
 
-def _of_none(one: Outcome, why: str) -> Outcome:
-    oddity = Oddity("no_condition", "", float("nan"), float("nan"), "", why)
-    return dataclasses.replace(one, oddities=(*one.oddities, oddity), pooled=False)
+def _of_none(one: RecordingResult, why: str) -> RecordingResult:
+    oddity = Anomaly("no_condition", "", float("nan"), float("nan"), "", why)
+    return dataclasses.replace(one, anomalies=(*one.anomalies, oddity), pooled=False)
 
 
-def _with(one: Outcome, oddity: Oddity | None) -> Outcome:
-    return one if oddity is None else dataclasses.replace(one, oddities=(*one.oddities, oddity))
+def _with(one: RecordingResult, oddity: Anomaly | None) -> RecordingResult:
+    return one if oddity is None else dataclasses.replace(one, anomalies=(*one.anomalies, oddity))

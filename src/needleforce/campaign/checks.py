@@ -8,9 +8,9 @@ import numpy as np
 from ..recording import Recording
 from ..segmentation import Events, segment
 from ..segmentation.segment import FALL_DEPTH
-from .anomaly import SPOILED, Oddity, shown
-from .repeat_checks import Repeat, oddities_beside
-from .summary import Observed, observe
+from .anomaly import INVALIDATING, Anomaly, shown
+from .repeat_checks import Repeat, repeat_anomalies
+from .summary import RecordingSummary, summarise
 
 SIGN_NOISE = 5.0  # by so many noises a mean force counts as a push or a pull
 GAP = 10.0  # median steps: an insertion robot's usual stalls are shorter
@@ -21,7 +21,9 @@ SPEED_FIELD = "speed_mm_s"
 NO_FIELDS: Mapping[str, str] = {}
 
 
-def oddities_alone(recording: Recording, events: Events, seen: Observed, fields: Mapping[str, str]) -> Iterator[Oddity]:
+def recording_anomalies(
+    recording: Recording, events: Events, seen: RecordingSummary, fields: Mapping[str, str]
+) -> Iterator[Anomaly]:
     """Each with its sentence; nothing for a sound recording."""
     yield from _sign(recording, seen)
     yield from _saturated(events, seen)
@@ -30,7 +32,7 @@ def oddities_alone(recording: Recording, events: Events, seen: Observed, fields:
     yield from _speed_label(seen, fields)
 
 
-def _sign(recording: Recording, seen: Observed) -> Iterator[Oddity]:
+def _sign(recording: Recording, seen: RecordingSummary) -> Iterator[Anomaly]:
     """Negative on the way in and positive on the way out; without a way out, what reading saw."""
     least = SIGN_NOISE * seen.noise if seen.noise > 0.0 else 0.0
     unseen = np.isnan(seen.pull) and any(note.kind == "sign" for note in recording.notes)
@@ -38,10 +40,10 @@ def _sign(recording: Recording, seen: Observed) -> Iterator[Oddity]:
         said = f"The force has the wrong sign: on average {shown(seen.push, 'N')} on the way in"
         said += "" if unseen else f" and {shown(seen.pull, 'N')} on the way out"
         said += ", but + opposes insertion. Give --unit force=-N."
-        yield Oddity("sign", "peak_force", seen.push, float("nan"), "N", said, left_out=True)
+        yield Anomaly("sign", "peak_force", seen.push, float("nan"), "N", said, left_out=True)
 
 
-def _saturated(events: Events, seen: Observed) -> Iterator[Oddity]:
+def _saturated(events: Events, seen: RecordingSummary) -> Iterator[Anomaly]:
     if not seen.flat:
         return
     deformation = next(iter(events.spans("deformation")), None)
@@ -49,26 +51,26 @@ def _saturated(events: Events, seen: Observed) -> Iterator[Oddity]:
     said = f"The force is saturated: {seen.flat} samples in a row stand at its extreme of {shown(seen.peak, 'N')} "
     said += "while the needle moves" + (", up to the puncture" if before else ", beyond the puncture")
     said += ". Record again with a greater range of the sensor."
-    yield Oddity("saturated", "peak_force", seen.peak, float("nan"), "N", said, left_out=before)
+    yield Anomaly("saturated", "peak_force", seen.peak, float("nan"), "N", said, left_out=before)
 
 
-def _dropped(seen: Observed) -> Iterator[Oddity]:
+def _dropped(seen: RecordingSummary) -> Iterator[Anomaly]:
     blind = seen.gap * seen.speed
     if seen.gap > GAP * seen.step or (seen.gap > 3.0 * seen.step and blind > FALL_DEPTH) or seen.lost > LOST:
         said = f"Samples were dropped: the longest gap is {shown(seen.gap, 's')}, the median step {seen.step:.3g} s, "
         said += f"and {100 * seen.lost:.2g} % of the samples are missing"
         said += f"; a puncture within the {shown(blind, 'm')} of such a gap is not seen." if blind > FALL_DEPTH else "."
-        yield Oddity("dropped", "longest_gap", seen.gap, seen.step, "s", said)
+        yield Anomaly("dropped", "longest_gap", seen.gap, seen.step, "s", said)
 
 
-def _drift(seen: Observed) -> Iterator[Oddity]:
+def _drift(seen: RecordingSummary) -> Iterator[Anomaly]:
     if abs(seen.drift) > max(DRIFT_NOISE * seen.noise, DRIFT_PEAK * seen.peak):
         said = f"The baseline drifts: {shown(seen.before, 'N')} before the contact, {shown(seen.after, 'N')} after "
         said += f"the exit, of a greatest force of {shown(seen.peak, 'N')}. Let the sensor warm up, or zero it."
-        yield Oddity("drift", "drift", seen.drift, 0.0, "N", said)
+        yield Anomaly("drift", "drift", seen.drift, 0.0, "N", said)
 
 
-def _speed_label(seen: Observed, fields: Mapping[str, str]) -> Iterator[Oddity]:
+def _speed_label(seen: RecordingSummary, fields: Mapping[str, str]) -> Iterator[Anomaly]:
     """Only a field in mm/s can be held against the motion."""
     try:
         labelled = 1e-3 * float(fields.get(SPEED_FIELD, "nan"))
@@ -77,12 +79,12 @@ def _speed_label(seen: Observed, fields: Mapping[str, str]) -> Iterator[Oddity]:
     if labelled > 0.0 and abs(seen.speed / labelled - 1.0) > SPEED_LABEL:
         said = f"The label is wrong or the motion is: {SPEED_FIELD} says {shown(labelled, 'm/s')}, but the needle "
         said += f"goes in at {shown(seen.speed, 'm/s')}."
-        yield Oddity("label", "speed", seen.speed, labelled, "m/s", said)
+        yield Anomaly("label", "speed", seen.speed, labelled, "m/s", said)
 
 
-def odd_recordings(named: Sequence[tuple[str, Recording]]) -> dict[str, list[Oddity]]:
-    """The oddities of recordings that are repeats of one another, by name; none for one in which nothing moves."""
-    return odd_repeats(moving_repeats([(name, recording, segment(recording)) for name, recording in named]))
+def check_recordings(named: Sequence[tuple[str, Recording]]) -> dict[str, list[Anomaly]]:
+    """The anomalies of recordings that are repeats of one another, by name; none for one in which nothing moves."""
+    return check_repeats(moving_repeats([(name, recording, segment(recording)) for name, recording in named]))
 
 
 def moving_repeats(seen: Sequence[tuple[str, Recording, Events]]) -> list[Repeat]:
@@ -90,18 +92,18 @@ def moving_repeats(seen: Sequence[tuple[str, Recording, Events]]) -> list[Repeat
     contacts = [events.contact.depth for _, _, events in seen if events.contact is not None]
     usual = float(np.median(contacts)) if contacts else None
     with np.errstate(all="ignore"):  # numbers too large for a force are told by their status
-        observed = [observe(recording, events, usual) for _, recording, events in seen]
+        observed = [summarise(recording, events, usual) for _, recording, events in seen]
     return [Repeat(*each, what) for each, what in zip(seen, observed) if what is not None]
 
 
-def odd_repeats(repeats: Sequence[Repeat], fields: Mapping[str, Mapping[str, str]] = {}) -> dict[str, list[Oddity]]:
-    """The oddities by name; ``fields`` are what the label of each says of it."""
+def check_repeats(repeats: Sequence[Repeat], fields: Mapping[str, Mapping[str, str]] = {}) -> dict[str, list[Anomaly]]:
+    """The anomalies by name; ``fields`` are what the label of each says of it."""
     with np.errstate(all="ignore"):
-        beside = oddities_beside(repeats)
+        beside = repeat_anomalies(repeats)
         return {
             each.name: _first_causes(
                 [
-                    *oddities_alone(each.recording, each.events, each.seen, fields.get(each.name, NO_FIELDS)),
+                    *recording_anomalies(each.recording, each.events, each.seen, fields.get(each.name, NO_FIELDS)),
                     *beside[each.name],
                 ]
             )
@@ -109,7 +111,7 @@ def odd_repeats(repeats: Sequence[Repeat], fields: Mapping[str, Mapping[str, str
         }
 
 
-def _first_causes(odd: list[Oddity]) -> list[Oddity]:
+def _first_causes(odd: list[Anomaly]) -> list[Anomaly]:
     """Without the missing puncture where the numbers themselves are wrong: that is why none is seen."""
-    spoiled = any(each.kind in SPOILED for each in odd)
+    spoiled = any(each.kind in INVALIDATING for each in odd)
     return [each for each in odd if not (spoiled and each.kind == "no_puncture")]

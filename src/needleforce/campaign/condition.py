@@ -11,12 +11,12 @@ import numpy as np
 from ..identification import Fit, RecordingFit, identify
 from ..recording import Recording
 from ..vocabulary import Status
-from .checks import moving_repeats, odd_repeats
+from .checks import check_repeats, moving_repeats
 from .conditions import Label
 from .outliers import outliers
 from .repeat_checks import copies
-from .result import Condition, Outcome
-from .summary import Observed, Trace, event_quantities, trace
+from .result import Condition, RecordingResult
+from .summary import RecordingSummary, Trace, event_quantities, trace
 
 ALL_LEFT_OUT = "No recording is left to pool: {}"
 NONE_ANSWERS = "No recording can answer: {}"
@@ -51,7 +51,7 @@ def condition(read: Sequence[Read], fields: dict[str, str], model: str | None, n
         [(each.name, each.recording, fitted[each.name].events) for each in good if each.name in fitted]
     )
     seen, odd = {each.name: each.seen for each in moving}, {each.name: [] for each in good}
-    odd |= odd_repeats(moving, {each.name: each.label.fields for each in good})
+    odd |= check_repeats(moving, {each.name: each.label.fields for each in good})
     odd |= {name: [oddity] for name, oddity in twice.items()}
     kept = [each for each in good if not any(one.left_out for one in odd[each.name])]
     pooled = first if len(kept) == len(fitted) else _identified([each.recording for each in kept], model, needle)
@@ -68,27 +68,29 @@ def _identified(recordings: list[Recording], model: str | None, needle) -> Fit:
     return identify(recordings, model=model, needle=needle) if recordings else Fit((), {}, None, None)
 
 
-def _outcome(read: Read, fit: RecordingFit | None, seen: Observed | None, odd: dict, pooled: set[str]) -> Outcome:
+def _outcome(
+    read: Read, fit: RecordingFit | None, seen: RecordingSummary | None, odd: dict, pooled: set[str]
+) -> RecordingResult:
     said = tuple(odd.get(read.name, ()))
     if fit is None:
         status = Status.unreadable if read.recording is None else Status.ok
         notes = (read.told(read.problem),) if read.problem else ()
-        return Outcome(read.name, read.label.fields, status, notes, oddities=said)
+        return RecordingResult(read.name, read.label.fields, status, notes, anomalies=said)
     quantities = event_quantities(read.recording, fit.events) | ({} if seen is None else seen.quantities())
     reading = [note.message for note in read.recording.notes]
     notes = dict.fromkeys(note for note in fit.notes if note not in reading)
-    base = Outcome(
+    base = RecordingResult(
         read.name, read.label.fields, fit.status, tuple(map(read.told, notes)), tuple(map(read.told, reading)), said,
         read.name in pooled, fit.events, quantities, fit.parameters, fit.quality,
     )  # fmt: skip
     return base if seen is None else dataclasses.replace(base, shown=seen.shown, curve=seen.curve)
 
 
-def _why(told: tuple[Outcome, ...], pooled: Fit) -> str:
+def _why(told: tuple[RecordingResult, ...], pooled: Fit) -> str:
     """Why a condition has no model."""
     if pooled.parameters:
         return " ".join(pooled.warnings)
-    reasons = dict.fromkeys(each.oddities[0].sentence if each.left_out else each.why for each in told)
+    reasons = dict.fromkeys(each.anomalies[0].sentence if each.left_out else each.why for each in told)
     few, more = list(reasons)[:3], len(reasons) - 3
     said = ALL_LEFT_OUT if any(each.left_out for each in told) else NONE_ANSWERS
     return said.format(" ".join(few) + (f" And {more} more reasons." if more > 0 else ""))

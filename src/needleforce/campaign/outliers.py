@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ..identification.estimates import Estimate
-from .anomaly import Oddity, shown
+from .anomaly import Anomaly, shown
 
 FEWEST = 4  # repeats
 LOOKED_AT = (
@@ -31,7 +31,7 @@ def limit(count: int) -> float:
     return float(np.interp(count, counts, limits))
 
 
-def outliers(repeats: Mapping[str, Mapping[str, Estimate]]) -> Iterator[tuple[str, Oddity]]:
+def outliers(repeats: Mapping[str, Mapping[str, Estimate]]) -> Iterator[tuple[str, Anomaly]]:
     """File and oddity for each parameter of ``repeats`` (file -> its own estimates) that is far off.
 
     At least four repeats must have the parameter. An outlier is beyond ``limit`` scaled MADs, a tenth of the median
@@ -53,16 +53,16 @@ def outliers(repeats: Mapping[str, Mapping[str, Estimate]]) -> Iterator[tuple[st
                 yield file, _outlier(each, middle, scale)
 
 
-def _outlier(each: Estimate, middle: float, scale: float) -> Oddity:
+def _outlier(each: Estimate, middle: float, scale: float) -> Anomaly:
     words = each.name.replace("_", " ")
     said = f"Its {words} is {shown(each.value, each.unit)}, far from that of its repeats, {shown(middle, each.unit)} "
     said += f"with a scatter of {shown(scale, each.unit)}."
-    return Oddity("outlier", each.name, each.value, middle, each.unit, said)
+    return Anomaly("outlier", each.name, each.value, middle, each.unit, said)
 
 
 def wrong_labels(
     curves: Mapping[str, Mapping[str, np.ndarray]], pooled: Mapping[str, Sequence[str]]
-) -> Iterator[tuple[str, Oddity]]:
+) -> Iterator[tuple[str, Anomaly]]:
     """File and oddity for each that is likely of another condition; it stays where it is, and is told.
 
     ``curves`` maps a condition's name to its files' loading curves [N]; ``pooled`` to the files that its mean is taken
@@ -106,7 +106,7 @@ def _nearest(curve: np.ndarray, means: dict) -> tuple[float, str] | None:
     return min(near) if near else None
 
 
-def _wrong_label(other: str, away: float, near: float) -> Oddity:
+def _wrong_label(other: str, away: float, near: float) -> Anomaly:
     said = f"Its label may be wrong: its force is {shown(away, 'N')} from the mean of its repeats, but only "
     said += f"{shown(near, 'N')} from that of the condition {other}. Check what it was recorded of."
-    return Oddity("label", "peak_force", away, near, "N", said)
+    return Anomaly("label", "peak_force", away, near, "N", said)

@@ -14,8 +14,8 @@ import numpy as np
 
 from ..recording import Recording
 from ..segmentation import Events
-from .anomaly import Oddity, nearest, shown
-from .summary import Observed
+from .anomaly import Anomaly, nearest, shown
+from .summary import RecordingSummary
 
 FORCE_FACTORS = {1000.0: "mN and N", 4.4482: "lbf and N", 9.80665: "kgf and N"}
 DEPTH_FACTORS = {1000.0: "mm and m", 25.4: "mm and in", 10.0: "mm and cm"}
@@ -35,10 +35,10 @@ class Repeat:
     name: str
     recording: Recording
     events: Events
-    seen: Observed
+    seen: RecordingSummary
 
 
-def copies(named: Sequence[tuple[str, Recording]]) -> dict[str, Oddity]:
+def copies(named: Sequence[tuple[str, Recording]]) -> dict[str, Anomaly]:
     """File -> that it has the same bytes as one before it."""
     first: dict[str, str] = {}
     found = {}
@@ -46,14 +46,14 @@ def copies(named: Sequence[tuple[str, Recording]]) -> dict[str, Oddity]:
         sha256 = recording.card.sha256
         if sha256 and sha256 in first:
             said = f"It has the same bytes as {first[sha256]}: a copy is no repeat. Remove one of the two."
-            found[name] = Oddity("copy", "", float("nan"), float("nan"), "", said, left_out=True)
+            found[name] = Anomaly("copy", "", float("nan"), float("nan"), "", said, left_out=True)
         first.setdefault(sha256, name)
     return found
 
 
-def oddities_beside(repeats: Sequence[Repeat]) -> dict[str, list[Oddity]]:
+def repeat_anomalies(repeats: Sequence[Repeat]) -> dict[str, list[Anomaly]]:
     """File -> what is odd in it next to the others, in the order of the checks."""
-    found: dict[str, list[Oddity]] = {each.name: [] for each in repeats}
+    found: dict[str, list[Anomaly]] = {each.name: [] for each in repeats}
     if len(repeats) < 2:
         return found
     for check in (_depth_units, _force_units, _motion, _punctures, _close_punctures):
@@ -63,16 +63,16 @@ def oddities_beside(repeats: Sequence[Repeat]) -> dict[str, list[Oddity]]:
     return found
 
 
-def _depth_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
+def _depth_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     usual = float(np.median([each.seen.travel for each in repeats]))
     for each in repeats if len(repeats) > 2 and usual > 0.0 else ():
         factor = nearest(each.seen.travel / usual, tuple(DEPTH_FACTORS), 0.05)
         if factor is not None:
             said = _units("depth", "travel", each.seen.travel, usual, "m", factor, DEPTH_FACTORS)
-            yield each.name, Oddity("depth_unit", "travel", each.seen.travel, usual, "m", said, left_out=True)
+            yield each.name, Anomaly("depth_unit", "travel", each.seen.travel, usual, "m", said, left_out=True)
 
 
-def _force_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
+def _force_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     """Of the same shape, and greater or smaller by the factor between two units that are mixed up."""
     if len(repeats) < 3:
         return
@@ -83,7 +83,7 @@ def _force_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
         factor = nearest(each.seen.peak / usual, tuple(FORCE_FACTORS), WITHIN)
         if factor is not None and _alike(each.seen.curve, like):
             said = _units("force", "greatest force", each.seen.peak, usual, "N", factor, FORCE_FACTORS)
-            yield each.name, Oddity("force_unit", "peak_force", each.seen.peak, usual, "N", said, left_out=True)
+            yield each.name, Anomaly("force_unit", "peak_force", each.seen.peak, usual, "N", said, left_out=True)
 
 
 def _units(what: str, words: str, value: float, usual: float, unit: str, factor: float, known: dict) -> str:
@@ -105,7 +105,7 @@ def _alike(curve: np.ndarray, other: np.ndarray) -> bool:
     return float(abs(np.corrcoef(curve[:n], other[:n])[0, 1])) > ALIKE
 
 
-def _motion(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
+def _motion(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     speeds = [each.seen.speed for each in repeats]
     holds = [each.seen.hold for each in repeats]
     limits = {"speed": SPEED * float(np.median(speeds)), "travel": TRAVEL}
@@ -116,7 +116,7 @@ def _motion(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
         for each, value in zip(repeats, values):
             if not sure or abs(value - usual) > limits[quantity]:
                 said = _moves(quantity, float(value), usual, unit, sure)
-                yield each.name, Oddity("motion", quantity, float(value), usual, unit, said, left_out=True)
+                yield each.name, Anomaly("motion", quantity, float(value), usual, unit, said, left_out=True)
 
 
 def _usual(values: np.ndarray, limit: float) -> tuple[float, bool]:
@@ -138,16 +138,16 @@ def _moves(quantity: str, value: float, usual: float, unit: str, sure: bool) -> 
     return said + OWN_FIELD
 
 
-def _punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
+def _punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     counts = [len(each.events.punctures) for each in repeats]
     with_one = sum(count > 0 for count in counts)
     for each, count in zip(repeats, counts):
         if count == 0 and 2 * with_one > len(repeats):
             said = _unpierced(each.seen, f"{with_one} of its {len(repeats) - 1} repeats")
-            yield each.name, Oddity("no_puncture", "event_punctures", 0.0, float(np.median(counts)), "1", said)
+            yield each.name, Anomaly("no_puncture", "event_punctures", 0.0, float(np.median(counts)), "1", said)
 
 
-def _unpierced(seen: Observed, others: str) -> str:
+def _unpierced(seen: RecordingSummary, others: str) -> str:
     if seen.end < SOFT * seen.peak:
         return (
             f"Its force falls without the sharp drop of a puncture, which {others} show: where it punctures cannot be "
@@ -156,7 +156,7 @@ def _unpierced(seen: Observed, others: str) -> str:
     return f"It never punctures, but {others} do. Was the needle in an old hole, or beside the tissue?"
 
 
-def _close_punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
+def _close_punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     """An average of N samples stretches a sudden drop over N, so over 0.8 N from a tenth to nine tenths of it."""
     falls = [each.seen.fall for each in repeats if np.isfinite(each.seen.fall)]
     for each in repeats if len(falls) > 2 else ():
@@ -164,4 +164,4 @@ def _close_punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Oddity]]:
         if length > 1 and fall > SLOW_FALL * max(0.8 * length, usual) and fall < 2.0 * length:
             said = f"Its first puncture may be two that are closer than the filter: the drop takes {fall:.0f} samples, "
             said += f"that of its repeats {usual:.0f}, under an average of {length}. Its puncture depth is doubtful."
-            yield each.name, Oddity("close_punctures", "puncture_depth", each.seen.fall, usual, "1", said)
+            yield each.name, Anomaly("close_punctures", "puncture_depth", each.seen.fall, usual, "1", said)

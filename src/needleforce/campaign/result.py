@@ -16,13 +16,13 @@ from ..models.model import Model
 from ..recording.parquet_table import pyarrow_for
 from ..segmentation import Events
 from ..vocabulary import Status
-from .anomaly import Oddity
+from .anomaly import Anomaly
 from .labels import COLUMNS
 from .summary import Trace
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class RecordingResult:
     """What became of one recording. ``file`` is its name below the campaign's folder.
 
     ``pooled`` says whether the condition's parameters rest on it too; ``seen`` are motion, forces and events as seen,
@@ -36,7 +36,7 @@ class Outcome:
     status: Status
     notes: tuple[str, ...] = ()
     reading: tuple[str, ...] = ()
-    oddities: tuple[Oddity, ...] = ()
+    anomalies: tuple[Anomaly, ...] = ()
     pooled: bool = False
     events: Events = field(default_factory=Events)
     seen: dict[str, Estimate] = field(default_factory=dict)
@@ -53,13 +53,13 @@ class Outcome:
     @property
     def left_out(self) -> bool:
         """Whether the pooled fit does without it because of something odd."""
-        return any(each.left_out for each in self.oddities)
+        return any(each.left_out for each in self.anomalies)
 
     @property
     def why(self) -> str:
         """What is odd in it, in sentences; where it gave no parameters, why."""
-        said = [each.sentence for each in self.oddities]
-        explained = self.answers or any(each.kind == "no_puncture" for each in self.oddities)
+        said = [each.sentence for each in self.anomalies]
+        explained = self.answers or any(each.kind == "no_puncture" for each in self.anomalies)
         return " ".join(said if explained else [*said, *self.notes])
 
 
@@ -72,7 +72,7 @@ class Condition:
     """
 
     fields: dict[str, str]
-    recordings: tuple[Outcome, ...]
+    recordings: tuple[RecordingResult, ...]
     parameters: dict[str, Estimate] = field(default_factory=dict)
     model: Model | None = None
     quality: Quality | None = None
@@ -86,7 +86,7 @@ class Condition:
         return " · ".join(self.fields.values()) or "all recordings"
 
     @property
-    def pooled(self) -> tuple[Outcome, ...]:
+    def pooled(self) -> tuple[RecordingResult, ...]:
         """The recordings that its parameters rest on."""
         return tuple(each for each in self.recordings if each.pooled)
 
@@ -96,11 +96,11 @@ class Campaign:
     """Every condition, the ``others`` (recordings that nothing assigns to a condition, each by itself), and notes."""
 
     conditions: tuple[Condition, ...]
-    others: tuple[Outcome, ...] = ()
+    others: tuple[RecordingResult, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
-    def recordings(self) -> tuple[Outcome, ...]:
+    def recordings(self) -> tuple[RecordingResult, ...]:
         """Every recording, by condition."""
         return (*(each for condition in self.conditions for each in condition.recordings), *self.others)
 
@@ -129,7 +129,7 @@ class Campaign:
 def _tidy(campaign: Campaign):
     """A pandas DataFrame in SI: the fields of the conditions, then ``COLUMNS``; pooled values have no ``file``.
 
-    Each recording has a row ``oddities`` with their number, which also says why it gave nothing; its own parameters
+    Each recording has a row ``anomalies`` with their number, which also says why it gave nothing; its own parameters
     are named as in ``Fit.parameters``; what was seen without a model are speed, travel, hold, forces, and events from
     ``event_contact_depth`` to ``event_exit_depth``.
     """
@@ -180,13 +180,13 @@ def _condition_rows(condition: Condition) -> Iterator[dict]:
         yield shared | _row(estimate, {}, flagged=False)
 
 
-def _recording_rows(one: Outcome) -> Iterator[dict]:
+def _recording_rows(one: RecordingResult) -> Iterator[dict]:
     shared = one.fields | {"file": one.file, "pooled": one.pooled, "status": str(one.status)}
     said: dict[str, str] = {}
-    for odd in one.oddities:
+    for odd in one.anomalies:
         said[odd.quantity] = f"{said.get(odd.quantity, '')} {odd.sentence}".strip()
-    count = Estimate("oddities", float(len(one.oddities)), "1", float("nan"), float("nan"))
-    yield shared | _row(count, {"oddities": one.why}, flagged=bool(one.oddities))
+    count = Estimate("anomalies", float(len(one.anomalies)), "1", float("nan"), float("nan"))
+    yield shared | _row(count, {"anomalies": one.why}, flagged=bool(one.anomalies))
     for estimate in (*one.seen.values(), *one.parameters.values()):
         yield shared | _row(estimate, said, flagged=estimate.name in said)
 
@@ -222,13 +222,13 @@ def _condition_document(condition: Condition) -> dict:
     }
 
 
-def _recording_document(one: Outcome) -> dict:
+def _recording_document(one: RecordingResult) -> dict:
     return {
         "file": one.file,
         "fields": one.fields,
         "status": str(one.status),
         "pooled": one.pooled,
-        "oddities": [dataclasses.asdict(odd) for odd in one.oddities],
+        "anomalies": [dataclasses.asdict(odd) for odd in one.anomalies],
         "seen": _estimates(one.seen),
         "parameters": _estimates(one.parameters),
         "quality": _plain(one.quality),

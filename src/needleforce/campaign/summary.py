@@ -30,7 +30,7 @@ class Trace:
 
 
 @dataclass(frozen=True, eq=False)
-class Observed:
+class RecordingSummary:
     """Median ``speed`` [m/s], ``travel`` [m] and ``hold`` [s] of the first insertion, greatest force and baselines [N];
     ``end`` is the force at the end of the way in.
 
@@ -71,7 +71,7 @@ class Observed:
         return {name: _seen(name, value, UNITS[name]) for name, value in named.items() if np.isfinite(value)}
 
 
-def observe(recording: Recording, events: Events, usual: float | None) -> Observed | None:
+def summarise(recording: Recording, events: Events, usual: float | None) -> RecordingSummary | None:
     """What the first insertion of a recording shows; None where nothing moves inwards.
 
     ``usual`` is the contact depth [m] of its repeats, for a recording that shows no contact of its own.
@@ -84,7 +84,7 @@ def observe(recording: Recording, events: Events, usual: float | None) -> Observ
     inwards = slice(cycle.start, cycle.stop)
     elsewhere = float(depth[cycle.start]) if usual is None else usual
     surface = events.contact.depth if events.contact is not None else elsewhere
-    return Observed(
+    return RecordingSummary(
         speed=float(np.median(recording.velocity[inwards])),
         travel=float(depth[cycle.stop - 1] - depth[cycle.start]),
         hold=_hold(time, cycle),

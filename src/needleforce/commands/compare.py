@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, good, read_all, sound
+from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, good, read_all, screen_recordings
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 
 NAME = "compare"
@@ -35,7 +35,7 @@ def run(
     from ..report import write_comparison
 
     check_outputs([json, report], files)
-    done = sound(read_all(files, column, unit, inwards=depth_inwards))
+    done = screen_recordings(read_all(files, column, unit, inwards=depth_inwards))
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")

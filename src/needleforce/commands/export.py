@@ -20,11 +20,11 @@ def run(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="The header; without it it is printed.")] = None,
 ) -> None:
     """Write a model as a C++ or C header of constants, so that a controller reads no file."""
-    from ..export import given, header, identifier
+    from ..export import header, identifier, model_source
     from ..files import atomic_write
 
     check_outputs([output], [model])
-    found = given(model)
+    found = model_source(model)
     text = header(found.model, language, identifier(found.name) if name is None else name, found.sources)
     if output is None:
         print(text, end="")

@@ -59,21 +59,21 @@ def good(done) -> list:
     return [recording for _, recording in done if not isinstance(recording, InputError)]
 
 
-def sound(done: list) -> list:
+def screen_recordings(done: list) -> list:
     """(file, Recording or InputError) for each file as before, with an InputError for one left out.
 
     Left out are forces that are not what was measured (wrong sign, another unit, saturated up to the puncture), as long
-    as another file stays. Other oddities are told: another motion is no fault for a model that runs along it.
+    as another file stays. Other anomalies are told: another motion is no fault for a model that runs along it.
     """
-    from ..campaign.anomaly import SPOILED
-    from ..campaign.checks import odd_recordings
+    from ..campaign.anomaly import INVALIDATING
+    from ..campaign.checks import check_recordings
     from ..campaign.repeat_checks import OWN_FIELD
 
     named = [(str(file), each) for file, each in done if not isinstance(each, InputError)]
     bad = {}
-    for name, found in odd_recordings(named).items():
+    for name, found in check_recordings(named).items():
         for oddity in found:
-            if oddity.left_out and oddity.kind in SPOILED:
+            if oddity.left_out and oddity.kind in INVALIDATING:
                 bad.setdefault(name, oddity)
             elif oddity.kind != "no_puncture":  # its status says so
                 say(f"{name}: {oddity.sentence.removesuffix(OWN_FIELD).rstrip()}")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from .files import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, read_all, sound
+from .files import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, read_all, screen_recordings
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 
 NAME = "identify"
@@ -55,7 +55,7 @@ def run(
     body = read_needle(needle) if needle else None
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
-    done = sound(read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options))
+    done = screen_recordings(read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options))
     seconds = read_all(second_pass, column, unit, motion[len(files) :], **options)
     _tell(done + seconds)
     given = {"model": model, "layers": layers, "needle": body, "bending": bending, "tension": tension}
@@ -69,7 +69,7 @@ def run(
 
 def _identified(nf, done, seconds, **options):
     """The fit of what could be read; a first pass stays without its second if that is unreadable."""
-    from ..identification.result import with_unread
+    from ..identification.result import with_unreadable
 
     if seconds and len(seconds) != len(done):
         raise nf.InputError(
@@ -82,7 +82,7 @@ def _identified(nf, done, seconds, **options):
     firsts = [done[k][1] for k in kept]
     others = [None if isinstance(seconds[k][1], nf.InputError) else seconds[k][1] for k in kept] if seconds else []
     unread = [(str(file), problem) for file, problem in done + seconds if isinstance(problem, nf.InputError)]
-    return with_unread(nf.identify(firsts, second_pass=others, **options) if firsts else None, unread)
+    return with_unreadable(nf.identify(firsts, second_pass=others, **options) if firsts else None, unread)
 
 
 def _tell(done) -> None:

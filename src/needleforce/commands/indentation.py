@@ -100,7 +100,7 @@ def _document(row) -> dict:
         "bic": fit.bic,
         "more_than_best": row.more_than_best,
         "more_than_best_noise": row.noise,
-        "told_apart": row.told_apart,
+        "distinguishable": row.distinguishable,
         "notes": list(fit.notes),
     }
 
@@ -123,7 +123,7 @@ def _show(rows, quiet: bool) -> None:
             for e in row.fit.parameters.values()
         ]
         more = f", BIC {row.more_than_best:.1f} more than the best" if len(rows) > 1 else ""
-        apart = "" if row.told_apart or not more else ", not told apart from it"
+        apart = "" if row.distinguishable or not more else ", not told apart from it"
         title = f"{row.fit.tip!r}, residual {row.fit.residual_rms:.3g} N" + (more + apart) * (row is not rows[0])
         table(title, ["quantity", "value", "95 % interval", "unit", "identifiable", "how"], shown)
 

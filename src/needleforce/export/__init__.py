@@ -2,6 +2,6 @@
 """A model as a header of constants, so that a controller reads no file."""
 
 from .headers import LANGUAGES, header, identifier
-from .source import Given, given
+from .source import ModelSource, model_source
 
-__all__ = ["LANGUAGES", "Given", "given", "header", "identifier"]
+__all__ = ["LANGUAGES", "ModelSource", "header", "identifier", "model_source"]

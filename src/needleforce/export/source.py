@@ -14,7 +14,7 @@ AGAIN = "Identify again with --json, or give the preset that --save wrote."
 
 
 @dataclass(frozen=True)
-class Given:
+class ModelSource:
     """A model, the name under which it was given, and lines on where it comes from."""
 
     model: Model
@@ -22,17 +22,17 @@ class Given:
     sources: tuple[str, ...] = ()
 
 
-def given(name_or_path) -> Given:
+def model_source(name_or_path) -> ModelSource:
     """The model of ``needleforce identify --json`` or ``--save``, or of a shipped preset by its name.
 
     Raises InputError for a file that is none of them, for a fit without a model, and for one without its numbers.
     """
     path = Path(name_or_path)
     if path.suffix.lower() != ".json":
-        return Given(preset(name_or_path), path.stem)
+        return ModelSource(preset(name_or_path), path.stem)
     document = _read(path)
     try:
-        return Given(_model(document), path.stem, _sources(document))
+        return ModelSource(_model(document), path.stem, _sources(document))
     except InputError as error:
         raise error.at(path.name) from None
     except (TypeError, ValueError, AttributeError):  # JSON, but altered by hand

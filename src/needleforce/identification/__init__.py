@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """From recordings to mechanics: fits, intervals, and what cannot be known."""
 
-from .compare import Row, compare
+from .compare import ModelRow, compare
 from .estimates import Estimate, Quality
 from .identify import identify
-from .indentation import IndentationFit, TipRow, compare_tips, fit_indentation
+from .indentation import IndentationFit, TipFit, compare_tips, fit_indentation
 from .lugre import FilteredLuGre, LuGreFilter, filter_lugre
 from .profile_likelihood import Profile, profile
 from .result import Fit, RecordingFit
 from .statistics.correlations import Correlations
 from .statistics.draws import Draws
-from .two_pass.result import Bias, Site, TwoPass
+from .two_pass.result import BiasTerm, Site, TwoPass
 
 __all__ = [
-    "Bias",
+    "BiasTerm",
     "Correlations",
     "Draws",
     "Estimate",
@@ -21,12 +21,12 @@ __all__ = [
     "Fit",
     "IndentationFit",
     "LuGreFilter",
+    "ModelRow",
     "Profile",
     "Quality",
     "RecordingFit",
-    "Row",
     "Site",
-    "TipRow",
+    "TipFit",
     "TwoPass",
     "compare",
     "compare_tips",

@@ -95,7 +95,7 @@ def _numbers(column, file: str, header: str) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Bending:
+class BendingFit:
     """E [Pa] with its 95 % interval, hub slack [m], and which readings (n,) were small enough to be used."""
 
     young_modulus: float
@@ -128,7 +128,7 @@ def cantilever_sensitivities(position: float, needle) -> dict[str, float]:
     }
 
 
-def needle_modulus(force, position, deflection, needle) -> Bending:
+def needle_modulus(force, position, deflection, needle) -> BendingFit:
     """Regresses deflection on the compliance of each reading (n,), with an intercept for slack in the hub.
 
     Errors are taken in proportion to the deflection. Readings with F a^2 / (E I) > 0.3 leave the small-deflection
@@ -146,7 +146,7 @@ def needle_modulus(force, position, deflection, needle) -> Bending:
             break
         used = _enough(small, used)
     low, high = 1.0 / (softness + half), 1.0 / (softness - half) if softness > half else np.inf
-    return Bending(1.0 / softness, low, high, slack, used)
+    return BendingFit(1.0 / softness, low, high, slack, used)
 
 
 def _softness(load: np.ndarray, deflection: np.ndarray) -> tuple[float, float, float]:
@@ -189,7 +189,7 @@ def _enough(small: np.ndarray, used: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Tension:
+class TensionFit:
     """E [Pa] at no strain with its 95 % interval, the law and its coefficients [Pa], and the readings used."""
 
     young_modulus: float
@@ -214,7 +214,7 @@ def nominal_stress(law: str, stretch, coefficients) -> np.ndarray:
     return sum(c * column for c, column in zip(coefficients, basis(stretch), strict=True))
 
 
-def tissue_modulus(stretch, stress, *, law: str = "neo_hookean", largest_strain: float = 0.3) -> Tension:
+def tissue_modulus(stretch, stress, *, law: str = "neo_hookean", largest_strain: float = 0.3) -> TensionFit:
     """Least squares of one law to the readings (n,) with |stretch - 1| <= ``largest_strain``; E is its initial slope.
 
     ``stress`` is nominal, [Pa]. Raises InputError with too few readings or a law that softens on the data (dP/dstretch
@@ -234,7 +234,7 @@ def tissue_modulus(stretch, stress, *, law: str = "neo_hookean", largest_strain:
     _stable(law, coefficients, stretch[used])
     weights = np.array(weights)
     modulus, error = float(weights @ coefficients), t * float(np.sqrt(weights @ covariance @ weights))
-    return Tension(modulus, modulus - error, modulus + error, law, coefficients, used)
+    return TensionFit(modulus, modulus - error, modulus + error, law, coefficients, used)
 
 
 def _known(law: str) -> str:

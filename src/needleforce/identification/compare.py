@@ -8,19 +8,19 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording import Recording
-from .cross_validation import Unseen, predict_unseen
-from .diagnostics import Given
+from .cross_validation import CrossValidation, cross_validate
+from .diagnostics import FitInputs
 from .identify import assemble
 from .models import COMPARED, LAYERED, MODELS, SAME_FORCE, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
-from .one_layer.fit_recording import Single, fit_single
+from .one_layer.fit_recording import SegmentedRecording, fit_single
 from .one_layer.loading_curves import CURVES
 from .result import Fit
 from .statistics.regression import criterion, independent_samples
 
 
 @dataclass(frozen=True)
-class Row:
+class ModelRow:
     """One model: its loading curve up to the first puncture, its whole cycle, and the repeats it has not seen.
 
     ``bic`` is summed over the recordings that all models fit, each with a contact depth of its own, with the same
@@ -52,10 +52,10 @@ class Row:
     replay: float = np.nan
     by_stroke: tuple[float, float, float] = (np.nan, np.nan, np.nan)
     ties: bool = False
-    unseen: Unseen | None = field(default=None, compare=False, repr=False)
+    cross_validation: CrossValidation | None = field(default=None, compare=False, repr=False)
 
 
-def compare(recordings: Sequence[Recording], models: Sequence[str] = COMPARED, progress=None) -> tuple[Row, ...]:
+def compare(recordings: Sequence[Recording], models: Sequence[str] = COMPARED, progress=None) -> tuple[ModelRow, ...]:
     """Fits each named model to every recording and predicts each repeat from the others, from cold.
 
     First come the models that predict unseen repeats as well as any, by the BIC of their loading curves, then the
@@ -73,13 +73,13 @@ def compare(recordings: Sequence[Recording], models: Sequence[str] = COMPARED, p
     return _ranked([_row(name, law, singles, common, progress) for name, law in laws.items()])
 
 
-def _ranked(rows: list[Row]) -> tuple[Row, ...]:
+def _ranked(rows: list[ModelRow]) -> tuple[ModelRow, ...]:
     """Best first: those that predict unseen repeats as well as any, by the BIC of their loading curve; then the others
     by their prediction."""
-    best = min(rows, key=lambda row: _last(row.prediction)).unseen
-    tied = {id(row): np.isfinite(row.prediction) and not row.unseen.tells_from(best) for row in rows}
+    best = min(rows, key=lambda row: _last(row.prediction)).cross_validation
+    tied = {id(row): np.isfinite(row.prediction) and not row.cross_validation.distinguishes(best) for row in rows}
 
-    def place(row: Row) -> tuple:
+    def place(row: ModelRow) -> tuple:
         tie = tied[id(row)]
         return not tie, _last(row.bic) if tie else 0.0, _last(row.prediction), _last(row.bic)
 
@@ -97,13 +97,17 @@ def correlated(loading: dict[str, DeformationFit]) -> dict[str, float]:
     return {law: criterion(fit.noise, len(fit.order), samples) for law, fit in loading.items()}
 
 
-def _row(name: str, law: str | None, singles: list[Single], common: list[dict[str, DeformationFit]], progress) -> Row:
+def _row(
+    name: str, law: str | None, singles: list[SegmentedRecording], common: list[dict[str, DeformationFit]], progress
+) -> ModelRow:
     fit = _identified(singles, name, law)
     watch = (lambda work: progress(work, f"leaving out, {name}")) if progress else iter
-    unseen = predict_unseen(singles, lambda others: _identified(others, name, law), watch)
-    errors = unseen.prediction[:, 0][np.isfinite(unseen.prediction[:, 0])]
-    ratios, replayed = (unseen.over_floor(each) for each in (unseen.prediction, unseen.replay))
-    row = Row(
+    cross_validation = cross_validate(singles, lambda others: _identified(others, name, law), watch)
+    errors = cross_validation.prediction[:, 0][np.isfinite(cross_validation.prediction[:, 0])]
+    ratios, replayed = (
+        cross_validation.over_floor(each) for each in (cross_validation.prediction, cross_validation.replay)
+    )
+    row = ModelRow(
         name,
         np.nan,
         fit.quality.nrmse if fit.quality else np.nan,
@@ -112,11 +116,11 @@ def _row(name: str, law: str | None, singles: list[Single], common: list[dict[st
         fit.settings.get("numbers", 0) if law is None else len(CURVES[law].units) + 1,
         0,
         np.nan,
-        unseen.refused,
+        cross_validation.refused,
         prediction=float(ratios[0]),
         replay=float(replayed[0]),
         by_stroke=tuple(float(ratio) for ratio in ratios[1:]),
-        unseen=unseen,
+        cross_validation=cross_validation,
     )
     row = row if law is None or not common else _with_loading_curve(row, law, common)
     if name in SAME_FORCE:
@@ -125,7 +129,7 @@ def _row(name: str, law: str | None, singles: list[Single], common: list[dict[st
     return row
 
 
-def _with_loading_curve(row: Row, law: str, common: list[dict[str, DeformationFit]]) -> Row:
+def _with_loading_curve(row: ModelRow, law: str, common: list[dict[str, DeformationFit]]) -> ModelRow:
     return replace(
         row,
         bic=sum(loading[law].bic for loading in common),
@@ -136,8 +140,8 @@ def _with_loading_curve(row: Row, law: str, common: list[dict[str, DeformationFi
     )
 
 
-def _identified(singles: list[Single], name: str, law: str | None) -> Fit:
-    given = Given(None, None, {})
+def _identified(singles: list[SegmentedRecording], name: str, law: str | None) -> Fit:
+    given = FitInputs(None, None, {})
     if law is not None:
         return assemble(given, singles, [], law, ())
     from .layered.identify import identify_layered

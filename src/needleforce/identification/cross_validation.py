@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from .estimates import student
-from .one_layer.fit_recording import Single
+from .one_layer.fit_recording import SegmentedRecording
 from .result import Fit
 from .strokes import STROKES, cycle_span, stroke_speed
 
@@ -19,7 +19,7 @@ LEAST_OTHERS = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Unseen:
+class CrossValidation:
     """Rms errors over the peak (repeats, 4) on repeats left out: whole cycle, insertion, hold, withdrawal.
 
     ``prediction`` has the mean puncture depths, ``replay`` the punctures of the repeat itself, ``floor`` is the mean of
@@ -38,7 +38,7 @@ class Unseen:
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.sqrt(squares[0].sum(axis=0) / squares[1].sum(axis=0))
 
-    def tells_from(self, other: "Unseen") -> bool:
+    def distinguishes(self, other: "CrossValidation") -> bool:
         """True if the prediction errors have another ratio than 1, by Student's t on its logarithm over the repeats."""
         difference = np.log(self.prediction[:, 0] / other.prediction[:, 0])
         difference = difference[np.isfinite(difference)]
@@ -48,21 +48,23 @@ class Unseen:
         return bool(abs(difference.mean()) > student(len(difference)) * error)
 
 
-def predict_unseen(singles: list[Single], identified: Callable[[list[Single]], Fit], watched=iter) -> Unseen:
+def cross_validate(
+    singles: list[SegmentedRecording], identified: Callable[[list[SegmentedRecording]], Fit], watched=iter
+) -> CrossValidation:
     """Leaves out each of the recordings in turn; ``identified`` makes a fit from the others alone, from cold.
 
     Recordings without contact are left away. ``watched(list)`` may show progress.
     """
     usable = [single for single in singles if single.events.contact is not None]
-    cycles = [cycle_of(single) for single in usable]
+    cycles = [measured_cycle(single) for single in usable]
     refused: list[str] = []
     rows = [_left_out(usable, cycles, k, identified, refused) for k in watched(list(range(len(usable))))]
     prediction, replay, floor = np.array(rows).reshape(len(rows), 3, 4).transpose(1, 0, 2)
-    return Unseen(prediction, replay, floor, tuple(refused))
+    return CrossValidation(prediction, replay, floor, tuple(refused))
 
 
 @dataclass(frozen=True, eq=False)
-class Cycle:
+class MeasuredCycle:
     """One recording's cycle: samples (n,) of time [s], depth [m], force [N] and stroke (0 in, 1 at rest, 2 out)."""
 
     span: slice
@@ -90,7 +92,9 @@ class Cycle:
         return np.sqrt([part.mean() if len(part) else np.nan for part in (squares, *parts)])
 
 
-def _left_out(usable: list[Single], cycles: list[Cycle], k: int, identified, refused: list[str]) -> list[np.ndarray]:
+def _left_out(
+    usable: list[SegmentedRecording], cycles: list[MeasuredCycle], k: int, identified, refused: list[str]
+) -> list[np.ndarray]:
     """Errors on one repeat: predicted, replayed, and of the mean of the others; why it is not foretold goes to
     ``refused``."""
     others = identified(usable[:k] + usable[k + 1 :]) if len(usable) > 1 else None
@@ -108,14 +112,14 @@ def _left_out(usable: list[Single], cycles: list[Cycle], k: int, identified, ref
     return [*(cycle.errors(force[cycle.span]) for force in forces), floor]
 
 
-def cycle_of(single: Single) -> Cycle:
+def measured_cycle(single: SegmentedRecording) -> MeasuredCycle:
     """The first cycle that touches."""
     span, stroke = cycle_span(single.strokes, single.events)
     recording = single.recording
-    return Cycle(span, recording.time[span], recording.depth[span], recording.force[span], stroke)
+    return MeasuredCycle(span, recording.time[span], recording.depth[span], recording.force[span], stroke)
 
 
-def mean_of_others(cycles: list[Cycle], left: int) -> np.ndarray:
+def mean_of_others(cycles: list[MeasuredCycle], left: int) -> np.ndarray:
     """Force (n,) [N] of the other repeats of the same motion at the samples of one: their mean by depth in the strokes,
     by time in the hold. NaN throughout with fewer than two such repeats."""
     own = cycles[left]
@@ -125,14 +129,14 @@ def mean_of_others(cycles: list[Cycle], left: int) -> np.ndarray:
     return np.mean([_at(own, other) for other in others], axis=0)
 
 
-def same_motion(one: Cycle, other: Cycle) -> bool:
+def same_motion(one: MeasuredCycle, other: MeasuredCycle) -> bool:
     """True if both go as deep, as fast, and through the same strokes."""
     deep = abs(one.depth.max() - other.depth.max()) <= SAME_DEPTH * one.depth.max()
     fast = abs(one.speed - other.speed) <= SAME_SPEED * one.speed
     return bool(deep and fast and set(one.stroke) == set(other.stroke))
 
 
-def _at(own: Cycle, other: Cycle) -> np.ndarray:
+def _at(own: MeasuredCycle, other: MeasuredCycle) -> np.ndarray:
     """Force of another repeat where, or when, this one is."""
     found = np.empty(len(own.force))
     for k in range(len(STROKES)):

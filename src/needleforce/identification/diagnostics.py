@@ -17,7 +17,7 @@ from ..segmentation import Events
 from ..vocabulary import Phase
 from .estimates import Estimate, Quality
 from .models import UNKNOWN_TIP, model_of
-from .one_layer.fit_recording import Single, peak_force
+from .one_layer.fit_recording import SegmentedRecording, peak_force
 from .one_layer.loading_curves import CURVES
 from .result import RecordingFit, run_model
 from .statistics.noise import Noise
@@ -34,7 +34,7 @@ LONG = "correlated over {}, an eighth of the stroke or more: too few independent
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
+class FitInputs:
     """What was given beside the recordings: the needle, its saturation depth [m] or None, and bench tests by name."""
 
     needle: Any
@@ -42,13 +42,13 @@ class Given:
     bench: dict[str, Estimate]
 
 
-def reference_of(singles: list[Single]) -> str:
+def reference_of(singles: list[SegmentedRecording]) -> str:
     """Where a model comes from: the first recordings by name, wherever they lie."""
     sources = ", ".join(Path(single.recording.card.source).name for single in singles[:3])
     return f"identified by needleforce from {sources}" + (" ..." if len(singles) > 3 else "")
 
 
-def recording_fit(single: Single, own: dict[str, Estimate], law: str, needle, refused: str) -> RecordingFit:
+def recording_fit(single: SegmentedRecording, own: dict[str, Estimate], law: str, needle, refused: str) -> RecordingFit:
     """One recording's outcome with its own model along its own motion; ``refused`` is about its second pass."""
     notes = single.notes + ((refused,) if refused else ()) + tuple(note.message for note in single.recording.notes)
     base = RecordingFit(single.recording.card.source, single.status, single.recording, single.events, own, notes=notes)
@@ -81,14 +81,14 @@ def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
     return Quality(rmse, nrmse, float(np.mean([q.r2 for q in known])))
 
 
-def warnings_of(singles: list[Single], model, one_layer: bool = True) -> tuple[str, ...]:
+def warnings_of(singles: list[SegmentedRecording], model, one_layer: bool = True) -> tuple[str, ...]:
     """Limits crossed by any recording or by the model, each once; some hold for a model of one layer alone."""
     found = [sentence for single in singles for sentence in crossed(single, one_layer)]
     found += [] if model is None else list(model.warnings)
     return tuple(dict.fromkeys(found))
 
 
-def held_fixed(given: Given, law: str, parameters: dict[str, Estimate]) -> tuple[str, ...]:
+def held_fixed(given: FitInputs, law: str, parameters: dict[str, Estimate]) -> tuple[str, ...]:
     """What was taken and not identified."""
     if not parameters:
         return ()
@@ -96,7 +96,7 @@ def held_fixed(given: Given, law: str, parameters: dict[str, Estimate]) -> tuple
         "embedded length: counted from the undeformed surface, the paper's origin; it trades against the cutting force"
     ]
     held.append("unloading of the cutting force: over the travel in which friction turns round")
-    if not CURVES[law].tells_modulus:
+    if not CURVES[law].gives_modulus:
         return tuple(held)
     if given.needle is None or given.needle.tip is None:
         return (UNKNOWN_TIP, *held)
@@ -107,10 +107,10 @@ def held_fixed(given: Given, law: str, parameters: dict[str, Estimate]) -> tuple
     return tuple(held)
 
 
-def unknown(given: Given, law: str, two_pass: bool) -> tuple[str, ...]:
+def unknown(given: FitInputs, law: str, two_pass: bool) -> tuple[str, ...]:
     """What these logs cannot tell, whatever their number."""
     said = ["Poisson ratio of the tissue: a log tells only the reduced modulus, and that only with the tip's angle."]
-    if not CURVES[law].tells_modulus:
+    if not CURVES[law].gives_modulus:
         said = [f"Moduli and Poisson ratio of the tissue: the law {law} describes its curve and knows no modulus."]
     elif given.needle is None:
         said.append("Reduced modulus: a log tells its product with the tangent of the tip's half angle.")
@@ -126,7 +126,7 @@ def unknown(given: Given, law: str, two_pass: bool) -> tuple[str, ...]:
     return tuple(said)
 
 
-def settings(law: str, needle, singles: list[Single]) -> dict[str, object]:
+def settings(law: str, needle, singles: list[SegmentedRecording]) -> dict[str, object]:
     """How the identification was run, the median ratio of lateral to axial force, None without lateral axes, and how
     the intervals took the noise."""
     known = [ratio for ratio in map(lateral_ratio, singles) if np.isfinite(ratio)]
@@ -140,7 +140,7 @@ def settings(law: str, needle, singles: list[Single]) -> dict[str, object]:
     }
 
 
-def crossed(single: Single, one_layer: bool = True) -> list[str]:
+def crossed(single: SegmentedRecording, one_layer: bool = True) -> list[str]:
     """Every limit that one recording crosses; a layered model knows layers and relaxation."""
     said = [_lateral(single), _deep(single), _smeared(single)]
     said += [_layers(single.events), _relaxation(single)] if one_layer else []
@@ -156,7 +156,7 @@ def _layers(events: Events) -> str:
     )
 
 
-def _relaxation(single: Single) -> str:
+def _relaxation(single: SegmentedRecording) -> str:
     holds = single.events.spans(Phase.hold)
     peak = peak_force(single)
     if not holds or peak <= 0 or holds[0].end - holds[0].start < LEAST_HOLD:
@@ -171,7 +171,7 @@ def _relaxation(single: Single) -> str:
     return "The force relaxes by more than a tenth during the hold: the tissue is viscous, the model is not."
 
 
-def _smeared(single: Single) -> str:
+def _smeared(single: SegmentedRecording) -> str:
     recording = single.recording
     if not single.fits or recording.card.filter_length == 1:
         return ""
@@ -184,7 +184,7 @@ def _smeared(single: Single) -> str:
     )
 
 
-def _lateral(single: Single) -> str:
+def _lateral(single: SegmentedRecording) -> str:
     axes = single.recording.axes
     if "fx" not in axes or "fy" not in axes:
         return ""
@@ -196,7 +196,7 @@ def _lateral(single: Single) -> str:
     )
 
 
-def lateral_ratio(single: Single) -> float:
+def lateral_ratio(single: SegmentedRecording) -> float:
     """Largest lateral force over the largest axial one, both as the 99th percentile of the strokes; NaN without fx,
     fy."""
     axes = single.recording.axes
@@ -208,7 +208,7 @@ def lateral_ratio(single: Single) -> float:
     return float(np.percentile(lateral, 99) / np.percentile(axial, 99)) if len(axial) else float("nan")
 
 
-def _deep(single: Single) -> str:
+def _deep(single: SegmentedRecording) -> str:
     if not single.fits or len(single.strokes.depth_in) == 0:
         return ""
     contact = next(iter(single.fits.values())).values["contact_depth"]

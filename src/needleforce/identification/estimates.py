@@ -80,7 +80,7 @@ def _known(name: str, fit: CycleFit) -> bool:
     """False without an interval, for a stiffness that may be none, and for factors of which only the product is
     known."""
     curve = CURVES[fit.law]
-    if name in curve.not_told_apart(fit.values):
+    if name in curve.not_distinguishable(fit.values):
         return False
     if [name] == list(curve.amplitudes) and not fit.low[name] > 0.0:
         return False

@@ -106,13 +106,13 @@ def inference_data(draws: Draws):
     posterior |= {
         name: np.moveaxis(values.reshape(len(values), chains, -1), 0, -1) for name, values in of_recording.items()
     }
-    named = {"coords": {"recording": _told_apart(draws.files)}, "dims": dims}
+    named = {"coords": {"recording": _distinguishable(draws.files)}, "dims": dims}
     if arviz.__version__.startswith("0."):
         return arviz.from_dict(posterior=posterior, **named)
     return arviz.from_dict({"posterior": posterior}, **named)
 
 
-def _told_apart(files: tuple[str, ...]) -> list[str]:
+def _distinguishable(files: tuple[str, ...]) -> list[str]:
     """The names, those that stand more than once with a number: ArviZ takes them for an index."""
     return [name if files.count(name) == 1 else f"{name} ({files[:k].count(name) + 1})" for k, name in enumerate(files)]
 

@@ -12,7 +12,7 @@ from ..recording import Recording
 from .bench_tests import needle_estimate, tissue_estimate
 from .diagnostics import (
     NO_MODEL,
-    Given,
+    FitInputs,
     held_fixed,
     pooled_quality,
     recording_fit,
@@ -23,14 +23,14 @@ from .diagnostics import (
 )
 from .estimates import Estimate, estimates_of, mean_estimate, pool
 from .models import LAYERED, MECHANICAL, derived, model_of, needle_saturation, stiffness_law
-from .one_layer.fit_recording import Single, fit_single, seen
+from .one_layer.fit_recording import SegmentedRecording, fit_single, segmented
 from .one_layer.puncture_force import measured_peak
 from .result import Fit
 from .statistics.correlations import known_together
 from .strokes import presliding_of
 from .two_pass.bias_terms import spreading_force
 from .two_pass.result import TwoPass
-from .two_pass.subtraction import Pair, subtract, swing
+from .two_pass.subtraction import Pair, cutting_oscillation, subtract
 
 Progress = Callable[[Any, str], Any]
 TWO_PASS = "second insertion at the same site"
@@ -66,7 +66,7 @@ def identify(
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
     if model in LAYERED:
-        return _layered(recordings, seconds, model, Given(needle, None, bench), layers, progress)
+        return _layered(recordings, seconds, model, FitInputs(needle, None, bench), layers, progress)
     if layers not in (None, 1):
         raise InputError("layers", layers, f"the model {model or 'paper'} has one", next_step="Give model='layered'.")
     laws = tuple(stiffness_law(name) for name in (MECHANICAL if model is None else (model,)))
@@ -75,24 +75,24 @@ def identify(
     singles = [fit_single(each, laws, saturation) for each in watched]
     choice = _choice(singles, laws)
     law = choice[0][0] if choice else laws[0]
-    return assemble(Given(needle, saturation, bench), singles, seconds, law, choice)
+    return assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
 
 
-def _layered(recordings: list, seconds: list, model: str, given: Given, layers, progress: Progress | None) -> Fit:
+def _layered(recordings: list, seconds: list, model: str, given: FitInputs, layers, progress: Progress | None) -> Fit:
     """The layered law, which loads an optimiser that others do not need."""
-    from .layered.identify import MOST_LAYERS, identify_layered
+    from .layered.identify import MAX_LAYERS, identify_layered
 
     if seconds:
         step = "Leave the model away: friction and cutting then come from the second passes."
         raise InputError("second passes", len(seconds), f"the model {model} does not take them", next_step=step)
-    if layers is not None and layers not in range(1, MOST_LAYERS + 1):
-        raise InputError("layers", layers, f"not a whole number from 1 to {MOST_LAYERS}")
+    if layers is not None and layers not in range(1, MAX_LAYERS + 1):
+        raise InputError("layers", layers, f"not a whole number from 1 to {MAX_LAYERS}")
     watched = progress(recordings, "segmenting") if progress else recordings
-    singles = [seen(each) for each in watched]
+    singles = [segmented(each) for each in watched]
     return identify_layered(singles, model, given, layers, progress)
 
 
-def assemble(given: Given, singles: list[Single], seconds: list, law: str, choice: tuple) -> Fit:
+def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
     """The fit of one law from recordings that are segmented and fitted, each by itself."""
     answering = [single for single in singles if law in single.fits]
     own = {id(single): _own(single, law, given) for single in answering}
@@ -117,21 +117,21 @@ def assemble(given: Given, singles: list[Single], seconds: list, law: str, choic
     )
 
 
-def _own(single: Single, law: str, given: Given) -> dict[str, Estimate]:
+def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Estimate]:
     """The estimates of one recording; its puncture force is the measured one, what was given is not called
     identified."""
     fit, strokes = single.fits[law], single.strokes
     peak = measured_peak(strokes, fit, single.events.punctures[0], single.recording.card.filter_length)
     found = estimates_of(fit, len(strokes.depth_out) > 0)
     found |= {} if peak is None else {"puncture_force": peak}
-    found |= {} if strokes.turning is None else {"presliding": presliding_of(strokes.turning)}
+    found |= {} if strokes.friction_reversal is None else {"presliding": presliding_of(strokes.friction_reversal)}
     if "saturation_depth" in found and given.saturation is not None:
         held = "from the needle's tip and radius, held fixed"
         found["saturation_depth"] = dataclasses.replace(found["saturation_depth"], identifiable=False, source=held)
     return found
 
 
-def _choice(singles: list[Single], laws: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
+def _choice(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
     """Each law with the BIC of its loading curves, summed over the recordings that all laws fit, the best first."""
     common = [single for single in singles if set(laws) <= set(single.fits)]
     if not common:
@@ -141,7 +141,9 @@ def _choice(singles: list[Single], laws: tuple[str, ...]) -> tuple[tuple[str, fl
     return tuple(sorted(bic.items(), key=lambda pair: pair[1]))
 
 
-def _two_pass(singles: list[Single], seconds: list, own: dict, given: Given) -> tuple[TwoPass | None, dict, dict]:
+def _two_pass(
+    singles: list[SegmentedRecording], seconds: list, own: dict, given: FitInputs
+) -> tuple[TwoPass | None, dict, dict]:
     """The procedure over the pairs there are, the estimates that it replaces, and what was refused, by single."""
     pairs = [
         Pair(single, second, own[id(single)]["contact_depth"].value, own[id(single)]["puncture_indentation"].value)
@@ -161,11 +163,11 @@ def _replaced(two_pass: TwoPass) -> dict[str, Estimate]:
     friction = mean_estimate("friction_per_length", slopes, "N/m", by_slope, sites[0].friction_slope_half)
     cutting = mean_estimate("cutting_force", forces, "N", f"first minus {TWO_PASS}{bound}", sites[0].cutting_half)
     cutting = dataclasses.replace(cutting, identifiable=not two_pass.upper_bound)
-    swings = {} if two_pass.upper_bound else {end.name: end for end in swing(two_pass) or ()}
+    swings = {} if two_pass.upper_bound else {end.name: end for end in cutting_oscillation(two_pass) or ()}
     return {"friction_per_length": friction, "cutting_force": cutting} | swings
 
 
-def _model(parameters: dict, law: str, needle, singles: list[Single]):
+def _model(parameters: dict, law: str, needle, singles: list[SegmentedRecording]):
     """The pooled model, or None and why."""
     if not parameters:
         return None, ()

@@ -232,19 +232,19 @@ def _misfit(search: ContactSearch, place: float, residual: np.ndarray) -> str:
     )
 
 
-class TipRow(NamedTuple):
+class TipFit(NamedTuple):
     """One tip: its fit, its BIC above the lowest with the 95 % noise of that difference, and whether they differ.
 
-    ``told_apart`` is False for a difference below 10 or below its noise, and for the best itself.
+    ``distinguishable`` is False for a difference below 10 or below its noise, and for the best itself.
     """
 
     fit: IndentationFit
     more_than_best: float
     noise: float
-    told_apart: bool
+    distinguishable: bool
 
 
-def compare_tips(depth, force, tips: Sequence, *, progress=None, **options) -> tuple[TipRow, ...]:
+def compare_tips(depth, force, tips: Sequence, *, progress=None, **options) -> tuple[TipFit, ...]:
     """The fit of ``fit_indentation`` with each of ``tips``, the lowest BIC first; ``options`` are its own.
 
     Tips of one shape, as cones of any angle, fit alike: a curve does not choose between the moduli that they give.
@@ -264,9 +264,9 @@ def _fit(depth, force, tip, options: dict) -> IndentationFit:
         raise error.at(repr(tip)) from None
 
 
-def _row(fit: IndentationFit, best: IndentationFit) -> TipRow:
+def _row(fit: IndentationFit, best: IndentationFit) -> TipFit:
     """The noise is that of a sum of differences of squares, which are alike among neighbours (after Vuong 1989)."""
     more = fit.bic - best.bic
     apart = (fit.residual**2 - best.residual**2) / (best.residual_rms * fit.residual_rms)
     noise = Z_95 * math.sqrt(len(apart) * noise_of(apart - np.mean(apart), len(apart)).long_run)
-    return TipRow(fit, more, noise, more > max(VERY_STRONG, noise))
+    return TipFit(fit, more, noise, more > max(VERY_STRONG, noise))

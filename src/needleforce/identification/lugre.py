@@ -13,7 +13,7 @@ from .estimates import Estimate
 
 ITERATIONS = 3  # of the linearisation about the corrected state: else the first samples teach what was never seen
 SOURCE = "sequential extended Kalman filters, a reconstruction after Asadian, Kermani & Patel 2012"
-TOLD = 0.5  # of the variance before: the recording then told at least as much as the start did
+IDENTIFIABLE = 0.5  # of the variance before: the recording then told at least as much as the start did
 Z_95 = 1.959963984540054
 
 
@@ -100,7 +100,7 @@ def updated_state(
 
 
 @dataclass(frozen=True)
-class Step:
+class FilterStep:
     """One sample: ``innovation`` [N/m] and its ``variance`` before correction, NaN where ``used`` is False."""
 
     innovation: float
@@ -146,7 +146,7 @@ class LuGreFilter:
         self.covariance[0, 0] = self.limits[1] ** 2
         self.alone = self.covariance[:1, :1].copy()  # of sigma_0 zeta with the parameters known
 
-    def step(self, velocity: float, traction: float, dt: float, noise: float | None = None) -> Step:
+    def step(self, velocity: float, traction: float, dt: float, noise: float | None = None) -> FilterStep:
         """One sample: the velocity [m/s] over the last dt [s], and the force over embedded length [N/m] at its end.
 
         A traction that is not finite predicts without correction, a motion that is not makes the filter ``forget`` the
@@ -154,10 +154,10 @@ class LuGreFilter:
         """
         if not (np.isfinite(velocity) and np.isfinite(dt) and dt >= 0.0):
             self.forget()
-            return Step(np.nan, np.nan, False)
+            return FilterStep(np.nan, np.nan, False)
         self._predict(velocity, dt)
         if not np.isfinite(traction):
-            return Step(np.nan, np.nan, False)
+            return FilterStep(np.nan, np.nan, False)
         return self._correct(velocity, traction, (self.noise if noise is None else noise) ** 2)
 
     def _predict(self, velocity: float, dt: float) -> None:
@@ -172,7 +172,7 @@ class LuGreFilter:
         self.covariance = jacobian @ self.covariance @ jacobian.T + walk
         self.alone = own[0, 0] ** 2 * self.alone + walk[0, 0]
 
-    def _correct(self, velocity: float, traction: float, noise: float) -> Step:
+    def _correct(self, velocity: float, traction: float, noise: float) -> FilterStep:
         moved = np.zeros(7)
         for iteration in range(ITERATIONS):
             state, limits = _moved(self.state, self.limits, moved)
@@ -180,7 +180,7 @@ class LuGreFilter:
             gain, after, variance = joseph(self.covariance, slopes, noise)
             alone_gain, alone_after, _ = joseph(self.alone, slopes[:1], noise)
             if iteration == 0:
-                step = Step(float(traction - expected), variance, True)
+                step = FilterStep(float(traction - expected), variance, True)
             gain = np.append(alone_gain, np.zeros(6)) if self.held else gain
             moved = gain * (traction - expected + slopes @ moved)
         self.state, self.limits = _moved(self.state, self.limits, moved)
@@ -224,13 +224,13 @@ class FilteredLuGre:
     ``innovation`` (n,) [N/m] and its ``variance`` (n,) are NaN at the ``skipped`` samples. What is known stands in the
     others, from a second run with the parameters held at the outcome: ``relative_sd`` (n, 6), standard deviations of
     the logarithms of the values, and the last ``covariance`` (7, 7) of sigma_0 zeta and the logarithms of sigma_0,
-    sigma_1, sigma_2, F_c, F_s - F_c, v_s. ``told`` of the combinations of these six are known from the recording; an
-    estimate is identifiable where the others leave less of its variance than these do.
+    sigma_1, sigma_2, F_c, F_s - F_c, v_s. ``identifiable`` of the combinations of these six are known from the
+    recording; an estimate is identifiable where the others leave less of its variance than these do.
     """
 
     law: Any
     parameters: dict[str, Estimate]
-    told: int
+    identifiable: int
     values: np.ndarray
     relative_sd: np.ndarray
     deflection: np.ndarray
@@ -259,10 +259,20 @@ def filter_lugre(time, velocity, force, embedded, start, force_noise: float, **o
         raise InputError("samples", 0, "with a finite force, motion and embedded length", "LuGre filter")
     held = LuGreFilter(found.law, force_noise, **options, held=True)
     relative_sd = np.array([_relative_sd_after(held, *sample) for sample in samples])
-    told, known = _told(held)
+    identifiable, known = _identifiable(held)
     parameters = _estimates(found.law, relative_sd[-1], known)
-    return FilteredLuGre(found.law, parameters, told, values, relative_sd, deflection, held.covariance, innovation,
-                         variance, skipped)  # fmt: skip
+    return FilteredLuGre(
+        law=found.law,
+        parameters=parameters,
+        identifiable=identifiable,
+        values=values,
+        relative_sd=relative_sd,
+        deflection=deflection,
+        covariance=held.covariance,
+        innovation=innovation,
+        variance=variance,
+        skipped=skipped,
+    )
 
 
 def _checked(**columns) -> list[np.ndarray]:
@@ -293,18 +303,18 @@ def _relative_sd_after(held: LuGreFilter, *sample) -> np.ndarray:
     return np.sqrt(np.einsum("ij,jk,ik->i", by_logs, held.covariance[1:, 1:], by_logs))
 
 
-def _told(held: LuGreFilter) -> tuple[int, np.ndarray]:
+def _identifiable(held: LuGreFilter) -> tuple[int, np.ndarray]:
     """How many combinations of the logarithms the recording told, and whether these tell each parameter (6,)."""
     shares, directions = np.linalg.eigh(held.covariance[1:, 1:] / held.spread**2)
-    left, told = shares * directions**2, shares < TOLD
-    return int(told.sum()), left[:, told].sum(axis=1) > left[:, ~told].sum(axis=1)
+    left, identifiable = shares * directions**2, shares < IDENTIFIABLE
+    return int(identifiable.sum()), left[:, identifiable].sum(axis=1) > left[:, ~identifiable].sum(axis=1)
 
 
 def _estimates(law, relative_sd: np.ndarray, known: np.ndarray) -> dict[str, Estimate]:
     """The law's parameters but for the exponent, which is given."""
     estimates = {}
-    for row, sd, told in zip(law.table(), relative_sd, known):
+    for row, sd, identifiable in zip(law.table(), relative_sd, known):
         name, value, factor = row["name"], getattr(law, row["name"]), float(np.exp(Z_95 * sd))
         limits = value, row["unit"], value / factor, value * factor
-        estimates[name] = Estimate(name, *limits, identifiable=bool(told), source=SOURCE)
+        estimates[name] = Estimate(name, *limits, identifiable=bool(identifiable), source=SOURCE)
     return estimates

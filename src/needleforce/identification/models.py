@@ -84,7 +84,7 @@ def model_of(values: dict[str, float], law: str, needle=None, name: str = "ident
         name=name,
         summary="Identified from recordings.",
         reference=reference or "identified by needleforce",
-        doubts=(UNKNOWN_TIP,) if curve.tells_modulus and (needle is None or needle.tip is None) else (),
+        doubts=(UNKNOWN_TIP,) if curve.gives_modulus and (needle is None or needle.tip is None) else (),
         needle=needle,
     )
 

@@ -173,7 +173,7 @@ def run_model(model: Model, recording: Recording, contact_depth: float) -> np.nd
     return Insertion(model, max_speed=np.inf).run(recording.depth - contact_depth, None, dt)["force"]
 
 
-def with_unread(fit: Fit | None, unread: list[tuple[str, InputError]]) -> Fit:
+def with_unreadable(fit: Fit | None, unread: list[tuple[str, InputError]]) -> Fit:
     """``fit`` with one entry for each (file, error); None is a fit of nothing."""
     fit = fit or Fit((), {}, None, None)
     entries = tuple(

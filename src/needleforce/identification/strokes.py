@@ -22,7 +22,7 @@ WANDERS = (
 
 
 @dataclass(frozen=True)
-class Turning:
+class FrictionReversal:
     """``samples`` of the withdrawal until the needle slides, and the travel [m] to half of the turn, within low and
     high; ``seen`` is False where that is the least that the noise of the depth at rest allows, not a travel seen."""
 
@@ -38,7 +38,8 @@ class Strokes:
     """Depth (n,) [m] and force (n,) [N] of insertion and withdrawal, and where the whole strokes stand in the
     recording.
 
-    The withdrawal's arrays begin where the needle slides: before, friction only turns round, as ``turning`` tells.
+    The withdrawal's arrays begin where the needle slides: before, friction reverses, as in
+    ``friction_reversal``.
     """
 
     depth_in: np.ndarray
@@ -47,7 +48,7 @@ class Strokes:
     force_out: np.ndarray
     inwards: slice
     outwards: slice
-    turning: Turning | None
+    friction_reversal: FrictionReversal | None
 
     def mask(self, n: int) -> np.ndarray:
         """True (n,) at the samples of either stroke."""
@@ -60,9 +61,9 @@ def strokes_of(recording: Recording, events: Events) -> Strokes:
     """Insertion from the start of the free travel before it to the hold; withdrawal to the recording's end."""
     inwards, outwards = _inwards(events), _outwards(events)
     depth, force = undelayed_depth(recording), recording.force
-    turning = turning_of(depth, force, outwards, events.spans(Phase.hold))
-    sliding = slice(outwards.start + (turning.samples if turning else 0), outwards.stop)
-    return Strokes(depth[inwards], force[inwards], depth[sliding], force[sliding], inwards, outwards, turning)
+    friction_reversal = friction_reversal_of(depth, force, outwards, events.spans(Phase.hold))
+    sliding = slice(outwards.start + (friction_reversal.samples if friction_reversal else 0), outwards.stop)
+    return Strokes(depth[inwards], force[inwards], depth[sliding], force[sliding], inwards, outwards, friction_reversal)
 
 
 def undelayed_depth(recording: Recording) -> np.ndarray:
@@ -121,7 +122,9 @@ def cycle_span(strokes: Strokes, events: Events) -> tuple[slice, np.ndarray]:
     return slice(first, end), stroke
 
 
-def turning_of(depth: np.ndarray, force: np.ndarray, outwards: slice, holds: tuple[Span, ...]) -> Turning | None:
+def friction_reversal_of(
+    depth: np.ndarray, force: np.ndarray, outwards: slice, holds: tuple[Span, ...]
+) -> FrictionReversal | None:
     """The turn at the start of the withdrawal ``outwards`` of depth and force (n,); None without a withdrawal.
 
     The needle slides from where the pull first stops to grow, as a mean over bins of travel. Half-way in force is
@@ -142,16 +145,16 @@ def turning_of(depth: np.ndarray, force: np.ndarray, outwards: slice, holds: tup
     half = max(float(travel.mean()), wander, 0.0)
     at_once = max(0.5 * (push + pull) / pull, 1.0) if pull > 0.0 else 1.0
     low, high = max(float(travel.min()) - wander, 0.0), max(float(travel.max()) * at_once + wander, half)
-    return Turning(slides - outwards.start, half, low, high, seen)
+    return FrictionReversal(slides - outwards.start, half, low, high, seen)
 
 
-def presliding_of(turning: Turning) -> Estimate:
+def presliding_of(friction_reversal: FrictionReversal) -> Estimate:
     """``presliding`` [m] of the friction law."""
     source = "travel from the start of the withdrawal to half of the turn from push to pull"
-    if not turning.seen:
+    if not friction_reversal.seen:
         source = f"the turn is too short to see: {WANDERS:g} times what the recorded depth strays at rest"
-    half, low, high = turning.half, turning.low, turning.high
-    return Estimate("presliding", half, "m", low, high, identifiable=turning.seen, source=source)
+    half, low, high = friction_reversal.half, friction_reversal.low, friction_reversal.high
+    return Estimate("presliding", half, "m", low, high, identifiable=friction_reversal.seen, source=source)
 
 
 def _slides(depth: np.ndarray, force: np.ndarray) -> int:

@@ -133,7 +133,7 @@ def _series(section, free) -> Series:
     return Series(speed, depths, sites, section.hold_s, section.passes, short, section.pause_s)
 
 
-class NeedleSection(Struct, forbid_unknown_fields=True):
+class ProtocolNeedle(Struct, forbid_unknown_fields=True):
     """The needle; ``tip`` in words."""
 
     diameter_mm: Length
@@ -141,7 +141,7 @@ class NeedleSection(Struct, forbid_unknown_fields=True):
     tip: Text
 
 
-class TissueSection(Struct, forbid_unknown_fields=True):
+class ProtocolTissue(Struct, forbid_unknown_fields=True):
     """The tissue, in words."""
 
     text: Text
@@ -180,8 +180,8 @@ class ProtocolFile(Struct, forbid_unknown_fields=True):
 
     title: Text
     reference: Text
-    needle: NeedleSection
-    tissue: TissueSection
+    needle: ProtocolNeedle
+    tissue: ProtocolTissue
     axis: AxisSection
     force_limit_N: Annotated[float, Meta(gt=0, le=1000)]
     series: Annotated[tuple[SeriesSection, ...], Meta(min_length=1, max_length=100)]

@@ -193,7 +193,7 @@ def _settings(protocol: Protocol, settings: Settings) -> Settings:
 
 
 @dataclass(frozen=True)
-class Step:
+class NextStep:
     """What is to be done for a planned site: the ``run``, None where nothing can be; ``why`` in words if it is odd.
 
     ``blocked``: only at the same site, into its hole, could the run be made.
@@ -210,7 +210,7 @@ def present(protocol: Protocol, folder: Folder) -> int:
     return sum(folder.complete(run) for run in runs)
 
 
-def next_steps(protocol: Protocol, folder: Folder) -> Iterator[Step]:
+def next_steps(protocol: Protocol, folder: Folder) -> Iterator[NextStep]:
     """A step for every planned site that is not done, in their order."""
     fresh = [site for site in protocol.spares if folder.replaced_by(site) is None]
     for series, depth, planned in slots(protocol):
@@ -227,15 +227,15 @@ def _runs_at(protocol: Protocol, folder: Folder, series: int, depth: int, planne
     return passes_at(protocol, series, depth, planned, used[-1] if used else planned)
 
 
-def _step(run: RunPlan, folder: Folder, spare: RunPlan | None) -> Step:
+def _step(run: RunPlan, folder: Folder, spare: RunPlan | None) -> NextStep:
     if not folder.spoiled(run):
-        return Step(run)
+        return NextStep(run)
     broken = f"pass {run.pass_number} at site {run.site} was broken off in the tissue"
     if spare:
-        return Step(spare, f"{broken}: site {spare.site} takes its place")
+        return NextStep(spare, f"{broken}: site {spare.site} takes its place")
     if run.pass_number > 1:
-        return Step(run, f"{broken} and no spare site is left: site {run.site} stays without a pair", blocked=True)
-    return Step(run, f"{broken} and no spare site is left", blocked=True)
+        return NextStep(run, f"{broken} and no spare site is left: site {run.site} stays without a pair", blocked=True)
+    return NextStep(run, f"{broken} and no spare site is left", blocked=True)
 
 
 def into_its_hole(run: RunPlan) -> RunPlan:

@@ -68,7 +68,7 @@ def _outcome(campaign) -> Markup:
     every, conditions = campaign.recordings, campaign.conditions
     identified = sum(each.model is not None for each in conditions)
     used, out = sum(one.pooled for one in every), sum(one.left_out for one in every)
-    odd = sum(bool(one.oddities) and not one.left_out for condition in conditions for one in condition.recordings)
+    odd = sum(bool(one.anomalies) and not one.left_out for condition in conditions for one in condition.recordings)
     silent = sum(not one.answers and not one.left_out for one in every)
     said = [f"{identified} of {counted(len(conditions), 'condition')} identified, from {counted(used, 'recording')}."]
     said += [f"{counted(out, 'recording')} left out of a pooled fit, each with its reason."] * (out > 0)
@@ -119,7 +119,7 @@ def _reasons(condition) -> dict[str, list[str]]:
     """What is odd -> the recordings that have it, so that a sentence stands once."""
     found: dict[str, list[str]] = {}
     for one in condition.recordings:
-        if one.oddities or not one.answers:
+        if one.anomalies or not one.answers:
             found.setdefault(one.why, []).append(one.file)
     return found
 

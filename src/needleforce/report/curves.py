@@ -12,7 +12,7 @@ FORCE_SHARE = 0.25  # … or a puncture force further than this share off the me
 
 
 @dataclass(frozen=True, eq=False)
-class Repeat:
+class DrawnRepeat:
     """One recording in people's units: time [s] from its start, indentation [mm], forces [N]; ``number`` counts from 1.
 
     ``model`` (n,) is all NaN where there is none; ``inward`` and ``outward`` (n,) say which stroke a sample belongs to.
@@ -48,7 +48,7 @@ class Repeat:
         return bool(np.isfinite(self.model).any())
 
 
-def repeats(fit) -> tuple[Repeat, ...]:
+def repeats(fit) -> tuple[DrawnRepeat, ...]:
     """Every recording that can be drawn, in the order of the files."""
     odd = odd_ones(fit)
     numbered = ((k, one) for k, one in enumerate(fit.recordings, 1) if one.recording is not None)
@@ -56,11 +56,11 @@ def repeats(fit) -> tuple[Repeat, ...]:
     return tuple(_repeat(k, one, k in odd, shared) for k, one in numbered if len(one.recording) > 1)
 
 
-def _repeat(number: int, one, odd: bool, shared: float | None) -> Repeat:
+def _repeat(number: int, one, odd: bool, shared: float | None) -> DrawnRepeat:
     recording, events = one.recording, one.events
     surface = _surface(one) if shared is None else shared
     model = one.predicted if len(one.predicted) == len(recording) else np.full(len(recording), np.nan)
-    return Repeat(
+    return DrawnRepeat(
         number, one, recording.time - recording.time[0], 1e3 * (recording.depth - surface), recording.force, model,
         _within(recording, events, ("deformation", "insertion")), _within(recording, events, ("extraction",)), odd,
     )  # fmt: skip
@@ -83,7 +83,7 @@ def _within(recording, events, phases: tuple[str, ...]) -> np.ndarray:
     return chosen
 
 
-def representative(drawn: tuple[Repeat, ...]) -> Repeat | None:
+def representative(drawn: tuple[DrawnRepeat, ...]) -> DrawnRepeat | None:
     """The recording with the median residual, so that neither the best nor the worst speaks for all."""
     ranked = sorted((r for r in drawn if r.has_model and r.fit.quality), key=lambda r: r.fit.quality.rmse_N)
     if ranked:
@@ -101,7 +101,7 @@ def odd_ones(fit) -> set[int]:
     return (far if len(residual) >= 3 else set()) | (off if len(force) >= 3 else set())
 
 
-def loading(one: Repeat) -> slice:
+def loading(one: DrawnRepeat) -> slice:
     """The samples from contact to the first puncture; to the deepest where there was none."""
     events, first = one.fit.events, int(np.argmax(one.indentation >= 0.0))
     deepest = int(np.argmax(one.indentation))
@@ -110,7 +110,7 @@ def loading(one: Repeat) -> slice:
     return slice(first, max(int(peak), first) + 1)
 
 
-def loading_speed(one: Repeat) -> float:
+def loading_speed(one: DrawnRepeat) -> float:
     """Mean speed [m/s] from contact to the first puncture."""
     part = loading(one)
     travel, time = np.ptp(one.indentation[part]), np.ptp(one.time[part])

@@ -45,11 +45,11 @@ def models_page(rows, files=()) -> str:
     """The whole page as HTML text; ``files`` are the recordings compared on."""
     sections = [
         section("Models", _table(rows), name="models"),
-        section("Repeats not seen", _figure(rows), name="unseen"),
+        section("Held-out repeats", _figure(rows), name="cross-validation"),
         section("What the numbers mean", _meanings(), name="meanings"),
         section("Recordings", listing(file_name(str(file)) for file in files) if files else "", name="recordings"),
     ]
-    repeats = len(rows[0].unseen.floor)
+    repeats = len(rows[0].cross_validation.floor)
     style = "".join((HERE / name).read_text(encoding="utf-8") for name in ("page.css", "models.css"))
     return Template((HERE / "page.html").read_text(encoding="utf-8")).substitute(
         title=escape(f"Needle force: {counted(len(rows), 'model')} on {counted(repeats, 'repeat')}"),
@@ -86,7 +86,7 @@ def _figure(rows) -> Markup:
         return Markup("")
     title = "Error on each repeat, foretold from the others, over the floor"
     alt = f"{title}. The numbers are in the table of this page."
-    image = drawing("unseen", partial(unseen_figure, rows=rows), figure_heights(rows), alt)
+    image = drawing("cross-validation", partial(cross_validation_figure, rows=rows), figure_heights(rows), alt)
     kinds = element("b", "Prediction", class_="model"), " filled, ", element("b", "replay", class_="replay")
     key = (
         " hollow, a dot a repeat, a bar at their rms, which is the number in the table. "
@@ -94,7 +94,7 @@ def _figure(rows) -> Markup:
         f"{best_possible(rows):.2f}."
     )
     parts = element("div", image, class_="drawing"), element("figcaption", *kinds, key)
-    return element("figure", *parts, id="figure-unseen")
+    return element("figure", *parts, id="figure-cross-validation")
 
 
 def _meanings() -> Markup:
@@ -133,7 +133,7 @@ def _share(value: float) -> str:
 
 def floor_errors(rows) -> np.ndarray:
     """Whole-cycle error over the peak of the mean of the other repeats, one for each repeat that has it."""
-    floors = [row.unseen.floor[:, 0] for row in rows if row.unseen is not None]
+    floors = [row.cross_validation.floor[:, 0] for row in rows if row.cross_validation is not None]
     return floors[0][np.isfinite(floors[0])] if floors else np.empty(0)
 
 
@@ -157,23 +157,23 @@ def best_possible(rows) -> float:
     return math.sqrt((count - 1) / count) if count else math.nan
 
 
-def over_floor(unseen) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def over_floor(cross_validation) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Whole-cycle errors of prediction, replay and floor over the rms of the floor, each one for every repeat that has
     all; the rms of the first two are the numbers in the table."""
-    errors = np.stack([unseen.prediction[:, 0], unseen.replay[:, 0], unseen.floor[:, 0]])
+    errors = np.stack([cross_validation.prediction[:, 0], cross_validation.replay[:, 0], cross_validation.floor[:, 0]])
     errors = errors[:, np.isfinite(errors).all(axis=0)]
     prediction, replay, floor = errors / np.sqrt(np.mean(errors[2] ** 2)) if errors.size else errors
     return prediction, replay, floor
 
 
-def unseen_figure(figure, sheet, rows) -> None:
+def cross_validation_figure(figure, sheet, rows) -> None:
     """A row a model and one for the floor itself: prediction filled, replay hollow, a bar at the rms of either."""
     left = 8.0 if sheet.narrow else 128.0
     axes = panels(figure, sheet, margins={"top": 22.0, "left": left, "right": 12.0})[0, 0]
     _lines(axes, rows)
-    _row(axes, sheet, 0, FLOOR, (over_floor(rows[0].unseen)[2], MEASURED, MEASURED, 0.0))
+    _row(axes, sheet, 0, FLOOR, (over_floor(rows[0].cross_validation)[2], MEASURED, MEASURED, 0.0))
     for k, row in enumerate(rows, 1):
-        prediction, replay, _ = over_floor(row.unseen)
+        prediction, replay, _ = over_floor(row.cross_validation)
         mark = " (best)" if k == 1 else " (ties)" if row.ties else ""
         kinds = (prediction, MODEL, MODEL, _APART), (replay, SECOND, "white", -_APART)
         _row(axes, sheet, k, f"{row.model}{mark}", *kinds)

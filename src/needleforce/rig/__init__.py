@@ -1,26 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """The virtual rig: the paper's experiment with a specimen that knows more than the identified model."""
 
-from .bench_tests import Bending, Tension
+from .bench_tests import BendingTest, TensionTest
 from .experiment import Experiment, Truth, example_recording, paper_experiment
-from .paper import PAPER, SWING
-from .run import Run, SpeedClock
+from .paper import CUTTING_OSCILLATION, PAPER
+from .run import RigRun, SpeedClock
 from .sensor import Sensor
-from .specimen import NOTHING_UNMODELLED, Scatter, Site, Specimen, Unmodelled
+from .specimen import NOTHING_UNMODELLED, PhantomSite, Scatter, Specimen, Unmodelled
 
 __all__ = [
+    "CUTTING_OSCILLATION",
     "NOTHING_UNMODELLED",
     "PAPER",
-    "SWING",
-    "Bending",
+    "BendingTest",
     "Experiment",
-    "Run",
+    "PhantomSite",
+    "RigRun",
     "Scatter",
     "Sensor",
-    "Site",
     "Specimen",
     "SpeedClock",
-    "Tension",
+    "TensionTest",
     "Truth",
     "Unmodelled",
     "example_recording",

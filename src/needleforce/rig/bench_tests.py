@@ -23,7 +23,7 @@ _STRESS_NOISE = 0.1e3  # [Pa]
 
 
 @dataclass(frozen=True, eq=False)
-class Bending:
+class BendingTest:
     """A force [N] at each position [m] from the clamp, and the deflection of the tip [m]: (n,) each."""
 
     position: np.ndarray
@@ -38,7 +38,7 @@ class Bending:
 
 
 @dataclass(frozen=True, eq=False)
-class Tension:
+class TensionTest:
     """Nominal stress [Pa] at each stretch [1] of a uniaxial test: (n,) each."""
 
     stretch: np.ndarray
@@ -50,7 +50,7 @@ class Tension:
         return write_table(Path(folder) / "tissue_tension.csv", columns)
 
 
-def bend_needle(random: np.random.Generator) -> tuple[Bending, np.ndarray]:
+def bend_needle(random: np.random.Generator) -> tuple[BendingTest, np.ndarray]:
     """Five tests with 0.1 N, each with a modulus of its own, as the paper's scatter has it; and those moduli (5,) [Pa].
 
     The needle bends as the exact rod does. Where F a^2/EI is above 0.3 the small-deflection formula reads too
@@ -60,13 +60,13 @@ def bend_needle(random: np.random.Generator) -> tuple[Bending, np.ndarray]:
     second_moment = core.Needle(_DIAMETER, 0.0, _LENGTH, NEEDLE_MODULUS, 0.3).second_moment
     exact = [tip_deflection(0.1, a, _LENGTH, float(e) * second_moment) for a, e in zip(_POSITIONS, drawn)]
     read = np.round(np.array(exact) + random.normal(0.0, _DIAL, len(exact)), 5)  # the dial has steps of 0.01 mm
-    return Bending(np.array(_POSITIONS), np.full(len(exact), 0.1), read), drawn
+    return BendingTest(np.array(_POSITIONS), np.full(len(exact), 0.1), read), drawn
 
 
-def pull_tissue(random: np.random.Generator) -> Tension:
+def pull_tissue(random: np.random.Generator) -> TensionTest:
     """A neo-Hookean strip, P = E/3 (stretch - stretch^-2), up to 20 % of strain, with noise on the stress."""
     stress = TISSUE_MODULUS / 3.0 * (_STRETCH - _STRETCH**-2) + random.normal(0.0, _STRESS_NOISE, len(_STRETCH))
-    return Tension(_STRETCH.copy(), stress)
+    return TensionTest(_STRETCH.copy(), stress)
 
 
 def tip_deflection(force: float, position: float, length: float, stiffness: float) -> float:

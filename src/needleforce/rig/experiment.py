@@ -10,11 +10,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording import Card, Recording
-from .bench_tests import NEEDLE_MODULUS, TISSUE_MODULUS, Bending, Tension, bend_needle, pull_tissue
+from .bench_tests import NEEDLE_MODULUS, TISSUE_MODULUS, BendingTest, TensionTest, bend_needle, pull_tissue
 from .paper import PAPER, stick_slip
-from .run import Run, SpeedClock, perform, way
+from .run import RigRun, SpeedClock, path_of_run, perform
 from .sensor import Sensor
-from .specimen import HOLD, Scatter, Site, Specimen, Unmodelled, draw_site
+from .specimen import HOLD, PhantomSite, Scatter, Specimen, Unmodelled, draw_site
 
 _EVERY = 10  # samples: one average each, so that the noise is white again
 START = -4e-3  # [m] in the rig's zero
@@ -43,12 +43,12 @@ class Truth:
 class Experiment:
     """Runs by speed, site and pass; sites drawn around ``nominal``; bench tests, and the needle's true moduli [Pa]."""
 
-    runs: tuple[Run, ...]
-    sites: tuple[Site, ...]
+    runs: tuple[RigRun, ...]
+    sites: tuple[PhantomSite, ...]
     nominal: Specimen
-    bending: Bending
+    bending: BendingTest
     needle_moduli: np.ndarray
-    tension: Tension
+    tension: TensionTest
 
     @property
     def truth(self) -> dict[str, Truth]:
@@ -63,7 +63,7 @@ class Experiment:
             raise InputError("speed", speed, f"the experiment has {known} m/s")
         return replace(self, runs=tuple(run for run in self.runs if run.speed == speed), sites=sites)
 
-    def pairs(self) -> list[tuple[Run, Run]]:
+    def pairs(self) -> list[tuple[RigRun, RigRun]]:
         """First and second pass of each site."""
         return list(zip(self.runs[::2], self.runs[1::2], strict=True))
 
@@ -117,9 +117,9 @@ def paper_experiment(
     return Experiment(tuple(runs), tuple(drawn), nominal, bending, moduli, pull_tissue(noise))
 
 
-def _two_passes(site: Site, depth: float, sensor: Sensor, clock: SpeedClock, noises: list) -> list[Run]:
-    first = way(START, site.speed, depth, HOLD)
-    second = way(START, site.speed, depth - _SHORT, HOLD)
+def _two_passes(site: PhantomSite, depth: float, sensor: Sensor, clock: SpeedClock, noises: list) -> list[RigRun]:
+    first = path_of_run(START, site.speed, depth, HOLD)
+    second = path_of_run(START, site.speed, depth - _SHORT, HOLD)
     return [
         perform(site, first, sensor, clock, noises[0]),
         perform(site, second, sensor, clock, noises[1], hole=depth),
@@ -145,7 +145,7 @@ def _check(seed: int, sites: int, speeds: Sequence[float], depth: float) -> None
         raise InputError("depth", depth, "outside 6e-3 to 60e-3 m")
 
 
-def truth(nominal: Specimen, sites: Sequence[Site], needle_moduli: np.ndarray) -> dict[str, Truth]:
+def truth(nominal: Specimen, sites: Sequence[PhantomSite], needle_moduli: np.ndarray) -> dict[str, Truth]:
     """The six quantities of the paper, by name."""
     table = {
         "needle_young_modulus": _summary(NEEDLE_MODULUS, needle_moduli, "Pa"),

@@ -13,7 +13,7 @@ PAPER = {
     "cutting_force": (0.0776, 0.0139),
 }
 # the range over which the cutting force swings at 1 mm/s; at 3 mm/s it does not
-SWING = {"cutting_force_low_1mm_s": 0.04, "cutting_force_high_1mm_s": 0.1}
+CUTTING_OSCILLATION = {"cutting_force_low_1mm_s": 0.04, "cutting_force_high_1mm_s": 0.1}
 _ARREST_SPEED = 1.5e-3  # [m/s] between the two; any other between them would do as well
 _STEADY_SPEED = 3e-3  # [m/s]
 
@@ -21,7 +21,7 @@ _STEADY_SPEED = 3e-3  # [m/s]
 def stick_slip(force: float):
     """The cutting law that is steady at 3 mm/s with ``force`` [N] and swings at 1 mm/s, over the paper's range to
     scale."""
-    low, high = (force / PAPER["cutting_force"][0] * end for end in SWING.values())
+    low, high = (force / PAPER["cutting_force"][0] * end for end in CUTTING_OSCILLATION.values())
     return core.laws.StickSlip(
         break_force=high,
         arrest_force=low,

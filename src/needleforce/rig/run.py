@@ -13,7 +13,7 @@ from ..recording import Card, Recording, write_columns
 from ..recording.force_signal import bias
 from ..recording.joining import integral, overlap
 from .sensor import Sensor
-from .specimen import Site
+from .specimen import PhantomSite
 
 RATE = 1000.0  # [Hz] of the force, paper sec. 1
 NEEDLE = "diameter 0.7 mm, length 80 mm, bevel 15 degrees"
@@ -22,7 +22,7 @@ _REST = 0.5  # [s] at rest before and after
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class RigRun:
     """One insertion: ``axes`` (n,) [N, N m] on ``time`` [s], and ``velocity`` (m,) [m/s] on ``motion_time`` [s].
 
     ``axes`` holds force (axial, + opposes insertion), fx, fy, tx, ty, tz. ``start_depth`` [m] is where the tip rests at
@@ -63,12 +63,12 @@ class Run:
         return force, motion
 
 
-def way(start: float, speed: float, depth: float, hold: float) -> Motion:
+def path_of_run(start: float, speed: float, depth: float, hold: float) -> Motion:
     """Rest, in, hold [s], out, rest: the trapezoid of speed between them is ``Motion``'s."""
     return Motion(start, ((start, _REST), (depth, speed), (depth, hold), (start, speed), (start, _REST)))
 
 
-def wrench_of(site: Site, force) -> dict:
+def wrench_of(site: PhantomSite, force) -> dict:
     """The wrench [N, N m] by axis about the sensor, of an axial force [N], a number or (n,), at the site."""
     fx, fy = (share * force for share in site.lateral)
     return {"force": force, "fx": fx, "fy": fy, "tx": -_LENGTH * fy, "ty": _LENGTH * fx}
@@ -108,7 +108,9 @@ class SpeedClock:
         return np.round(np.maximum(taken + late, 0.0), 6), np.round(velocity, 9) + 0.0
 
 
-def perform(site: Site, motion: Motion, sensor: Sensor, clock: SpeedClock, random, *, hole: float | None = None) -> Run:
+def perform(
+    site: PhantomSite, motion: Motion, sensor: Sensor, clock: SpeedClock, random, *, hole: float | None = None
+) -> RigRun:
     """Insert at the site along ``motion`` and record. Depths are the rig's; ``hole`` [m] is that of an earlier pass."""
     time = np.arange(int(motion.duration * RATE) + 1) / RATE
     depth = motion.at(time)[0] - site.surface
@@ -122,4 +124,4 @@ def perform(site: Site, motion: Motion, sensor: Sensor, clock: SpeedClock, rando
         rig=f"virtual rig: {site.speed * 1e3:g} mm/s, force at {RATE:g} Hz, velocity at {clock.rate:g} Hz",
         filter_length=sensor.filter_length,
     )  # fmt: skip
-    return Run(site.speed, site.number, hole is not None, time, axes, stamps, velocity, motion.start, card)
+    return RigRun(site.speed, site.number, hole is not None, time, axes, stamps, velocity, motion.start, card)

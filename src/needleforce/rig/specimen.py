@@ -170,7 +170,7 @@ class Scatter:
 
 
 @dataclass(frozen=True)
-class Site:
+class PhantomSite:
     """One site as drawn: its specimen, where its surface is in the rig's depth [m], and its lateral force.
 
     ``lateral`` are Fx and Fy as shares of the axial force, 2 to 5 % together (assumed): the paper calls them relatively
@@ -184,7 +184,7 @@ class Site:
     lateral: tuple[float, float]
 
 
-def draw_site(mean: Specimen, scatter: Scatter, speed: float, number: int, random: np.random.Generator) -> Site:
+def draw_site(mean: Specimen, scatter: Scatter, speed: float, number: int, random: np.random.Generator) -> PhantomSite:
     """A site around ``mean``. Every quantity takes its draw in a fixed order, so that changing one moves no other."""
     peak, depth, cutting, friction, surface = random.standard_normal(5)
     share, direction = random.uniform(0.02, 0.05), random.uniform(0.0, 2.0 * np.pi)
@@ -196,4 +196,4 @@ def draw_site(mean: Specimen, scatter: Scatter, speed: float, number: int, rando
         friction_per_length=mean.friction_per_length * max(0.0, 1.0 + scatter.friction_per_length * float(friction)),
     )
     lateral = (float(share * np.cos(direction)), float(share * np.sin(direction)))
-    return Site(speed, number, specimen, scatter.surface * float(surface), lateral)
+    return PhantomSite(speed, number, specimen, scatter.surface * float(surface), lateral)

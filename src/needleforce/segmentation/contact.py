@@ -175,7 +175,7 @@ def _correlation(free: np.ndarray, group: int = 10) -> float:
     return max(1.0, group * float(groups.mean(axis=1).var() / max(free.var(), 1e-300)))
 
 
-def leave(depth: np.ndarray, force: np.ndarray, cycle: Cycle, size: int, crossing: float) -> Onset | None:
+def exit_depth(depth: np.ndarray, force: np.ndarray, cycle: Cycle, size: int, crossing: float) -> Onset | None:
     """The exit of a withdrawal in (n,) depths [m] and forces [N]; ``low`` and ``high`` are samples, in order of time.
 
     Run backwards, the needle meets the tissue under tension; only if it was never pulled, under pressure.

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..recording.force_signal import glitches, spikes
 from ..recording.recording import Recording
 from ..vocabulary import Phase, Status
-from .contact import CROSSING, SAME_BASELINE, Onset, leave, only_drift, onset, returned
+from .contact import CROSSING, SAME_BASELINE, Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Events, Puncture, Span
 from .punctures import FALL_PEAK, falls, locate
 from .strokes import Cycle, blocks, cycles
@@ -55,7 +55,7 @@ def segment(
         return Events(status=Status.unreadable, notes=(wrong,))
     strokes, length = cycles(time, depth), max(recording.card.filter_length, 1)
     found = [
-        insertion(time, depth, force, each, limits(crossing, drop, within, recording.rate, each.speed, length))
+        cycle_events(time, depth, force, each, limits(crossing, drop, within, recording.rate, each.speed, length))
         for each in strokes
     ]
     touching = [each for each in found if each.contact is not None]
@@ -63,12 +63,12 @@ def segment(
     if not touching:
         return Events(phases=spans, status=Status.no_contact, notes=(no_contact(time, force, bool(found)),))
     chosen = touching[min(cycle, len(touching) - 1)]
-    status, notes = judge(chosen, len(touching), depth, force)
+    status, notes = status_of(chosen, len(touching), depth, force)
     return Events(chosen.contact, chosen.punctures, chosen.exit, spans, status, notes)
 
 
 @dataclass(frozen=True)
-class Insertion:
+class CycleEvents:
     """What one cycle holds above ``baseline`` and ``noise`` [N]; ``exit`` is ``None`` where the force shows none."""
 
     cycle: Cycle
@@ -81,7 +81,7 @@ class Insertion:
 
 
 @dataclass(frozen=True)
-class Limits:
+class DetectionLimits:
     """``crossing`` [sd] of a contact, ``drop`` (of its peak) and ``window`` of a fall, filter ``lag`` [samples]."""
 
     crossing: float
@@ -95,17 +95,21 @@ class Limits:
         return max(1, self.window // BLOCKS_PER_FALL)
 
 
-def limits(crossing: float, drop: float, within: float, rate: float, speed: float, filter_length: int) -> Limits:
+def limits(
+    crossing: float, drop: float, within: float, rate: float, speed: float, filter_length: int
+) -> DetectionLimits:
     """For a fall over ``within`` [m] at ``speed`` [m/s], or for as long as sensor, filter and ``rate`` [Hz] take."""
     window = int(max(within / speed * rate, FALL_TIME * rate, FALL_SAMPLES)) + filter_length - 1
-    return Limits(crossing, drop, window, filter_length - 1)
+    return DetectionLimits(crossing, drop, window, filter_length - 1)
 
 
-def insertion(time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: Limits) -> Insertion:
+def cycle_events(
+    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
+) -> CycleEvents:
     """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N]."""
     begin, last = _ends(time, depth, force, cycle, allowed)
     if begin is None:
-        return Insertion(cycle)
+        return CycleEvents(cycle)
     window, size = allowed.window, allowed.size
     contact = _event(time, depth, force, begin, allowed.lag)
     stroke = blocks(depth, force, cycle.start, cycle.stop, size)
@@ -119,7 +123,7 @@ def insertion(time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cyc
             Puncture(float(time[fall.peak]), place, fall.force, low, fall.high, fall.drop, place - contact.depth)
         )
     leaving = None if last is None else _event(time, depth, force, last, allowed.lag)
-    return Insertion(cycle, contact, tuple(punctures), leaving, begin.free, begin.baseline, begin.noise)
+    return CycleEvents(cycle, contact, tuple(punctures), leaving, begin.free, begin.baseline, begin.noise)
 
 
 def _event(time: np.ndarray, depth: np.ndarray, force: np.ndarray, where: Onset, lag: int) -> Event:
@@ -132,7 +136,7 @@ def _event(time: np.ndarray, depth: np.ndarray, force: np.ndarray, where: Onset,
 
 
 def _ends(
-    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: Limits
+    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
 ) -> tuple[Onset | None, Onset | None]:
     """Contact and exit, ``low`` and ``high`` as samples; both are sought again without the drift between them."""
     span = slice(cycle.start, cycle.end)
@@ -141,7 +145,7 @@ def _ends(
     begin, last = _contact(depth, force, cycle, allowed), None
     if begin is None or not cycle.withdrawn:
         return begin, None
-    last = leave(depth, force, cycle, allowed.size, allowed.crossing)
+    last = exit_depth(depth, force, cycle, allowed.size, allowed.crossing)
     peak = float(np.max(np.abs(force[span] - begin.baseline)))
     if last is None or not returned(begin, last, float(depth[cycle.stop - 1]), peak):
         return begin, None
@@ -150,18 +154,18 @@ def _ends(
         return begin, last
     before, after = time[(cycle.start + begin.low) // 2], time[(last.high + cycle.end - 1) // 2]
     level = force - drift * (time - before) / (after - before)
-    again = _contact(depth, level, cycle, allowed), leave(depth, level, cycle, allowed.size, allowed.crossing)
+    again = _contact(depth, level, cycle, allowed), exit_depth(depth, level, cycle, allowed.size, allowed.crossing)
     return again if None not in again else (begin, last)
 
 
-def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: Limits) -> Onset | None:
+def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Onset | None:
     """The contact of the inward stroke, its blocks turned into samples."""
     stroke = blocks(depth, force, cycle.start, cycle.stop, allowed.size)
     found = onset(stroke, allowed.crossing)
     return None if found is None else replace(found, low=stroke.sample(found.low), high=stroke.sample(found.high + 1))
 
 
-def phases(time: np.ndarray, insertions: list[Insertion]) -> tuple[Span, ...]:
+def phases(time: np.ndarray, insertions: list[CycleEvents]) -> tuple[Span, ...]:
     """Spans over the (n,) times from the first to the last sample; empty ones are left out.
 
     Deformation ends at the first puncture. Without one it lasts as long as the stroke, but in a later insertion of the
@@ -179,7 +183,7 @@ def phases(time: np.ndarray, insertions: list[Insertion]) -> tuple[Span, ...]:
     )
 
 
-def _marks(time: np.ndarray, each: Insertion, later: bool) -> list[tuple[int, Phase]]:
+def _marks(time: np.ndarray, each: CycleEvents, later: bool) -> list[tuple[int, Phase]]:
     """Where each phase of one insertion begins, in samples."""
     cycle = each.cycle
     contact = min(int(np.searchsorted(time, each.contact.time)), cycle.stop)
@@ -227,7 +231,7 @@ def no_contact(time: np.ndarray, force: np.ndarray, moved: bool) -> str:
     return f"No contact is seen beside a glitch: {spikes(time, force, found)}. Remove such samples and try again."
 
 
-def judge(chosen: Insertion, count: int, depth: np.ndarray, force: np.ndarray) -> tuple[Status, tuple[str, ...]]:
+def status_of(chosen: CycleEvents, count: int, depth: np.ndarray, force: np.ndarray) -> tuple[Status, tuple[str, ...]]:
     """The status of one of ``count`` insertions in (n,) depth and force, and what its reader should know."""
     notes = [] if chosen.free else ["There is hardly any free travel before the contact: its depth is doubtful."]
     if count > 1:
@@ -241,7 +245,7 @@ def judge(chosen: Insertion, count: int, depth: np.ndarray, force: np.ndarray) -
     return (complete if missing == NO_PULL else Status.incomplete), (*notes, missing)
 
 
-def _no_exit(chosen: Insertion, depth: np.ndarray, force: np.ndarray) -> str:
+def _no_exit(chosen: CycleEvents, depth: np.ndarray, force: np.ndarray) -> str:
     """Why there is no exit: no withdrawal, or one cut off, or none that shows in the force."""
     cycle, contact = chosen.cycle, chosen.contact
     if not cycle.withdrawn:

@@ -16,7 +16,7 @@ HOLD_BINS = 24  # their edges lie as the squares of whole numbers: what relaxes 
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class BinnedCycle:
     """Bins (m,) of insertion, hold and withdrawal: mean depth [m], force [N], step of time [s], samples in each.
 
     ``stroke`` is 0, 1, 2 for insertion, hold, withdrawal. ``contact`` and ``punctures`` are depths [m] seen in the
@@ -51,14 +51,14 @@ class Course:
         return np.sqrt(self.count / self.count.sum()) / self.scale
 
 
-def courses_of(recordings: list[tuple[Recording, Events]], bins: int) -> tuple[Course, ...]:
+def binned_cycles(recordings: list[tuple[Recording, Events]], bins: int) -> tuple[BinnedCycle, ...]:
     """Several repeats, on one scale: with a scale each, those of weak forces would pull the common numbers down."""
-    courses = [course_of(recording, events, bins) for recording, events in recordings]
-    scale = float(np.median([course.peak for course in courses]))
-    return tuple(replace(course, scale=scale) for course in courses)
+    cycles = [binned_cycle(recording, events, bins) for recording, events in recordings]
+    scale = float(np.median([cycle.peak for cycle in cycles]))
+    return tuple(replace(cycle, scale=scale) for cycle in cycles)
 
 
-def course_of(recording: Recording, events: Events, bins: int) -> Course:
+def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle:
     """The first insertion that touches, with its hold and withdrawal where there are any; needs a contact."""
     span, stroke = cycle_span(strokes_of(recording, events), events)
     time, depth, force = recording.time[span], undelayed_depth(recording)[span], recording.force[span]
@@ -69,7 +69,7 @@ def course_of(recording: Recording, events: Events, bins: int) -> Course:
         return np.bincount(index, values) / count
 
     middle, step = mean(time - time[0]), float(np.median(np.diff(time)))
-    return Course(
+    return BinnedCycle(
         mean(depth),
         mean(force),
         np.diff(middle, prepend=middle[0] - step),

@@ -26,11 +26,11 @@ def counted(recordings: int) -> str:
 
 def warnings(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[str, ...]:
     """What a reader should know before believing the numbers."""
-    courses = solved.problem.courses
+    cycles = solved.problem.cycles
     said = []
-    if len(courses) < ENOUGH:
+    if len(cycles) < ENOUGH:
         said.append(
-            f"The scatter between repeats is not told by {counted(len(courses))}: the intervals hold the noise within "
+            f"The scatter between repeats is not told by {counted(len(cycles))}: the intervals hold the noise within "
             "runs alone; give three or more."
         )
     said += _other_zeros(recordings)
@@ -83,7 +83,7 @@ def unknown(solved: Solved, parameters: dict[str, Estimate]) -> tuple[str, ...]:
         "Stiffness coefficient, saturation depth and contact depth one by one: they are known together; the slope "
         "of the saturated contact, contact_stiffness, is known better.",
     ]
-    deepest = max(course.deepest for course in solved.problem.courses)
+    deepest = max(cycle.deepest for cycle in solved.problem.cycles)
     for layer in range(solved.problem.unknowns.layers):
         if parameters[f"{prefix(layer)}puncture_depth"].value > deepest:
             said.append(

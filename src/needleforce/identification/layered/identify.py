@@ -9,24 +9,24 @@ import numpy as np
 from ...errors import InputError
 from ...models.model import Model
 from ...vocabulary import Status
-from ..diagnostics import NO_MODEL, Given, pooled_quality, quality, reference_of, settings, warnings_of
+from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings, warnings_of
 from ..models import LAYERED
-from ..one_layer.fit_recording import Single
+from ..one_layer.fit_recording import SegmentedRecording
 from ..result import Fit, RecordingFit, run_model
 from ..strokes import cycle_span
 from . import diagnostics
-from .binned_cycle import COARSE, FINE, Course, courses_of
+from .binned_cycle import COARSE, FINE, BinnedCycle, binned_cycles
 from .model import Ruptures, model_of, own_ruptures, ruptures
 from .model_selection import Candidate, candidate, chosen, removable, with_bic, without
 from .parameters import MM, TOP
 from .search import Solved, grow, made_passive, of_the_population, refined
 from .uncertainty import spread
 
-MOST_LAYERS = 3
+MAX_LAYERS = 3
 
 
 def identify_layered(
-    singles: list[Single], name: str, given: Given, layers: int | None, progress: Callable | None = None
+    singles: list[SegmentedRecording], name: str, given: FitInputs, layers: int | None, progress: Callable | None = None
 ) -> Fit:
     """The layered law from recordings that are segmented; ``layers`` fixes their number, None asks the evidence.
 
@@ -37,8 +37,8 @@ def identify_layered(
     pierced = any(single.events.punctures for single in usable)
     if not pierced:
         return _without_model(singles, name)
-    coarse, fine = (courses_of([(s.recording, s.events) for s in usable], bins) for bins in (COARSE, FINE))
-    solved = list(_watched(grow(coarse, layers or MOST_LAYERS), layers or MOST_LAYERS, progress, "layer by layer"))
+    coarse, fine = (binned_cycles([(s.recording, s.events) for s in usable], bins) for bins in (COARSE, FINE))
+    solved = list(_watched(grow(coarse, layers or MAX_LAYERS), layers or MAX_LAYERS, progress, "layer by layer"))
     if LAYERED[name]:
         solved = list(made_passive(solved))
     tried, best = _evidence(solved[-1:] if layers else solved, progress)
@@ -66,7 +66,7 @@ def identify_layered(
     )
 
 
-def _ended(solved: Solved, fine: tuple[Course, ...]) -> Iterator[Solved | None]:
+def _ended(solved: Solved, fine: tuple[BinnedCycle, ...]) -> Iterator[Solved | None]:
     """The fit in short steps, then that of the population, for which two runs at least are needed."""
     ended = refined(solved, fine)
     yield ended
@@ -92,7 +92,9 @@ def _evidence(solved: list[Solved], progress) -> tuple[list[Candidate], Candidat
     return tried, chosen(tried)
 
 
-def _model(solved: Solved, found: Ruptures, given: Given, usable: list[Single]) -> tuple[Model | None, tuple[str, ...]]:
+def _model(
+    solved: Solved, found: Ruptures, given: FitInputs, usable: list[SegmentedRecording]
+) -> tuple[Model | None, tuple[str, ...]]:
     """The model at the mean ruptures, or None and why."""
     try:
         return model_of(solved, found.depth, given.needle, reference_of(usable)), ()
@@ -100,13 +102,13 @@ def _model(solved: Solved, found: Ruptures, given: Given, usable: list[Single]) 
         return None, (NO_MODEL.format(error),)
 
 
-def _seen(single: Single) -> RecordingFit:
+def _seen(single: SegmentedRecording) -> RecordingFit:
     """One recording as segmentation saw it, without numbers."""
     notes = single.notes + tuple(note.message for note in single.recording.notes)
     return RecordingFit(single.recording.card.source, single.status, single.recording, single.events, notes=notes)
 
 
-def _recording(single: Single, run: int, solved: Solved, given: Given) -> RecordingFit:
+def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitInputs) -> RecordingFit:
     """One recording's outcome with its own ruptures along its own motion."""
     base, own = _seen(single), own_ruptures(solved, run)
     punctures = np.array([estimate.value for estimate in own.values()])
@@ -115,15 +117,15 @@ def _recording(single: Single, run: int, solved: Solved, given: Given) -> Record
     except InputError as error:
         return replace(base, parameters=own, notes=(*base.notes, str(error)))
     surface = MM * float(solved.x[TOP])
-    problem, course = solved.problem, solved.problem.courses[run]
-    factor = (course.speed / problem.speed) ** solved.x[problem.unknowns.speed]
+    problem, cycle = solved.problem, solved.problem.cycles[run]
+    factor = (cycle.speed / problem.speed) ** solved.x[problem.unknowns.speed]
     predicted = factor * run_model(model, single.recording, surface)
     cycle, _ = cycle_span(single.strokes, single.events)
     told = quality(single.recording.force[cycle], predicted[cycle])
     return replace(base, parameters=own, quality=told, predicted=predicted)
 
 
-def _without_model(singles: list[Single], name: str) -> Fit:
+def _without_model(singles: list[SegmentedRecording], name: str) -> Fit:
     said = f"The model {name} needs a puncture in one recording at least."
     told = tuple(
         replace(each, notes=(*each.notes, said)) if each.status is Status.no_puncture else each

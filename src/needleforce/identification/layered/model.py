@@ -103,13 +103,13 @@ def matched(expected: np.ndarray, seen: tuple[float, ...]) -> np.ndarray:
 
 def ruptures(solved: Solved) -> Ruptures:
     """The mean ruptures of a fit."""
-    courses = solved.problem.courses
+    cycles = solved.problem.cycles
     fitted = solved.problem.unknowns.punctures(solved.x)
-    seen = np.array([matched(own, course.punctures) for own, course in zip(fitted, courses)])
+    seen = np.array([matched(own, cycle.punctures) for own, cycle in zip(fitted, cycles)])
     known = np.isfinite(seen).any(axis=0)
     past = np.zeros(fitted.shape[1])
     past[known] = np.clip(np.nanmedian((fitted - seen)[:, known], axis=0), -CLOSE, CLOSE)
-    return Ruptures(MM * fitted.mean(axis=0), MM * past, float(np.mean([course.contact for course in courses])))
+    return Ruptures(MM * fitted.mean(axis=0), MM * past, float(np.mean([cycle.contact for cycle in cycles])))
 
 
 def own_ruptures(solved: Solved, run: int) -> dict[str, Estimate]:
@@ -117,16 +117,16 @@ def own_ruptures(solved: Solved, run: int) -> dict[str, Estimate]:
 
     It holds what the noise of this run does not refuse at 95 %, the other numbers as they are, and the bin.
     """
-    problem, course = solved.problem, solved.problem.courses[run]
+    problem, cycle = solved.problem, solved.problem.cycles[run]
     own = problem.unknowns.punctures(solved.x)[run]
-    noise = noise_of(problem.residuals(run, solved.x), len(course.depth))
-    bin_width = float(np.ptp(course.depth)) / max((course.stroke == 0).sum(), 1) / MM
+    noise = noise_of(problem.residuals(run, solved.x), len(cycle.depth))
+    bin_width = float(np.ptp(cycle.depth)) / max((cycle.stroke == 0).sum(), 1) / MM
     found = {}
     for layer, place in enumerate(own):
         name = f"{prefix(layer)}puncture_depth"
         allowed = _allowed(solved, run, layer, Z_95**2 * noise.long_run)
         low, high = MM * (allowed.min() - 0.5 * bin_width), MM * (allowed.max() + 0.5 * bin_width)
-        reached = place < course.deepest / MM
+        reached = place < cycle.deepest / MM
         high, source = (high, "layered fit") if reached else (np.inf, "layered fit: not reached in this run")
         found[name] = Estimate(name, MM * place, "m", low, high, None, reached, source)
     return found
@@ -134,10 +134,10 @@ def own_ruptures(solved: Solved, run: int) -> dict[str, Estimate]:
 
 def _allowed(solved: Solved, run: int, layer: int, rise: float) -> np.ndarray:
     """Places [mm] around a rupture where the sum of squares is no more than ``rise`` above the least."""
-    problem, course = solved.problem, solved.problem.courses[run]
+    problem, cycle = solved.problem, solved.problem.cycles[run]
     own = problem.unknowns.punctures(solved.x)[run]
     places = np.append(np.arange(own[layer] - REACH, own[layer] + REACH, FINE), own[layer])
     tried = np.tile(own, (len(places), 1))
     tried[:, layer] = places
-    squares = problem.squares(course, np.tile(solved.x, (len(places), 1)), tried)
+    squares = problem.squares(cycle, np.tile(solved.x, (len(places), 1)), tried)
     return places[squares <= squares[-1] + rise]

@@ -8,8 +8,8 @@ import numpy as np
 from ..estimates import student
 from ..statistics.noise import noise_of
 from ..statistics.regression import VERY_STRONG, independent_samples
-from .binned_cycle import Course
-from .parameters import BARE, NO_FADING, PER_LAYER, RUPTURE, SATURATION, SHARP, Unknowns
+from .binned_cycle import BinnedCycle
+from .parameters import BARE, NO_FADING, PER_LAYER, RUPTURE, SATURATION, SHARP, LayeredParameters
 from .search import Solved, again, of_the_population
 
 AS_GOOD = 1.02  # ratio of errors
@@ -40,44 +40,44 @@ class Candidate:
 
 def candidate(name: str, solved: Solved) -> Candidate:
     """What speaks for one fit; its criterion is set by ``with_bic``, which knows the others."""
-    count = len(solved.problem.courses)
+    count = len(solved.problem.cycles)
     runs = range(count) if count >= ENOUGH else ()
-    errors = [prediction_error(left_out(solved, run), solved.problem.courses[run]) for run in runs]
+    errors = [prediction_error(left_out(solved, run), solved.problem.cycles[run]) for run in runs]
     numbers = len(solved.problem.unknowns.free)
     return Candidate(name, solved, numbers, solved.residual, float("nan"), np.array(errors))
 
 
 def left_out(solved: Solved, run: int) -> Solved:
     """The fit to the other repeats, from where all of them end."""
-    unknowns, courses = solved.problem.unknowns, solved.problem.courses
+    unknowns, cycles = solved.problem.unknowns, solved.problem.cycles
     punctures = np.delete(unknowns.punctures(solved.x), run, axis=0).ravel()
     x = np.concatenate([solved.x[: unknowns.shared], punctures])
-    return again(solved, x, courses=courses[:run] + courses[run + 1 :], unknowns=fewer(unknowns))
+    return again(solved, x, cycles=cycles[:run] + cycles[run + 1 :], unknowns=fewer(unknowns))
 
 
-def fewer(unknowns: Unknowns) -> Unknowns:
+def fewer(unknowns: LayeredParameters) -> LayeredParameters:
     """The layout with one run less."""
     return replace(unknowns, runs=unknowns.runs - 1)
 
 
-def prediction_error(solved: Solved, course: Course) -> float:
+def prediction_error(solved: Solved, cycle: BinnedCycle) -> float:
     """Rms error over the peak on a course not fitted, foretold by the law of the population."""
     typical = of_the_population(solved)
     punctures = typical.problem.unknowns.punctures(typical.x).mean(axis=0)
-    return float(np.sqrt(typical.problem.squares(course, typical.x[None], punctures[None])[0]))
+    return float(np.sqrt(typical.problem.squares(cycle, typical.x[None], punctures[None])[0]))
 
 
 def with_bic(candidates: list[Candidate]) -> list[Candidate]:
     """The same with their criteria, on the same number of independent samples: those of the best fit's residual."""
     least = min(candidates, key=lambda each: each.residual)
-    samples = sum(_independent(least.solved, run) for run in range(len(least.solved.problem.courses)))
+    samples = sum(_independent(least.solved, run) for run in range(len(least.solved.problem.cycles)))
     return [
         replace(each, bic=samples * np.log(each.residual**2) + each.numbers * np.log(samples)) for each in candidates
     ]
 
 
 def _independent(solved: Solved, run: int) -> float:
-    noise = noise_of(solved.problem.residuals(run, solved.x), len(solved.problem.courses[run].depth))
+    noise = noise_of(solved.problem.residuals(run, solved.x), len(solved.problem.cycles[run].depth))
     return independent_samples([noise])
 
 
@@ -109,7 +109,7 @@ def _worse(one: Candidate, other: Candidate) -> float:
     return float(difference.mean()) / error
 
 
-def removable(unknowns: Unknowns) -> dict[str, dict[int, float]]:
+def removable(unknowns: LayeredParameters) -> dict[str, dict[int, float]]:
     """What can be left away: its name, and the places in x with the values that take it away."""
     first = PER_LAYER * np.arange(unknowns.layers)
     found = {

@@ -36,7 +36,7 @@ SIGNED = {"contact_depth", "top", "puncture_depth", "resting_surface", "speed_ex
 
 
 @dataclass(frozen=True)
-class Unknowns:
+class LayeredParameters:
     """Layout of the vector x: ``layers`` times ``PER_LAYER`` numbers, two of relaxation, one of speed, punctures [mm]
     run by run.
 
@@ -158,7 +158,7 @@ def units(layers: int, speed: bool = False) -> dict[str, str]:
     return found | SHARES | ({"speed_exponent": "1"} if speed else {})
 
 
-def values(unknowns: Unknowns, x: np.ndarray, but: int | None = None) -> np.ndarray:
+def values(unknowns: LayeredParameters, x: np.ndarray, but: int | None = None) -> np.ndarray:
     """The named numbers (p,) of x at the mean punctures, those of the run ``but`` left out; deeper tops below the
     surface, other depths in the recording's zero."""
     punctures = unknowns.punctures(x) if but is None else np.delete(unknowns.punctures(x), but, axis=0)
@@ -177,7 +177,7 @@ def positive(names) -> np.ndarray:
     return np.array([not any(name.endswith(word) for word in SIGNED) for name in names])
 
 
-def by_unknowns(unknowns: Unknowns, x: np.ndarray) -> np.ndarray:
+def by_unknowns(unknowns: LayeredParameters, x: np.ndarray) -> np.ndarray:
     """Derivatives (p, size) of the named numbers by x."""
     columns, step = [], 1e-5
     for k in range(unknowns.size):

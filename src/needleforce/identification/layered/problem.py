@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import core
-from .binned_cycle import Course
-from .parameters import DIMPLE, MM, PER_LAYER, TOP, Unknowns
+from .binned_cycle import BinnedCycle
+from .parameters import DIMPLE, MM, PER_LAYER, TOP, LayeredParameters
 
 FREE, TIED = 3e-4, 0.3
 """Residual per mm that a puncture lies off the mean: for layers that a run does not reach; and so that all are one."""
@@ -25,42 +25,42 @@ Equations = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """The law in ``unknowns`` beside the ``courses`` of the repeats; ``passive`` says in which of its two forms.
+    """The law in ``unknowns`` beside the ``cycles`` of the repeats; ``passive`` says in which of its two forms.
 
     ``ridge`` holds the punctures of the runs together: ``FREE`` or ``TIED``. ``speed`` [m/s] is that at which the
     numbers hold.
     """
 
-    courses: tuple[Course, ...]
-    unknowns: Unknowns
+    cycles: tuple[BinnedCycle, ...]
+    unknowns: LayeredParameters
     passive: bool
     speed: float
     ridge: float = FREE
 
-    def by_layer(self, course: Course, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
+    def by_layer(self, cycle: BinnedCycle, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
         """Forces (k, layers, m) [N] of every layer along a course for vectors (k, shared or more) and punctures
         (k, layers) [mm]; they add up."""
         rows = self.unknowns.rows(xs, punctures)
-        forces = core.layer_forces(rows.reshape(-1, rows.shape[-1]), self.passive, course.depth, course.dt)
-        return forces.reshape(*rows.shape[:2], -1) * self._factor(course, xs)[:, None, None]
+        forces = core.layer_forces(rows.reshape(-1, rows.shape[-1]), self.passive, cycle.depth, cycle.dt)
+        return forces.reshape(*rows.shape[:2], -1) * self._factor(cycle, xs)[:, None, None]
 
-    def _factor(self, course: Course, xs: np.ndarray) -> np.ndarray:
+    def _factor(self, cycle: BinnedCycle, xs: np.ndarray) -> np.ndarray:
         """By which the speed of a course multiplies its forces, (k,)."""
-        return (course.speed / self.speed) ** xs[:, self.unknowns.speed]
+        return (cycle.speed / self.speed) ** xs[:, self.unknowns.speed]
 
-    def along(self, course: Course, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
+    def along(self, cycle: BinnedCycle, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
         """Their sum (k, m) [N]."""
-        return self.by_layer(course, xs, punctures).sum(axis=1)
+        return self.by_layer(cycle, xs, punctures).sum(axis=1)
 
     def residuals(self, run: int, x: np.ndarray) -> np.ndarray:
         """Model minus measured force over the scale, weighted, (m,)."""
-        course = self.courses[run]
-        found = (self.along(course, x[None], self.unknowns.punctures(x)[run][None])[0] - course.force) * course.weight
+        cycle = self.cycles[run]
+        found = (self.along(cycle, x[None], self.unknowns.punctures(x)[run][None])[0] - cycle.force) * cycle.weight
         return np.nan_to_num(found, nan=REFUSED)
 
     def cost(self, x: np.ndarray) -> float:
         """Half the sum of squares of all residuals, and of the punctures' distances from their mean."""
-        own = [self.residuals(run, x) for run in range(len(self.courses))]
+        own = [self.residuals(run, x) for run in range(len(self.cycles))]
         punctures = self.unknowns.punctures(x)
         apart = self.ridge * (punctures - punctures.mean(axis=0)).ravel()
         return 0.5 * float(sum(each @ each for each in own) + apart @ apart)
@@ -70,22 +70,22 @@ class Problem:
 
         A number of one layer moves the force of that layer alone, which saves running the others.
         """
-        course, unknowns = self.courses[run], self.unknowns
+        cycle, unknowns = self.cycles[run], self.unknowns
         places, steps = unknowns.run_places(run), unknowns.steps()
         xs = x + steps * np.eye(unknowns.size)[places]
         punctures = xs[:, unknowns.punctures_of(run)]
         touched = np.array([unknowns.touches(place) for place in places])
-        base = self.by_layer(course, x[None], x[None, unknowns.punctures_of(run)])[0]
+        base = self.by_layer(cycle, x[None], x[None, unknowns.punctures_of(run)])[0]
         rows, (moved, layer) = unknowns.rows(xs, punctures)[touched], np.nonzero(touched)
-        forces = core.layer_forces(rows, self.passive, course.depth, course.dt)
-        changes = forces * self._factor(course, xs)[moved, None] - base[layer]
+        forces = core.layer_forces(rows, self.passive, cycle.depth, cycle.dt)
+        changes = forces * self._factor(cycle, xs)[moved, None] - base[layer]
         slopes = np.add.reduceat(changes, np.concatenate([[0], touched.sum(axis=1).cumsum()[:-1]]), axis=0)
-        return places, (np.nan_to_num(slopes / steps[places, None]) * course.weight).T
+        return places, (np.nan_to_num(slopes / steps[places, None]) * cycle.weight).T
 
     def equations(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """J'J (size, size) and J'r (size,) of the cost."""
         gram, slope = np.zeros((len(x), len(x))), np.zeros(len(x))
-        for run in range(len(self.courses)):
+        for run in range(len(self.cycles)):
             places, jacobian = self.jacobian(run, x)
             gram[np.ix_(places, places)] += jacobian.T @ jacobian
             slope[places] += jacobian.T @ self.residuals(run, x)
@@ -117,8 +117,8 @@ class Problem:
         point, wherever the recordings have their zero."""
         low, high = self.unknowns.bounds()
         tops = PER_LAYER * np.arange(self.unknowns.layers) + TOP
-        low[tops] = min(course.contact for course in self.courses) / MM - ABOVE
-        high[tops] = max(course.deepest for course in self.courses) / MM
+        low[tops] = min(cycle.contact for cycle in self.cycles) / MM - ABOVE
+        high[tops] = max(cycle.deepest for cycle in self.cycles) / MM
         low[self.unknowns.shared :] += low[tops].min()
         high[self.unknowns.shared :] += high[tops].max()
         return low, high
@@ -136,13 +136,13 @@ class Problem:
     def _scanned_punctures(self, x: np.ndarray) -> np.ndarray:
         """x with every run's punctures, one by one, at the best of many places: the force jumps there."""
         x = x.copy()
-        for run, course in enumerate(self.courses):
+        for run, cycle in enumerate(self.cycles):
             own = x[self.unknowns.punctures_of(run)]
             for layer in range(self.unknowns.layers):
-                places = np.append(_places(course), own[layer])
+                places = np.append(_places(cycle), own[layer])
                 tried = np.tile(own, (len(places), 1))
                 tried[:, layer] = places
-                own[layer] = places[int(np.argmin(self.squares(course, np.tile(x, (len(places), 1)), tried)))]
+                own[layer] = places[int(np.argmin(self.squares(cycle, np.tile(x, (len(places), 1)), tried)))]
         return x
 
     def _scanned_dimples(self, x: np.ndarray) -> np.ndarray:
@@ -153,21 +153,21 @@ class Problem:
             tried = np.tile(x, (len(NEARBY), 1))
             tried[:, place] += NEARBY
             squares = sum(
-                self.squares(course, tried, tried[:, self.unknowns.punctures_of(run)])
-                for run, course in enumerate(self.courses)
+                self.squares(cycle, tried, tried[:, self.unknowns.punctures_of(run)])
+                for run, cycle in enumerate(self.cycles)
             )
             x[place] = tried[int(np.argmin(squares)), place]
         return x
 
-    def squares(self, course: Course, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
+    def squares(self, cycle: BinnedCycle, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
         """Sums of squares (k,) of the residual over the scale along a course."""
-        found = (((self.along(course, xs, punctures) - course.force) * course.weight) ** 2).sum(axis=1)
+        found = (((self.along(cycle, xs, punctures) - cycle.force) * cycle.weight) ** 2).sum(axis=1)
         return np.nan_to_num(found, nan=REFUSED)
 
 
-def _places(course: Course, step: float = 0.2) -> np.ndarray:
+def _places(cycle: BinnedCycle, step: float = 0.2) -> np.ndarray:
     """Depths [mm] at which a layer may give way."""
-    return np.arange(course.contact / MM + step, course.deepest / MM + 2.0 * step, step)
+    return np.arange(cycle.contact / MM + step, cycle.deepest / MM + 2.0 * step, step)
 
 
 def descend(

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .binned_cycle import Course
-from .parameters import COEFFICIENT, GRIP, MM, PER_LAYER, SATURATION, STIFFNESS, TOP, Unknowns
+from .binned_cycle import BinnedCycle
+from .parameters import COEFFICIENT, GRIP, MM, PER_LAYER, SATURATION, STIFFNESS, TOP, LayeredParameters
 from .problem import TIED, Problem
 
 QUICK, LONG = 15, 100  # evaluations of a screening, and of what is kept
@@ -39,23 +39,23 @@ class Solved:
     @property
     def residual(self) -> float:
         """Rms over the runs of the residual over the peak."""
-        return float(np.sqrt(2.0 * self.cost / len(self.problem.courses)))
+        return float(np.sqrt(2.0 * self.cost / len(self.problem.cycles)))
 
 
-def grow(courses: tuple[Course, ...], most: int) -> Iterator[Solved]:
+def grow(cycles: tuple[BinnedCycle, ...], most: int) -> Iterator[Solved]:
     """Fits with 1, 2, … ``most`` layers in the form fitted to recordings, each from cold and from the one before."""
-    rests = [course.rest for course in courses if course.rest > 0.0]
+    rests = [cycle.rest for cycle in cycles if cycle.rest > 0.0]
     rest = float(np.median(rests)) if rests else NO_HOLD
-    speeds, before = [course.speed for course in courses], None
+    speeds, before = [cycle.speed for cycle in cycles], None
     typical = float(np.exp(np.mean(np.log(speeds))))
     for layers in range(1, most + 1):
-        unknowns = Unknowns(layers, len(courses), (TIMES[0] * rest, TIMES[1] * rest))
+        unknowns = LayeredParameters(layers, len(cycles), (TIMES[0] * rest, TIMES[1] * rest))
         if max(speeds) < FASTER * min(speeds):
             unknowns = replace(unknowns, held=frozenset({unknowns.speed}))
-        starts = list(first_starts(courses, unknowns)) if layers < 3 else []
+        starts = list(first_starts(cycles, unknowns)) if layers < 3 else []
         if before is not None:
-            starts += grown_starts(courses, before.problem.unknowns, before.x)
-        before = best(Problem(courses, unknowns, passive=False, speed=typical), starts)
+            starts += grown_starts(cycles, before.problem.unknowns, before.x)
+        before = best(Problem(cycles, unknowns, passive=False, speed=typical), starts)
         yield before
 
 
@@ -67,15 +67,15 @@ def best(problem: Problem, starts: Iterable[np.ndarray]) -> Solved:
 
 
 def again(solved: Solved, x: np.ndarray, **changes) -> Solved:
-    """A fit from ``x`` with something changed, such as ``unknowns`` or ``courses``."""
+    """A fit from ``x`` with something changed, such as ``unknowns`` or ``cycles``."""
     problem = replace(solved.problem, **changes)
     x, cost = problem.settled(x, LONG)
     return Solved(problem, problem.unknowns.in_order(x), cost)
 
 
-def refined(solved: Solved, courses: tuple[Course, ...]) -> Solved:
+def refined(solved: Solved, cycles: tuple[BinnedCycle, ...]) -> Solved:
     """The same fit to the same runs in shorter bins."""
-    return again(solved, solved.x, courses=courses)
+    return again(solved, solved.x, cycles=cycles)
 
 
 def of_the_population(solved: Solved) -> Solved:
@@ -96,7 +96,7 @@ def made_passive(solved: Iterable[Solved]) -> Iterator[Solved]:
         found = [best(problem, _stiffer(fitted))]
         if before is not None:
             # else one layer more may fit worse: what the other form's third layer is for, this one need not lack
-            found.append(best(problem, grown_starts(problem.courses, before.problem.unknowns, before.x)))
+            found.append(best(problem, grown_starts(problem.cycles, before.problem.unknowns, before.x)))
         before = min(found, key=lambda each: each.cost)
         yield before
 
@@ -111,27 +111,27 @@ def _stiffer(solved: Solved) -> Iterator[np.ndarray]:
         yield x
 
 
-def first_starts(courses: tuple[Course, ...], unknowns: Unknowns) -> Iterator[np.ndarray]:
+def first_starts(cycles: tuple[BinnedCycle, ...], unknowns: LayeredParameters) -> Iterator[np.ndarray]:
     """Vectors for one or two layers."""
-    contact = np.median([course.contact for course in courses]) / MM
-    deepest = np.median([course.deepest for course in courses]) / MM
-    first = _seen(courses, 0.0, deepest + BEYOND)
+    contact = np.median([cycle.contact for cycle in cycles]) / MM
+    deepest = np.median([cycle.deepest for cycle in cycles]) / MM
+    first = _seen(cycles, 0.0, deepest + BEYOND)
     if unknowns.layers == 1:
-        yield _start(courses, [contact], first[:, None])
+        yield _start(cycles, [contact], first[:, None])
         return
     middle = float(np.median(first))
-    never = np.full(len(courses), deepest + BEYOND)
+    never = np.full(len(cycles), deepest + BEYOND)
     for share in TOPS:
-        for second in (_seen(courses, middle + APART, 0.5 * (middle + deepest)), never):
+        for second in (_seen(cycles, middle + APART, 0.5 * (middle + deepest)), never):
             top = min(contact + share * (middle - contact), float(np.median(second)) - APART)
-            yield _start(courses, [contact, top], np.column_stack([first, second]))
+            yield _start(cycles, [contact, top], np.column_stack([first, second]))
 
 
-def grown_starts(courses: tuple[Course, ...], before: Unknowns, x: np.ndarray) -> Iterator[np.ndarray]:
+def grown_starts(cycles: tuple[BinnedCycle, ...], before: LayeredParameters, x: np.ndarray) -> Iterator[np.ndarray]:
     """The vector ``x`` of a fit with one layer less, with a weak layer added at several places, that gives way or
     does not."""
     shared, common = x[: before.fading], x[before.fading : before.shared]
-    deepest = np.median([course.deepest for course in courses]) / MM
+    deepest = np.median([cycle.deepest for cycle in cycles]) / MM
     highest = shared[TOP::PER_LAYER].min()
     for top in np.linspace(highest + 1.0, deepest - 3.0, ADDED):
         for puncture in sorted({round(deepest + BEYOND, 1), round(min(top + 3.0, deepest + BEYOND), 1)}):
@@ -141,9 +141,9 @@ def grown_starts(courses: tuple[Course, ...], before: Unknowns, x: np.ndarray) -
             yield np.concatenate([shared, added, common, own.ravel()])
 
 
-def _start(courses: tuple[Course, ...], tops: list[float], punctures: np.ndarray) -> np.ndarray:
+def _start(cycles: tuple[BinnedCycle, ...], tops: list[float], punctures: np.ndarray) -> np.ndarray:
     """The vector of layers like tissue from ``tops`` [mm], that give way at ``punctures`` (runs, layers) [mm]."""
-    peak = np.median([course.peak for course in courses])
+    peak = np.median([cycle.peak for cycle in cycles])
     parts = []
     for layer, top in enumerate(tops):
         indentation = max(float(np.median(punctures[:, layer])) - top, 0.5) * MM
@@ -157,9 +157,9 @@ def _start(courses: tuple[Course, ...], tops: list[float], punctures: np.ndarray
     return np.concatenate([*parts, COMMON, punctures.ravel()])
 
 
-def _seen(courses: tuple[Course, ...], least: float, otherwise: float) -> np.ndarray:
+def _seen(cycles: tuple[BinnedCycle, ...], least: float, otherwise: float) -> np.ndarray:
     """Each run's first puncture past ``least`` [mm]; the median where it has none, ``otherwise`` where none has."""
-    found = [[depth / MM for depth in course.punctures if depth / MM > least] for course in courses]
+    found = [[depth / MM for depth in cycle.punctures if depth / MM > least] for cycle in cycles]
     known = [depths[0] for depths in found if depths]
     middle = float(np.median(known)) if known else otherwise
     return np.array([depths[0] if depths else middle for depths in found])

@@ -119,12 +119,12 @@ def spread(solved: Solved) -> Spread:
     """The spread of a fit."""
     problem, size = solved.problem, solved.problem.unknowns.size
     grams, slopes, longs = [], [], []
-    for run, course in enumerate(problem.courses):
+    for run, cycle in enumerate(problem.cycles):
         places, jacobian = problem.jacobian(run, solved.x)
         residual, gram, slope = problem.residuals(run, solved.x), np.zeros((size, size)), np.zeros(size)
         gram[np.ix_(places, places)], slope[places] = jacobian.T @ jacobian, jacobian.T @ residual
         grams, slopes = [*grams, gram], [*slopes, slope]
-        longs.append(noise_of(residual, len(course.depth)).long_run)
+        longs.append(noise_of(residual, len(cycle.depth)).long_run)
     whole, by = sum(grams), by_unknowns(solved.problem.unknowns, solved.x)
     felt = whole.diagonal() > UNFELT * np.median(whole.diagonal()[problem.unknowns.free])
     bread = by @ _inverse(whole, felt)
@@ -133,7 +133,7 @@ def spread(solved: Solved) -> Spread:
     unfelt = np.abs(by[:, ~felt & sought]).max(axis=1, initial=0.0) > 0.0
     within[unfelt, unfelt] = np.inf
     named = units(problem.unknowns.layers, problem.unknowns.speed not in problem.unknowns.held)
-    reach = max(float(np.ptp(course.depth)) for course in problem.courses)
+    reach = max(float(np.ptp(cycle.depth)) for cycle in problem.cycles)
     return Spread(
         named,
         values(solved.problem.unknowns, solved.x),

@@ -31,7 +31,7 @@ ONLY_BY_STAGES = "The law {} is fitted by stages: the loading curve first, then 
 
 
 @dataclass(frozen=True, eq=False)
-class Single:
+class SegmentedRecording:
     """One recording's events, strokes, and the fit of each stiffness law; ``fits`` is empty where none could be made.
 
     ``loading`` is each law's fit of the loading curve alone.
@@ -46,21 +46,21 @@ class Single:
     loading: dict[str, DeformationFit] = field(default_factory=dict)
 
 
-def seen(recording: Recording) -> Single:
+def segmented(recording: Recording) -> SegmentedRecording:
     """One recording segmented and not fitted. Never raises: what is wrong is in status and notes."""
     impossible = _impossible(recording)
     events = Events(status=Status.unreadable, notes=(impossible,)) if impossible else segment(recording)
     if events.status is Status.unreadable:
         nothing = Strokes(*4 * (np.empty(0),), slice(0, 0), slice(0, 0), None)
-        return Single(recording, events, nothing, Status.unreadable, events.notes)
+        return SegmentedRecording(recording, events, nothing, Status.unreadable, events.notes)
     pierced = events.punctures or events.status is not Status.ok
     status = events.status if pierced else Status.no_puncture
-    return Single(recording, events, strokes_of(recording, events), status, events.notes)
+    return SegmentedRecording(recording, events, strokes_of(recording, events), status, events.notes)
 
 
-def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> Single:
+def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> SegmentedRecording:
     """Segments and fits one recording with each stiffness law. Never raises: what went wrong is in status and notes."""
-    unfitted = seen(recording)
+    unfitted = segmented(recording)
     if not unfitted.events.punctures:
         return unfitted
     events, strokes = unfitted.events, unfitted.strokes
@@ -74,7 +74,9 @@ def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | 
             notes += [sentence for sentence in said if sentence not in notes]
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # InputError is a ValueError
             notes.append(f"The law {law} cannot be fitted: {error}")
-    return Single(recording, events, strokes, events.status if fits else Status.unreadable, tuple(notes), fits, loading)
+    return SegmentedRecording(
+        recording, events, strokes, events.status if fits else Status.unreadable, tuple(notes), fits, loading
+    )
 
 
 def _fit(strokes: Strokes, events: Events, law: str, given: tuple, before: slice, complete):
@@ -171,6 +173,6 @@ def _why(punctures: int, first: float) -> str:
     )
 
 
-def peak_force(single: Single) -> float:
+def peak_force(single: SegmentedRecording) -> float:
     """The largest measured force of the insertion [N]."""
     return float(np.max(single.strokes.force_in, initial=0.0))

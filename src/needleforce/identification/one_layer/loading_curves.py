@@ -17,7 +17,7 @@ UNIT_DEPTH = POWER["reference_depth"]["default"]
 
 
 @dataclass(frozen=True)
-class ShapeNumber:
+class ShapeParameter:
     """A number that is sought: unit, and where to start, least and most, all times indentation ** ``power``."""
 
     unit: str
@@ -35,8 +35,8 @@ class LoadingCurve:
     amplitude, ``by_depth`` its derivatives by h, ``by_shape`` a list of its derivatives for each shape number.
     ``stiffness(values, half_angle)`` makes the law, with the tip's half angle [rad] for one that has a tip.
     ``complete`` names the law of the complete fit that finds the puncture: its own, or one that follows most curves.
-    ``tells_modulus``: the reduced modulus follows from the numbers and the tip. ``not_told_apart(values)`` names the
-    numbers of which these values, with ``puncture_indentation``, tell a product only.
+    ``gives_modulus``: the reduced modulus follows from the parameters and the tip. ``not_distinguishable(values)``
+    names the parameters of which these values, with ``puncture_indentation``, identify a product only.
     """
 
     law: type
@@ -44,11 +44,11 @@ class LoadingCurve:
     basis: Callable[..., Sequence]
     by_depth: Callable[..., Sequence]
     stiffness: Callable
-    shape: Mapping[str, ShapeNumber] = field(default_factory=dict)
+    shape: Mapping[str, ShapeParameter] = field(default_factory=dict)
     by_shape: Callable[..., Sequence] = lambda h, *shape: ()
     complete: str = "cone_cylinder"
-    tells_modulus: bool = False
-    not_told_apart: Callable[[Mapping[str, float]], tuple[str, ...]] = lambda values: ()
+    gives_modulus: bool = False
+    not_distinguishable: Callable[[Mapping[str, float]], tuple[str, ...]] = lambda values: ()
 
     @property
     def units(self) -> dict[str, str]:
@@ -102,21 +102,21 @@ CONE = LoadingCurve(
     by_depth=lambda h: (2.0 * h,),
     stiffness=_cone,
     complete="cone",
-    tells_modulus=True,
+    gives_modulus=True,
 )
 """c h^2: a quadratic with its vertex at the contact, the paper's."""
 
 CONE_CYLINDER = LoadingCurve(
     law=core.laws.ConeCylinder,
     amplitudes={"stiffness_coefficient": "N/m^2"},
-    shape={"saturation_depth": ShapeNumber("m", 1, (0.02, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5), 0.002, 3.0)},
+    shape={"saturation_depth": ShapeParameter("m", 1, (0.02, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5), 0.002, 3.0)},
     basis=lambda h, s: (np.minimum(h, s) * (2.0 * h - np.minimum(h, s)),),
     by_depth=lambda h, s: (2.0 * np.minimum(h, s),),
     by_shape=lambda h, s: ((2.0 * (h - np.minimum(h, s)),),),
     stiffness=_cone_cylinder,
     complete="cone_cylinder",
-    tells_modulus=True,
-    not_told_apart=lambda values: (
+    gives_modulus=True,
+    not_distinguishable=lambda values: (
         ("stiffness_coefficient", "saturation_depth")
         if values["saturation_depth"] < AT_ONCE * values["puncture_indentation"]
         else ()
@@ -128,7 +128,7 @@ POWER_LAW = LoadingCurve(
     law=core.laws.PowerLaw,
     amplitudes={"reference_force": "N"},
     shape={
-        "exponent": ShapeNumber(
+        "exponent": ShapeParameter(
             "1", 0, (1.05, 1.3, 1.6, 2.0, 2.5, 3.5, 5.0), POWER["exponent"]["low"], POWER["exponent"]["high"]
         )
     },
@@ -151,12 +151,12 @@ POLYNOMIAL = LoadingCurve(
 EXPONENTIAL = LoadingCurve(
     law=core.laws.Exponential,
     amplitudes={"scale": "N"},
-    shape={"rate": ShapeNumber("1/m", -1, (0.03, 0.3, 1.0, 2.0, 4.0, 8.0, 16.0), 1e-3, 30.0)},
+    shape={"rate": ShapeParameter("1/m", -1, (0.03, 0.3, 1.0, 2.0, 4.0, 8.0, 16.0), 1e-3, 30.0)},
     basis=lambda h, a: (np.expm1(a * h),),
     by_depth=lambda h, a: (np.where(h > 0.0, a * np.exp(a * h), 0.0),),
     by_shape=lambda h, a: ((h * np.exp(a * h),),),
     stiffness=lambda values, _: core.laws.Exponential(values["rate"], values["scale"]),
-    not_told_apart=lambda values: (
+    not_distinguishable=lambda values: (
         ("scale", "rate") if values["rate"] * values["puncture_indentation"] < ALL_BUT_STRAIGHT else ()
     ),
 )

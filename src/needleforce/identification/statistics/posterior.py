@@ -72,7 +72,7 @@ class Linear(NamedTuple):
         return self.volume - 0.5 * self.misfit
 
 
-class Cycle(NamedTuple):
+class CycleSums(NamedTuple):
     """Both strokes, the variance [N^2] that divides their squares, and the samples left out on each side of a step."""
 
     insertion: RunningSums
@@ -176,7 +176,7 @@ def posterior_of(fit: CycleFit, strokes: Strokes) -> Posterior:
     below 0, f_c over forces. The noise is taken as known: squares are divided by the long-run variance, so that
     correlated samples do not count as many. A filter smears the puncture, which is then held.
     """
-    cycle, puncture = cycle_of(fit, strokes), fit.samples_before_puncture
+    cycle, puncture = cycle_sums(fit, strokes), fit.samples_before_puncture
     unit = fit.values["puncture_indentation"]
     given = np.array([fit.values["saturation_depth"] / unit])
     saturations = _likely_saturations(cycle, puncture) if fit.saturation_sought else given
@@ -189,16 +189,16 @@ def posterior_of(fit: CycleFit, strokes: Strokes) -> Posterior:
     return Posterior(*place, punctures, saturations, contacts, weights / weights.sum(), linear)
 
 
-def cycle_of(fit: CycleFit, strokes: Strokes) -> Cycle:
+def cycle_sums(fit: CycleFit, strokes: Strokes) -> CycleSums:
     """Running sums of both strokes from the fitted contact on, in units of the indentation."""
     origin, unit = fit.values["contact_depth"], fit.values["puncture_indentation"]
     pairs = (strokes.depth_in, strokes.force_in, 1.0), (strokes.depth_out, strokes.force_out, -1.0)
     sums = [RunningSums((depth - origin) / unit, force, direction) for depth, force, direction in pairs]
     variance = sum(noise.count * noise.long_run for noise in fit.noises) / fit.n
-    return Cycle(*sums, variance, fit.left_out)
+    return CycleSums(*sums, variance, fit.left_out)
 
 
-def _log_density(cycle: Cycle, contact, saturation, puncture) -> np.ndarray:
+def _log_density(cycle: CycleSums, contact, saturation, puncture) -> np.ndarray:
     return cycle.linear(contact, saturation, puncture).log_density
 
 
@@ -206,7 +206,7 @@ def _from_best(log: np.ndarray) -> np.ndarray:
     return log - log.max()
 
 
-def _likely_saturations(cycle: Cycle, puncture: int) -> np.ndarray:
+def _likely_saturations(cycle: CycleSums, puncture: int) -> np.ndarray:
     """Nodes (r,) over the saturation depths that are not impossible, none beyond the indentation."""
     low, high = 0.0, 1.0
     for _ in range(3):
@@ -218,7 +218,7 @@ def _likely_saturations(cycle: Cycle, puncture: int) -> np.ndarray:
     return low + (high - low) * (np.arange(SATURATIONS) + 0.5) / SATURATIONS
 
 
-def ridge(cycle: Cycle, saturations: np.ndarray, puncture: int) -> tuple[np.ndarray, float]:
+def ridge(cycle: CycleSums, saturations: np.ndarray, puncture: int) -> tuple[np.ndarray, float]:
     """The likeliest contact (r,) beside each saturation depth, and the standard error there, the widest of all."""
     rows, centres, half = saturations[:, None], np.zeros(len(saturations)), 0.5
     for _ in range(ROUNDS):
@@ -233,7 +233,7 @@ def ridge(cycle: Cycle, saturations: np.ndarray, puncture: int) -> tuple[np.ndar
     return centres, float(width.max())
 
 
-def _likely_punctures(fit: CycleFit, cycle: Cycle, centres: np.ndarray, saturations: np.ndarray) -> np.ndarray:
+def _likely_punctures(fit: CycleFit, cycle: CycleSums, centres: np.ndarray, saturations: np.ndarray) -> np.ndarray:
     """Samples before the puncture (k,) that are not impossible, near those of the fit's own interval."""
     best = fit.samples_before_puncture
     if fit.left_out:

@@ -8,7 +8,7 @@ from math import nan
 import numpy as np
 
 from ..estimates import Estimate, mean_estimate
-from .result import Bias, Site
+from .result import BiasTerm, Site
 
 MOST_POISSON_RATIO = 0.5  # no tissue has more; the paper gives none
 ZERO = 1e-4  # [m] of shift between two zeros of depth
@@ -26,12 +26,12 @@ def spreading_force(needle, tissue: Estimate | None) -> tuple[float, float] | No
     return least, least / (1.0 - MOST_POISSON_RATIO**2)
 
 
-def terms_of(sites: list[Site], spreading: tuple[float, float] | None) -> tuple[Bias, ...]:
+def terms_of(sites: list[Site], spreading: tuple[float, float] | None) -> tuple[BiasTerm, ...]:
     """The four terms, over the sites. What no interval bounds is bounded by the puncture's indentation."""
     return _dimple(sites), _intercept(sites, spreading), _friction(sites), _spreading(spreading)
 
 
-def cutting_range(sites: list[Site], terms: tuple[Bias, ...], upper_bound: bool) -> tuple[float, float]:
+def cutting_range(sites: list[Site], terms: tuple[BiasTerm, ...], upper_bound: bool) -> tuple[float, float]:
     """Least and greatest true cutting force [N] with all terms: no pull, and not more than the whole first pass.
 
     An upper bound leaves 0 as the least.
@@ -48,7 +48,7 @@ def _mean(sites: list[Site], name: str, unit: str = "N/m") -> Estimate:
     return mean_estimate(name, [getattr(site, name) for site in sites], unit, "", half)
 
 
-def _dimple(sites: list[Site]) -> Bias:
+def _dimple(sites: list[Site]) -> BiasTerm:
     """A dimple of the first pass takes f1 d1 away; it lies between none and all of the puncture's indentation."""
     friction = max(*(_mean(sites, name).value for name in ("first_slope", "friction_slope")), 0.0)
     puncture = _mean(sites, "puncture", "m").value
@@ -59,10 +59,10 @@ def _dimple(sites: list[Site]) -> Bias:
     if left:
         said += f", by {force(friction * value)} if it stays where that pass left the tissue, {1e3 * value:.2g} mm"
     said += "; parallel curves do not exclude it."
-    return Bias("dimple", value, 0.0, puncture, "m", -friction * puncture, 0.0, said)
+    return BiasTerm("dimple", value, 0.0, puncture, "m", -friction * puncture, 0.0, said)
 
 
-def _intercept(sites: list[Site], spreading: tuple[float, float] | None) -> Bias:
+def _intercept(sites: list[Site], spreading: tuple[float, float] | None) -> BiasTerm:
     """Of the second pass, S2 - f2 d2: a dimple of that pass adds f2 d2 = S2 - intercept."""
     found = _mean(sites, "friction_intercept", "N")
     whole = max(_mean(sites, "friction_slope").value, 0.0) * _mean(sites, "puncture", "m").value
@@ -75,10 +75,10 @@ def _intercept(sites: list[Site], spreading: tuple[float, float] | None) -> Bias
     )
     said += f"{reading}, less any dimple of that pass, which would raise the cutting force by {span(*adds)}; forced "
     said += "through the origin the line would bias the friction."
-    return Bias("intercept", found.value, float(found.low), float(found.high), "N", *map(float, adds), said)
+    return BiasTerm("intercept", found.value, float(found.low), float(found.high), "N", *map(float, adds), said)
 
 
-def _friction(sites: list[Site]) -> Bias:
+def _friction(sites: list[Site]) -> BiasTerm:
     """Unequal friction tilts the difference by (f1 - f2) h, and raises its mean by as much at the mean depth."""
     found, first = _mean(sites, "slope_difference"), _mean(sites, "first_slope").value
     depth = _mean(sites, "mean_depth", "m").value
@@ -89,18 +89,20 @@ def _friction(sites: list[Site]) -> Bias:
     said += f"{force(found.value * depth)} ({span(*adds)}) to the cutting force; "
     tilted = found.low > 0.0 or found.high < 0.0
     said += "the difference is not constant." if tilted else "it agrees with equal friction."
-    return Bias("unequal_friction", found.value, float(found.low), float(found.high), "N/m", *map(float, adds), said)
+    return BiasTerm(
+        "unequal_friction", found.value, float(found.low), float(found.high), "N/m", *map(float, adds), said
+    )
 
 
-def _spreading(spreading: tuple[float, float] | None) -> Bias:
+def _spreading(spreading: tuple[float, float] | None) -> BiasTerm:
     low, high = spreading or (nan, nan)
     size = "untold without the needle and the tissue's modulus" if spreading is None else span(low, high)
     said = f"The force that spreads the hole, {size}, is taken as equal on both passes: it leaves the difference and "
     said += "stays in the second pass."
-    return Bias("spreading_force", 0.5 * (low + high), low, high, "N", 0.0, 0.0, said)
+    return BiasTerm("spreading_force", 0.5 * (low + high), low, high, "N", 0.0, 0.0, said)
 
 
-def in_words(sites: list[Site], found: list, terms: tuple[Bias, ...], doubts: tuple[str, ...], limits) -> tuple:
+def in_words(sites: list[Site], found: list, terms: tuple[BiasTerm, ...], doubts: tuple[str, ...], limits) -> tuple:
     """Every sentence on the subtraction; ``found`` are the reasons why second passes are more than friction."""
     told = [_more_than_friction(found, len(sites))] if found else []
     told += [term.sentence for term in terms]

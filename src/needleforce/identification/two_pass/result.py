@@ -11,8 +11,8 @@ import numpy as np
 class Site:
     """One site, both passes on one grid of indentation (m,) [m]: forces [N] and their difference.
 
-    ``swinging`` (s,) [N] is the difference in steps too fine for a swing of the cutting force to be averaged away, and
-    ``noise`` [N] the standard deviation of a pass that does not cut, in such steps.
+    ``oscillating`` (s,) [N] is the difference in steps too fine for an oscillation of the cutting force to be
+    averaged away, and ``noise`` [N] the standard deviation of a pass that does not cut, in such steps.
     ``friction_depth`` (k,) [m] and ``friction_force`` (k,) [N] are the second pass; ``friction_slope`` [N/m] and
     ``friction_intercept`` [N] the line through it within the friction window, which ends at ``friction_end`` [m] for
     ``friction_end_reason``. ``cutting`` [N] is the mean difference. The ``_half`` are half widths of 95 % intervals
@@ -29,7 +29,7 @@ class Site:
     first: np.ndarray
     second: np.ndarray
     difference: np.ndarray
-    swinging: np.ndarray
+    oscillating: np.ndarray
     noise: float
     friction_depth: np.ndarray
     friction_force: np.ndarray
@@ -55,7 +55,7 @@ class Site:
 
 
 @dataclass(frozen=True)
-class Bias:
+class BiasTerm:
     """One thing that the subtraction cannot separate: its size [``unit``], and what it adds to the cutting force [N].
 
     ``low`` to ``high`` is the 95 % interval of ``value`` where it was measured, else its bounds, and ``value`` is NaN
@@ -85,5 +85,5 @@ class TwoPass:
     sites: tuple[Site, ...]
     upper_bound: bool = False
     biases: tuple[str, ...] = ()
-    terms: tuple[Bias, ...] = ()
+    terms: tuple[BiasTerm, ...] = ()
     cutting_range: tuple[float, float] = (nan, nan)

@@ -10,7 +10,7 @@ from ...errors import InputError
 from ...recording import Recording
 from ...segmentation import Events, segment
 from ..estimates import Estimate, mean_estimate
-from ..one_layer.fit_recording import Single
+from ..one_layer.fit_recording import SegmentedRecording
 from ..statistics.regression import least_squares, line
 from ..strokes import strokes_of, undelayed_depth
 from .bias_terms import cutting_range, in_words, terms_of
@@ -32,7 +32,7 @@ LEAST = 0.25  # of the mean difference: less is not told apart from two passes t
 class Pair:
     """One site's first insertion, its second, and from the first contact [m] and puncture [m of indentation]."""
 
-    first: Single
+    first: SegmentedRecording
     second: Recording
     contact: float
     puncture: float
@@ -174,7 +174,9 @@ def _binned(grid: np.ndarray, depth: np.ndarray, force: np.ndarray, step: float)
     return np.where(count > 0, total / np.maximum(count, 1), np.interp(grid, depth[order], force[order]))
 
 
-def doubts_of(first: Single, second: Recording, events: Events, grid: np.ndarray, window: float) -> tuple[str, ...]:
+def doubts_of(
+    first: SegmentedRecording, second: Recording, events: Events, grid: np.ndarray, window: float
+) -> tuple[str, ...]:
     """Speeds that differ, a window cut short, a second contact above the first's, another puncture in the window."""
     said = []
     speeds = [speed_of(first.recording), speed_of(second)]
@@ -206,7 +208,7 @@ def speed_of(recording: Recording) -> float:
     return float(np.median(inwards[moving])) if moving.any() else 0.0
 
 
-def _above(first: Single, events: Events, second: Recording) -> bool:
+def _above(first: SegmentedRecording, events: Events, second: Recording) -> bool:
     """Whether the second contact surely lies above the first."""
     one, other = first.events.contact, events.contact
     if one is None or other is None:
@@ -214,7 +216,7 @@ def _above(first: Single, events: Events, second: Recording) -> bool:
     return float(second.depth[other.high]) < float(first.recording.depth[one.low])
 
 
-def swing(two_pass: TwoPass) -> tuple[Estimate, Estimate] | None:
+def cutting_oscillation(two_pass: TwoPass) -> tuple[Estimate, Estimate] | None:
     """Mean trough and mean crest [N] of the difference between the passes, over the sites; None where it is steady.
 
     Names ``cutting_force_low`` and ``cutting_force_high``; the interval is that of the sites. What biases the
@@ -232,10 +234,10 @@ def swing(two_pass: TwoPass) -> tuple[Estimate, Estimate] | None:
 
 
 def _of_site(site: Site) -> tuple[float, float] | None:
-    if not len(site.swinging):
+    if not len(site.oscillating):
         return None
-    least = max(CLEAR * site.noise, LEAST * abs(float(np.mean(site.swinging))))
-    troughs, crests = _turns(site.swinging, least)
+    least = max(CLEAR * site.noise, LEAST * abs(float(np.mean(site.oscillating))))
+    troughs, crests = _turns(site.oscillating, least)
     # the first half cycle starts where the puncture left it
     return (float(np.mean(troughs[1:])), float(np.mean(crests[1:]))) if len(troughs) > FEWEST else None
 

@@ -32,7 +32,7 @@ class Axis:
         self.motor = self.needle = START
         self.time, self.speed = 0.0, 0.0  # [m/s] the motor's, over the last tick
         self._stall_at = stall_at
-        self._profile = Profile(0.0, START)
+        self._profile = MotionProfile(0.0, START)
         self._commanded, self._word = START, "moving"
         self._last_heard = math.inf  # no client, nothing to wait for
 
@@ -87,7 +87,7 @@ class Axis:
         self.needle = min(max(self.needle, self.motor), self.motor + PLAY)
 
     def _set_off(self, now: float, stretches, word: str) -> None:
-        self._profile, self._word = Profile(now, self._profile.at(now)[0], stretches), word
+        self._profile, self._word = MotionProfile(now, self._profile.at(now)[0], stretches), word
 
     def _why_not(self, depth: float, speed: float) -> str:
         if self.time >= self._stall_at:
@@ -99,7 +99,7 @@ class Axis:
         return ""
 
 
-class Profile:
+class MotionProfile:
     """Depth over time from ``now`` on: ``stretches`` are (length [s], velocity [m/s], acceleration [m/s^2])."""
 
     def __init__(self, now: float, depth: float, stretches: Iterable[tuple[float, float, float]] = ()):

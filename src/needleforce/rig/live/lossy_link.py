@@ -23,7 +23,7 @@ class Datagram(NamedTuple):
 
 
 @dataclass
-class Stream:
+class SentRecords:
     """What was really done to one stream: sequence numbers by fault, and how many records there were.
 
     ``overtaken`` and ``late`` are those held up; ``foreign`` and ``wrong_size`` count what was sent beside the records.
@@ -40,7 +40,7 @@ class Stream:
     wrong_size: int = 0
 
 
-class Way:
+class LossyLink:
     """Takes datagrams in, gives them out when they are due; what it does stands in ``stream``.
 
     A row of draws for each datagram: a share that changes moves no other fault's draws.
@@ -50,12 +50,12 @@ class Way:
         self._faults, self._random, self._strange = faults, random, random.spawn(1)[0]
         self._queue: list[tuple[Datagram, Sequence[int]]] = []
         self._order, self._left_of_burst = count(), 0
-        self.stream = Stream()
+        self.stream = SentRecords()
 
-    def begin(self) -> Stream:
+    def begin(self) -> SentRecords:
         """A new stream; what was still under way of the one before is lost."""
         self.stream.lost += [number for _, sequences in sorted(self._queue) for number in sequences]
-        self._queue, self._left_of_burst, self.stream = [], 0, Stream()
+        self._queue, self._left_of_burst, self.stream = [], 0, SentRecords()
         return self.stream
 
     def send(self, time: float, data: bytes, sequences: Sequence[int]) -> None:

@@ -13,7 +13,7 @@ from ...wire.rdt import LINK_FAILED, SATURATED, SUMMARY, Command, Packet, pack_r
 from ...wire.sensor_configuration import SensorConfiguration
 from ..run import RATE
 from ..sensor import COUNTS, RANGE, Sensor
-from .lossy_link import Stream, Way
+from .lossy_link import LossyLink, SentRecords
 
 PER_UNIT = 1e6  # counts sent per N and per N m, as the maker's electronics do
 READINGS = 7  # of the sensor's own for each one sent: it reads at 7 kHz
@@ -94,8 +94,8 @@ class Transfer:
 
     def __init__(self, faults: Mapping[str, float], random: np.random.Generator):
         self._faults, self._random = faults, random
-        self._way = Way(faults, random.spawn(1)[0])
-        self.streams: list[Stream] = []
+        self._link = LossyLink(faults, random.spawn(1)[0])
+        self.streams: list[SentRecords] = []
         self.garbage = 0
         self._left, self._buffered, self._records = 0.0, 1, []
         self._number, self._before = 0, (0, Reading((0,) * 6, 0))
@@ -142,7 +142,7 @@ class Transfer:
 
     def due(self, now: float) -> list:
         """The datagrams that leave up to ``now`` [s]."""
-        return self._way.due(now)
+        return self._link.due(now)
 
     def _end(self) -> None:
         """Records gathered for a datagram that will not be full are lost."""
@@ -152,12 +152,12 @@ class Transfer:
 
     def _begin(self, wanted: int, buffered: int) -> None:
         self._end()
-        self.streams.append(self._way.begin())
+        self.streams.append(self._link.begin())
         self._left, self._buffered, self._number = wanted or math.inf, buffered, 0
 
     def _gather(self, time: float, packet: Packet) -> None:
         self._records.append(packet)
         if len(self._records) == self._buffered or not self.streaming:
             data = b"".join(map(pack_record, self._records))
-            self._way.send(time, data, [record.sequence for record in self._records])
+            self._link.send(time, data, [record.sequence for record in self._records])
             self._records = []

@@ -17,7 +17,7 @@ from ..run import RATE
 from ..sensor import RANGE, Sensor
 from .axis import LIMITS, Axis, Encoder
 from .faults import checked_faults
-from .lossy_link import Datagram, Stream
+from .lossy_link import Datagram, SentRecords
 from .sensor import SixAxis, Transfer
 from .tissue import ModelTissue, PhantomTissue, phantom_site
 
@@ -35,7 +35,7 @@ class LiveTruth:
     time: np.ndarray
     depth: np.ndarray
     force: np.ndarray
-    streams: list[Stream]
+    streams: list[SentRecords]
     refused: int
     garbage: int
 
@@ -64,7 +64,7 @@ class SimulatedRig:
         self._encoder = Encoder(self.axis, of_encoder, drift, self.faults["clock_offset_s"])
         self._sensor_rate = RATE * (1.0 + 1e-6 * self.faults["sensor_drift_ppm"])
         self._seed, self._model, self._sites = seed, model, {}
-        self._course, self._states = Course(), []
+        self._truth_log, self._states = TruthLog(), []
         self._ticks = self._readings = 0
         self._place = self._wrench = None
         self.go_to_site(1)
@@ -82,7 +82,7 @@ class SimulatedRig:
             self.axis.tick(time)
             before, self._wrench = self._wrench, self._push()
             self._read_sensor(before if self._ticks else self._wrench, time)
-            self._course.add(time, self.axis.needle, self._wrench[2])
+            self._truth_log.add(time, self.axis.needle, self._wrench[2])
             if time < self.faults["axis_silent_at_s"]:
                 self._states += self._encoder.states()
             self._ticks += 1
@@ -136,7 +136,7 @@ class SimulatedRig:
     def truth(self) -> LiveTruth:
         """What really happened so far."""
         refused = sum(site.refused for site in self._sites.values())
-        return self._course.truth(self.transfer.streams, refused, self.transfer.garbage)
+        return self._truth_log.truth(self.transfer.streams, refused, self.transfer.garbage)
 
     def _push(self) -> np.ndarray:
         """The wrench (6,) [N, N m] of the tissue at the needle's depth now."""
@@ -162,7 +162,7 @@ class SimulatedRig:
         return Answer("site", True)
 
 
-class Course:
+class TruthLog:
     """The last steps, an hour of them or more."""
 
     def __init__(self):
@@ -176,6 +176,6 @@ class Course:
             for column in self._columns:
                 del column[:KEPT]
 
-    def truth(self, streams: list[Stream], refused: int, garbage: int) -> LiveTruth:
+    def truth(self, streams: list[SentRecords], refused: int, garbage: int) -> LiveTruth:
         """All of it, as arrays of their own."""
         return LiveTruth(*(np.array(column) for column in self._columns), list(streams), refused, garbage)

@@ -8,7 +8,7 @@ from ...vocabulary import Status
 from ..experiment import streams
 from ..paper import stick_slip
 from ..run import wrench_of
-from ..specimen import PRESLIDING, Scatter, Site, Specimen, draw_site
+from ..specimen import PRESLIDING, PhantomSite, Scatter, Specimen, draw_site
 
 _NO_LATERAL = {"fx": 0.0, "fy": 0.0, "tx": 0.0, "ty": 0.0}
 
@@ -32,7 +32,7 @@ class ModelTissue:
 class PhantomTissue:
     """One site of the paper's phantom as ``Specimen.force`` has it, first pass, second pass and those after it."""
 
-    def __init__(self, site: Site):
+    def __init__(self, site: PhantomSite):
         self.surface, self._site, self._insertion = site.surface, site, Insertion(site.specimen.model())
         self._second, self._deepest, self._fastest = False, 0.0, 0.0
         self._depth: float | None = None
@@ -77,7 +77,7 @@ class PhantomTissue:
         return self._pierced and not self._second
 
 
-def phantom_site(seed: int, number: int) -> Site:
+def phantom_site(seed: int, number: int) -> PhantomSite:
     """Site ``number`` of the phantom of ``seed``: the one that ``paper_experiment`` has at its first speed."""
     draws = streams(seed, (0, number), 3)[0]
     return draw_site(Specimen(cutting=stick_slip), Scatter(), 0.0, number, draws)

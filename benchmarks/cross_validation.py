@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Repeats of real recordings foretold from the others, beside how well the experiment repeats itself.
 
-    python benchmarks/unseen.py [--full] [--write docs/unseen.md]
+    python benchmarks/cross_validation.py [--full] [--write docs/cross_validation.md]
 
 Every condition with three repeats or more; a condition is all of a file's name but its last two parts, repeat and
 date. Models are identified from cold for every repeat left out, so that --full takes some twenty minutes on two cores;
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import needleforce as nf
-from needleforce.identification.compare import Row
+from needleforce.identification.compare import ModelRow
 from needleforce.identification.strokes import STROKES
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -35,8 +35,8 @@ the *floor*: the mean of the other repeats of the same motion, by depth in the s
 rms over the whole cycle, hold included, over the peak. *Prediction* knows the motion alone, *replay* also the repeat's
 punctures where they were seen. A perfect predictor stands at {perfect:.2f}.
 
-Made by `python benchmarks/unseen.py --full --write docs/unseen.md`; conditions are taken from the files' names, and
-nothing is set by them.
+Made by `python benchmarks/cross_validation.py --full --write docs/cross_validation.md`; conditions are
+taken from the files' names, and nothing is set by them.
 
 """
 
@@ -51,7 +51,7 @@ def conditions(folder: Path) -> dict[str, list[Path]]:
     return {name: files for name, files in found.items() if len(files) >= 3}
 
 
-def compared(files: list[Path], models: tuple[str, ...]) -> tuple[Row, ...]:
+def compared(files: list[Path], models: tuple[str, ...]) -> tuple[ModelRow, ...]:
     """The models on one condition; a file that cannot be read is left out."""
     read = []
     for file in files:
@@ -62,7 +62,7 @@ def compared(files: list[Path], models: tuple[str, ...]) -> tuple[Row, ...]:
     return nf.compare(read, models)
 
 
-def table(rows: dict[str, dict[str, Row]]) -> list[str]:
+def table(rows: dict[str, dict[str, ModelRow]]) -> list[str]:
     """Markdown: medians over conditions for every model, then every condition with the layered ones."""
     models = [model for model in (*ONE_LAYER, *LAYERED) if all(model in row for row in rows.values())]
     heads = ("prediction, median", "90th percentile", "replay, median", "90th percentile", *STROKES)
@@ -79,10 +79,12 @@ def table(rows: dict[str, dict[str, Row]]) -> list[str]:
         "|---" * (3 + len(models)) + "|",
     ]
     for name, row in sorted(rows.items()):
-        unseen = next(iter(row.values())).unseen
+        cross_validation = next(iter(row.values())).cross_validation
         shown = [f"{row[model].prediction:.2f}, {row[model].replay:.2f}" for model in models]
-        floor = float(np.sqrt(np.mean(unseen.floor[:, 0] ** 2)))
-        lines.append(f"| {name.replace('__', ' ')} | {len(unseen.floor)} | {floor:.3f} | " + " | ".join(shown) + " |")
+        floor = float(np.sqrt(np.mean(cross_validation.floor[:, 0] ** 2)))
+        lines.append(
+            f"| {name.replace('__', ' ')} | {len(cross_validation.floor)} | {floor:.3f} | " + " | ".join(shown) + " |"
+        )
     return [*lines, "", "Prediction, replay of every condition."]
 
 
@@ -93,7 +95,7 @@ def main(full: bool, write: Path | None) -> None:
         return
     found = dict(list(conditions(folder).items())[: None if full else SHORT])
     models = (*ONE_LAYER, *(LAYERED if full else LAYERED[:1]))
-    rows: dict[str, dict[str, Row]] = {}
+    rows: dict[str, dict[str, ModelRow]] = {}
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         work = {name: pool.submit(compared, files, models) for name, files in found.items()}
         for name, future in work.items():
@@ -103,7 +105,7 @@ def main(full: bool, write: Path | None) -> None:
     lines = table(rows)
     print("\n".join(lines))
     if write is not None:
-        repeats = np.median([len(next(iter(row.values())).unseen.floor) for row in rows.values()])
+        repeats = np.median([len(next(iter(row.values())).cross_validation.floor) for row in rows.values()])
         head = HEAD.format(
             conditions=len(rows), files=sum(map(len, found.values())), perfect=np.sqrt((repeats - 1) / repeats)
         )

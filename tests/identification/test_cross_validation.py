@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.compare import Row, _ranked
-from needleforce.identification.cross_validation import Unseen, cycle_of, mean_of_others, predict_unseen
-from needleforce.identification.diagnostics import Given
+from needleforce.identification.compare import ModelRow, _ranked
+from needleforce.identification.cross_validation import CrossValidation, cross_validate, mean_of_others, measured_cycle
+from needleforce.identification.diagnostics import FitInputs
 from needleforce.identification.layered.identify import identify_layered
-from needleforce.identification.one_layer.fit_recording import fit_single, seen
+from needleforce.identification.one_layer.fit_recording import fit_single, segmented
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, hold=1.0)
 RUN = nf.simulate(nf.preset("physical"), MOTION, rate=100.0)
@@ -23,14 +23,14 @@ def scaled(factor, motion=None):
 
 
 def errors_of_floor(runs):
-    cycles = [cycle_of(seen(run)) for run in runs]
+    cycles = [measured_cycle(segmented(run)) for run in runs]
     return np.array([cycle.errors(mean_of_others(cycles, k)) for k, cycle in enumerate(cycles)])
 
 
 def test_the_floor_is_the_mean_of_the_others():
     """Forces of 0.9, 1 and 1.2: the mean of the others is off by 0.2, 0.05 and 0.25 of the force at 1."""
     found = errors_of_floor([scaled(factor) for factor in (0.9, 1.0, 1.2)])
-    shape = RUN.force[cycle_of(seen(RUN)).span]
+    shape = RUN.force[measured_cycle(segmented(RUN)).span]
     rms = np.sqrt(np.mean((shape / shape.max()) ** 2))
     np.testing.assert_allclose(found[:, 0], rms * np.array([0.2 / 0.9, 0.05, 0.25 / 1.2]), rtol=2e-3)
     assert np.isfinite(found).all()
@@ -50,17 +50,17 @@ def test_a_perfect_predictor_stands_below_the_floor():
     for _ in range(60):
         factors = 1.0 + 0.05 * random.standard_normal(5)
         floor = errors_of_floor([scaled(factor) for factor in factors])
-        cycles = [cycle_of(seen(scaled(factor))) for factor in factors]
+        cycles = [measured_cycle(segmented(scaled(factor))) for factor in factors]
         perfect = np.array([cycle.errors(RUN.force[cycle.span]) for cycle in cycles])
-        ratios.append(Unseen(perfect, perfect, floor).over_floor(perfect)[0] ** 2)
+        ratios.append(CrossValidation(perfect, perfect, floor).over_floor(perfect)[0] ** 2)
     assert np.sqrt(np.mean(ratios)) == pytest.approx(np.sqrt(0.8), rel=0.05)
 
 
 def row(name, errors, bic=np.nan):
     errors = np.tile(np.asarray(errors, float)[:, None], 4)
-    unseen = Unseen(errors, errors, np.full_like(errors, 0.05))
-    ratio = float(unseen.over_floor(errors)[0])
-    return Row(name, bic, 0.0, 0.0, np.nan, 4, 0, 0.0, prediction=ratio, unseen=unseen)
+    cross_validation = CrossValidation(errors, errors, np.full_like(errors, 0.05))
+    ratio = float(cross_validation.over_floor(errors)[0])
+    return ModelRow(name, bic, 0.0, 0.0, np.nan, 4, 0, 0.0, prediction=ratio, cross_validation=cross_validation)
 
 
 def test_a_model_that_wins_by_less_than_its_noise_ties():
@@ -81,7 +81,7 @@ def test_left_out_repeats_are_foretold_from_the_others_alone():
 
     singles = [fit_single(scaled(factor), ("cone_cylinder",), None) for factor in (0.9, 1.0, 1.1)]
     blank = fit_single(dataclasses.replace(RUN, force=np.zeros(len(RUN))), ("cone_cylinder",), None)
-    found = predict_unseen([*singles, blank], identified)
+    found = cross_validate([*singles, blank], identified)
     assert given == [2, 2, 2] and found.prediction.shape == (3, 4)
     # the model of the others is their mean
     np.testing.assert_allclose(found.over_floor(found.prediction)[0], 1.0, atol=0.05)
@@ -93,9 +93,9 @@ def test_real_repeats_left_out_are_foretold_as_well_as_the_experiment_repeats_it
     read = [
         nf.read(file, columns={"force": "fz", "depth": "pz"}, units={"time": "us", "depth": "mm"}) for file in files
     ]
-    given = Given(None, None, {})
-    found = predict_unseen(
-        [seen(run) for run in read], lambda others: identify_layered(others, "layered_as_fitted", given, 2)
+    given = FitInputs(None, None, {})
+    found = cross_validate(
+        [segmented(run) for run in read], lambda others: identify_layered(others, "layered_as_fitted", given, 2)
     )
     assert found.over_floor(found.prediction)[0] < 1.15 and found.over_floor(found.replay)[0] < 1.05
     paper = nf.compare(read, ["paper"])[0]
