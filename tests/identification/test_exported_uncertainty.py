@@ -188,4 +188,4 @@ def test_the_noise_is_said_in_words():
         "fading over 30 samples: long-run variance of a first-order autoregression"
     )
     assert "too few independent stretches" in noise_words([filtered._replace(reach=124)])
-    assert nf.identify(noisy(), model="paper").settings["noise"] == "white"
+    assert nf.identify(noisy(), model="paper").settings.noise == "white"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.result import with_ruptures
+from needleforce.identification.models import with_ruptures
 from needleforce.recording import Card
 
 MOTION = nf.Motion.insert(start=-2e-3, speed=4e-3, depth=15e-3, hold=1.0)
@@ -45,7 +45,7 @@ def test_copies_of_one_recording_keep_the_mechanisms_they_show(noise):
 
 def test_a_stranger_among_unnamed_repeats_is_told():
     fit = fit_of([repeat(0), repeat(1), repeat(2, factor=1e3)])
-    assert any("describe these recordings poorly" in warning for warning in fit.warnings), fit.warnings
+    assert any("describes these recordings poorly" in warning for warning in fit.warnings), fit.warnings
     assert not any("poorly" in warning for warning in fit_of([repeat(0), repeat(1)]).warnings)
 
 

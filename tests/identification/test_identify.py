@@ -51,7 +51,7 @@ def test_an_identified_model_is_a_preset_that_predicts(tmp_path):
 @pytest.mark.parametrize("name, law", [("paper", "cone"), ("physical", "cone_cylinder")])
 def test_the_law_that_made_the_recording_wins(name, law):
     fit = nf.identify([noisy(nf.preset(name), seed=seed) for seed in range(3)])
-    assert fit.choice[0][0] == law == fit.settings["stiffness_law"]
+    assert fit.choice[0][0] == law == fit.settings.stiffness_law
     rows = nf.compare([noisy(nf.preset(name), seed=seed) for seed in range(3)])
     assert rows[0].model == {"cone": "paper"}.get(law, law)
     assert rows[0].left_out < 0.03

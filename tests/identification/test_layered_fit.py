@@ -11,9 +11,9 @@ import needleforce as nf
 from needleforce import core
 from needleforce.identification.layered.binned_cycle import COARSE, binned_cycles
 from needleforce.identification.layered.search import grow, made_passive, refined
-from needleforce.identification.layered.uncertainty import spread
+from needleforce.identification.layered.uncertainty import uncertainty_of
+from needleforce.identification.models import with_ruptures
 from needleforce.identification.one_layer.fit_recording import segmented
-from needleforce.identification.result import with_ruptures
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=2e-3, depth=21e-3, hold=5.0)
 NAMED = {"layered": core.laws.DraggedTissue, "layered_as_fitted": core.laws.DraggedTissueAsFitted}
@@ -42,7 +42,7 @@ def identified(request):
 
 def test_two_layers_are_found_with_their_numbers(identified):
     name, _, punctures, fit = identified
-    assert fit.settings["layers"] == 2
+    assert fit.settings.layers == 2
     # the passive form is found within some 2 % of the peak: its search comes to rest in poorer places
     share, place, residual = (0.1, 0.6e-3, 0.01) if name == "layered_as_fitted" else (0.35, 4e-3, 0.03)
     truth = {"friction_per_length": 140.0, "tissue_stiffness": 220.0, "layer_2_friction_per_length": 70.0,
@@ -61,7 +61,7 @@ def test_two_layers_are_found_with_their_numbers(identified):
 
 def test_every_choice_is_shown_and_the_one_that_made_the_recordings_taken(identified):
     *_, fit = identified
-    rows = {row["choice"]: row for row in fit.settings["evidence"]}
+    rows = {row["choice"]: row for row in fit.settings.evidence}
     assert {"1 layer", "2 layers", "3 layers", "2 layers, sharp rupture", "2 layers, no relaxation"} <= set(rows)
     assert next(choice for choice, row in rows.items() if row["chosen"]).startswith("2 layers")
     assert rows["2 layers, no relaxation"]["left_out"] > 2.0 * rows["2 layers"]["left_out"]
@@ -137,7 +137,7 @@ def test_intervals_hold_the_truth_between_repeats_that_scatter():
     for campaign in range(40):
         runs = [repeat(1000 + 4 * campaign + k, layers=1, motion=motion, scale=0.08)[0] for k in range(4)]
         coarse, fine = (binned_cycles([(run, nf.segment(run)) for run in runs], bins) for bins in (125, 500))
-        found = spread(refined(next(grow(coarse, 1)), fine)).estimates()
+        found = uncertainty_of(refined(next(grow(coarse, 1)), fine)).estimates()
         for name, value in truth.items():
             inside[name] += found[name].low <= value <= found[name].high
     assert min(inside.values()) >= 34, inside

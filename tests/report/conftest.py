@@ -5,8 +5,11 @@ import numpy as np
 import pytest
 
 import needleforce as nf
+from needleforce.identification.estimates import Estimate, Quality
 from needleforce.identification.layered.model import Ruptures
-from needleforce.identification.result import Estimate, Fit, Quality, RecordingFit
+from needleforce.identification.layered.result import Evidence, LayeredFit, LayeredSettings
+from needleforce.identification.recording_fit import RecordingFit
+from needleforce.identification.result import Choice, Fit, FitSettings
 from needleforce.identification.two_pass.result import Site, TwoPass
 from needleforce.recording.recording import Card, Note, Recording
 from needleforce.segmentation.events import Event, Events, Puncture, Span
@@ -43,8 +46,9 @@ def recording_fit(number: int, rate=100.0, name="site_{}.csv", factor=1.0, notes
     quality = Quality(rms, rms / 0.37, 0.99)
     own = {"puncture_force": Estimate("puncture_force", 0.21, "N", 0.20, 0.22)}
     return RecordingFit(
-        f"runs/{name.format(number)}", Status.ok, recording, events_of(recording), own, quality, run.force
-    )
+        file=f"runs/{name.format(number)}", status=Status.ok, recording=recording, events=events_of(recording),
+        parameters=own, quality=quality, predicted=run.force,
+    )  # fmt: skip
 
 
 def site(number: int) -> Site:
@@ -71,10 +75,14 @@ def make_fit():
             Estimate("reduced_modulus", 117546.0, "Pa", 110000.0, 129000.0, None, False, "with a half angle of 15°"),
         )
         return Fit(
-            tuple(runs), {each.name: each for each in estimates}, nf.preset("paper"), Quality(0.0053, 0.0147, 0.991),
-            warnings=("lateral forces are not small",), held_fixed=("tip half angle: 15°",),
-            unknown=("The friction coefficient.",), choice=(("cone", -100.0), ("cone_cylinder", -130.0)),
-            settings={"window_m": 0.012}, two_pass=TwoPass(tuple(map(site, range(count)))) if two_pass else None,
+            recordings=tuple(runs), parameters={each.name: each for each in estimates}, model=nf.preset("paper"),
+            quality=Quality(0.0053, 0.0147, 0.991), warnings=("lateral forces are not small",),
+            held_fixed=("tip half angle: 15°",),
+            unknown=("The friction coefficient.",), choice=(Choice("cone", -100.0), Choice("cone_cylinder", -130.0)),
+            settings=FitSettings(
+                stiffness_law="cone", needle=None, repeats=count, answering=count, lateral_over_axial_force=0.012,
+                noise="white",
+            ), two_pass=TwoPass(tuple(map(site, range(count)))) if two_pass else None,
         )  # fmt: skip
 
     return make
@@ -84,19 +92,25 @@ def make_fit():
 def empty_fit():
     """Nothing identified: one recording without contact, one that could not be read."""
     silent = recording_fit(1)
-    silent = RecordingFit("silent.csv", Status.no_contact, silent.recording, Events(status=Status.no_contact))
-    broken = RecordingFit("broken.csv", Status.unreadable, None, Events(status=Status.unreadable), notes=("no column",))
-    return Fit((silent, broken), {}, None, None)
+    silent = RecordingFit(
+        file="silent.csv", status=Status.no_contact, recording=silent.recording,
+        events=Events(status=Status.no_contact),
+    )  # fmt: skip
+    broken = RecordingFit(
+        file="broken.csv", status=Status.unreadable, recording=None, events=Events(status=Status.unreadable),
+        notes=("no column",),
+    )  # fmt: skip
+    return Fit(recordings=(silent, broken))
 
 
 LAYER_PUNCTURES = (10e-3, 17e-3)  # m, in the recordings' zero: 8 mm, and 5 mm below a top at 10 mm
 EVIDENCE = [
-    {"choice": "1 layer", "numbers": 12, "residual": 0.055, "bic": -100.0, "left_out": 0.068, "ties": False,
-     "chosen": False},
-    {"choice": "2 layers", "numbers": 22, "residual": 0.014, "bic": -964.0, "left_out": 0.037, "ties": False,
-     "chosen": True},
-    {"choice": "2 layers, no saturation", "numbers": 20, "residual": 0.015, "bic": -953.0, "left_out": 0.039,
-     "ties": True, "chosen": False},
+    Evidence(choice="1 layer", parameters=12, residual=0.055, bic=-100.0, left_out=0.068, ties=False, chosen=False),
+    Evidence(choice="2 layers", parameters=22, residual=0.014, bic=-964.0, left_out=0.037, ties=False, chosen=True),
+    Evidence(
+        choice="2 layers, no saturation", parameters=20, residual=0.015, bic=-953.0, left_out=0.039, ties=True,
+        chosen=False,
+    ),
 ]  # fmt: skip
 
 
@@ -108,12 +122,14 @@ def layered_run(number: int) -> RecordingFit:
     recording = Recording(run.time, run.depth + CONTACT, run.velocity, force, {}, Card(source=f"run_{number}"), ())
     reached = (True, number != 2)
     own = {
-        name: Estimate(name, depth, "m", depth - 1e-4, depth + 1e-4, None, told)
-        for name, depth, told in zip(("puncture_depth", "layer_2_puncture_depth"), LAYER_PUNCTURES, reached)
+        name: Estimate(name, depth, "m", depth - 1e-4, depth + 1e-4, None, reached_it)
+        for name, depth, reached_it in zip(("puncture_depth", "layer_2_puncture_depth"), LAYER_PUNCTURES, reached)
     }
     quality = Quality(NOISE, NOISE / 1.7, 0.999)
-    status = Status.ok
-    return RecordingFit(f"run_{number}.csv", status, recording, events_of(recording), own, quality, run.force)
+    return RecordingFit(
+        file=f"run_{number}.csv", status=Status.ok, recording=recording, events=events_of(recording), parameters=own,
+        quality=quality, predicted=run.force,
+    )  # fmt: skip
 
 
 @pytest.fixture
@@ -131,9 +147,13 @@ def layered_fit():
     }
     ruptures = Ruptures(np.array(LAYER_PUNCTURES), np.zeros(2), CONTACT)
     model = nf.preset("layered")
-    settings = {"layers": 2, "chosen_by": "repeats left out", "evidence": EVIDENCE}
+    settings = LayeredSettings(
+        stiffness_law="cone_cylinder", needle=None, repeats=2, answering=2, lateral_over_axial_force=None,
+        noise="white", parameters=22, speed_m_s=3e-3, layers=2, chosen_by="repeats left out", evidence=tuple(EVIDENCE),
+    )  # fmt: skip
     runs = (layered_run(1), layered_run(2))
-    return Fit(
-        runs, found, model, Quality(NOISE, 0.003, 0.999), choice=(("2 layers", -964.0), ("1 layer", -100.0)),
-        settings=settings, ruptures=ruptures, population=model, population_contact=CONTACT,
+    return LayeredFit(
+        recordings=runs, parameters=found, model=model, quality=Quality(NOISE, 0.003, 0.999),
+        choice=(Choice("2 layers", -964.0), Choice("1 layer", -100.0)), settings=settings,
+        ruptures=ruptures, population=model, population_contact=CONTACT,
     )  # fmt: skip

@@ -10,10 +10,10 @@ import pytest
 from test_report_page import figures, plain
 
 import needleforce as nf
+from needleforce.display.quantities import quantity
 from needleforce.report import write_report
 from needleforce.report.curves import repeats
 from needleforce.report.layers import layer_forces, population_force
-from needleforce.report.numbers import quantity
 from needleforce.report.words import by_layer
 
 
@@ -55,8 +55,8 @@ def test_the_choice_is_shown(page):
 
 
 def test_by_bic_where_there_are_few_repeats(layered_fit, tmp_path):
-    evidence = [row | {"left_out": None} for row in layered_fit.settings["evidence"][1:]]
-    fit = dataclasses.replace(layered_fit, settings={"evidence": evidence})
+    evidence = tuple(dataclasses.replace(row, left_out=None) for row in layered_fit.settings.evidence[1:])
+    fit = dataclasses.replace(layered_fit, settings=dataclasses.replace(layered_fit.settings, evidence=evidence))
     write_report(fit, tmp_path / "report.html")
     words = plain((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "fewer than three repeats the least BIC" in words and "The number of layers was given." in words

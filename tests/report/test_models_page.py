@@ -69,7 +69,7 @@ def test_dots_have_the_rms_of_the_table_and_leave_out_what_has_no_floor():
 
 
 def test_the_page_is_whole_offline_and_escaped(page):
-    assert figures(page) == ["unseen"] and page.count("<svg ") == 2
+    assert figures(page) == ["cross-validation"] and page.count("<svg ") == 2
     assert not re.search(r"https?://|<script|<link|<img|@import|<b> was|<1>", page)
     words = plain(page)
     assert "layered foretells repeats that it has not seen to 1.10 times the floor; cone_cylinder ties." in words

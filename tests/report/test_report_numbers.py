@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from needleforce.report.numbers import plain, quantity
+from needleforce.display.quantities import plain, quantity
 
 SPACE = "\N{NO-BREAK SPACE}"
 

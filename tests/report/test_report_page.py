@@ -32,7 +32,7 @@ def report(tmp_path):
 
 
 def figures(text: str) -> list[str]:
-    return re.findall(r'<figure[^>]* id="figure-(\w+)"', text)
+    return re.findall(r'<figure[^>]* id="figure-([\w-]+)"', text)
 
 
 def plain(text: str) -> str:
@@ -122,7 +122,7 @@ def test_all_that_a_fit_says_is_told(make_fit, report):
     words = plain(report(fit))
     warned = "Lateral forces are not small.", "3 gaps, the longest 56 ms.", *fit.model.warnings
     told = "tip half angle: 15°", "The friction coefficient.", "cone cylinder", "+30.0"
-    origin = "ab" * 32, "time in s", "average of 10 samples", "window m", __version__
+    origin = "ab" * 32, "time in s", "average of 10 samples", "noise", "white", __version__
     for said in (*warned, *told, *origin):
         assert said in words, said
 

@@ -65,7 +65,7 @@ def condition(read: Sequence[Read], fields: dict[str, str], model: str | None, n
 
 
 def _identified(recordings: list[Recording], model: str | None, needle) -> Fit:
-    return identify(recordings, model=model, needle=needle) if recordings else Fit((), {}, None, None)
+    return identify(recordings, model=model, needle=needle) if recordings else Fit()
 
 
 def _outcome(

@@ -75,7 +75,7 @@ def _show(done, quiet: bool) -> None:
 
 
 def _row(condition, shown: list[str]) -> list[str]:
-    from ..report.numbers import quantity
+    from ..display.quantities import quantity
 
     values = [condition.parameters.get(name) for name in shown]
     told = ["-" if e is None else str(quantity(e.value, e.low, e.high, e.unit)) for e in values]

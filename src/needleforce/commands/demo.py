@@ -41,7 +41,7 @@ def run(
 
 
 def _cells(row) -> list[str]:
-    from ..report.numbers import quantity
+    from ..display.quantities import quantity
 
     sd = row.paper_sd or float("nan")
     paper = quantity(row.paper, row.paper - sd, row.paper + sd, row.unit)

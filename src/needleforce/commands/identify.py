@@ -130,9 +130,9 @@ def _show(fit, quiet: bool) -> None:
         return
     table("events", ["file", "status", "contact", "punctures", "exit"], [_events(each) for each in fit.recordings])
     _show_parameters(fit)
-    if "evidence" in fit.settings:
+    if hasattr(fit.settings, "evidence"):
         _show_evidence(fit.settings)
-    ratio = fit.settings.get("lateral_over_axial_force")
+    ratio = None if fit.settings is None else fit.settings.lateral_over_axial_force
     if ratio is not None:
         say(f"lateral forces: {100 * ratio:.0f} % of the axial one")
     for warning in fit.warnings:
@@ -143,7 +143,7 @@ def _show(fit, quiet: bool) -> None:
 
 def _show_parameters(fit) -> None:
     """One table, of several layers one each with the names within the layer."""
-    from ..report.numbers import quantity
+    from ..display.quantities import quantity
     from ..report.words import by_layer
 
     repeated = any(estimate.between_repeats_sd is not None for estimate in fit.parameters.values())
@@ -162,10 +162,10 @@ def _show_parameters(fit) -> None:
         say(f"how: {sources.pop()}")
 
 
-def _show_evidence(settings: dict) -> None:
+def _show_evidence(settings) -> None:
     from ..report.layers import EVIDENCE, evidence_rows, evidence_words
 
-    table("choice of layers and mechanisms", EVIDENCE, evidence_rows(settings["evidence"]))
+    table("choice of layers and mechanisms", EVIDENCE, evidence_rows(settings.evidence))
     say(f"choice: {evidence_words(settings)}")
 
 
@@ -175,7 +175,7 @@ def _yes(estimate) -> str:
 
 def _spread(estimate) -> str:
     """The scatter between repeats and the error within a run, in the unit that the value would be shown in."""
-    from ..report.numbers import quantity
+    from ..display.quantities import quantity
 
     spreads = (estimate.between_repeats_sd, estimate.within_run_sd)
     value = estimate.value

@@ -113,7 +113,7 @@ def _row(
         fit.quality.nrmse if fit.quality else np.nan,
         float(np.median(errors)) if len(errors) else np.nan,
         np.nan,
-        fit.settings.get("numbers", 0) if law is None else len(CURVES[law].units) + 1,
+        _shared_parameters(fit) if law is None else len(CURVES[law].units) + 1,
         0,
         np.nan,
         cross_validation.refused,
@@ -147,3 +147,8 @@ def _identified(singles: list[SegmentedRecording], name: str, law: str | None) -
     from .layered.identify import identify_layered
 
     return identify_layered(singles, name, given, None)
+
+
+def _shared_parameters(fit: Fit) -> int:
+    """How many parameters the repeats of a layered fit share; 0 for one without a model."""
+    return getattr(fit.settings, "parameters", 0)

@@ -6,20 +6,22 @@ import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from ..core import Needle
 from ..errors import InputError
 from ..mechanics.buckling import equivalent_half_angle
 from ..mechanics.validity import FRICTION_LIMIT
+from ..models.model import Model
 from ..segmentation import Events
 from ..vocabulary import Phase
 from .estimates import Estimate, Quality
-from .models import UNKNOWN_TIP, model_of
+from .models import UNKNOWN_TIP, model_of, run_model
 from .one_layer.fit_recording import SegmentedRecording, peak_force
 from .one_layer.loading_curves import CURVES
-from .result import RecordingFit, run_model
+from .recording_fit import RecordingFit
+from .result import FitSettings
 from .statistics.noise import Noise
 
 NO_MODEL = "The identified values make no model: {}"
@@ -37,7 +39,7 @@ LONG = "correlated over {}, an eighth of the stroke or more: too few independent
 class FitInputs:
     """What was given beside the recordings: the needle, its saturation depth [m] or None, and bench tests by name."""
 
-    needle: Any
+    needle: Needle | None
     saturation: float | None
     bench: dict[str, Estimate]
 
@@ -48,10 +50,19 @@ def reference_of(singles: list[SegmentedRecording]) -> str:
     return f"identified by needleforce from {sources}" + (" ..." if len(singles) > 3 else "")
 
 
-def recording_fit(single: SegmentedRecording, own: dict[str, Estimate], law: str, needle, refused: str) -> RecordingFit:
+def recording_fit(
+    single: SegmentedRecording, own: dict[str, Estimate], law: str, needle: Needle | None, refused: str
+) -> RecordingFit:
     """One recording's outcome with its own model along its own motion; ``refused`` is about its second pass."""
     notes = single.notes + ((refused,) if refused else ()) + tuple(note.message for note in single.recording.notes)
-    base = RecordingFit(single.recording.card.source, single.status, single.recording, single.events, own, notes=notes)
+    base = RecordingFit(
+        file=single.recording.card.source,
+        status=single.status,
+        recording=single.recording,
+        events=single.events,
+        parameters=own,
+        notes=notes,
+    )
     if not own:
         return base
     base = dataclasses.replace(base, cycle=single.fits[law], strokes=single.strokes)
@@ -61,8 +72,8 @@ def recording_fit(single: SegmentedRecording, own: dict[str, Estimate], law: str
         return dataclasses.replace(base, notes=(*notes, f"These values make no model: {error}"))
     predicted = run_model(model, single.recording, own["contact_depth"].value)
     inside = single.strokes.mask(len(predicted))
-    told = quality(single.recording.force[inside], predicted[inside])
-    return dataclasses.replace(base, predicted=predicted, quality=told)
+    residual = quality(single.recording.force[inside], predicted[inside])
+    return dataclasses.replace(base, predicted=predicted, quality=residual)
 
 
 def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
@@ -81,7 +92,7 @@ def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
     return Quality(rmse, nrmse, float(np.mean([q.r2 for q in known])))
 
 
-def warnings_of(singles: list[SegmentedRecording], model, one_layer: bool = True) -> tuple[str, ...]:
+def warnings_of(singles: list[SegmentedRecording], model: Model | None, one_layer: bool = True) -> tuple[str, ...]:
     """Limits crossed by any recording or by the model, each once; some hold for a model of one layer alone."""
     found = [sentence for single in singles for sentence in crossed(single, one_layer)]
     found += [] if model is None else list(model.warnings)
@@ -126,18 +137,17 @@ def unknown(given: FitInputs, law: str, two_pass: bool) -> tuple[str, ...]:
     return tuple(said)
 
 
-def settings(law: str, needle, singles: list[SegmentedRecording]) -> dict[str, object]:
-    """How the identification was run, the median ratio of lateral to axial force, None without lateral axes, and how
-    the intervals took the noise."""
+def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecording]) -> FitSettings:
+    """How the identification was run: its law, its recordings, and how the intervals took the noise."""
     known = [ratio for ratio in map(lateral_ratio, singles) if np.isfinite(ratio)]
-    return {
-        "stiffness_law": law,
-        "needle": None if needle is None else repr(needle),
-        "repeats": len(singles),
-        "answering": sum(bool(single.fits) for single in singles),
-        "lateral_over_axial_force": float(np.median(known)) if known else None,
-        "noise": noise_words(noise for single in singles if law in single.fits for noise in single.fits[law].noises),
-    }
+    return FitSettings(
+        stiffness_law=law,
+        needle=None if needle is None else repr(needle),
+        repeats=len(singles),
+        answering=sum(bool(single.fits) for single in singles),
+        lateral_over_axial_force=float(np.median(known)) if known else None,
+        noise=noise_words(noise for single in singles if law in single.fits for noise in single.fits[law].noises),
+    )
 
 
 def crossed(single: SegmentedRecording, one_layer: bool = True) -> list[str]:

@@ -1,11 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Identified quantities with their intervals, and the mean over repeats with the scatter between them."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, replace
 from math import inf, isfinite, sqrt
+from typing import Any
 
 import numpy as np
 
+from ..display.markup import Markup, table
+from ..display.quantities import quantity, with_unit
+from ..display.tables import text_table
 from .one_layer.cycle_estimates import CycleFit
 from .one_layer.loading_curves import CURVES
 from .statistics.noise import Z_95
@@ -41,11 +46,74 @@ class Estimate:
     within_run_sd: float | None = None
 
     @property
+    def shown(self) -> Any:
+        """Value and interval as text with a unit of sensible size, see ``display.quantities.Quantity``."""
+        return quantity(self.value, self.low, self.high, self.unit)
+
+    @property
+    def scatter(self) -> str:
+        """``between_repeats_sd`` in the unit of the value as shown; empty with fewer than two repeats."""
+        if self.between_repeats_sd is None:
+            return ""
+        sd = quantity(self.value, self.value - self.between_repeats_sd, self.value + self.between_repeats_sd, self.unit)
+        return with_unit(sd.half_width, sd.unit)
+
+    @property
     def specimen_sd(self) -> float | None:
         """Scatter between repeats beyond what their own errors make of it (moments): that of specimen and needle."""
         if self.between_repeats_sd is None or self.within_run_sd is None:
             return None
         return sqrt(max(self.between_repeats_sd**2 - self.within_run_sd**2, 0.0))
+
+
+class Parameters(dict[str, Estimate]):
+    """Estimates by name: ``parameters["cutting_force"]`` and ``parameters.cutting_force`` are the same.
+
+    Printed, it is a table of values with their intervals; in a notebook the same as HTML.
+    """
+
+    HEAD = ("quantity", "value, 95 % interval", "sd between repeats", "identifiable", "how obtained")
+
+    def __getattr__(self, name: str) -> Estimate:
+        try:
+            return self[name]
+        except KeyError:
+            known = ", ".join(self) or "none"
+            raise AttributeError(f"no parameter {name!r} was identified; there are: {known}") from None
+
+    def __dir__(self) -> Iterable[str]:
+        return [*super().__dir__(), *self]
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """One row of text for each estimate, under ``HEAD``; what all share in "how obtained" is left empty."""
+        shared = len({each.source for each in self.values()}) == 1
+        return [
+            (
+                each.name,
+                str(each.shown),
+                each.scatter,
+                "yes" if each.identifiable else "no",
+                "" if shared else each.source,
+            )
+            for each in self.values()
+        ]
+
+    def text(self) -> str:
+        """The table as plain text; empty without estimates."""
+        return text_table(self.HEAD, self.rows())
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame in SI, a row for each estimate, with the fields of ``Estimate`` as columns."""
+        import pandas
+
+        columns = [field for field in Estimate.__dataclass_fields__ if field != "name"]
+        return pandas.DataFrame([asdict(each) for each in self.values()], columns=["name", *columns]).set_index("name")
+
+    def __str__(self) -> str:
+        return self.text() or "no parameters"
+
+    def _repr_html_(self) -> Markup:
+        return table(self.HEAD, self.rows())
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,9 @@ from ..files import atomic_write, json_safe
 from ..preset_files.writing import as_toml
 from ..segmentation import Events
 from .estimates import Estimate
-from .result import Fit, RecordingFit
+from .layered.result import LayeredFit
+from .recording_fit import RecordingFit
+from .result import Fit
 from .statistics.draws import Draws
 
 COLUMNS = (
@@ -129,25 +131,26 @@ def as_json(fit: Fit) -> str:
         "warnings": list(fit.warnings),
         "held_fixed": list(fit.held_fixed),
         "unknown": list(fit.unknown),
-        "settings": fit.settings,
+        "settings": {} if fit.settings is None else dataclasses.asdict(fit.settings),
         "correlations": _correlations(fit.correlations),
         "two_pass": _two_pass(fit.two_pass),
-        "ruptures": _ruptures(fit.ruptures),
+        "ruptures": _ruptures(fit),
         "population": _population(fit),
     }
     return json.dumps(json_safe(document), indent=2, allow_nan=False)
 
 
-def _ruptures(found) -> dict | None:
-    """Of a layered fit: where its layers give way, in the recordings' zero."""
-    if found is None:
+def _ruptures(fit: Fit) -> dict | None:
+    """Of a layered fit: where its layers rupture, in the recordings' zero."""
+    if not isinstance(fit, LayeredFit):
         return None
+    found = fit.ruptures
     return {"depth_m": found.depth, "past_peak_m": found.past_peak, "contact_depth_m": found.contact}
 
 
 def _population(fit: Fit) -> dict | None:
-    """Of a layered fit: the law for an insertion not seen yet."""
-    if fit.population is None:
+    """Of a layered fit: the law for an insertion that was not recorded."""
+    if not isinstance(fit, LayeredFit) or fit.population is None:
         return None
     return {"contact_depth_m": fit.population_contact, "preset": _preset(fit.population)}
 

@@ -17,7 +17,7 @@ from .diagnostics import (
     pooled_quality,
     recording_fit,
     reference_of,
-    settings,
+    settings_of,
     unknown,
     warnings_of,
 )
@@ -25,7 +25,7 @@ from .estimates import Estimate, estimates_of, mean_estimate, pool
 from .models import LAYERED, MECHANICAL, derived, model_of, needle_saturation, stiffness_law
 from .one_layer.fit_recording import SegmentedRecording, fit_single, segmented
 from .one_layer.puncture_force import measured_peak
-from .result import Fit
+from .result import Choice, Fit
 from .statistics.correlations import known_together
 from .strokes import presliding_of
 from .two_pass.bias_terms import spreading_force
@@ -95,25 +95,25 @@ def _layered(recordings: list, seconds: list, model: str, given: FitInputs, laye
 def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
     """The fit of one law from recordings that are segmented and fitted, each by itself."""
     answering = [single for single in singles if law in single.fits]
-    own = {id(single): _own(single, law, given) for single in answering}
+    own = {single: _own(single, law, given) for single in answering}
     parameters = pool(list(own.values()))
     two_pass, replaced, refused = _two_pass(singles, seconds, own, given)
     parameters |= replaced
     if parameters:
         parameters |= derived(parameters, given.needle, given.bench.get("tissue_young_modulus")) | given.bench
     model, trouble = _model(parameters, law, given.needle, singles)
-    told = tuple(recording_fit(s, own.get(id(s), {}), law, given.needle, refused.get(id(s), "")) for s in singles)
+    fits = tuple(recording_fit(s, own.get(s, {}), law, given.needle, refused.get(s, "")) for s in singles)
     return Fit(
-        told,
-        parameters,
-        model,
-        pooled_quality(told),
-        warnings_of(singles, model) + trouble,
-        held_fixed(given, law, parameters),
-        unknown(given, law, two_pass is not None) + known_together(told),
-        choice,
-        settings(law, given.needle, singles),
-        two_pass,
+        recordings=fits,
+        parameters=parameters,
+        model=model,
+        quality=pooled_quality(fits),
+        warnings=warnings_of(singles, model) + trouble,
+        held_fixed=held_fixed(given, law, parameters),
+        unknown=unknown(given, law, two_pass is not None) + known_together(fits),
+        choice=choice,
+        settings=settings_of(law, given.needle, singles),
+        two_pass=two_pass,
     )
 
 
@@ -131,14 +131,14 @@ def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Es
     return found
 
 
-def _choice(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
+def _choice(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[Choice, ...]:
     """Each law with the BIC of its loading curves, summed over the recordings that all laws fit, the best first."""
     common = [single for single in singles if set(laws) <= set(single.fits)]
     if not common:
         present = [law for law in laws if any(law in single.fits for single in singles)]
-        return tuple((law, float("nan")) for law in present)
+        return tuple(Choice(law, float("nan")) for law in present)
     bic = {law: float(sum(single.loading[law].bic for single in common)) for law in laws}
-    return tuple(sorted(bic.items(), key=lambda pair: pair[1]))
+    return tuple(Choice(*pair) for pair in sorted(bic.items(), key=lambda pair: pair[1]))
 
 
 def _two_pass(
@@ -146,13 +146,13 @@ def _two_pass(
 ) -> tuple[TwoPass | None, dict, dict]:
     """The procedure over the pairs there are, the estimates that it replaces, and what was refused, by single."""
     pairs = [
-        Pair(single, second, own[id(single)]["contact_depth"].value, own[id(single)]["puncture_indentation"].value)
+        Pair(single, second, own[single]["contact_depth"].value, own[single]["puncture_indentation"].value)
         for single, second in zip(singles, seconds)
-        if second is not None and id(single) in own
+        if second is not None and single in own
     ]
     spreading = spreading_force(given.needle, given.bench.get("tissue_young_modulus"))
     two_pass, refused = subtract(pairs, spreading)
-    by_single = {id(pairs[k].first): sentence for k, sentence in refused.items()}
+    by_single = {pairs[k].first: sentence for k, sentence in refused.items()}
     return two_pass, {} if two_pass is None else _replaced(two_pass), by_single
 
 

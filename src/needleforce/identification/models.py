@@ -2,7 +2,10 @@
 """Identified values become laws and a model, and with needle and tissue imply further quantities; what a log cannot
 tell is held at a stated value."""
 
+import dataclasses
 import math
+
+import numpy as np
 
 from .. import core
 from ..core import Tissue
@@ -10,7 +13,8 @@ from ..errors import InputError
 from ..mechanics.buckling import equivalent_half_angle
 from ..mechanics.contact import contact
 from ..mechanics.foundation import READINGS, friction_coefficient
-from ..models.model import Model
+from ..models.model import Insertion, Model
+from ..recording import Recording
 from .estimates import Estimate
 from .one_layer.loading_curves import CURVES
 
@@ -177,3 +181,18 @@ def implied_poisson_ratio(reduced_modulus: float, young_modulus: float, needle=N
 def implied_friction_coefficients(per_length: float, needle, tissue) -> dict[str, float]:
     """The friction coefficient under each reading of the paper's foundation formula."""
     return {reading: friction_coefficient(per_length, needle, tissue, reading=reading) for reading in READINGS}
+
+
+def with_ruptures(model: Model, depths) -> Model:
+    """The model whose layers, from the surface down, give way at ``depths`` [m] below the undeformed surface."""
+    first, *others = (
+        core.laws.PunctureDepth(max(float(depth) - layer.top, 0.0)) for depth, layer in zip(depths, model.layers)
+    )
+    deeper = [dataclasses.replace(layer, puncture=law) for layer, law in zip(model.deeper, others)]
+    return dataclasses.replace(model, puncture=first, deeper=tuple(deeper))
+
+
+def run_model(model: Model, recording: Recording, contact_depth: float) -> np.ndarray:
+    """Force (n,) [N] of ``model`` along a recording whose surface is at ``contact_depth`` [m] in its own zero."""
+    dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
+    return Insertion(model, max_speed=np.inf).run(recording.depth - contact_depth, None, dt)["force"]

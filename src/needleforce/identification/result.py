@@ -1,107 +1,140 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The outcome of an identification: estimates with intervals, what was held fixed, and how well the model did."""
+"""The result of an identification: estimates with intervals, what was held fixed, and how well the model follows."""
 
 import dataclasses
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from .. import core
+from ..display.markup import Markup, element, join, listing
+from ..display.tables import blocks, text_list
 from ..errors import InputError
-from ..models.model import Insertion, Model
+from ..models.model import Model
 from ..recording import Recording
 from ..segmentation import Events
-from ..segmentation.strokes import cycles
 from ..vocabulary import Status
-from .estimates import Estimate, Quality
-from .one_layer.cycle_estimates import CycleFit
+from .estimates import Parameters, Quality
+from .models import run_model, with_ruptures
+from .recording_fit import RecordingFit
 from .statistics.correlations import Correlations, correlations_of
-from .strokes import Strokes, stroke_speed
 from .two_pass.result import TwoPass
 
 
-@dataclass(frozen=True, eq=False)
-class RecordingFit:
-    """What one recording gave. ``predicted`` (n,) [N] is the model along its motion; empty where there is no model.
+@dataclass(frozen=True, kw_only=True)
+class FitSettings:
+    """How an identification was run.
 
-    ``cycle`` is the fit of ``strokes`` that the estimates come from, None where there is none: draws are made of it.
+    ``lateral_over_axial_force`` is the median ratio over the recordings, None without lateral axes; ``noise`` says in
+    words how the intervals took the residuals.
     """
 
-    file: str
-    status: Status
-    recording: Recording | None
-    events: Events
-    parameters: dict[str, Estimate] = field(default_factory=dict)
-    quality: Quality | None = None
-    predicted: np.ndarray = field(default_factory=lambda: np.empty(0))
-    notes: tuple[str, ...] = ()
-    cycle: CycleFit | None = None
-    strokes: Strokes | None = None
+    stiffness_law: str
+    needle: str | None
+    repeats: int
+    answering: int
+    lateral_over_axial_force: float | None
+    noise: str
 
 
-@dataclass(frozen=True, eq=False)
+class Choice(NamedTuple):
+    """One of the models compared: a stiffness law, or a number of layers, with its BIC."""
+
+    name: str
+    bic: float
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Fit:
-    """The identification of one condition from one or more repeats: own and pooled parameters, and the model they make.
+    """The identification of one condition from one or more repeats.
 
-    ``model`` is None where no recording could answer. ``warnings`` say in plain words which limits were crossed,
-    ``held_fixed`` what was taken and not identified, ``unknown`` what these logs cannot tell. ``choice`` lists the
-    stiffness laws compared, by BIC.
+    Printed, it is a table of the parameters with what to keep in mind; in a notebook the same as HTML.
+
+    Attributes
+    ----------
+    recordings : tuple of RecordingFit
+        What each recording gave.
+    parameters : Parameters
+        Pooled estimates by name, also as attributes: ``fit.parameters.puncture_force``.
+    model : Model or None
+        The identified model; None where no recording could answer.
+    quality : Quality or None
+        Residual over all recordings with a model.
+    warnings : tuple of str
+        Limits that the recordings or the model cross.
+    held_fixed : tuple of str
+        What was assumed and not identified.
+    unknown : tuple of str
+        What these recordings cannot identify.
+    choice : tuple of Choice
+        The stiffness laws compared, the lowest BIC first.
+    settings : FitSettings or None
+        How the identification was run; None where nothing could be read.
+    two_pass : TwoPass or None
+        The paper's subtraction of second passes, where they were given.
     """
 
-    recordings: tuple[RecordingFit, ...]
-    parameters: dict[str, Estimate]
-    model: Model | None
-    quality: Quality | None
+    recordings: tuple[RecordingFit, ...] = ()
+    parameters: Parameters = field(default_factory=Parameters)
+    model: Model | None = None
+    quality: Quality | None = None
     warnings: tuple[str, ...] = ()
     held_fixed: tuple[str, ...] = ()
     unknown: tuple[str, ...] = ()
-    choice: tuple[tuple[str, float], ...] = ()
-    settings: dict[str, object] = field(default_factory=dict)
+    choice: tuple[Choice, ...] = ()
+    settings: FitSettings | None = None
     two_pass: TwoPass | None = None
-    ruptures: Any = None
-    """Of a layered fit: where its layers give way."""
-    spread: Any = None
-    """Of a layered fit: covariance and scatter of its numbers."""
-    population: Model | None = None
-    """Of a layered fit to repeats: the law for an insertion not seen yet, its ruptures spread over their scatter."""
-    population_contact: float = 0.0
-    """[m], in the recordings' zero."""
+
+    def __post_init__(self):
+        object.__setattr__(self, "parameters", Parameters(self.parameters))
 
     def predict(self, recording: Recording, events: Events | None = None) -> np.ndarray:
-        """Force (n,) [N] of the identified model along the motion of ``recording``.
+        """The force of the identified model along the motion of a recording.
 
-        Punctures are at the mean depths of the fit, of a layered one those of its ``population``; with ``events`` (as
-        from ``segment(recording)``) contact and punctures are the recording's own where they were seen, a replay.
-        Raises InputError for a fit without a model.
+        Parameters
+        ----------
+        recording : Recording
+            Its time and depth are used, not its force.
+        events : Events, optional
+            As from ``segment(recording)``: contact and punctures are then the recording's own where they were found (a
+            replay). Without it they are at the mean depths of the fit.
+
+        Returns
+        -------
+        numpy.ndarray
+            Force (n,) [N] at the recording's samples.
+
+        Raises
+        ------
+        InputError
+            For a fit without a model.
         """
         model, surface = self.placed(recording, events)
-        return self._speed_factor(recording) * run_model(model, recording, surface)
-
-    def _speed_factor(self, recording: Recording) -> float:
-        """By which the speed of a recording's insertion multiplies the forces of the model."""
-        exponent, strokes = self.parameters.get("speed_exponent"), cycles(recording.time, recording.depth)
-        if exponent is None or not strokes:
-            return 1.0
-        inwards = slice(strokes[0].start, strokes[0].stop)
-        speed = stroke_speed(recording.time[inwards], recording.depth[inwards])
-        return (speed / self.settings["speed_m_s"]) ** exponent.value
+        return run_model(model, recording, surface)
 
     def placed(self, recording: Recording, events: Events | None = None) -> tuple[Model, float]:
-        """The model that ``predict`` runs along a recording, to run in a loop instead, and the depth [m] of its
-        surface in the recording's zero.
+        """The model that ``predict`` runs along a recording, to run it in a loop instead, and its surface.
 
-        ``nf.Insertion(model)`` takes the recording's depth less that of the surface. Forces at another speed than that
-        of the fit are not scaled. Raises InputError for a fit without a model.
+        Parameters
+        ----------
+        recording : Recording
+            The motion.
+        events : Events, optional
+            As in ``predict``.
+
+        Returns
+        -------
+        tuple of Model and float
+            The model, and the depth [m] of its surface in the recording's zero: ``nf.Insertion(model)`` takes the
+            recording's depth less that of the surface.
+
+        Raises
+        ------
+        InputError
+            For a fit without a model.
         """
-        model = self._identified()
-        contact = self.parameters["contact_depth"].value
-        if self.population is not None and (events is None or not events.punctures):
-            own = self.ruptures.of(events, recording)[0] if events is not None else 0.0
-            return self.population, self.population_contact + own
-        if self.ruptures is not None and events is not None:
-            shift, depths = self.ruptures.of(events, recording)
-            return with_ruptures(model, depths - contact - shift), contact + shift
+        model, contact = self.identified_model(), self.parameters["contact_depth"].value
         if events is not None and events.contact is not None:
             contact = events.contact.depth
         if events is not None and events.punctures:
@@ -109,24 +142,52 @@ class Fit:
         return model, contact
 
     @property
-    def correlations(self) -> Correlations | None:
-        """What trades off within a recording; None where no recording answers."""
-        return correlations_of(self.recordings) if self.spread is None else self.spread.correlations()
+    def shared_contact(self) -> float | None:
+        """Depth [m] of the surface where all recordings share it; None where each has its own."""
+        return None
 
-    def draws(self, count: int = 4000, seed: int = 0):
-        """Independent draws of what was identified, as ``Draws``; see ``draws_of``."""
+    @property
+    def residuals(self) -> tuple[np.ndarray, ...]:
+        """Measured minus modelled force (n,) [N] of each recording; empty for one without a model."""
+        return tuple(each.residuals for each in self.recordings)
+
+    @property
+    def correlations(self) -> Correlations | None:
+        """Correlations of the estimates within a recording; None where no recording answers."""
+        return correlations_of(self.recordings)
+
+    def draws(self, count: int = 4000, seed: int = 0) -> Any:
+        """Independent draws of what was identified.
+
+        Parameters
+        ----------
+        count : int
+            From 1 to 10 million.
+        seed : int
+            The same seed gives the same draws.
+
+        Returns
+        -------
+        Draws
+            See ``draws_of``.
+        """
         from .statistics.draws import draws_of
 
-        return draws_of(self, count, seed)
+        passes = len(self.two_pass.sites) if self.two_pass else 1
+        return draws_of(self.recordings, self.parameters, count, seed, passes=passes)
 
-    def to_arviz(self, draws: int = 4000, seed: int = 0):
+    def to_arviz(self, draws: int = 4000, seed: int = 0) -> Any:
         """The draws as ArviZ takes them; see ``inference_data``. Raises InputError without ArviZ."""
         from .export import inference_data
 
         return inference_data(self.draws(draws, seed))
 
-    def to_csv(self, path) -> None:
-        """Writes every estimate, pooled and of each recording, as a CSV table; see ``write_estimates``."""
+    def to_dataframe(self) -> Any:
+        """The pooled estimates as a pandas DataFrame in SI, indexed by name."""
+        return self.parameters.to_dataframe()
+
+    def to_csv(self, path: Any) -> None:
+        """Write every estimate, pooled and of each recording, as a CSV table; see ``write_estimates``."""
         from .export import write_estimates
 
         write_estimates(self, path)
@@ -137,47 +198,106 @@ class Fit:
 
         return as_json(self)
 
-    def report(self, path) -> None:
-        """Writes one HTML file that opens offline."""
+    def report(self, path: Any) -> None:
+        """Write a report as one HTML file that opens offline."""
         from ..report import write_report
 
         write_report(self, path)
 
-    def save(self, path) -> None:
-        """Writes the identified model as a preset file."""
+    def save(self, path: Any) -> None:
+        """Write the identified model as a preset file. Raises InputError for a fit without a model."""
         from ..preset_files.writing import save
 
-        save(self._identified(), path)
+        save(self.identified_model(), path)
 
-    def _identified(self) -> Model:
+    def plot(self, axes: Any = None) -> Any:
+        """Draw force over indentation, measured and modelled, of every recording.
+
+        Parameters
+        ----------
+        axes : matplotlib.axes.Axes, optional
+            Where to draw; None makes a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        from ..display.axes import FORCE, INDENTATION, MEASURED, MODEL, axes_for, finish
+
+        axes = axes_for(axes)
+        drawn = [each for each in self.recordings if each.recording is not None]
+        for k, each in enumerate(drawn):
+            indentation = 1e3 * (each.recording.depth - self._surface(each))
+            axes.plot(indentation, each.recording.force, color=MEASURED, lw=0.8, label="" if k else "measured")
+            if len(each.predicted):
+                axes.plot(indentation, each.predicted, color=MODEL, lw=1.2, label="" if k else "model")
+        return finish(axes, INDENTATION, FORCE)
+
+    def identified_model(self) -> Model:
+        """The model. Raises InputError, with the reason, where there is none."""
         if self.model is None:
-            said = "; ".join(note for each in self.recordings for note in each.notes[:1]) or "there was no recording"
-            raise InputError(
-                "fit", "without a model", said, next_step="See the notes of fit.recordings and fit.warnings."
-            )
+            reason = "; ".join(note for each in self.recordings for note in each.notes[:1]) or "there was no recording"
+            step = "See the notes of fit.recordings and fit.warnings."
+            raise InputError("fit", "without a model", reason, next_step=step)
         return self.model
 
+    def _surface(self, each: RecordingFit) -> float:
+        """Depth [m] from which the indentation of one recording counts."""
+        if self.shared_contact is not None:
+            return self.shared_contact
+        if "contact_depth" in each.parameters:
+            return each.parameters["contact_depth"].value
+        return each.events.contact.depth if each.events.contact is not None else 0.0
 
-def with_ruptures(model: Model, depths) -> Model:
-    """The model whose layers, from the surface down, give way at ``depths`` [m] below the undeformed surface."""
-    first, *others = (
-        core.laws.PunctureDepth(max(float(depth) - layer.top, 0.0)) for depth, layer in zip(depths, model.layers)
-    )
-    deeper = [dataclasses.replace(layer, puncture=law) for layer, law in zip(model.deeper, others)]
-    return dataclasses.replace(model, puncture=first, deeper=tuple(deeper))
+    def _heading(self) -> str:
+        """Model, recordings and residual in one line."""
+        answering = sum(bool(each.parameters) for each in self.recordings)
+        name = "no model" if self.model is None else f"model {self.model.name}"
+        rms = "" if self.quality is None else f", residual {1e3 * self.quality.rmse_N:.3g} mN rms"
+        share = "" if self.quality is None else f" ({100.0 * self.quality.nrmse:.2g} % of the peak)"
+        return f"{name}, {answering} of {len(self.recordings)} recordings identified{rms}{share}"
+
+    def _remarks(self) -> Iterable[tuple[str, tuple[str, ...]]]:
+        """Titles with their sentences: what to keep in mind."""
+        unanswered = tuple(
+            f"{each.file}: {each.status}" + "".join(f": {note}" for note in each.notes[:1])
+            for each in self.recordings
+            if not each.parameters
+        )
+        sources = {each.source for each in self.parameters.values()}
+        yield "Not identified", unanswered
+        yield "Keep in mind", self.warnings
+        yield "How obtained", tuple(sources) if len(sources) == 1 else ()
+        yield "Held fixed", self.held_fixed
+        yield "Cannot be identified", self.unknown
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self._heading()}>"
+
+    def __str__(self) -> str:
+        remarks = (text_list(title, sentences) for title, sentences in self._remarks())
+        return blocks(f"{type(self).__name__}: {self._heading()}", self.parameters.text(), *remarks)
+
+    def _repr_html_(self) -> Markup:
+        remarks = [
+            join([element("p", element("b", title)), listing(sentences)])
+            for title, sentences in self._remarks()
+            if sentences
+        ]
+        return join([element("p", self._heading()), self.parameters._repr_html_(), *remarks])
 
 
-def run_model(model: Model, recording: Recording, contact_depth: float) -> np.ndarray:
-    """Force (n,) [N] of ``model`` along a recording whose surface is at ``contact_depth`` [m] in its own zero."""
-    dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
-    return Insertion(model, max_speed=np.inf).run(recording.depth - contact_depth, None, dt)["force"]
-
-
-def with_unreadable(fit: Fit | None, unread: list[tuple[str, InputError]]) -> Fit:
-    """``fit`` with one entry for each (file, error); None is a fit of nothing."""
-    fit = fit or Fit((), {}, None, None)
+def with_unreadable(fit: Fit | None, unreadable: list[tuple[str, InputError]]) -> Fit:
+    """``fit`` with one entry for each (file, error) that could not be read; None is a fit of nothing."""
+    fit = fit or Fit()
     entries = tuple(
-        RecordingFit(file, Status.unreadable, None, Events(status=Status.unreadable), notes=(str(error),))
-        for file, error in unread
+        RecordingFit(
+            file=file,
+            status=Status.unreadable,
+            recording=None,
+            events=Events(status=Status.unreadable),
+            notes=(str(error),),
+        )
+        for file, error in unreadable
     )
     return dataclasses.replace(fit, recordings=fit.recordings + entries)

@@ -9,11 +9,11 @@ from string import Template
 
 import numpy as np
 
+from ..display.markup import Markup, element, escape, join, listing, section, table
+from ..display.quantities import counted, quantity
 from ..vocabulary import __version__
-from .markup import Markup, element, escape, join, listing, section, table
-from .numbers import quantity
 from .tables import OWN
-from .words import counted, quantity_name, status_name
+from .words import quantity_name, status_name
 
 HERE = Path(__file__).parent
 COLOURS = 4  # as many as campaign.css has

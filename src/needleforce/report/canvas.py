@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from .markup import Markup, element, escape, join
+from ..display.markup import Markup, element, escape, join
 
 # measured light (its words darker, in slate), model dark: on grey paper they still differ, and by weight
 INK, QUIET, MEASURED, SLATE = "#222222", "#6d7278", "#88929b", "#566069"

@@ -52,8 +52,7 @@ def repeats(fit) -> tuple[DrawnRepeat, ...]:
     """Every recording that can be drawn, in the order of the files."""
     odd = odd_ones(fit)
     numbered = ((k, one) for k, one in enumerate(fit.recordings, 1) if one.recording is not None)
-    shared = fit.parameters["contact_depth"].value if fit.ruptures is not None else None
-    return tuple(_repeat(k, one, k in odd, shared) for k, one in numbered if len(one.recording) > 1)
+    return tuple(_repeat(k, one, k in odd, fit.shared_contact) for k, one in numbered if len(one.recording) > 1)
 
 
 def _repeat(number: int, one, odd: bool, shared: float | None) -> DrawnRepeat:

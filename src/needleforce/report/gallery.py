@@ -7,6 +7,9 @@ from functools import partial
 
 import numpy as np
 
+from ..display.markup import Markup, element, join, listing, visible
+from ..display.quantities import counted, plain
+from ..identification.layered.result import LayeredFit
 from . import figures, layers, tables
 from .canvas import (
     BESIDE,
@@ -28,9 +31,7 @@ from .canvas import (
 )
 from .curves import FORCE_SHARE, RESIDUAL_FACTOR, binned, columns_for, odd_ones, representative
 from .figures import DEPTH, FORCE, TIME, line, repeat_style
-from .markup import Markup, element, join, listing, visible
-from .numbers import plain
-from .words import counted, file_name, spans
+from .words import file_name, spans
 
 _MEASURED = element("b", "Measured", class_="measured")
 _FORETOLD = (
@@ -80,11 +81,12 @@ def _before_puncture(fit, drawn) -> Markup:
     shown = tuple(one for one in drawn if one.fit.events.contact is not None)
     if not shown:
         return Markup("")
-    its = "its own" if fit.ruptures is None else "the identified"
+    its = "the identified" if fit.shared_contact is not None else "its own"
     every = f"Every repeat from {its} contact on; circles are" if len(shown) > 1 else "From contact on; the circle is"
     caption = join([f"{every} the measured first puncture. ", _law(fit.model)])
     draw = partial(figures.before_puncture, drawn=shown, model=fit.model)
-    title = "Stiffness force before the puncture" if fit.ruptures is None else "Force before the first puncture"
+    layered = isinstance(fit, LayeredFit)
+    title = "Force before the first puncture" if layered else "Stiffness force before the puncture"
     return _figure("stiffness", title, caption, draw, (250, 230), beside=True)
 
 
@@ -127,7 +129,7 @@ def _pass_words(two_pass) -> Markup:
 def _over_depth(fit, drawn, one) -> Markup:
     shown = tuple(each for each in drawn if each.fit.events.contact is not None) or (one,)
     model = f"The model is run along recording {one.number}. " if len(shown) > 1 and one.has_model else ""
-    counted_from = "each recording's own" if fit.ruptures is None else "the identified"
+    counted_from = "the identified" if fit.shared_contact is not None else "each recording's own"
     population = layers.population_force(fit, one)
     foretold = "" if population is None else _FORETOLD
     said = [_KEY if one.has_model else "", model, foretold, f"Indentation counts from {counted_from} contact."]
@@ -138,7 +140,7 @@ def _over_depth(fit, drawn, one) -> Markup:
 
 def _layers(fit, one) -> Markup:
     """What each of several layers carries."""
-    if fit.ruptures is None or not (fit.model and fit.model.deeper and one.has_model):
+    if not isinstance(fit, LayeredFit) or not (fit.model and fit.model.deeper and one.has_model):
         return Markup("")
     caption = f"The layers one by one along recording {one.number}; they add up to the model. Grey: measured."
     draw = partial(layers.shares, one=one, forces=layers.layer_forces(fit, one))

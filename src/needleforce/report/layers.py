@@ -5,21 +5,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..identification.result import run_model, with_ruptures
+from ..display.markup import Markup, element, table
+from ..display.quantities import DASH
+from ..identification.layered.result import Evidence, LayeredFit, LayeredSettings
+from ..identification.models import run_model, with_ruptures
+from ..identification.result import Fit
 from ..models.model import Model
 from .canvas import MEASURED, MEDIUM, QUIET, SECOND, SLATE, THIN, Labels, axis_names, panels
+from .curves import DrawnRepeat
 from .figures import DEPTH, FORCE, line
-from .markup import Markup, element, table
-from .numbers import DASH
 
 COLOURS = (SECOND, "#a3428a", "#00735c")
 EVIDENCE = (
-    *("choice", "numbers", "residual / peak", "BIC, more than the best", "error on repeats left out / peak"),
+    *("choice", "parameters", "residual / peak", "BIC, more than the best", "error on repeats left out / peak"),
     "verdict",
 )
 
 
-def layer_forces(fit, one) -> list[np.ndarray]:
+def layer_forces(fit: LayeredFit, one: DrawnRepeat) -> list[np.ndarray]:
     """Force (n,) [N] of each layer along the recording of ``one``, with its own ruptures; they add up to its model.
 
     All forces may go by one power of the speed: the layers' sum is the model up to this one factor.
@@ -38,9 +41,10 @@ def _alone(layer) -> Model:
     return Model(stiffness, puncture, friction, cutting, relaxation=relaxation)
 
 
-def population_force(fit, one) -> np.ndarray | None:
-    """Force (n,) [N] along the recording of ``one`` of the law for insertions not seen yet, or None."""
-    return None if fit.population is None else fit.predict(one.fit.recording)
+def population_force(fit: Fit, one: DrawnRepeat) -> np.ndarray | None:
+    """Force (n,) [N] along the recording of ``one`` of the law for insertions that were not recorded, or None."""
+    known = isinstance(fit, LayeredFit) and fit.population is not None
+    return fit.predict(one.fit.recording) if known else None
 
 
 def shares(figure, sheet, one, forces: Sequence[np.ndarray]) -> None:
@@ -58,17 +62,17 @@ def shares(figure, sheet, one, forces: Sequence[np.ndarray]) -> None:
         labels.on(f"layer {k}", *curve, colour)
 
 
-def evidence_rows(evidence: list[dict]) -> list[tuple[str, ...]]:
+def evidence_rows(evidence: Sequence[Evidence]) -> list[tuple[str, ...]]:
     """Every choice that was tried as text, with what it loses in BIC, under ``EVIDENCE``."""
-    least = min(row["bic"] for row in evidence)
+    least = min(row.bic for row in evidence)
     return [
-        (row["choice"], str(row["numbers"]), percent(row["residual"]), f"{row['bic'] - least:.0f}",
-         percent(row["left_out"]), "chosen" if row["chosen"] else "ties" if row["ties"] else "")
+        (row.choice, str(row.parameters), percent(row.residual), f"{row.bic - least:.0f}", percent(row.left_out),
+         "chosen" if row.chosen else "ties" if row.ties else "")
         for row in evidence
     ]  # fmt: skip
 
 
-def evidence_table(evidence: list[dict]) -> Markup:
+def evidence_table(evidence: Sequence[Evidence]) -> Markup:
     """The same as a table, the chosen one in bold."""
     rows = [
         (*row[:-1], element("strong", row[-1]) if row[-1] == "chosen" else row[-1]) for row in evidence_rows(evidence)
@@ -76,7 +80,7 @@ def evidence_table(evidence: list[dict]) -> Markup:
     return table(EVIDENCE, rows, class_="cards numbers tight")
 
 
-def evidence_words(settings: dict) -> str:
+def evidence_words(settings: LayeredSettings) -> str:
     """By what the choice was made, and what a tie is."""
     by_bic = (
         "With fewer than three repeats the least BIC is chosen, over the whole cycle, samples that are alike counting "
@@ -89,12 +93,12 @@ def evidence_words(settings: dict) -> str:
         "the chosen one. BIC, over the whole cycle, samples that are alike counting as one, is shown beside "
         "it and may ask for less."
     )
-    given = sum("," not in row["choice"] for row in settings["evidence"]) == 1
+    given = sum("," not in row.choice for row in settings.evidence) == 1
     fixed = " The number of layers was given." if given else ""
-    return (by_repeats if settings["evidence"][0]["left_out"] is not None else by_bic) + fixed
+    return (by_repeats if settings.evidence[0].left_out is not None else by_bic) + fixed
 
 
-def evidence_note(settings: dict) -> Markup:
+def evidence_note(settings: LayeredSettings) -> Markup:
     """The same under the table, and what the choices are."""
     each = (
         "A choice with a comma leaves a mechanism of the chosen number of layers away. Numbers are those sought in all."

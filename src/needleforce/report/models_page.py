@@ -9,12 +9,12 @@ from string import Template
 
 import numpy as np
 
+from ..display.markup import Markup, element, escape, join, listing, section, table
+from ..display.quantities import DASH, counted
 from ..identification.cross_validation import LEAST_OTHERS, SAME_DEPTH, SAME_SPEED
 from ..vocabulary import __version__
 from .canvas import INK, MEASURED, MODEL, QUIET, SECOND, SLATE, TEXT, drawing, panels
-from .markup import Markup, element, escape, join, listing, section, table
-from .numbers import DASH
-from .words import counted, file_name
+from .words import file_name
 
 HERE = Path(__file__).parent
 MEANINGS = {

@@ -5,14 +5,15 @@ import re
 from pathlib import Path
 from string import Template
 
+from ..display.markup import Markup, element, escape, join, listing, section, table
+from ..display.quantities import counted, with_unit
+from ..identification.layered.result import LayeredFit
 from ..vocabulary import __version__
 from .curves import odd_ones, repeats
 from .gallery import gallery, ratio_figure
 from .layers import evidence_note, evidence_table
-from .markup import Markup, element, escape, join, listing, section, table
-from .numbers import with_unit
 from .tables import choice_table, comparison_table, event_table, law_list, parameter_table, recording_table
-from .words import counted, file_name, notes, outcome, warnings
+from .words import file_name, notes, outcome, warnings
 
 HERE = Path(__file__).parent
 _OWN = ("no.", "file")
@@ -62,8 +63,8 @@ def _own_note(fit) -> object:
 
 def _choice(fit) -> Markup:
     """Of a layered fit how many layers and which mechanisms, else which stiffness law."""
-    if "evidence" in fit.settings:
-        shown = evidence_table(fit.settings["evidence"]), evidence_note(fit.settings)
+    if isinstance(fit, LayeredFit):
+        shown = evidence_table(fit.settings.evidence), evidence_note(fit.settings)
         return section("Choice of layers and mechanisms", *shown, name="choice")
     note = "BIC weighs misfit against the number of parameters: the lowest is preferred, by 10 and more decisively."
     said = element("p", note, class_="note") if fit.choice else ""
@@ -77,7 +78,7 @@ def _title(fit) -> str:
 
 def _kicker(fit) -> str:
     model = "no model" if fit.model is None else f"stiffness law {fit.model.stiffness.name.replace('_', ' ')}"
-    model = f"layered, {counted(len(fit.model.layers), 'layer')}" if fit.ruptures is not None else model
+    model = f"layered, {counted(len(fit.model.layers), 'layer')}" if isinstance(fit, LayeredFit) else model
     return f"needleforce · {counted(len(fit.recordings), 'recording')} · {model}"
 
 
@@ -91,11 +92,12 @@ def provenance(fit) -> Markup:
     """The files as they were read; what all share said once; then settings and version."""
     files = [_file(k, one) for k, one in enumerate(fit.recordings, 1)]
     shared = _shared(files)
-    own = [name for name in (files[0] if files else ()) if name not in shared]
-    rows = ([_shown(name, file[name]) for name in own] for file in files)
-    told = ((name, value) for name, value in fit.settings.items() if name != "evidence")  # has its own section
-    settings = [("needleforce", __version__), *told, *shared.items()]
-    return join([table(tuple(own), rows, class_="cards numbers provenance"), _definitions(settings)])
+    columns = [name for name in (files[0] if files else ()) if name not in shared]
+    rows = ([_shown(name, file[name]) for name in columns] for file in files)
+    run = {} if fit.settings is None else vars(fit.settings)
+    own = ((name, value) for name, value in run.items() if name != "evidence")  # has its own section
+    settings = [("needleforce", __version__), *own, *shared.items()]
+    return join([table(tuple(columns), rows, class_="cards numbers provenance"), _definitions(settings)])
 
 
 def _file(number: int, one) -> dict[str, object]:

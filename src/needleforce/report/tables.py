@@ -7,9 +7,10 @@ from numbers import Real
 
 import numpy as np
 
+from ..display.markup import Markup, element, join, listing, table
+from ..display.quantities import DASH, plain, quantity, with_unit
+from ..identification.layered.result import LayeredFit
 from .canvas import INK, MODEL, QUIET, panels
-from .markup import Markup, element, join, listing, table
-from .numbers import DASH, plain, quantity, with_unit
 from .words import by_layer, file_name, quantity_name, status_name
 
 PARAMETERS = (
@@ -86,7 +87,8 @@ def _lost(difference: float) -> object:
 
 def recording_table(fit, odd: set[int]) -> Markup:
     """Every file and what became of it: outcome, own parameters, residual."""
-    names = OWN if fit.ruptures is None else [name for name in fit.parameters if name.endswith("puncture_depth")]
+    layered = isinstance(fit, LayeredFit)
+    names = [name for name in fit.parameters if name.endswith("puncture_depth")] if layered else OWN
     own = [name for name in names if any(name in one.parameters for one in fit.recordings)]
     head = ("no.", "file", "outcome", *(quantity_name(name) for name in own), "rms residual", "R²")
     rows = (_recording(k, one, own, k in odd) for k, one in enumerate(fit.recordings, 1))

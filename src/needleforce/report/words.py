@@ -4,9 +4,10 @@
 import re
 from collections.abc import Iterable
 
+from ..display.markup import Markup, element, join, listing
+from ..display.quantities import counted, plain, quantity
+from ..identification.layered.result import LayeredFit
 from ..mechanics.foundation import READINGS
-from .markup import Markup, element, join, listing
-from .numbers import plain, quantity
 
 _QUANTITIES = {
     "contact_depth": "depth at which the needle meets the surface",
@@ -90,11 +91,6 @@ def file_name(path: str) -> str:
     return path.replace("\\", "/").rsplit("/", 1)[-1] or path
 
 
-def counted(number: int, noun: str) -> str:
-    """``1 recording``, ``2 recordings``."""
-    return f"{number} {noun}" + ("" if number == 1 else "s")
-
-
 def outcome(fit) -> Markup:
     """One sentence or two in plain words, with the main numbers."""
     answered = sum(1 for one in fit.recordings if len(one.predicted))
@@ -102,7 +98,7 @@ def outcome(fit) -> Markup:
         reasons = ", ".join(sorted({status_name(one.status).split(":")[0] for one in fit.recordings}))
         read = counted(len(fit.recordings), "recording")
         return join([f"No model could be identified from {read}", f" ({reasons})." if reasons else "."])
-    parts = (_puncture(fit), _beyond(fit)) if fit.ruptures is None else (_layers(fit),)
+    parts = (_layers(fit),) if isinstance(fit, LayeredFit) else (_puncture(fit), _beyond(fit))
     said = join([part for part in parts if part], "; ") or "a model was identified"
     said = Markup(said[0].upper() + said[1:] + ". ")
     return join([said, _quality(fit, answered)])

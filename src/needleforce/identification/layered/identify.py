@@ -9,18 +9,20 @@ import numpy as np
 from ...errors import InputError
 from ...models.model import Model
 from ...vocabulary import Status
-from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings, warnings_of
-from ..models import LAYERED
+from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings_of, warnings_of
+from ..models import LAYERED, run_model
 from ..one_layer.fit_recording import SegmentedRecording
-from ..result import Fit, RecordingFit, run_model
+from ..recording_fit import RecordingFit
+from ..result import Choice, Fit
 from ..strokes import cycle_span
 from . import diagnostics
 from .binned_cycle import COARSE, FINE, BinnedCycle, binned_cycles
 from .model import Ruptures, model_of, own_ruptures, ruptures
 from .model_selection import Candidate, candidate, chosen, removable, with_bic, without
 from .parameters import MM, TOP
+from .result import LayeredFit
 from .search import Solved, grow, made_passive, of_the_population, refined
-from .uncertainty import spread
+from .uncertainty import uncertainty_of
 
 MAX_LAYERS = 3
 
@@ -44,23 +46,23 @@ def identify_layered(
     tried, best = _evidence(solved[-1:] if layers else solved, progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "in short steps")
     ended, population = next(work), next(work)
-    found, known = ruptures(ended), spread(ended)
+    found, known = ruptures(ended), uncertainty_of(ended)
     parameters = known.estimates()
     model, trouble = _model(ended, found, given, usable)
-    own = {id(single): _recording(single, run, ended, given) for run, single in enumerate(usable)}
-    recordings = tuple(own.get(id(single)) or _seen(single) for single in singles)
-    return Fit(
-        recordings,
-        parameters,
-        model,
-        pooled_quality(recordings),
-        (*warnings_of(singles, model, one_layer=False), *trouble, *diagnostics.warnings(ended, recordings)),
-        diagnostics.held_fixed(ended),
-        (*diagnostics.unknown(ended, parameters), *known.correlations().sentences()),
-        tuple((each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
-        settings("cone_cylinder", given.needle, singles) | diagnostics.settings(best, tried),
+    own = {single: _recording(single, run, ended, given) for run, single in enumerate(usable)}
+    recordings = tuple(own.get(single) or _without_values(single) for single in singles)
+    return LayeredFit(
+        recordings=recordings,
+        parameters=parameters,
+        model=model,
+        quality=pooled_quality(recordings),
+        warnings=(*warnings_of(singles, model, one_layer=False), *trouble, *diagnostics.warnings(ended, recordings)),
+        held_fixed=diagnostics.held_fixed(ended),
+        unknown=(*diagnostics.unknown(ended, parameters), *known.correlations().sentences()),
+        choice=tuple(Choice(each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
+        settings=diagnostics.settings_of(best, tried, settings_of("cone_cylinder", given.needle, singles)),
         ruptures=found,
-        spread=known,
+        uncertainty=known,
         population=None if population is None else _model(population, ruptures(population), given, usable)[0],
         population_contact=MM * float((population or ended).x[TOP]),
     )
@@ -102,15 +104,21 @@ def _model(
         return None, (NO_MODEL.format(error),)
 
 
-def _seen(single: SegmentedRecording) -> RecordingFit:
-    """One recording as segmentation saw it, without numbers."""
+def _without_values(single: SegmentedRecording) -> RecordingFit:
+    """One recording as it was segmented, without parameters."""
     notes = single.notes + tuple(note.message for note in single.recording.notes)
-    return RecordingFit(single.recording.card.source, single.status, single.recording, single.events, notes=notes)
+    return RecordingFit(
+        file=single.recording.card.source,
+        status=single.status,
+        recording=single.recording,
+        events=single.events,
+        notes=notes,
+    )
 
 
 def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitInputs) -> RecordingFit:
     """One recording's outcome with its own ruptures along its own motion."""
-    base, own = _seen(single), own_ruptures(solved, run)
+    base, own = _without_values(single), own_ruptures(solved, run)
     punctures = np.array([estimate.value for estimate in own.values()])
     try:
         model = model_of(solved, punctures, given.needle)
@@ -121,14 +129,15 @@ def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitI
     factor = (cycle.speed / problem.speed) ** solved.x[problem.unknowns.speed]
     predicted = factor * run_model(model, single.recording, surface)
     cycle, _ = cycle_span(single.strokes, single.events)
-    told = quality(single.recording.force[cycle], predicted[cycle])
-    return replace(base, parameters=own, quality=told, predicted=predicted)
+    residual = quality(single.recording.force[cycle], predicted[cycle])
+    return replace(base, parameters=own, quality=residual, predicted=predicted)
 
 
 def _without_model(singles: list[SegmentedRecording], name: str) -> Fit:
     said = f"The model {name} needs a puncture in one recording at least."
-    told = tuple(
+    recordings = tuple(
         replace(each, notes=(*each.notes, said)) if each.status is Status.no_puncture else each
-        for each in map(_seen, singles)
+        for each in map(_without_values, singles)
     )
-    return Fit(told, {}, None, None, warnings_of(singles, None), settings=settings("cone_cylinder", None, singles))
+    settings = settings_of("cone_cylinder", None, singles)
+    return Fit(recordings=recordings, warnings=warnings_of(singles, None), settings=settings)

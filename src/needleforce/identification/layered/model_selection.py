@@ -19,7 +19,7 @@ ENOUGH = 3  # repeats: to judge by those left out, and to tell a scatter
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One choice of layers and mechanisms: ``numbers`` sought in all, ``residual`` rms over the peak.
+    """One choice of layers and mechanisms: ``parameters`` sought in all, ``residual`` rms over the peak.
 
     ``bic`` is Schwarz's criterion over the whole cycles, neighbours that are alike counting as one; ``left_out`` the
     rms error over the peak on each repeat (n,) foretold from the others, empty with fewer than three.
@@ -27,7 +27,7 @@ class Candidate:
 
     name: str
     solved: Solved
-    numbers: int
+    parameters: int
     residual: float
     bic: float
     left_out: np.ndarray
@@ -43,8 +43,8 @@ def candidate(name: str, solved: Solved) -> Candidate:
     count = len(solved.problem.cycles)
     runs = range(count) if count >= ENOUGH else ()
     errors = [prediction_error(left_out(solved, run), solved.problem.cycles[run]) for run in runs]
-    numbers = len(solved.problem.unknowns.free)
-    return Candidate(name, solved, numbers, solved.residual, float("nan"), np.array(errors))
+    parameters = len(solved.problem.unknowns.free)
+    return Candidate(name, solved, parameters, solved.residual, float("nan"), np.array(errors))
 
 
 def left_out(solved: Solved, run: int) -> Solved:
@@ -72,7 +72,7 @@ def with_bic(candidates: list[Candidate]) -> list[Candidate]:
     least = min(candidates, key=lambda each: each.residual)
     samples = sum(_independent(least.solved, run) for run in range(len(least.solved.problem.cycles)))
     return [
-        replace(each, bic=samples * np.log(each.residual**2) + each.numbers * np.log(samples)) for each in candidates
+        replace(each, bic=samples * np.log(each.residual**2) + each.parameters * np.log(samples)) for each in candidates
     ]
 
 
@@ -88,7 +88,7 @@ def chosen(candidates: list[Candidate]) -> Candidate:
         return min(candidates, key=lambda each: each.bic)
     least = min(each.error for each in candidates)
     good = [each for each in candidates if each.error <= AS_GOOD * least]
-    return min(good, key=lambda each: (each.numbers, each.error))
+    return min(good, key=lambda each: (each.parameters, each.error))
 
 
 def ties(one: Candidate, other: Candidate) -> bool:

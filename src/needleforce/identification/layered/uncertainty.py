@@ -6,10 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
+from ...display.quantities import counted
 from ..estimates import Estimate, student
 from ..statistics.correlations import Correlations
 from ..statistics.noise import Z_95, noise_of
-from .diagnostics import counted
 from .model_selection import ENOUGH
 from .parameters import PER_LAYER, RUPTURE, SATURATION, SHARES, by_unknowns, positive, prefix, units, values
 from .search import Solved
@@ -21,7 +21,7 @@ FARTHEST, HOPELESS = 300.0, 7.0  # logarithms: what is known to a factor of a th
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
+class Uncertainty:
     """Of the named numbers (p,): ``value``, and ``within`` (p, p), their covariance from the noise within the runs,
     neighbours that are alike counting as one; ``moves`` (runs, p) by which each run, left out, moves them, less the
     mean.
@@ -69,7 +69,7 @@ class Spread:
 
     def estimates(self) -> dict[str, Estimate]:
         """Every number with its interval; one that is positive has it by its logarithm."""
-        enough, source = self.runs >= ENOUGH, f"layered fit, {counted(self.runs)}"
+        enough, source = self.runs >= ENOUGH, f"layered fit, {counted(self.runs, 'recording')}"
         source += ", jackknife over repeats" if enough else ""
         made = {}
         for k, (name, unit) in enumerate(self.units.items()):
@@ -115,8 +115,8 @@ class Spread:
         return found
 
 
-def spread(solved: Solved) -> Spread:
-    """The spread of a fit."""
+def uncertainty_of(solved: Solved) -> Uncertainty:
+    """The uncertainty of the parameters of a fit."""
     problem, size = solved.problem, solved.problem.unknowns.size
     grams, slopes, longs = [], [], []
     for run, cycle in enumerate(problem.cycles):
@@ -134,7 +134,7 @@ def spread(solved: Solved) -> Spread:
     within[unfelt, unfelt] = np.inf
     named = units(problem.unknowns.layers, problem.unknowns.speed not in problem.unknowns.held)
     reach = max(float(np.ptp(cycle.depth)) for cycle in problem.cycles)
-    return Spread(
+    return Uncertainty(
         named,
         values(solved.problem.unknowns, solved.x),
         within,

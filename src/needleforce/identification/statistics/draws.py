@@ -2,16 +2,16 @@
 """Independent draws of all that a fit identified: of each recording, and of the mean over repeats."""
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...errors import InputError
-from ..estimates import Estimate, student
+from ..estimates import Estimate, Parameters, student
 from ..one_layer.cycle_estimates import CycleFit
 from ..one_layer.loading_curves import CURVES
-from ..result import Fit, RecordingFit
+from ..recording_fit import RecordingFit
 from ..strokes import Strokes
 from .noise import Z_95
 from .posterior import Linear, Posterior, can_be_exact, posterior_of
@@ -52,36 +52,61 @@ class Draws(Mapping[str, np.ndarray]):
         write_draws(self, path)
 
 
-def draws_of(fit: Fit, count: int, seed: int) -> Draws:
-    """``count`` draws of every quantity that ``fit`` identified, the same for the same ``seed``.
+def checked_count(count: int) -> int:
+    """``count`` as a whole number. Raises InputError outside 1 to 10 million."""
+    if not 1 <= count <= MOST or count != int(count):
+        raise InputError("count of draws", count, f"must be a whole number from 1 to {MOST}")
+    return int(count)
 
-    A recording's are of its exact posterior, or Gaussian where that has none: see ``draw_cycle``. What is estimated by
-    other means (the measured puncture force, presliding) is Gaussian by its interval and independent of the rest.
+
+def draws_of(
+    recordings: Sequence[RecordingFit], parameters: Parameters, count: int, seed: int, *, passes: int = 1
+) -> Draws:
+    """Independent draws of every identified quantity, the same for the same seed.
+
+    A recording's draws are of its exact posterior, or Gaussian where that has none: see ``draw_cycle``. What is
+    estimated by other means (the measured puncture force, presliding) is Gaussian by its interval and independent of
+    the rest.
 
     The mean over n repeats is Student's: x + g sum_j z_j (x_j - x) / sqrt(n (n - 1)), z normal, g the root of n - 1
     over a chi-square, one z and g for all quantities. Its 95 % are the table's interval, its correlations the repeats'.
     Where repeats scatter less than their own errors, the rest is normal. What second passes estimate is drawn by its
     interval.
 
-    A layered fit has draws of the numbers that its repeats share, no own ones; see ``Spread.draws``.
+    Parameters
+    ----------
+    recordings : sequence of RecordingFit
+        Those without a cycle are left out.
+    parameters : Parameters
+        The pooled estimates.
+    count : int
+        From 1 to 10 million.
+    seed : int
+        Of the random numbers.
+    passes : int
+        Sites over which second passes were averaged.
 
-    Raises InputError for a count outside 1 to 10 million, and for a fit without a cycle to draw from.
+    Returns
+    -------
+    Draws
+
+    Raises
+    ------
+    InputError
+        For a count out of range, and where no recording has a cycle to draw from.
     """
-    if not 1 <= count <= MOST or count != int(count):
-        raise InputError("count of draws", count, f"must be a whole number from 1 to {MOST}")
-    if fit.spread is not None:
-        return Draws(fit.spread.draws(int(count), np.random.default_rng(seed)), {}, (), ("layered fit",))
-    answering = [each for each in fit.recordings if each.cycle is not None]
+    count = checked_count(count)
+    answering = [each for each in recordings if each.cycle is not None]
     if not answering:
-        said = "no recording was fitted by a one-layer cycle"
-        raise InputError("draws", "none", said, next_step="Give recordings that answer, and a one-layer model.")
+        reason = "no recording was fitted by a one-layer cycle"
+        raise InputError("draws", "none", reason, next_step="Give recordings that answer, and a one-layer model.")
     random = np.random.default_rng(seed)
-    drawn = [_own(each, int(count), random) for each in answering]
+    drawn = [_own(each, count, random) for each in answering]
     names = [name for name in drawn[0][0] if all(name in found for found, _ in drawn)]
     own = {name: np.stack([found[name] for found, _ in drawn]) for name in names}
-    mean = _mean(fit, answering, own, random)
-    if "reduced_modulus" in fit.parameters and "stiffness_coefficient" in mean:
-        per = fit.parameters["reduced_modulus"].value / fit.parameters["stiffness_coefficient"].value
+    mean = _mean(parameters, answering, own, random, passes)
+    if "reduced_modulus" in parameters and "stiffness_coefficient" in mean:
+        per = parameters["reduced_modulus"].value / parameters["stiffness_coefficient"].value
         mean["reduced_modulus"] = per * mean["stiffness_coefficient"]
     return Draws(mean, own, tuple(each.file for each in answering), tuple(method for _, method in drawn))
 
@@ -103,17 +128,19 @@ def _by_interval(estimate: Estimate, share: np.ndarray) -> np.ndarray:
     return estimate.value + share * np.where(share < 0.0, estimate.value - estimate.low, estimate.high - estimate.value)
 
 
-def _mean(fit: Fit, answering: list[RecordingFit], own: dict, random: np.random.Generator) -> dict:
+def _mean(
+    parameters: Parameters, answering: list[RecordingFit], own: dict, random: np.random.Generator, passes: int
+) -> dict:
     """Draws (count,) of the pooled quantities."""
     n, count = len(answering), next(iter(own.values())).shape[1]
     normal, chi_square = random.standard_normal((n, count)), random.chisquare(max(n - 1, 1), count)
     shared = normal * np.sqrt(max(n - 1, 1) / chi_square)
     found = {}
     for name, draws in own.items():
-        estimates, pooled = [each.parameters[name] for each in answering], fit.parameters[name]
+        estimates, pooled = [each.parameters[name] for each in answering], parameters[name]
         values = np.array([estimate.value for estimate in estimates])
         if not math.isclose(pooled.value, values.mean(), rel_tol=1e-12):
-            found[name] = _replaced(pooled, fit, count, random)
+            found[name] = _replaced(pooled, passes, count, random)
         elif n == 1:
             found[name] = draws[0]
         elif pooled.identifiable and math.isfinite(pooled.high - pooled.low):
@@ -131,9 +158,8 @@ def _beyond_scatter(values: np.ndarray, pooled: Estimate) -> float:
     return math.sqrt(max(half**2 - scatter**2, 0.0)) / Z_95
 
 
-def _replaced(pooled: Estimate, fit: Fit, count: int, random: np.random.Generator) -> np.ndarray:
-    """Draws of an estimate from second passes, by its interval."""
-    n = len(fit.two_pass.sites) if fit.two_pass else 1
+def _replaced(pooled: Estimate, n: int, count: int, random: np.random.Generator) -> np.ndarray:
+    """Draws of an estimate from second passes at ``n`` sites, by its interval."""
     share = random.standard_normal(count) / Z_95 if n < 2 else random.standard_t(n - 1, count) / student(n)
     return _by_interval(pooled, share)
 

@@ -120,3 +120,8 @@ def _at_least(half: float, places: int) -> str:
     """The half width; where it is below the last place, that it is below."""
     smallest = 10.0**-places
     return fixed(half, places) if not 0.0 < half < 0.5 * smallest else f"<{fixed(smallest, places)}"
+
+
+def counted(number: int, noun: str) -> str:
+    """``1 recording``, ``2 recordings``."""
+    return f"{number} {noun}" + ("" if number == 1 else "s")

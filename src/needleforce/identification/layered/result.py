@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The result of a layered fit: in addition where its layers rupture, how well its parameters are known, and the law for
+an insertion that was not recorded."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...models.model import Model
+from ...recording import Recording
+from ...segmentation import Events
+from ...segmentation.strokes import cycles
+from ..models import with_ruptures
+from ..result import Fit, FitSettings
+from ..statistics.correlations import Correlations
+from ..strokes import stroke_speed
+from .model import Ruptures
+from .uncertainty import Uncertainty
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """One choice of layers and mechanisms that was tried.
+
+    ``parameters`` is how many were sought in all, ``residual`` the rms over the peak, ``left_out`` the error over the
+    peak on repeats left out, None with fewer than three; ``ties`` says that these recordings do not distinguish it from
+    the ``chosen`` one.
+    """
+
+    choice: str
+    parameters: int
+    residual: float
+    bic: float
+    left_out: float | None
+    ties: bool
+    chosen: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class LayeredSettings(FitSettings):
+    """How a layered fit was run: the number of shared ``parameters``, the speed [m/s] at which its forces hold, and how
+    the number of ``layers`` was chosen."""
+
+    parameters: int
+    speed_m_s: float
+    layers: int
+    chosen_by: str
+    evidence: tuple[Evidence, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class LayeredFit(Fit):
+    """A layered model identified from whole cycles of repeats.
+
+    Attributes
+    ----------
+    ruptures : Ruptures
+        Mean depths at which the layers rupture.
+    uncertainty : Uncertainty
+        Covariance of the parameters and their scatter between repeats.
+    population : Model or None
+        The law for an insertion that was not recorded, its ruptures spread over their scatter; None from one recording.
+    population_contact : float
+        Depth [m] of its surface in the recordings' zero.
+    """
+
+    settings: LayeredSettings
+    ruptures: Ruptures
+    uncertainty: Uncertainty | None = None
+    population: Model | None = None
+    population_contact: float = 0.0
+
+    def predict(self, recording: Recording, events: Events | None = None) -> np.ndarray:
+        """As ``Fit.predict``; forces go by the power ``speed_exponent`` of the insertion's speed where it was
+        identified."""
+        return self._speed_factor(recording) * super().predict(recording, events)
+
+    def placed(self, recording: Recording, events: Events | None = None) -> tuple[Model, float]:
+        """As ``Fit.placed``; without ``events`` the law of the population. Forces at another speed are not scaled."""
+        model, contact = self.identified_model(), self.parameters["contact_depth"].value
+        if self.population is not None and (events is None or not events.punctures):
+            shift = self.ruptures.of(events, recording)[0] if events is not None else 0.0
+            return self.population, self.population_contact + shift
+        if events is None:
+            return model, contact
+        shift, depths = self.ruptures.of(events, recording)
+        return with_ruptures(model, depths - contact - shift), contact + shift
+
+    @property
+    def shared_contact(self) -> float | None:
+        """Depth [m] of the surface, which all recordings share."""
+        return self.parameters["contact_depth"].value if "contact_depth" in self.parameters else None
+
+    @property
+    def correlations(self) -> Correlations | None:
+        """Correlations of the errors within the runs."""
+        return None if self.uncertainty is None else self.uncertainty.correlations()
+
+    def draws(self, count: int = 4000, seed: int = 0) -> Any:
+        """Draws of the parameters that the repeats share; none of single recordings. See ``Uncertainty.draws``."""
+        from ..statistics.draws import Draws, checked_count
+
+        random = np.random.default_rng(seed)
+        return Draws(self.uncertainty.draws(checked_count(count), random), {}, (), ("layered fit",))
+
+    def _speed_factor(self, recording: Recording) -> float:
+        """By which the speed of a recording's insertion multiplies the forces of the model."""
+        exponent, strokes = self.parameters.get("speed_exponent"), cycles(recording.time, recording.depth)
+        if exponent is None or not strokes:
+            return 1.0
+        inwards = slice(strokes[0].start, strokes[0].stop)
+        speed = stroke_speed(recording.time[inwards], recording.depth[inwards])
+        return (speed / self.settings.speed_m_s) ** exponent.value

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the identification of one recording gave."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..display.tables import blocks, text_list
+from ..recording import Recording
+from ..segmentation import Events
+from ..vocabulary import Status
+from .estimates import Parameters, Quality
+from .one_layer.cycle_estimates import CycleFit
+from .strokes import Strokes
+
+
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class RecordingFit:
+    """What one recording gave.
+
+    Attributes
+    ----------
+    file : str
+        Name of the file, or of the recording's source.
+    status : Status
+        Why it gave no parameters, or ``ok``.
+    recording : Recording or None
+        None where the file could not be read.
+    events : Events
+        Contact, punctures, exit and phases.
+    parameters : Parameters
+        Its own estimates by name; empty where there are none.
+    quality : Quality or None
+        Residual of the model over the strokes; None without a model.
+    predicted : numpy.ndarray
+        Force (n,) [N] of the model along the recording's motion; empty without a model.
+    notes : tuple of str
+        What reading, segmentation and fit reported.
+    cycle : CycleFit or None
+        The fit of ``strokes`` that the estimates come from, and that draws are made of.
+    strokes : Strokes or None
+        The insertion and withdrawal strokes as they were fitted.
+    """
+
+    file: str
+    status: Status
+    recording: Recording | None
+    events: Events
+    parameters: Parameters = field(default_factory=Parameters)
+    quality: Quality | None = None
+    predicted: np.ndarray = field(default_factory=lambda: np.empty(0))
+    notes: tuple[str, ...] = ()
+    cycle: CycleFit | None = None
+    strokes: Strokes | None = None
+
+    def __post_init__(self):
+        object.__setattr__(self, "parameters", Parameters(self.parameters))
+
+    @property
+    def residuals(self) -> np.ndarray:
+        """Measured minus modelled force (n,) [N] at every sample; empty without a model."""
+        if self.recording is None or len(self.predicted) != len(self.recording):
+            return np.empty(0)
+        return self.recording.force - self.predicted
+
+    def __repr__(self) -> str:
+        found = f"{len(self.parameters)} parameters" if self.parameters else "no parameters"
+        return f"<RecordingFit of {self.file!r}: {self.status}, {found}>"
+
+    def __str__(self) -> str:
+        return blocks(repr(self), self.parameters.text(), text_list("Notes", self.notes))
