@@ -60,7 +60,7 @@ def row(name, errors, bic=np.nan):
     errors = np.tile(np.asarray(errors, float)[:, None], 4)
     cross_validation = CrossValidation(errors, errors, np.full_like(errors, 0.05))
     ratio = float(cross_validation.over_floor(errors)[0])
-    return ModelRow(name, bic, 0.0, 0.0, np.nan, 4, 0, 0.0, prediction=ratio, cross_validation=cross_validation)
+    return ModelRow(model=name, bic=bic, parameters=4, prediction=ratio, cross_validation=cross_validation)
 
 
 def test_a_model_that_wins_by_less_than_its_noise_ties():

@@ -22,8 +22,8 @@ def row(model: str, factor: float, floor=FLOOR, **options) -> ModelRow:
     cross_validation = CrossValidation(factor * floors, 0.9 * factor * floors, floors)
     known = bool(np.isfinite(floor).any())
     ratios = {"prediction": factor, "replay": 0.9 * factor, "by_stroke": (factor,) * 3} if known else {}
-    numbers = {"bic": -10.0, "nrmse": 0.02, "left_out": 0.04, "bic_correlated": -5.0, "numbers": 3, "wins": 1}
-    return ModelRow(model, **(numbers | {"residual": 0.01} | ratios | options), cross_validation=cross_validation)
+    numbers = {"bic": -10.0, "nrmse": 0.02, "left_out": 0.04, "bic_correlated": -5.0, "parameters": 3, "wins": 1}
+    return ModelRow(model=model, **(numbers | {"residual": 0.01} | ratios | options), cross_validation=cross_validation)
 
 
 @pytest.fixture

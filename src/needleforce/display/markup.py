@@ -4,6 +4,7 @@
 import html
 import unicodedata
 from collections.abc import Iterable
+from typing import NamedTuple
 
 
 class Markup(str):
@@ -55,7 +56,20 @@ def _cell(head: str, content: object) -> Markup:
     return element("td", element("div", content) if str(content) else "", data_label=head)
 
 
-def section(title: str, *contents: object, name: str) -> Markup:
-    """A section with its heading; empty where none of the contents says anything."""
-    said = join(contents)
-    return element("section", element("h2", title), said, id=name) if said else Markup("")
+class Section(NamedTuple):
+    """A part of a page: the ``name`` that links lead to, its heading, and its contents."""
+
+    name: str
+    title: str
+    contents: Markup
+
+    @property
+    def markup(self) -> Markup:
+        """The section with its heading."""
+        return element("section", element("h2", self.title), self.contents, id=self.name)
+
+
+def section(title: str, *contents: object, name: str) -> Section | None:
+    """A section; None without any contents."""
+    found = join(contents)
+    return Section(name, title, found) if found else None

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From recordings to mechanics: fits, intervals, and what cannot be known."""
 
-from .compare import ModelRow, compare
+from .compare import Comparison, ModelRow, compare
 from .estimates import Estimate, Quality
 from .identify import identify
 from .indentation import IndentationFit, TipFit, compare_tips, fit_indentation
@@ -14,6 +14,7 @@ from .two_pass.result import BiasTerm, Site, TwoPass
 
 __all__ = [
     "BiasTerm",
+    "Comparison",
     "Correlations",
     "Draws",
     "Estimate",

@@ -3,14 +3,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from ..display.markup import Markup, table
+from ..display.quantities import DASH, plain
+from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
 from ..recording import Recording
 from .cross_validation import CrossValidation, cross_validate
 from .diagnostics import FitInputs
-from .identify import assemble
+from .identify import Progress, assemble
 from .models import COMPARED, LAYERED, MODELS, SAME_FORCE, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
 from .one_layer.fit_recording import SegmentedRecording, fit_single
@@ -19,34 +23,53 @@ from .result import Fit
 from .statistics.regression import criterion, independent_samples
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ModelRow:
-    """One model: its loading curve up to the first puncture, its whole cycle, and the repeats it has not seen.
+    """One model of a comparison. Errors and residuals are rms over the peak force; NaN where there is no answer.
 
-    ``bic`` is summed over the recordings that all models fit, each with a contact depth of its own, with the same
-    samples for every model; ``bic_correlated`` is the same where samples that are alike count as one. ``numbers`` are
-    those sought in each loading curve, or those that the repeats share in a layered model, ``wins`` the recordings
-    where no model has a lower BIC, ``residual`` the median rms of the loading curves over their peaks. ``nrmse`` is the
-    residual of the whole cycles (rms / peak).
-
-    ``left_out`` is the median over repeats of the error over the peak, whole cycle with its hold, of the model fitted
-    to the others, with their mean contact and puncture depths. ``prediction`` is the rms of these errors over that of
-    the mean of the other repeats, the experiment's own repeatability; ``replay`` the same with the repeat's own
-    punctures; ``by_stroke`` the prediction for insertion, hold and withdrawal. ``ties`` says that this
-    model's errors differ from the least by no more than their own noise between repeats, as the first row's do.
-
-    NaN where nothing answers: ``left_out`` with fewer than two repeats, ``prediction`` with fewer than three of the
-    same motion. A layered model has no loading curve of its own. ``notes`` say which numbers were held.
+    Attributes
+    ----------
+    model : str
+        Its name.
+    bic : float
+        Schwarz's criterion of the loading curve up to the first puncture, summed over the recordings that all models
+        fit, each with its own contact depth and the same samples for every model. A layered model has none.
+    bic_correlated : float
+        The same where correlated samples count as one.
+    nrmse : float
+        Residual of the whole cycles.
+    left_out : float
+        Median over repeats of the error on a repeat predicted from the others, whole cycle with its hold, with their
+        mean contact and puncture depths. Needs two repeats.
+    prediction : float
+        Rms of these errors over that of the mean of the other repeats, the experiment's repeatability floor. Needs
+        three repeats of the same motion.
+    replay : float
+        As ``prediction``, with the repeat's own punctures.
+    by_stroke : tuple of float
+        ``prediction`` for insertion, hold and withdrawal.
+    parameters : int
+        Parameters of each loading curve; of a layered model those that the repeats share.
+    wins : int
+        Recordings on which no model has a lower BIC.
+    residual : float
+        Median residual of the loading curves.
+    ties : bool
+        Its errors differ from the first row's by no more than their own noise between repeats.
+    notes : tuple of str
+        Which parameters were held, and what could not be predicted.
+    cross_validation : CrossValidation or None
+        The errors of every repeat and stroke.
     """
 
     model: str
-    bic: float
-    nrmse: float
-    left_out: float
-    bic_correlated: float
-    numbers: int
-    wins: int
-    residual: float
+    bic: float = np.nan
+    nrmse: float = np.nan
+    left_out: float = np.nan
+    bic_correlated: float = np.nan
+    parameters: int = 0
+    wins: int = 0
+    residual: float = np.nan
     notes: tuple[str, ...] = ()
     prediction: float = np.nan
     replay: float = np.nan
@@ -55,12 +78,98 @@ class ModelRow:
     cross_validation: CrossValidation | None = field(default=None, compare=False, repr=False)
 
 
-def compare(recordings: Sequence[Recording], models: Sequence[str] = COMPARED, progress=None) -> tuple[ModelRow, ...]:
-    """Fits each named model to every recording and predicts each repeat from the others, from cold.
+class Comparison(tuple[ModelRow, ...]):
+    """Models side by side, the best first. Printed, it is a table; in a notebook the same as HTML."""
 
-    First come the models that predict unseen repeats as well as any, by the BIC of their loading curves, then the
-    others by their prediction; with fewer than three repeats the BIC alone ranks. ``progress(iterable, text)`` wraps
-    the work. Raises InputError for an unknown model or none.
+    __slots__ = ()
+    HEAD = ("model", "prediction / floor", "replay / floor", "residual / peak", "BIC", "parameters", "")
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """One row of text for each model, under ``HEAD``."""
+        best = min((row.bic for row in self if np.isfinite(row.bic)), default=np.nan)
+        return [
+            (
+                row.model, plain(row.prediction, "1"), plain(row.replay, "1"), plain(row.nrmse, "1"),
+                f"+{row.bic - best:.1f}" if row.bic > best else "lowest" if row.bic == best else DASH,
+                str(row.parameters), "best" if row is self[0] else "ties" if row.ties else "",
+            )
+            for row in self
+        ]  # fmt: skip
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame, a row for each model, with the numbers of ``ModelRow`` as columns."""
+        import pandas
+
+        names = [name for name in ModelRow.__dataclass_fields__ if name not in ("model", "cross_validation")]
+        rows = [{name: getattr(row, name) for name in names} for row in self]
+        return pandas.DataFrame(rows, index=pandas.Index([row.model for row in self], name="model"), columns=names)
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw each model's prediction error and replay error over the repeatability floor.
+
+        Parameters
+        ----------
+        axes : matplotlib.axes.Axes, optional
+            Where to draw; None makes a new figure.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        from ..display.axes import MEASURED, MODEL, axes_for, finish
+
+        axes, places = axes_for(axes), np.arange(len(self))
+        for name, colour, shift in (("prediction", MODEL, 0.1), ("replay", MEASURED, -0.1)):
+            axes.plot([getattr(row, name) for row in self], places + shift, "o", color=colour, label=name)
+        axes.axvline(1.0, color="black", lw=0.8, label="mean of the other repeats")
+        axes.set_yticks(places, [row.model for row in self])
+        axes.invert_yaxis()
+        return finish(axes, "error on held-out repeats over the repeatability floor [1]", "")
+
+    def report(self, path: Any) -> None:
+        """Write table and figure as one HTML file that opens offline."""
+        from ..report import write_comparison
+
+        write_comparison(self, path)
+
+    def __repr__(self) -> str:
+        return f"<Comparison of {', '.join(row.model for row in self)}: best {self[0].model}>"
+
+    def __str__(self) -> str:
+        notes = (f"{row.model}: {note}" for row in self for note in row.notes)
+        return blocks(text_table(self.HEAD, self.rows()), text_list("Notes", notes))
+
+    def _repr_html_(self) -> Markup:
+        return table(self.HEAD, self.rows())
+
+
+def compare(
+    recordings: Sequence[Recording], models: Sequence[str] = COMPARED, progress: Progress | None = None
+) -> Comparison:
+    """Fit each named model to every recording, and predict each repeat from the others.
+
+    Models that predict held-out repeats as well as the best come first, in the order of the BIC of their loading
+    curves, then the others by their prediction; with fewer than three repeats the BIC alone ranks. Each repeat is
+    predicted by a fit to the others alone, without a warm start.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Repeats of one condition.
+    models : sequence of str
+        Names, as in ``identify``.
+    progress : callable, optional
+        ``progress(iterable, text)`` wraps the work.
+
+    Returns
+    -------
+    Comparison
+        A row for each model, the best first.
+
+    Raises
+    ------
+    InputError
+        For an unknown model, or none.
     """
     if not models:
         known = ", ".join((*MODELS, *LAYERED))
@@ -73,18 +182,18 @@ def compare(recordings: Sequence[Recording], models: Sequence[str] = COMPARED, p
     return _ranked([_row(name, law, singles, common, progress) for name, law in laws.items()])
 
 
-def _ranked(rows: list[ModelRow]) -> tuple[ModelRow, ...]:
-    """Best first: those that predict unseen repeats as well as any, by the BIC of their loading curve; then the others
-    by their prediction."""
+def _ranked(rows: list[ModelRow]) -> Comparison:
+    """Best first: those that predict held-out repeats as well as the best, by the BIC of their loading curve; then the
+    others by their prediction."""
     best = min(rows, key=lambda row: _last(row.prediction)).cross_validation
-    tied = {id(row): np.isfinite(row.prediction) and not row.cross_validation.distinguishes(best) for row in rows}
+    tied = [bool(np.isfinite(row.prediction)) and not row.cross_validation.distinguishes(best) for row in rows]
 
-    def place(row: ModelRow) -> tuple:
-        tie = tied[id(row)]
-        return not tie, _last(row.bic) if tie else 0.0, _last(row.prediction), _last(row.bic)
+    def place(k: int) -> tuple:
+        row = rows[k]
+        return not tied[k], _last(row.bic) if tied[k] else 0.0, _last(row.prediction), _last(row.bic)
 
-    rows = sorted(rows, key=place)
-    return tuple(replace(row, ties=bool(k > 0 and tied[id(row)])) for k, row in enumerate(rows))
+    order = sorted(range(len(rows)), key=place)
+    return Comparison(replace(rows[k], ties=bool(n > 0 and tied[k])) for n, k in enumerate(order))
 
 
 def _last(value: float) -> float:
@@ -98,34 +207,32 @@ def correlated(loading: dict[str, DeformationFit]) -> dict[str, float]:
 
 
 def _row(
-    name: str, law: str | None, singles: list[SegmentedRecording], common: list[dict[str, DeformationFit]], progress
+    name: str,
+    law: str | None,
+    singles: list[SegmentedRecording],
+    common: list[dict[str, DeformationFit]],
+    progress: Progress | None,
 ) -> ModelRow:
     fit = _identified(singles, name, law)
     watch = (lambda work: progress(work, f"leaving out, {name}")) if progress else iter
-    cross_validation = cross_validate(singles, lambda others: _identified(others, name, law), watch)
-    errors = cross_validation.prediction[:, 0][np.isfinite(cross_validation.prediction[:, 0])]
-    ratios, replayed = (
-        cross_validation.over_floor(each) for each in (cross_validation.prediction, cross_validation.replay)
-    )
+    held_out = cross_validate(singles, lambda others: _identified(others, name, law), watch)
+    errors = held_out.prediction[:, 0][np.isfinite(held_out.prediction[:, 0])]
+    ratios, replayed = (held_out.over_floor(each) for each in (held_out.prediction, held_out.replay))
     row = ModelRow(
-        name,
-        np.nan,
-        fit.quality.nrmse if fit.quality else np.nan,
-        float(np.median(errors)) if len(errors) else np.nan,
-        np.nan,
-        _shared_parameters(fit) if law is None else len(CURVES[law].units) + 1,
-        0,
-        np.nan,
-        cross_validation.refused,
+        model=name,
+        nrmse=fit.quality.nrmse if fit.quality else np.nan,
+        left_out=float(np.median(errors)) if len(errors) else np.nan,
+        parameters=_shared_parameters(fit) if law is None else len(CURVES[law].units) + 1,
+        notes=held_out.refused,
         prediction=float(ratios[0]),
         replay=float(replayed[0]),
         by_stroke=tuple(float(ratio) for ratio in ratios[1:]),
-        cross_validation=cross_validation,
+        cross_validation=held_out,
     )
     row = row if law is None or not common else _with_loading_curve(row, law, common)
     if name in SAME_FORCE:
-        said = f"At one speed it predicts what {SAME_FORCE[name]} does: a log cannot tell them apart."
-        return replace(row, notes=(said, *row.notes))
+        same = f"At one speed it predicts the same force as {SAME_FORCE[name]}: a recording does not distinguish them."
+        return replace(row, notes=(same, *row.notes))
     return row
 
 

@@ -4,18 +4,17 @@
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
-from string import Template
 
 import numpy as np
 
-from ..display.markup import Markup, element, escape, join, listing, section, table
+from ..campaign.result import Campaign
+from ..display.markup import Markup, Section, element, escape, join, listing, section, table
 from ..display.quantities import counted, quantity
 from ..vocabulary import __version__
+from .frame import framed
 from .tables import OWN
 from .words import quantity_name, status_name
 
-HERE = Path(__file__).parent
 COLOURS = 4  # as many as campaign.css has
 NAMED = 6  # recordings of one reason that a caption names
 SECTIONS = {"conditions": "Conditions", "figures": "Every repeat", "recordings": "Recordings", "notes": "Notes"}
@@ -29,25 +28,15 @@ FREE = 3.0  # [mm] of free travel shown at most
 ROOM = 0.04  # of the range above and below the curves
 
 
-def campaign_page(campaign, title: str | None = None) -> str:
+def campaign_page(campaign: Campaign, title: str | None = None) -> str:
     """The whole report as HTML text."""
     numbers = {one.file: k for k, one in enumerate(campaign.recordings, 1)}
-    found = [part for part in _sections(campaign, numbers) if part]
-    links = (
-        element("a", name, href=f"#{key}") for key, name in SECTIONS.items() if any(f'id="{key}"' in p for p in found)
-    )
-    style = "".join((HERE / name).read_text(encoding="utf-8") for name in ("page.css", "campaign.css"))
-    return Template((HERE / "page.html").read_text(encoding="utf-8")).substitute(
-        title=escape(title or _title(campaign)),
-        style=style,
-        kicker=escape(f"needleforce {__version__} · campaign"),
-        outcome=_outcome(campaign),
-        contents=element("nav", *links),
-        sections=join(found),
-    )
+    kicker = f"needleforce {__version__} · campaign"
+    sections = _sections(campaign, numbers)
+    return framed(title or _title(campaign), kicker, _outcome(campaign), sections, styles=("campaign.css",))
 
 
-def _sections(campaign, numbers: dict[str, int]) -> list[Markup]:
+def _sections(campaign, numbers: dict[str, int]) -> list[Section | None]:
     conditions = campaign.conditions
     table = (_shared(conditions), condition_table(conditions)) if conditions else ()
     return [

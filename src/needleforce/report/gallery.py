@@ -10,6 +10,7 @@ import numpy as np
 from ..display.markup import Markup, element, join, listing, visible
 from ..display.quantities import counted, plain
 from ..identification.layered.result import LayeredFit
+from ..identification.result import Fit
 from . import figures, layers, tables
 from .canvas import (
     BESIDE,
@@ -29,27 +30,32 @@ from .canvas import (
     drawing,
     panels,
 )
-from .curves import FORCE_SHARE, RESIDUAL_FACTOR, binned, columns_for, odd_ones, representative
+from .curves import FORCE_SHARE, RESIDUAL_FACTOR, DrawnRepeat, binned, columns_for, odd_ones, representative
 from .figures import DEPTH, FORCE, TIME, line, repeat_style
 from .words import file_name, spans
 
 _MEASURED = element("b", "Measured", class_="measured")
-_FORETOLD = (
-    "Dashed: the law for an insertion not seen yet, whose ruptures are spread over their scatter between repeats. "
+_POPULATION = (
+    "Dashed: the law for an insertion that was not recorded, its ruptures spread over their scatter between repeats. "
 )
 _KEY = join([_MEASURED, " thin and grey, ", element("b", "model", class_="model"), " thick and orange. "])
 _OFFSET = {"textcoords": "offset points", "va": "bottom"}
 RESIDUAL = "measured − model [N]"
 
 
-def gallery(fit, drawn) -> Markup:
-    """Every figure the fit can fill, in the order of the paper's."""
+def main_figure(fit: Fit, drawn: tuple[DrawnRepeat, ...]) -> Markup:
+    """Measured and modelled force over depth; empty where nothing can be drawn."""
+    one = representative(drawn)
+    return Markup("") if one is None else _over_depth(fit, drawn, one)
+
+
+def gallery(fit: Fit, drawn: tuple[DrawnRepeat, ...]) -> Markup:
+    """Every other figure that the fit can fill."""
     one = representative(drawn)
     if one is None:
         return Markup("")
     first = _over_time(one, len(drawn)), _before_puncture(fit, drawn), _two_pass(fit.two_pass)
-    over_depth = _over_depth(fit, drawn, one), _layers(fit, one)
-    return join([*first, *over_depth, _residuals(fit, drawn), _multiples(fit, drawn)])
+    return join([*first, _layers(fit, one), _residuals(fit, drawn), _multiples(fit, drawn)])
 
 
 def ratio_figure(rows: list[dict]) -> Markup:
@@ -131,10 +137,10 @@ def _over_depth(fit, drawn, one) -> Markup:
     model = f"The model is run along recording {one.number}. " if len(shown) > 1 and one.has_model else ""
     counted_from = "the identified" if fit.shared_contact is not None else "each recording's own"
     population = layers.population_force(fit, one)
-    foretold = "" if population is None else _FORETOLD
-    said = [_KEY if one.has_model else "", model, foretold, f"Indentation counts from {counted_from} contact."]
+    dashed = "" if population is None else _POPULATION
+    words = [_KEY if one.has_model else "", model, dashed, f"Indentation counts from {counted_from} contact."]
     draw = partial(figures.over_depth, drawn=shown, chosen=one, population=population)
-    caption = join(said)
+    caption = join(words)
     return _figure("depth", "Complete force over depth", caption, draw, (300, 260))
 
 

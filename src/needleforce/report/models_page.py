@@ -4,19 +4,17 @@
 import math
 from functools import partial
 from math import isfinite
-from pathlib import Path
-from string import Template
 
 import numpy as np
 
-from ..display.markup import Markup, element, escape, join, listing, section, table
+from ..display.markup import Markup, element, join, listing, section, table
 from ..display.quantities import DASH, counted
 from ..identification.cross_validation import LEAST_OTHERS, SAME_DEPTH, SAME_SPEED
 from ..vocabulary import __version__
 from .canvas import INK, MEASURED, MODEL, QUIET, SECOND, SLATE, TEXT, drawing, panels
+from .frame import framed
 from .words import file_name
 
-HERE = Path(__file__).parent
 MEANINGS = {
     "prediction": "each repeat from a fit to the others alone, at their mean contact and punctures; rms over repeats.",
     "replay": "the same with the punctures of the repeat itself, so that what is left is the law's error.",
@@ -50,15 +48,9 @@ def models_page(rows, files=()) -> str:
         section("Recordings", listing(file_name(str(file)) for file in files) if files else "", name="recordings"),
     ]
     repeats = len(rows[0].cross_validation.floor)
-    style = "".join((HERE / name).read_text(encoding="utf-8") for name in ("page.css", "models.css"))
-    return Template((HERE / "page.html").read_text(encoding="utf-8")).substitute(
-        title=escape(f"Needle force: {counted(len(rows), 'model')} on {counted(repeats, 'repeat')}"),
-        style=style,
-        kicker=escape(f"needleforce {__version__} · comparison of models"),
-        outcome=_outcome(rows),
-        contents="",
-        sections=join(sections),
-    )
+    title = f"Needle force: {counted(len(rows), 'model')} on {counted(repeats, 'repeat')}"
+    kicker = f"needleforce {__version__} · comparison of models"
+    return framed(title, kicker, _outcome(rows), sections, links=False, styles=("models.css",))
 
 
 def _outcome(rows) -> Markup:
@@ -106,7 +98,7 @@ def model_rows(rows) -> list[tuple[str, ...]]:
     """Each model of a comparison as text under ``MODELS``, in the order of ``rows``."""
     least = [_least(row.bic for row in rows), _least(row.bic_correlated for row in rows)]
     return [
-        (row.model, _number(row.bic - least[0], 0), _number(row.bic_correlated - least[1], 0), str(row.numbers),
+        (row.model, _number(row.bic - least[0], 0), _number(row.bic_correlated - least[1], 0), str(row.parameters),
          _share(row.nrmse), _share(row.left_out), _number(row.prediction, 2), _number(row.replay, 2),
          *(_number(each, 2) for each in row.by_stroke), _verdict(k, row))
         for k, row in enumerate(rows)

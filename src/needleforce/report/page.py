@@ -1,95 +1,79 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page of an identification: its sections in order, where the values come from, poured into the template."""
+"""The page of an identification: its sections in order, where the values come from, in the frame of every report."""
 
-import re
-from pathlib import Path
-from string import Template
-
-from ..display.markup import Markup, element, escape, join, listing, section, table
+from ..display.markup import Markup, Section, element, join, listing, section, table
 from ..display.quantities import counted, with_unit
 from ..identification.layered.result import LayeredFit
+from ..identification.result import Fit
 from ..vocabulary import __version__
 from .curves import odd_ones, repeats
-from .gallery import gallery, ratio_figure
+from .frame import framed
+from .gallery import gallery, main_figure, ratio_figure
 from .layers import evidence_note, evidence_table
 from .tables import choice_table, comparison_table, event_table, law_list, parameter_table, recording_table
 from .words import file_name, notes, outcome, warnings
 
-HERE = Path(__file__).parent
 _OWN = ("no.", "file")
 _NAMES = ("sha256", "samples", "rate", "duration", "source", "needle", "tissue", "rig", "filter", "assumed in reading")
 
 
-def page(fit, title: str | None = None, table: list[dict] | None = None) -> str:
+def page(fit: Fit, title: str | None = None, table: list[dict] | None = None) -> str:
     """The whole report as HTML text."""
-    sections = [part for part in _sections(fit, table or []) if part]
-    template = Template((HERE / "page.html").read_text(encoding="utf-8"))
-    return template.substitute(
-        title=escape(title or _title(fit)),
-        style=(HERE / "page.css").read_text(encoding="utf-8"),
-        kicker=escape(_kicker(fit)),
-        outcome=outcome(fit),
-        contents=_contents(sections),
-        sections=join(sections),
-    )
+    return framed(title or _title(fit), _kicker(fit), outcome(fit), _sections(fit, table or []))
 
 
-def _sections(fit, table: list[dict]) -> list[Markup]:
+def _sections(fit: Fit, table: list[dict]) -> list[Section | None]:
     drawn, odd = repeats(fit), odd_ones(fit)
-    figures = "Measured against model" if fit.model is not None else "What was measured"
+    measured = "Measured against model" if fit.model is not None else "What was measured"
     compared = (comparison_table(table), ratio_figure(table)) if table else ()
     recordings = (_own_note(fit), recording_table(fit, odd), event_table(fit))
     return [
+        section(measured, main_figure(fit, drawn), name="measured"),
         section("Paper, truth and identified", *compared, name="comparison"),
         section("What was identified", parameter_table(fit.parameters), name="parameters"),
         section("What to keep in mind", warnings(fit), notes(fit), name="warnings"),
-        section(figures, gallery(fit, drawn), name="figures"),
+        section("Figures", gallery(fit, drawn), name="figures"),
         section("Recordings and events", *recordings, name="recordings"),
         section("The model", law_list(fit.model) if fit.model is not None else "", name="model"),
         section("Held fixed", listing(fit.held_fixed) if fit.held_fixed else "", name="fixed"),
-        section("What these logs cannot tell", listing(fit.unknown) if fit.unknown else "", name="unknown"),
+        section("What these recordings cannot identify", listing(fit.unknown) if fit.unknown else "", name="unknown"),
         _choice(fit),
         section("Provenance", provenance(fit), name="provenance"),
     ]
 
 
-def _own_note(fit) -> object:
+def _own_note(fit: Fit) -> object:
     note = (
-        "Each recording by its own complete fit; the friction and cutting force above are those of the two passes. "
-        "Events count from the contact that is seen, the fit from the contact that its law implies."
+        "This table has the values of each recording's own complete fit; friction and cutting force in the headline "
+        "and in the table of parameters are those of the two passes. Events count from the detected contact, the fit "
+        "from the contact that its law implies."
     )
     return element("p", note, class_="note") if fit.two_pass is not None else ""
 
 
-def _choice(fit) -> Markup:
-    """Of a layered fit how many layers and which mechanisms, else which stiffness law."""
+def _choice(fit: Fit) -> Section | None:
+    """Of a layered fit the number of layers and their mechanisms, otherwise the stiffness law."""
     if isinstance(fit, LayeredFit):
         shown = evidence_table(fit.settings.evidence), evidence_note(fit.settings)
         return section("Choice of layers and mechanisms", *shown, name="choice")
     note = "BIC weighs misfit against the number of parameters: the lowest is preferred, by 10 and more decisively."
-    said = element("p", note, class_="note") if fit.choice else ""
-    return section("Choice of law", choice_table(fit.choice), said, name="choice")
+    text = element("p", note, class_="note") if fit.choice else ""
+    return section("Choice of law", choice_table(fit.choice), text, name="choice")
 
 
-def _title(fit) -> str:
+def _title(fit: Fit) -> str:
     names = [file_name(one.file) for one in fit.recordings]
     return f"Needle force: {names[0] if len(names) == 1 else counted(len(names), 'recording')}"
 
 
-def _kicker(fit) -> str:
+def _kicker(fit: Fit) -> str:
     model = "no model" if fit.model is None else f"stiffness law {fit.model.stiffness.name.replace('_', ' ')}"
     model = f"layered, {counted(len(fit.model.layers), 'layer')}" if isinstance(fit, LayeredFit) else model
     return f"needleforce · {counted(len(fit.recordings), 'recording')} · {model}"
 
 
-def _contents(sections: list[Markup]) -> Markup:
-    """Links to the sections, from what each says of itself."""
-    found = (re.match(r'<section id="(\w+)"><h2>(.*?)</h2>', part) for part in sections)
-    return element("nav", *(element("a", Markup(heading[2]), href=f"#{heading[1]}") for heading in found))
-
-
-def provenance(fit) -> Markup:
-    """The files as they were read; what all share said once; then settings and version."""
+def provenance(fit: Fit) -> Markup:
+    """The files as they were read, what all share only once; then settings and version."""
     files = [_file(k, one) for k, one in enumerate(fit.recordings, 1)]
     shared = _shared(files)
     columns = [name for name in (files[0] if files else ()) if name not in shared]

@@ -2,11 +2,14 @@
 """Names in words, the result in one sentence, and what to know before believing the values."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from ..display.markup import Markup, element, join, listing
 from ..display.quantities import counted, plain, quantity
+from ..identification.estimates import Estimate
 from ..identification.layered.result import LayeredFit
+from ..identification.recording_fit import RecordingFit
+from ..identification.result import Fit
 from ..mechanics.foundation import READINGS
 
 _QUANTITIES = {
@@ -27,26 +30,26 @@ _QUANTITIES = {
     "needle_young_modulus": "Young's modulus of the needle",
     "friction_per_length": "friction per embedded length",
     "cutting_force": "cutting force",
-    "cutting_force_low": "cutting force, trough where it sticks and slips",
-    "cutting_force_high": "cutting force, crest where it sticks and slips",
+    "cutting_force_low": "cutting force, lower end of its stick–slip oscillation",
+    "cutting_force_high": "cutting force, upper end of its stick–slip oscillation",
     "cutting_force_low_1mm_s": "cutting force at 1 mm/s, lower end",
     "cutting_force_high_1mm_s": "cutting force at 1 mm/s, upper end",
     "implied_poisson_ratio": "implied Poisson ratio of the tissue",
-    "presliding": "elastic travel of the friction before it slides",
-    "contact_stiffness": "slope of the contact where it saturates or gives way",
+    "presliding": "presliding: elastic travel before friction slides",
+    "contact_stiffness": "slope of the contact where it saturates or ruptures",
     "top": "top of the layer, below the surface",
-    "tissue_stiffness": "stiffness of the tissue dragged along",
+    "tissue_stiffness": "stiffness of the tissue that is dragged along",
     "rupture_length": "travel over which the rupture spreads",
     "resting_surface": "surface at rest after the rupture, below the layer's top",
-    "relaxation_share_1": "share of the force that relaxes soon",
-    "relaxation_share_2": "share of the force that relaxes late",
-    "speed_exponent": "power of the speed by which all forces go",
+    "relaxation_share_1": "share of the force that relaxes with the short time constant",
+    "relaxation_share_2": "share of the force that relaxes with the long time constant",
+    "speed_exponent": "exponent of the speed in all forces",
 } | {f"friction_coefficient_{reading}": f"friction coefficient, reading {reading}" for reading in READINGS}
 _STATUS = {
     "ok": "identified",
-    "no_contact": "no contact: the force never leaves its baseline",
+    "no_contact": "no contact: the force stays at its baseline",
     "no_puncture": "contact, but no puncture",
-    "incomplete": "incomplete: the cycle does not come to its end",
+    "incomplete": "incomplete: the cycle was cut off",
     "unreadable": "could not be read",
 }
 _PHASES = {"free": "free travel", "deformation": "deformation", "insertion": "insertion", "hold": "hold",
@@ -64,7 +67,7 @@ def quantity_name(name: str) -> str:
     return _QUANTITIES.get(name, name.replace("_", " "))
 
 
-def by_layer(parameters: dict) -> dict[str, dict]:
+def by_layer(parameters: dict[str, Estimate]) -> dict[str, dict]:
     """The estimates by layer, each under its name within it; all under "" where there is no second layer."""
     if not any(map(_DEEPER.fullmatch, parameters)):
         return {"": parameters} if parameters else {}
@@ -91,52 +94,53 @@ def file_name(path: str) -> str:
     return path.replace("\\", "/").rsplit("/", 1)[-1] or path
 
 
-def outcome(fit) -> Markup:
-    """One sentence or two in plain words, with the main numbers."""
+def outcome(fit: Fit) -> Markup:
+    """The result in a sentence or two, with the main values."""
     answered = sum(1 for one in fit.recordings if len(one.predicted))
     if fit.model is None:
         reasons = ", ".join(sorted({status_name(one.status).split(":")[0] for one in fit.recordings}))
         read = counted(len(fit.recordings), "recording")
         return join([f"No model could be identified from {read}", f" ({reasons})." if reasons else "."])
     parts = (_layers(fit),) if isinstance(fit, LayeredFit) else (_puncture(fit), _beyond(fit))
-    said = join([part for part in parts if part], "; ") or "a model was identified"
-    said = Markup(said[0].upper() + said[1:] + ". ")
-    return join([said, _quality(fit, answered)])
+    found = join([part for part in parts if part], "; ") or "a model was identified"
+    found = Markup(found[0].upper() + found[1:] + ". ")
+    return join([found, _quality(fit, answered)])
 
 
-def _puncture(fit) -> Markup | None:
+def _puncture(fit: Fit) -> Markup | None:
     depth, force = _strong(fit, "puncture_indentation"), _strong(fit, "puncture_force")
     if depth and force:
-        return join(["the needle breaks through the surface under ", force, " after indenting it by ", depth])
+        return join(["the needle punctures the surface at ", force, " after indenting it by ", depth])
     if depth or force:
-        return join(["the needle breaks through the surface at ", depth or force])
+        return join(["the needle punctures the surface at ", depth or force])
     return None
 
 
-def _layers(fit) -> Markup:
-    """How many layers, and how deep the tip is where they give way, which no recording may have reached."""
+def _layers(fit: Fit) -> Markup:
+    """How many layers, and how deep the tip is where they rupture, which no recording may have reached."""
     surface, layers = fit.parameters["contact_depth"].value, by_layer(fit.parameters)
     broken = [e["puncture_depth"] for e in layers.values() if "puncture_depth" in e]
     known = [e for e in broken if e.identifiable]
     depths = [quantity(e.value - surface, e.low - surface, e.high - surface, e.unit, most=4).text for e in known]
     count = len(fit.model.layers)
-    said = [element("strong", counted(count, "layer")), " of tissue" + ", with a share of the force each" * (count > 1)]
+    parts = [element("strong", counted(count, "layer")), " of tissue" + ", each with a part of the force" * (count > 1)]
     if known:
         *first, last = (element("strong", depth) for depth in depths)
         where = join([join(first, ", "), " and " * bool(first), last])
-        some = "one of them gives" if len(known) == 1 else f"{len(known)} of them give"
-        which = "it gives" if count == 1 else "they give" if len(known) == count else some
-        said += [f"; {which} way with the tip ", where, " below the surface"]
-    return join(said)
+        some = "one of them ruptures" if len(known) == 1 else f"{len(known)} of them rupture"
+        which = "it ruptures" if count == 1 else "they rupture" if len(known) == count else some
+        parts += [f"; {which} with the tip ", where, " below the surface"]
+    return join(parts)
 
 
-def _beyond(fit) -> Markup | None:
+def _beyond(fit: Fit) -> Markup | None:
     parts = (("friction grows by ", "friction_per_length"), ("cutting takes ", "cutting_force"))
-    said = [join([words, number]) for words, number in ((words, _strong(fit, name)) for words, name in parts) if number]
-    return join(["deeper in, ", join(said, " and ")]) if said else None
+    found = [join([words, value]) for words, value in ((words, _strong(fit, name)) for words, name in parts) if value]
+    source = ", by the two passes" if fit.two_pass is not None else ""
+    return join(["after it ", join(found, " and "), source]) if found else None
 
 
-def _quality(fit, answered: int) -> Markup:
+def _quality(fit: Fit, answered: int) -> Markup:
     of = f"{answered} of " * (answered < len(fit.recordings)) + counted(len(fit.recordings), "recording")
     if fit.quality is None:
         return join(["Identified from ", of, "."])
@@ -145,32 +149,32 @@ def _quality(fit, answered: int) -> Markup:
     return join([follows, element("strong", rms), f" rms, {share} of its peak."])
 
 
-def _strong(fit, name: str) -> Markup | None:
-    """The number of an estimate in bold, or None where the logs do not tell it."""
+def _strong(fit: Fit, name: str) -> Markup | None:
+    """The value of an estimate in bold, or None where the recordings do not identify it."""
     estimate = fit.parameters.get(name)
     if estimate is None or not estimate.identifiable:
         return None
     return element("strong", quantity(estimate.value, estimate.low, estimate.high, estimate.unit, most=4).text)
 
 
-def warnings(fit) -> Markup:
-    """Recordings that could not answer, with the reason; limits that the fit and its model cross."""
+def warnings(fit: Fit) -> Markup:
+    """Recordings without a model, with the reason; limits that the fit and its model cross."""
     general = dict.fromkeys([*fit.warnings, *(fit.model.warnings if fit.model is not None else ())])
-    said = [*_unanswered(fit), *map(_sentence, general)]
-    return listing(said, class_="warnings") if said else Markup("")
+    found = [*_unanswered(fit), *map(_sentence, general)]
+    return listing(found, class_="warnings") if found else Markup("")
 
 
-def notes(fit) -> Markup:
-    """What readers, segmentation and fits noticed, in order; of notes that differ in their numbers alone the first."""
-    alike: dict[str, dict[int, str]] = {}
+def notes(fit: Fit) -> Markup:
+    """Notes of reading, segmentation and fits, in order; of notes that differ only in their values the first."""
+    similar: dict[str, dict[int, str]] = {}
     for k, one in enumerate(fit.recordings, 1):
         for message in _notes_of(one):
-            alike.setdefault(re.sub(r"-?\d[\d.e+-]*", "#", message), {}).setdefault(k, message)
-    said = [_noted(found, len(fit.recordings)) for found in alike.values()]
-    return listing(said, class_="notes") if said else Markup("")
+            similar.setdefault(re.sub(r"-?\d[\d.e+-]*", "#", message), {}).setdefault(k, message)
+    shown = [_noted(found, len(fit.recordings)) for found in similar.values()]
+    return listing(shown, class_="notes") if shown else Markup("")
 
 
-def _unanswered(fit):
+def _unanswered(fit: Fit) -> Iterator[Markup]:
     """Every recording without a model, with the reason."""
     for k, one in enumerate(fit.recordings, 1):
         if not len(one.predicted):
@@ -178,7 +182,7 @@ def _unanswered(fit):
             yield join([element("strong", f"Recording {k} has no model. "), f"{file_name(one.file)}: {reason}."])
 
 
-def _notes_of(one) -> dict[str, None]:
+def _notes_of(one: RecordingFit) -> dict[str, None]:
     read = one.recording.notes if one.recording is not None else ()
     return dict.fromkeys([*(note.message for note in read), *one.events.notes, *one.notes])
 
@@ -187,7 +191,7 @@ def _noted(found: dict[int, str], among: int) -> Markup:
     """A note by recording number, with the recordings it holds for; whose numbers are shown, where they differ."""
     first = next(iter(found))
     about = f"recording{'s' if len(found) > 1 else ''} {spans(found)}" if among > 1 else ""
-    about += f", numbers as in no. {first}" if len(set(found.values())) > 1 else ""
+    about += f", values of no. {first}" if len(set(found.values())) > 1 else ""
     return join([_sentence(found[first]), element("span", about, class_="about") if about else ""])
 
 
