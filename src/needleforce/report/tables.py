@@ -19,7 +19,7 @@ PARAMETERS = (
 )
 EVENTS = ("no.", "event", "time", "depth", "indentation", "force", "drop", "between samples")
 ABSENT = ("no_relaxation",)  # not worth a line
-_FEW = 6  # recordings that a narrow screen still shows as cards
+FEW_RECORDINGS = 6  # more are listed in smaller type
 OWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 HEAD = ("quantity", "paper ± sd", "true", "identified", "95 % interval", "bias")
 
@@ -92,7 +92,7 @@ def recording_table(fit, odd: set[int]) -> Markup:
     own = [name for name in names if any(name in one.parameters for one in fit.recordings)]
     head = ("no.", "file", "outcome", *(quantity_name(name) for name in own), "rms residual", "R²")
     rows = (_recording(k, one, own, k in odd) for k, one in enumerate(fit.recordings, 1))
-    return table(head, rows, class_="cards numbers" if len(fit.recordings) <= _FEW else "numbers dense")
+    return table(head, rows, class_="cards numbers" + " dense" * (len(fit.recordings) > FEW_RECORDINGS))
 
 
 def _recording(number: int, one, own: list[str], odd: bool) -> tuple:
@@ -116,7 +116,7 @@ def _own(estimate) -> str:
 def event_table(fit) -> Markup:
     """Contact, punctures and exit of every recording."""
     rows = [row for k, one in enumerate(fit.recordings, 1) for row in _events(k, one)]
-    return table(EVENTS, rows, class_="numbers dense") if rows else Markup("")
+    return table(EVENTS, rows, class_="cards numbers dense") if rows else Markup("")
 
 
 def _events(number: int, one):
