@@ -8,12 +8,15 @@ sys.path.insert(0, str(Path(__file__).parent))  # for law_pages
 
 project = "needleforce"
 author = "The needleforce developers"
-extensions = ["myst_parser", "law_pages"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "law_pages", "api_reference"]
 html_theme = "furo"
 html_title = "needleforce"
 html_static_path = ["_static"]
 html_css_files = ["law_pages.css"]
 exclude_patterns = ["figures"]
 myst_heading_anchors = 2
+napoleon_google_docstring = False
+autodoc_typehints = "description"
+autodoc_member_order = "bysource"
 smartquotes = False  # f' is a force per length and no quotation
 suppress_warnings = ["myst.xref_missing"]

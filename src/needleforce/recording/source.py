@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A recording from what a user has at hand: a recording, a file, a DataFrame, named columns or arrays."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..errors import InputError
+from .columns import Column
+from .recording import Recording
+
+RecordingSource: TypeAlias = Any
+"""A Recording, a path, a pandas DataFrame, a mapping of columns, or (time, depth, force) in SI."""
+
+TAKEN = "a Recording, a path, a pandas DataFrame, a mapping of columns, or arrays (time, depth, force)"
+
+
+@dataclass(frozen=True, eq=False)
+class NamedColumns:
+    """Columns in memory, as ``Layout`` is of a text file: headers are recognised, or asked for, in the same way."""
+
+    columns: Mapping[str, Any]
+    path: Path = Path("DataFrame")
+    comments: tuple[tuple[int, str], ...] = ()
+
+    @property
+    def headers(self) -> list[str]:
+        """The names of the columns."""
+        return [str(name) for name in self.columns]
+
+    def place(self, row: int) -> str:
+        """Where a row is: from 0, as in the DataFrame."""
+        return f"{self.path}, row {row}"
+
+    def numbers(self, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
+        """The columns as (n,) float64, no hash, and that every row has all its cells.
+
+        Raises InputError for a column that holds no numbers or has another length than the first.
+        """
+        found = {quantity: self._numbers(column) for quantity, column in columns.items()}
+        lengths = {len(values) for values in found.values()}
+        if len(lengths) > 1:
+            raise InputError("length of the columns", sorted(lengths), "one equal length is needed", str(self.path))
+        return found, "", True
+
+    def _numbers(self, column: Column) -> np.ndarray:
+        values = list(self.columns.values())[column.index] if isinstance(self.columns, dict) else self._of_frame(column)
+        try:
+            found = np.array(values, dtype=float)
+        except (TypeError, ValueError):
+            kind = str(getattr(values, "dtype", type(values).__name__))
+            limit, step = "a column of numbers is needed", "Convert the column."
+            raise InputError(f"{column.quantity} (column {column.header!r})", f"of type {kind}", limit, str(self.path), step) from None
+        if found.ndim != 1:
+            raise InputError(f"shape of {column.header!r}", found.shape, "one value a row is needed", str(self.path))
+        return found
+
+    def _of_frame(self, column: Column) -> Any:
+        return self.columns.iloc[:, column.index]
+
+
+def recording_of(source: RecordingSource, **options: Any) -> Recording:
+    """A recording, read or built where needed.
+
+    Parameters
+    ----------
+    source : Recording, path, pandas.DataFrame, mapping or tuple of arrays
+        A file is read by ``nf.read``. Columns of a DataFrame or of a mapping have names with units, as in a CSV file
+        (``"Force [N]"``, ``"depth_mm"``). Arrays are (time [s], depth [m], force [N]), (n,) each.
+    **options
+        Those of ``nf.read``: ``columns``, ``units``, ``inwards``, ``filter_length``, ``baseline``.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    InputError
+        For another type, and for all that makes no recording of the data.
+    """
+    from .reader import read, read_columns
+
+    if isinstance(source, Recording):
+        return source
+    if isinstance(source, str | os.PathLike):
+        return read(source, **options)
+    if hasattr(source, "iloc") and hasattr(source, "columns") or isinstance(source, Mapping):
+        columns = source if hasattr(source, "iloc") else dict(source)
+        return read_columns(NamedColumns(columns), **options)
+    if is_arrays(source):
+        return Recording(time=source[0], depth=source[1], force=source[2])
+    raise InputError("recording", type(source).__name__, f"taken are {TAKEN}", next_step="See nf.read for files.")
+
+
+def is_arrays(source: Any) -> bool:
+    """True for (time, depth, force): three sequences of numbers, and no sequence of recordings."""
+    if not isinstance(source, tuple) or len(source) != 3:
+        return False
+    return all(isinstance(each, np.ndarray | Sequence) and not isinstance(each, str) for each in source)
+
+
+def recordings_of(sources: Any) -> list[Recording]:
+    """One recording or several, each from any source.
+
+    Parameters
+    ----------
+    sources : source or sequence of sources
+        As in ``recording_of``; a list or tuple holds repeats, but for a tuple of three arrays, which is one recording.
+
+    Returns
+    -------
+    list of Recording
+
+    Raises
+    ------
+    InputError
+        As ``recording_of``; of several, with the place in the sequence.
+    """
+    several = isinstance(sources, list | tuple) and not is_arrays(sources)
+    if not several:
+        return [recording_of(sources)]
+    found = []
+    for k, each in enumerate(sources):
+        try:
+            found.append(recording_of(each))
+        except InputError as error:
+            raise error if error.place else error.at(f"recordings[{k}]") from None
+    return found
