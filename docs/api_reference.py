@@ -67,6 +67,6 @@ def _entry(package: str, name: str, value: object, described: set[int]) -> str:
         directive, options = "autoclass", "   :members:\n   :special-members: __getitem__\n"
     elif callable(value):
         directive, options = "autofunction", ""
-    else:
-        directive, options = "autodata", ""
+    else:  # a table: it has no docstring of its own
+        return f"`{package}.{name}`: {type(value).__name__} of {', '.join(f'`{key}`' for key in value)}\n"
     return f"```{{eval-rst}}\n.. {directive}:: {package}.{name}\n{options}```\n"

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The figures of the package's structure: generated into ARCHITECTURE.md, and within their bars."""
+
+import os
+import re
+import runpy
+
+import pytest
+
+# figure -> largest value; ARCHITECTURE.md has what is measured
+BARS = {
+    "Python files": 190,
+    "modules imported by one other alone": 55,
+    "files that run in `nf.read(file)`": 14,
+    "files that run in `nf.identify(recording)`": 25,
+    "calls with six or more positional arguments": 0,
+}
+
+
+@pytest.fixture(scope="module")
+def structure(root):
+    return runpy.run_path(str(root / "tools" / "structure.py"))
+
+
+@pytest.fixture(scope="module")
+def figures(root, structure):
+    return structure["figures"](root / "src" / "needleforce", dict(os.environ))
+
+
+def test_the_table_in_the_pages_is_the_generated_one(root, structure, figures):
+    page = (root / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    found = structure["TABLE"].search(page)
+    assert found and structure["table"](figures) in found[0], "run: python tools/structure.py --write"
+
+
+@pytest.mark.parametrize("name", BARS)
+def test_the_structure_stays_within_its_bars(figures, name):
+    value = dict(figures)[name]
+    assert int(re.match(r"\d+", value)[0]) <= BARS[name]
+
+
+def test_the_only_import_circle_is_of_a_result_and_its_reports(root, structure):
+    package = root / "src" / "needleforce"
+    known = structure["modules"](package)
+    graph = {name: set(structure["imports_of"](name, path, known)) for name, path in known.items()}
+    for circle in structure["circles"](graph):
+        # the step back is lazy, inside a method: a fit, a comparison and a campaign write their own report
+        core = [name for name in circle if ".report" not in name and ".export" not in name]
+        assert any(name.endswith((".result", ".compare")) for name in core), circle
+
+
+def test_a_circle_is_found(structure):
+    assert structure["circles"]({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}}) == [["a", "b", "c"]]
