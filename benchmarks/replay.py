@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real recordings through the engine: their motion in at 1 kHz, the force of an identified model out, step by step.
+"""Error on real insertions: the engine gets their motion at 1 kHz and returns the force of an identified model.
 
     python benchmarks/replay.py [--conditions 2] [--full] [--write docs/replay.md]
 
-Of every condition with three repeats or more (all of a file's name but repeat and date) the last repeat is left out,
-with --full each in turn. The model is identified from the others alone, from cold, and goes through ``nf.Insertion``
-along the motion of the one left out: a prediction; with that one's own punctures, a replay. Positions are logged at
-some 100 Hz; between them runs a cubic that keeps each interval monotone (PCHIP), so that a needle at rest stays at
-rest and none goes beyond where it was seen.
+Of every condition with three repeats or more (a file's name without repeat and date) the last repeat is held out, with
+--full each in turn. The model is identified from the others only, without a warm start, and run in ``nf.Insertion``
+along the motion of the held-out repeat: a prediction; with that repeat's own punctures, a replay. Positions are logged
+at about 100 Hz and interpolated by a cubic that is monotone in each interval (PCHIP), so that a needle at rest stays at
+rest and no position exceeds the logged range.
 """
 
 import argparse
@@ -30,22 +30,22 @@ ROOT = Path(__file__).resolve().parents[1]
 UNSEEN = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
 MODELS = ("layered_as_fitted", "layered", "paper")
 WAYS = ("prediction", "replay")
-JUMPS = ("at a rupture", "on the way out", "elsewhere")
+JUMPS = ("at a rupture", "during withdrawal", "elsewhere")
 TICK = 1e-3  # [s]
 FALL = 0.1  # [s] after a rupture's peak in which its force falls
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A force (n,) [N] over time (n,) [s], and when layers gave way [s]."""
+    """A force (n,) [N] over time (n,) [s], and the times of ruptures [s]."""
 
     time: np.ndarray
     force: np.ndarray
     ruptures: np.ndarray
 
     def jumps(self, cycle: MeasuredCycle) -> tuple[float, float, float]:
-        """Largest change in a millisecond [N]: while a layer gives way, on the way out, elsewhere in the cycle. Even
-        over the interval between two samples, where that is longer."""
+        """Largest change in a millisecond [N]: at a rupture, during withdrawal, elsewhere in the cycle. Averaged over
+        the interval between two samples if that is longer."""
         start, stop = self.time[:-1], self.time[1:]
         change = np.abs(np.diff(self.force)) * TICK / (stop - start)
         breaks = np.zeros(len(change), bool)
@@ -59,7 +59,7 @@ class Trace:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """One repeat left out: what was measured, and by model and way what the engine gave."""
+    """One held-out repeat: the measured force, and the engine's force by model and mode."""
 
     source: str
     cycle: MeasuredCycle
@@ -80,7 +80,7 @@ def engine_force(model: nf.Model, recording: nf.Recording, surface: float) -> Tr
     samples = [hand.step(depth, None, TICK) for depth in depths]
     odd = {str(sample.status) for sample in samples} - {"ok"}
     if odd:
-        print(f"{recording.card.source}, {model.name}: a step says {', '.join(odd)}", file=sys.stderr)
+        print(f"{recording.card.source}, {model.name}: status {', '.join(odd)}", file=sys.stderr)
     force, broke = np.array([[sample.force, sample.punctured] for sample in samples]).T
     return Trace(time, force, time[broke > 0])
 
@@ -115,9 +115,9 @@ def row(cells: list[str]) -> str:
 
 
 def tables(outcomes: list[Outcome]) -> list[str]:
-    """Markdown: medians over the repeats left out, with the worst; then every one of them."""
+    """Markdown: medians over the held-out repeats, with the worst; then each of them."""
     heads = ["rms, N", "95th percentile, N", "largest, N", "rms / peak", *(f"jump {where}, N" for where in JUMPS)]
-    lines = [row(["model", "", *heads]), "|---" * (2 + len(heads)) + "|"]
+    lines = [row(["model", "mode", *heads]), "|---" * (2 + len(heads)) + "|"]
     for key in ((name, way) for name in MODELS for way in WAYS):
         found = np.array([numbers(outcome, key) for outcome in outcomes])
         lines.append(row([f"`{key[0]}`", key[1], *map(spread, found.T)]))
@@ -131,8 +131,8 @@ def spread(values: np.ndarray) -> str:
 
 
 def each(outcomes: list[Outcome]) -> list[str]:
-    """Markdown: every repeat left out."""
-    heads = ["left out", "peak, N", *(f"`{name}`" for name in MODELS), "jumps of `layered`", "measured"]
+    """Markdown: every held-out repeat."""
+    heads = ["held-out repeat", "peak, N", *(f"`{name}`" for name in MODELS), "jumps of `layered`", "measured"]
     lines = [row(heads), "|---" * len(heads) + "|"]
     for outcome in sorted(outcomes, key=lambda outcome: outcome.source):
         name = outcome.source.rsplit("_", 1)[0].replace("__", " ")
@@ -140,17 +140,17 @@ def each(outcomes: list[Outcome]) -> list[str]:
         traces = outcome.traces["layered", "replay"], outcome.measured
         jumps = [", ".join(f"{jump:.2f}" for jump in trace.jumps(outcome.cycle)) for trace in traces]
         lines.append(row([name, f"{outcome.cycle.peak:.2f}", *rms, *jumps]))
-    said = (
-        f"Rms errors in N of prediction, replay; jumps in N in 1 ms {', '.join(JUMPS)}, of the replay and as measured."
+    legend = (
+        f"Rms errors [N]: prediction, replay. Jumps [N in 1 ms]: {', '.join(JUMPS)}; of the replay and as measured."
     )
-    return [*lines, "", said]
+    return [*lines, "", legend]
 
 
 def measured(count: int, full: bool) -> list[Outcome]:
-    """Every repeat left out that was asked for; empty where there are no recordings."""
+    """The requested held-out repeats; empty without recordings."""
     folder = runpy.run_path(str(ROOT / "tests" / "conftest.py"))["RECORDINGS"] / "needle-insertion-rig"
     if not folder.is_dir():
-        print(f"no recordings at {folder}: none is replayed")
+        print(f"no recordings in {folder}: nothing is replayed")
         return []
     found = list(UNSEEN["conditions"](folder).values())[: None if full else count]
     outcomes = []
