@@ -27,9 +27,9 @@ from needleforce.identification.cross_validation import MeasuredCycle, measured_
 from needleforce.identification.one_layer.fit_recording import segmented
 
 ROOT = Path(__file__).resolve().parents[1]
-UNSEEN = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
+CROSS_VALIDATION = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
 MODELS = ("layered_as_fitted", "layered", "paper")
-WAYS = ("prediction", "replay")
+MODES = ("prediction", "replay")
 JUMPS = ("at a rupture", "during withdrawal", "elsewhere")
 TICK = 1e-3  # [s]
 FALL = 0.1  # [s] after a rupture's peak in which its force falls
@@ -76,18 +76,18 @@ def engine_force(model: nf.Model, recording: nf.Recording, surface: float) -> Tr
     """The engine along the motion of a recording whose surface is at ``surface`` [m], 1000 steps a second."""
     time = np.arange(recording.time[0], recording.time[-1], TICK)
     depths = PchipInterpolator(recording.time, recording.depth)(time) - surface
-    hand = nf.Insertion(model)
-    samples = [hand.step(depth, None, TICK) for depth in depths]
-    odd = {str(sample.status) for sample in samples} - {"ok"}
-    if odd:
-        print(f"{recording.card.source}, {model.name}: status {', '.join(odd)}", file=sys.stderr)
+    insertion = nf.Insertion(model)
+    samples = [insertion.step(depth, None, TICK) for depth in depths]
+    refused = {str(sample.status) for sample in samples} - {"ok"}
+    if refused:
+        print(f"{recording.card.source}, {model.name}: status {', '.join(refused)}", file=sys.stderr)
     force, broke = np.array([[sample.force, sample.punctured] for sample in samples]).T
     return Trace(time, force, time[broke > 0])
 
 
 def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers: int | None = None) -> Outcome:
     """The k-th of a condition's files through models of the others."""
-    recordings = [nf.read(file, columns=UNSEEN["COLUMNS"], units=UNSEEN["UNITS"]) for file in files]
+    recordings = [nf.read(file, columns=CROSS_VALIDATION["COLUMNS"], units=CROSS_VALIDATION["UNITS"]) for file in files]
     own = recordings.pop(k)
     single = segmented(own)
     # its punctures are given, and nothing else: neither its contact nor its exit
@@ -95,11 +95,11 @@ def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers
     traces = {}
     for name in models:
         fit = nf.identify(recordings, model=name, layers=layers if name.startswith("layered") else None)
-        for way, events in given.items():
+        for mode, events in given.items():
             model, surface = fit.placed(own, events)
-            traces[name, way] = engine_force(model, own, surface)
-    seen_ruptures = np.array([puncture.time for puncture in single.events.punctures])
-    return Outcome(files[k].stem, measured_cycle(single), Trace(own.time, own.force, seen_ruptures), traces)
+            traces[name, mode] = engine_force(model, own, surface)
+    measured_ruptures = np.array([puncture.time for puncture in single.events.punctures])
+    return Outcome(files[k].stem, measured_cycle(single), Trace(own.time, own.force, measured_ruptures), traces)
 
 
 def numbers(outcome: Outcome, key: tuple[str, str]) -> list[float]:
@@ -118,7 +118,7 @@ def tables(outcomes: list[Outcome]) -> list[str]:
     """Markdown: medians over the held-out repeats, with the worst; then each of them."""
     heads = ["rms, N", "95th percentile, N", "largest, N", "rms / peak", *(f"jump {where}, N" for where in JUMPS)]
     lines = [row(["model", "mode", *heads]), "|---" * (2 + len(heads)) + "|"]
-    for key in ((name, way) for name in MODELS for way in WAYS):
+    for key in ((name, mode) for name in MODELS for mode in MODES):
         found = np.array([numbers(outcome, key) for outcome in outcomes])
         lines.append(row([f"`{key[0]}`", key[1], *map(spread, found.T)]))
     own = np.array([outcome.measured.jumps(outcome.cycle) for outcome in outcomes])
@@ -136,7 +136,7 @@ def each(outcomes: list[Outcome]) -> list[str]:
     lines = [row(heads), "|---" * len(heads) + "|"]
     for outcome in sorted(outcomes, key=lambda outcome: outcome.source):
         name = outcome.source.rsplit("_", 1)[0].replace("__", " ")
-        rms = [", ".join(f"{numbers(outcome, (model, way))[0]:.3f}" for way in WAYS) for model in MODELS]
+        rms = [", ".join(f"{numbers(outcome, (model, mode))[0]:.3f}" for mode in MODES) for model in MODELS]
         traces = outcome.traces["layered", "replay"], outcome.measured
         jumps = [", ".join(f"{jump:.2f}" for jump in trace.jumps(outcome.cycle)) for trace in traces]
         lines.append(row([name, f"{outcome.cycle.peak:.2f}", *rms, *jumps]))
@@ -152,7 +152,7 @@ def measured(count: int, full: bool) -> list[Outcome]:
     if not folder.is_dir():
         print(f"no recordings in {folder}: nothing is replayed")
         return []
-    found = list(UNSEEN["conditions"](folder).values())[: None if full else count]
+    found = list(CROSS_VALIDATION["conditions"](folder).values())[: None if full else count]
     outcomes = []
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         work = [pool.submit(left_out, files, k) for files in found for k in (range(len(files)) if full else [-1])]
