@@ -8,7 +8,7 @@ from latex2mathml.converter import convert
 
 # MathML puts no space around the name of a function
 NAME = r"<mi>(?:sin|cos|tan|cot|exp|ln|arctan|arccos)</mi>"
-BEFORE = re.compile(rf"(</m(?:i|n|frac|sub|sup|sqrt)>)(?={NAME})")
+BEFORE = re.compile(rf"(</m(?:i|n|frac|sub|sup|sqrt)>|&#x00029;</mo>)(?={NAME})")
 AFTER = re.compile(rf"({NAME})(?=<m(?:i|n|frac|sub|sup|sqrt)>)")
 SPACE = r'\1<mspace width="0.167em" />'
 
