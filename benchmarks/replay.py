@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real recordings through the engine: their motion in at 1 kHz, the force of an identified model out, step by step.
+"""Error on real insertions: the engine gets their motion at 1 kHz and returns the force of an identified model.
 
     python benchmarks/replay.py [--conditions 2] [--full] [--write docs/replay.md]
 
-Of every condition with three repeats or more (all of a file's name but repeat and date) the last repeat is left out,
-with --full each in turn. The model is identified from the others alone, from cold, and goes through ``nf.Insertion``
-along the motion of the one left out: a prediction; with that one's own punctures, a replay. Positions are logged at
-some 100 Hz; between them runs a cubic that keeps each interval monotone (PCHIP), so that a needle at rest stays at
-rest and none goes beyond where it was seen.
+Of every condition with three repeats or more (a file's name without repeat and date) the last repeat is held out, with
+--full each in turn. The model is identified from the others only, without a warm start, and run in ``nf.Insertion``
+along the motion of the held-out repeat: a prediction; with that repeat's own punctures, a replay. Positions are logged
+at about 100 Hz and interpolated by a cubic that is monotone in each interval (PCHIP), so that a needle at rest stays at
+rest and no position exceeds the logged range.
 """
 
 import argparse
@@ -27,25 +27,25 @@ from needleforce.identification.cross_validation import MeasuredCycle, measured_
 from needleforce.identification.one_layer.fit_recording import segmented
 
 ROOT = Path(__file__).resolve().parents[1]
-UNSEEN = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
+CROSS_VALIDATION = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
 MODELS = ("layered_as_fitted", "layered", "paper")
-WAYS = ("prediction", "replay")
-JUMPS = ("at a rupture", "on the way out", "elsewhere")
+MODES = ("prediction", "replay")
+JUMPS = ("at a rupture", "during withdrawal", "elsewhere")
 TICK = 1e-3  # [s]
 FALL = 0.1  # [s] after a rupture's peak in which its force falls
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A force (n,) [N] over time (n,) [s], and when layers gave way [s]."""
+    """A force (n,) [N] over time (n,) [s], and the times of ruptures [s]."""
 
     time: np.ndarray
     force: np.ndarray
     ruptures: np.ndarray
 
     def jumps(self, cycle: MeasuredCycle) -> tuple[float, float, float]:
-        """Largest change in a millisecond [N]: while a layer gives way, on the way out, elsewhere in the cycle. Even
-        over the interval between two samples, where that is longer."""
+        """Largest change in a millisecond [N]: at a rupture, during withdrawal, elsewhere in the cycle. Averaged over
+        the interval between two samples if that is longer."""
         start, stop = self.time[:-1], self.time[1:]
         change = np.abs(np.diff(self.force)) * TICK / (stop - start)
         breaks = np.zeros(len(change), bool)
@@ -59,7 +59,7 @@ class Trace:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """One repeat left out: what was measured, and by model and way what the engine gave."""
+    """One held-out repeat: the measured force, and the engine's force by model and mode."""
 
     source: str
     cycle: MeasuredCycle
@@ -76,18 +76,18 @@ def engine_force(model: nf.Model, recording: nf.Recording, surface: float) -> Tr
     """The engine along the motion of a recording whose surface is at ``surface`` [m], 1000 steps a second."""
     time = np.arange(recording.time[0], recording.time[-1], TICK)
     depths = PchipInterpolator(recording.time, recording.depth)(time) - surface
-    hand = nf.Insertion(model)
-    samples = [hand.step(depth, None, TICK) for depth in depths]
-    odd = {str(sample.status) for sample in samples} - {"ok"}
-    if odd:
-        print(f"{recording.card.source}, {model.name}: a step says {', '.join(odd)}", file=sys.stderr)
+    insertion = nf.Insertion(model)
+    samples = [insertion.step(depth, None, TICK) for depth in depths]
+    refused = {str(sample.status) for sample in samples} - {"ok"}
+    if refused:
+        print(f"{recording.card.source}, {model.name}: status {', '.join(refused)}", file=sys.stderr)
     force, broke = np.array([[sample.force, sample.punctured] for sample in samples]).T
     return Trace(time, force, time[broke > 0])
 
 
 def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers: int | None = None) -> Outcome:
     """The k-th of a condition's files through models of the others."""
-    recordings = [nf.read(file, columns=UNSEEN["COLUMNS"], units=UNSEEN["UNITS"]) for file in files]
+    recordings = [nf.read(file, columns=CROSS_VALIDATION["COLUMNS"], units=CROSS_VALIDATION["UNITS"]) for file in files]
     own = recordings.pop(k)
     single = segmented(own)
     # its punctures are given, and nothing else: neither its contact nor its exit
@@ -95,11 +95,11 @@ def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers
     traces = {}
     for name in models:
         fit = nf.identify(recordings, model=name, layers=layers if name.startswith("layered") else None)
-        for way, events in given.items():
+        for mode, events in given.items():
             model, surface = fit.placed(own, events)
-            traces[name, way] = engine_force(model, own, surface)
-    seen_ruptures = np.array([puncture.time for puncture in single.events.punctures])
-    return Outcome(files[k].stem, measured_cycle(single), Trace(own.time, own.force, seen_ruptures), traces)
+            traces[name, mode] = engine_force(model, own, surface)
+    measured_ruptures = np.array([puncture.time for puncture in single.events.punctures])
+    return Outcome(files[k].stem, measured_cycle(single), Trace(own.time, own.force, measured_ruptures), traces)
 
 
 def numbers(outcome: Outcome, key: tuple[str, str]) -> list[float]:
@@ -115,10 +115,10 @@ def row(cells: list[str]) -> str:
 
 
 def tables(outcomes: list[Outcome]) -> list[str]:
-    """Markdown: medians over the repeats left out, with the worst; then every one of them."""
+    """Markdown: medians over the held-out repeats, with the worst; then each of them."""
     heads = ["rms, N", "95th percentile, N", "largest, N", "rms / peak", *(f"jump {where}, N" for where in JUMPS)]
-    lines = [row(["model", "", *heads]), "|---" * (2 + len(heads)) + "|"]
-    for key in ((name, way) for name in MODELS for way in WAYS):
+    lines = [row(["model", "mode", *heads]), "|---" * (2 + len(heads)) + "|"]
+    for key in ((name, mode) for name in MODELS for mode in MODES):
         found = np.array([numbers(outcome, key) for outcome in outcomes])
         lines.append(row([f"`{key[0]}`", key[1], *map(spread, found.T)]))
     own = np.array([outcome.measured.jumps(outcome.cycle) for outcome in outcomes])
@@ -131,28 +131,28 @@ def spread(values: np.ndarray) -> str:
 
 
 def each(outcomes: list[Outcome]) -> list[str]:
-    """Markdown: every repeat left out."""
-    heads = ["left out", "peak, N", *(f"`{name}`" for name in MODELS), "jumps of `layered`", "measured"]
+    """Markdown: every held-out repeat."""
+    heads = ["held-out repeat", "peak, N", *(f"`{name}`" for name in MODELS), "jumps of `layered`", "measured"]
     lines = [row(heads), "|---" * len(heads) + "|"]
     for outcome in sorted(outcomes, key=lambda outcome: outcome.source):
         name = outcome.source.rsplit("_", 1)[0].replace("__", " ")
-        rms = [", ".join(f"{numbers(outcome, (model, way))[0]:.3f}" for way in WAYS) for model in MODELS]
+        rms = [", ".join(f"{numbers(outcome, (model, mode))[0]:.3f}" for mode in MODES) for model in MODELS]
         traces = outcome.traces["layered", "replay"], outcome.measured
         jumps = [", ".join(f"{jump:.2f}" for jump in trace.jumps(outcome.cycle)) for trace in traces]
         lines.append(row([name, f"{outcome.cycle.peak:.2f}", *rms, *jumps]))
-    said = (
-        f"Rms errors in N of prediction, replay; jumps in N in 1 ms {', '.join(JUMPS)}, of the replay and as measured."
+    legend = (
+        f"Rms errors [N]: prediction, replay. Jumps [N in 1 ms]: {', '.join(JUMPS)}; of the replay and as measured."
     )
-    return [*lines, "", said]
+    return [*lines, "", legend]
 
 
 def measured(count: int, full: bool) -> list[Outcome]:
-    """Every repeat left out that was asked for; empty where there are no recordings."""
+    """The requested held-out repeats; empty without recordings."""
     folder = runpy.run_path(str(ROOT / "tests" / "conftest.py"))["RECORDINGS"] / "needle-insertion-rig"
     if not folder.is_dir():
-        print(f"no recordings at {folder}: none is replayed")
+        print(f"no recordings in {folder}: nothing is replayed")
         return []
-    found = list(UNSEEN["conditions"](folder).values())[: None if full else count]
+    found = list(CROSS_VALIDATION["conditions"](folder).values())[: None if full else count]
     outcomes = []
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         work = [pool.submit(left_out, files, k) for files in found for k in (range(len(files)) if full else [-1])]

@@ -1,22 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sphinx: the pages of this folder and those made from the laws, without anything from the network."""
+"""Sphinx: the pages of this folder and those made from the laws. Nothing is loaded from the network."""
 
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent))  # for law_pages
+sys.path.insert(0, str(Path(__file__).parent))  # for law_pages and mathml
 
 project = "needleforce"
 author = "The needleforce developers"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "law_pages", "api_reference"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "law_pages", "api_reference", "mathml"]
 html_theme = "furo"
 html_title = "needleforce"
 html_static_path = ["_static"]
 html_css_files = ["law_pages.css"]
+html_show_copyright = False
+html_math_renderer = "mathml"
 exclude_patterns = ["figures"]
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 2
 napoleon_google_docstring = False
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
-smartquotes = False  # f' is a force per length and no quotation
+smartquotes = False  # f' is a force per length, not a quotation mark
 suppress_warnings = ["myst.xref_missing"]

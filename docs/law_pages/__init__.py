@@ -15,7 +15,7 @@ def setup(app) -> dict:
 
 
 def write(folder: Path) -> None:
-    """Every page and figure into ``folder``; what is there and did not change is left alone, what is no more goes."""
+    """Writes every page and figure that changed into ``folder``, and deletes those of laws that no longer exist."""
     folder.mkdir(exist_ok=True)
     files = contents()
     for path in folder.iterdir():

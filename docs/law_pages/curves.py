@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One drawing for each family of laws: the curve a law of that family is about."""
+"""One drawing for each family of laws, with the curve that characterises a law of that family."""
 
 import numpy as np
 
@@ -8,12 +8,12 @@ from .runs import SLOW, back_and_forth, by_velocity, cycle, run
 from .runs import SPEED as FAST
 from .typical import around
 
-SAYS = {
-    "stiffness": "Force and its slope over the depth, to where the source paper's needle broke through.",
-    "puncture": "An insertion with the source paper's other laws; the dot is where the tip breaks through.",
-    "friction": "Friction alone in an insertion: in, half way back, in again, a hold of 3 s, out, at 3 mm/s.",
-    "cutting": "Cutting alone at two speeds: over the depth, in, a hold of 2 s and out; and from the puncture on.",
-    "relaxation": "Force in a hold of 10 s: of the contact at 3 mm, and of the needle in the tissue at 10 mm.",
+CAPTIONS = {
+    "stiffness": "Force and slope over depth, up to the puncture depth of the source paper's needle.",
+    "puncture": "An insertion with the source paper's other laws; the dot marks the puncture.",
+    "friction": "Friction only, at 3 mm/s: in, half-way back, in again, a hold of 3 s, out.",
+    "cutting": "Cutting force only, at two speeds: over depth in, a hold of 2 s, out; over time from the puncture.",
+    "relaxation": "Force in a hold of 10 s: contact at 3 mm, and needle in the tissue at 10 mm.",
 }
 
 
@@ -43,7 +43,7 @@ def puncture(figure, sheet, law) -> None:
 
 
 def friction(figure, sheet, law) -> None:
-    """The loop over depth, and the force over velocity or, where that does not matter, over time."""
+    """The loop over depth, and the force over velocity or, for a law independent of velocity, over time."""
     done, rate = back_and_forth(law), by_velocity(law)
     left, right = row(figure, sheet, 2)
     curve(left, done.depth, done.parts["friction"])
@@ -54,7 +54,7 @@ def friction(figure, sheet, law) -> None:
 
 
 def cutting(figure, sheet, law) -> None:
-    """Force over depth and over time at two speeds, the slow one drawn wider for where they coincide."""
+    """Force over depth and over time at two speeds, the slow one drawn wider because they may coincide."""
     left, right = row(figure, sheet, 2)
     entry = 1e3 * around(law).puncture_depth
     for speed, colour, width in ((SLOW, OTHER, 3.0), (FAST, FIRST, 1.3)):

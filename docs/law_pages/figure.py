@@ -35,17 +35,17 @@ def row(figure, sheet, count: int, columns: int | None = None):
 
 
 def curve(axes, x, y, colour=FIRST, width: float = 1.5):
-    """Draws a curve with no more points than can be seen; gives back what was drawn."""
+    """Draws a curve with at most 400 points; returns the line."""
     return line(axes, x, y, 400, color=colour, lw=width)
 
 
 def key(axes, colours: dict[str, str]) -> None:
-    """The names of curves in their colours, above the axes: curves may coincide."""
+    """The names of the curves in their colours, above the axes."""
     for k, (name, colour) in enumerate(reversed(colours.items())):
         axes.annotate(name, (1.0, 1.0), (-56.0 * k, 8.0), "axes fraction", "offset points", color=colour, ha="right")
 
 
 def headroom(axes, share: float = 0.15) -> None:
-    """Room above the curves for their names."""
+    """Space above the curves for their names."""
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + share * (high - low))

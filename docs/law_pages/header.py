@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a law's C++ header says: the comment with its formula, and the name of its struct."""
+"""A law's C++ header: the comment above its struct, and the name of the struct."""
 
 import re
 from functools import cache
@@ -18,16 +18,16 @@ def comment(law: type) -> str:
 
 
 def cpp_name(law: type) -> str:
-    """The law's name in C++; of a template with a switch, the name that was given to its side."""
+    """The law's name in C++; for a template with a switch, the alias of the chosen case."""
     text = header(law.name).read_text(encoding="utf-8")
     _, struct = _documented(text)
     side = "true" if NAMES.search(text)[1] == law.name else "false"
-    given = re.search(rf"^using (\w+) = {struct}<{side}>;", text, re.MULTILINE)
-    return f"laws::{given[1] if given else struct}"
+    alias = re.search(rf"^using (\w+) = {struct}<{side}>;", text, re.MULTILINE)
+    return f"laws::{alias[1] if alias else struct}"
 
 
 def _one_a_line(block: re.Match) -> str:
-    """Formulas that stand beside each other below each other, and those that were broken in a bracket whole again."""
+    """One formula a line: splits those in one line, joins those broken inside a bracket."""
     lines: list[str] = []
     for line in block[0].splitlines():
         if lines and lines[-1].count("(") > lines[-1].count(")"):
@@ -39,7 +39,7 @@ def _one_a_line(block: re.Match) -> str:
 
 @cache
 def header(name: str) -> Path:
-    """The header in which a law of this name stands."""
+    """The header that defines the law of this name."""
     for path in sorted(HEADERS.glob("*.hpp")):
         found = NAMES.search(path.read_text(encoding="utf-8"))
         if found and name in found.groups():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The pages around those of single laws: the list by family, all models side by side, and layers."""
+"""The list of laws by family, the comparison of all laws, and the page on layers."""
 
 import needleforce as nf
 from needleforce.models.laws import FAMILIES, laws_of
@@ -10,9 +10,9 @@ from .stacked import STACK_DEPTH, STACK_HOLD, STACKS
 
 INDEX = """# Laws
 
-One page for each law, made from its parameter table and its header on every build: formula, source, validity,
-parameters, and a curve drawn by the law itself. A model takes one law of each family.
-[All laws side by side](side_by_side.md) runs one insertion through each; [layers](layers.md) shows a stack.
+One page per law, generated at every build from its parameter table: formula, source, validity, parameters, and a
+curve computed by the law itself. A model has one law of each family. [All laws side by side](side_by_side.md) shows
+one insertion with each law; [layers](layers.md) shows insertions into several layers.
 
 {families}
 
@@ -26,18 +26,18 @@ layers
 """
 SIDE_BY_SIDE = """# All laws side by side
 
-One insertion through every law: in to 12 mm at 1 mm/s, a hold of 5 s, out. Grey is the source paper's model; in each
-drawing one of its laws is exchanged for another with the numbers of its own page, those of the paper's phantom where
-they are known. A friction law that counts the force at the tip itself goes without a cutting law.
+One insertion with every law: in to 12 mm at 1 mm/s, a hold of 5 s, out. Grey is the source paper's model. In each
+drawing one of its laws is replaced by another, with the parameter values of that law's page: those of the paper's
+phantom if they are known. A friction law that includes the force at the tip is used without a cutting law.
 
 {families}
 """
 LAYERED = """# Layers
 
-Each layer has five laws of its own and begins at a depth `top`. The tip meets a further layer at its top, and breaks
-into it by that layer's own puncture; a puncture depth or force of 0 is an interface that does not resist. The shaft
-keeps the friction of every layer it has passed. Each drawing below is one insertion: in to {deep:g} mm at
-{speed:g} mm/s, a hold of {hold:g} s, out. Dashed: where a layer begins.
+Each layer has five laws of its own and begins at a depth `top`. The tip contacts the next layer at its top and enters
+it when that layer's puncture criterion is met; a puncture depth or force of 0 is an interface without resistance. The
+friction of every layer passed acts on the shaft. Each drawing is one insertion: in to {deep:g} mm at {speed:g} mm/s, a
+hold of {hold:g} s, out. Dashed lines: tops of the layers.
 
 {stacks}
 """
@@ -63,7 +63,7 @@ def index() -> str:
 
 def _family(family: str) -> str:
     rows = [(f"[`{law.name}`]({law.name}.md)", law.summary, law.source) for law in laws_of(family)]
-    return table(("law", "what it says", "source"), rows)
+    return table(("law", "summary", "source"), rows)
 
 
 def side_by_side() -> str:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of one law, in Markdown, and the figure it shows."""
 
-from . import curves, header, use
+from . import curves, formulas, use
 from .figure import drawing
 from .typical import Example
 
@@ -9,7 +9,7 @@ ABOUT = """# {name}
 
 {summary}
 
-{comment}
+{formula}
 
 | family | source | validity |
 |---|---|---|
@@ -19,7 +19,7 @@ ABOUT = """# {name}
 :file: {name}.html
 ```
 
-{says}
+{caption}
 
 ## Parameters
 
@@ -29,7 +29,7 @@ ABOUT = """# {name}
 
 ## Use
 
-In a preset, with the numbers of the drawing:
+In a preset, with the parameter values of the drawing:
 
 ```toml
 {toml}
@@ -46,14 +46,14 @@ In Python and in C++:
 ```
 """
 HEAD = ("name", "symbol", "unit", "range", "default", "drawn with", "meaning", "source")
-NUMBERLESS = "The law has no numbers."
+WITHOUT_PARAMETERS = "The law has no parameters."
 
 
 def figure(example: Example) -> str:
     """The law's curve as HTML."""
     law = example.law
     draw = curves.DRAWN[law.family]
-    alt = f"{law.name}: {curves.SAYS[law.family]}"
+    alt = f"{law.name}: {curves.CAPTIONS[law.family]}"
     heights = (230.0, 250.0 if law.family == "puncture" else 480.0)
     return drawing(law.name, lambda figure, sheet: draw(figure, sheet, law), heights, alt)
 
@@ -66,9 +66,9 @@ def page(example: Example) -> str:
     rows += [(f"`{part}`", *[""] * 4, f"`{getattr(law, part)!r}`", "", "") for part in getattr(law, "parts", ())]
     return ABOUT.format(
         **about,
-        comment=header.comment(type(law)),
-        says=curves.SAYS[law.family],
-        parameters=f"```{{table}}\n:class: parameters\n\n{table(HEAD, rows)}\n```" if rows else NUMBERLESS,
+        formula=formulas.text(type(law)),
+        caption=curves.CAPTIONS[law.family],
+        parameters=f"```{{table}}\n:class: parameters\n\n{table(HEAD, rows)}\n```" if rows else WITHOUT_PARAMETERS,
         origins=_origins(example.origin),
         toml=use.toml(law),
         python=use.python(law),
@@ -85,11 +85,11 @@ def table(head, rows) -> str:
 def _row(row: dict, value: float) -> tuple[str, ...]:
     default = "" if row["default"] is None else f"{row['default']:g}"
     limits = f"{row['low']:g} to {row['high']:g}"
-    known = f"`{row['name']}`", f"`{row['symbol']}`", row["unit"], limits, default, f"{value:.6g}"
+    known = f"`{row['name']}`", f"${formulas.latex(row['symbol'])}$", row["unit"], limits, default, f"{value:.6g}"
     return *known, row["meaning"], row["source"]
 
 
 def _origins(origin: dict[str, str]) -> str:
-    """Which numbers of the drawing come from where."""
+    """The sources of the parameter values of the drawing."""
     names = {text: ", ".join(f"`{name}`" for name in origin if origin[name] == text) for text in origin.values()}
-    return "Drawn with: " + "; ".join(f"{text} ({names[text]})" for text in names) + "." if names else ""
+    return "Values of the drawing: " + "; ".join(f"{text} ({names[text]})" for text in names) + "." if names else ""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One insertion through every law of a family, the paper's own behind each in grey."""
+"""One insertion with every law of a family, the paper's model behind each in grey."""
 
 import needleforce as nf
 from needleforce.models.laws import laws_of
@@ -14,7 +14,7 @@ COLUMNS = 3
 def comparison(family: str) -> str:
     """Every law of a family in one insertion, as HTML: small drawings on one scale."""
     laws, rows = [example(law).law for law in laws_of(family)], -(-len(laws_of(family)) // COLUMNS)
-    over = TIME if family == "relaxation" else DEPTH  # a hold stands still in depth
+    over = TIME if family == "relaxation" else DEPTH  # the depth is constant in a hold
     heights = (60.0 + 170.0 * rows, 60.0 + 190.0 * len(laws))
     alt = f"Force of one insertion with each law for {family}: {', '.join(law.name for law in laws)}"
     return drawing(f"all-{family}", lambda figure, sheet: _each(figure, sheet, laws, over), heights, alt)

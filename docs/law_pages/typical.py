@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A law with the numbers it is drawn with, and where each of them comes from."""
+"""A law with the parameter values it is drawn with, and the source of each."""
 
 import math
 import tomllib
@@ -13,18 +13,18 @@ from needleforce.models.laws import FAMILIES, laws_of
 
 TYPICAL = tomllib.loads((Path(__file__).parent / "typical.toml").read_text(encoding="utf-8"))
 
-DEFAULT, MIDDLE = "default", "middle of the range, for want of a better"
+DEFAULT, MIDDLE = "default", "middle of the range, without a typical value"
 
 
 class Example(NamedTuple):
-    """A law with values, and for each value by name where it comes from."""
+    """A law with values, and the source of each value by its name."""
 
     law: Any
     origin: dict[str, str]
 
 
 def example(law: type) -> Example:
-    """``law`` with a value for every parameter: typical, of a preset, its default, or of its range."""
+    """``law`` with a value for every parameter: typical, from a preset, its default, or the middle of its range."""
     chosen = {row["name"]: _chosen(law, row) for row in law.table()}
     parts = {part: getattr(nf.preset("paper").needle, part) for part in getattr(law, "parts", ())}
     values = {name: value for name, (value, _) in chosen.items()}
@@ -46,7 +46,7 @@ def _chosen(law: type, row: dict) -> tuple[float, str]:
 
 @cache
 def _in_presets() -> dict:
-    """Every number of the shipped presets: by law and name, by family and name, and by name alone."""
+    """Every value of the shipped presets: by law and name, by family and name, and by name."""
     found = {}
     for preset in sorted(nf.presets(), key=lambda name: name != "paper"):
         for family in FAMILIES:
@@ -58,12 +58,12 @@ def _in_presets() -> dict:
 
 
 def _middle(low: float, high: float) -> float:
-    """In the sense of a logarithm where the range spans decades."""
+    """The middle of a range, geometric if the range spans decades."""
     return math.sqrt(low * high) if low > 0.0 and high > 100.0 * low else 0.5 * (low + high)
 
 
 def around(law) -> nf.Model:
-    """The paper's model with ``law`` in place of its own; without a cutting law where friction counts the tip."""
+    """The paper's model with ``law`` in place of its own; without a cutting law if friction includes the tip."""
     model = nf.preset("paper")
     try:
         return model.replace(**{law.family: law})
@@ -72,5 +72,5 @@ def around(law) -> nf.Model:
 
 
 def without(family: str):
-    """The family's law without numbers, by which its part of the force stays away."""
+    """The family's law without parameters, whose part of the force is zero."""
     return next(law for law in laws_of(family) if not law.table())()

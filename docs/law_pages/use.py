@@ -14,12 +14,12 @@ def toml(law) -> str:
 
 
 def python(law) -> str:
-    """The line that makes the law in Python."""
+    """The statement that makes the law in Python."""
     return f"law = nf.laws.{_written(law, _python)}"
 
 
 def cpp(law) -> str:
-    """The line that makes the law in C++, inside ``namespace needleforce``."""
+    """The statement that makes the law in C++, inside ``namespace needleforce``."""
     return f"const {header.cpp_name(type(law))} law{_written(law, _cpp).removeprefix(type(law).__name__)};"
 
 
@@ -47,7 +47,7 @@ def _cpp(name: str, values: dict) -> str:
 
 
 def _listed(arguments) -> str:
-    """On one line, or one on each where they are many."""
+    """On one line, or with three or more arguments one a line."""
     arguments = list(arguments)
     return ", ".join(arguments) if len(arguments) < 3 else "\n" + "".join(f"    {each},\n" for each in arguments)
 

@@ -62,6 +62,21 @@ def test_the_lines_of_a_page_make_the_law(files, law_pages, law):
     assert block(page, "toml").strip() in as_toml(law_pages.typical.around(drawn))
 
 
+def test_a_formula_has_every_symbol_of_its_law(law_pages):
+    entries = law_pages.formulas.FORMULAS
+    assert set(entries) <= {law.name for law in LAWS}
+    for law in LAWS:
+        for row in law.table() if law.name in entries else ():
+            symbol = law_pages.formulas.latex(row["symbol"])
+            alone = re.escape(symbol) if symbol.startswith("\\") else rf"(?<![A-Za-z]){re.escape(symbol)}"
+            assert re.search(rf"{alone}(?![A-Za-z])", law_pages.formulas.text(law)), (law.name, symbol)
+
+
+def test_a_law_without_a_formula_shows_its_header(law_pages, monkeypatch):
+    monkeypatch.setattr(law_pages.formulas, "FORMULAS", {})
+    assert "tan(alpha)" in law_pages.formulas.text(nf.laws.Cone)
+
+
 def test_the_lines_for_cpp_compile(files, root):
     laws = "".join(f"{{ {block(files[f'{law.name}.md'], 'cpp')} (void)law; }}\n" for law in LAWS)
     code = f'#include "needleforce/laws/all.hpp"\nusing namespace needleforce;\nint main() {{ {laws} }}\n'

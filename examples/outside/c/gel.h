@@ -2,8 +2,7 @@
    Written by needleforce export, version 0.1.0: write it anew rather than change it.
    SI units. Depth counts from the undeformed surface, + inwards; force is + when it opposes insertion.
    Use: nf_init(memory, size, gel, gel_layers, NULL, &why);
-   Reference: Mechanics-based needle insertion force model for a PVA phantom, sec. 2.1-2.4 (source paper of
-     this project)
+   Reference: source paper (force model of needle insertion into a PVA phantom), sec. 2.1-2.4
    Doubt: reduced modulus: chosen so that 0.2101 N is met at 3.237 mm; with the stated 116 kPa it implies a
      Poisson ratio of 0.115, absurd for a hydrogel
    Doubt: half angle: the bevel angle of 15 degrees read as the half angle of a cone, which doubles the
