@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real recordings through the engine: their motion in at 1 kHz, the force of an identified model out, step by step.
+"""Real recordings through the engine: their motion as input at 1 kHz, the force of an identified model as output.
 
     python benchmarks/replay.py [--conditions 2] [--full] [--write docs/replay.md]
 
-Of every condition with three repeats or more (all of a file's name but repeat and date) the last repeat is left out,
-with --full each in turn. The model is identified from the others alone, from cold, and goes through ``nf.Insertion``
-along the motion of the one left out: a prediction; with that one's own punctures, a replay. Positions are logged at
-some 100 Hz; between them runs a cubic that keeps each interval monotone (PCHIP), so that a needle at rest stays at
-rest and none goes beyond where it was seen.
+In every condition with three repeats or more (the file's name without repeat and date) the last repeat is held out,
+with --full each in turn. The model is identified from the others only, without a warm start, and runs in
+``nf.Insertion`` along the motion of the held-out repeat: a prediction; with its own punctures, a replay. Positions are
+logged at some 100 Hz and interpolated by a cubic that keeps each interval monotone (PCHIP): a needle at rest stays at
+rest, and none moves beyond its logged positions.
 """
 
 import argparse
@@ -27,39 +27,39 @@ from needleforce.identification.cross_validation import MeasuredCycle, measured_
 from needleforce.identification.one_layer.fit_recording import segmented
 
 ROOT = Path(__file__).resolve().parents[1]
-UNSEEN = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
+CROSS_VALIDATION = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
 MODELS = ("layered_as_fitted", "layered", "paper")
-WAYS = ("prediction", "replay")
-JUMPS = ("at a rupture", "on the way out", "elsewhere")
+MODES = ("prediction", "replay")
+JUMPS = ("at a rupture", "on withdrawal", "elsewhere")
 TICK = 1e-3  # [s]
 FALL = 0.1  # [s] after a rupture's peak in which its force falls
 
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A force (n,) [N] over time (n,) [s], and when layers gave way [s]."""
+    """A force (n,) [N] over time (n,) [s], and the times of ruptures [s]."""
 
     time: np.ndarray
     force: np.ndarray
     ruptures: np.ndarray
 
     def jumps(self, cycle: MeasuredCycle) -> tuple[float, float, float]:
-        """Largest change in a millisecond [N]: while a layer gives way, on the way out, elsewhere in the cycle. Even
-        over the interval between two samples, where that is longer."""
+        """Largest change in a millisecond [N]: during a rupture, on withdrawal, elsewhere in the cycle. A change is
+        spread evenly over an interval between samples that is longer."""
         start, stop = self.time[:-1], self.time[1:]
         change = np.abs(np.diff(self.force)) * TICK / (stop - start)
         breaks = np.zeros(len(change), bool)
         for time in self.ruptures:
             breaks |= (stop >= time) & (start <= time + FALL)
         inside = (start >= cycle.time[0]) & (stop <= cycle.time[-1])
-        leaves = stop > cycle.time[cycle.stroke == 2].min(initial=np.inf)
-        parts = breaks, ~breaks & leaves, ~breaks & ~leaves
+        withdrawal = stop > cycle.time[cycle.stroke == 2].min(initial=np.inf)
+        parts = breaks, ~breaks & withdrawal, ~breaks & ~withdrawal
         return tuple(float(change[inside & part].max(initial=0.0)) for part in parts)
 
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """One repeat left out: what was measured, and by model and way what the engine gave."""
+    """One held-out repeat: the measured force, and the force of the engine by model and mode."""
 
     source: str
     cycle: MeasuredCycle
@@ -76,30 +76,30 @@ def engine_force(model: nf.Model, recording: nf.Recording, surface: float) -> Tr
     """The engine along the motion of a recording whose surface is at ``surface`` [m], 1000 steps a second."""
     time = np.arange(recording.time[0], recording.time[-1], TICK)
     depths = PchipInterpolator(recording.time, recording.depth)(time) - surface
-    hand = nf.Insertion(model)
-    samples = [hand.step(depth, None, TICK) for depth in depths]
-    odd = {str(sample.status) for sample in samples} - {"ok"}
-    if odd:
-        print(f"{recording.card.source}, {model.name}: a step says {', '.join(odd)}", file=sys.stderr)
-    force, broke = np.array([[sample.force, sample.punctured] for sample in samples]).T
-    return Trace(time, force, time[broke > 0])
+    insertion = nf.Insertion(model)
+    samples = [insertion.step(depth, None, TICK) for depth in depths]
+    problems = {str(sample.status) for sample in samples} - {"ok"}
+    if problems:
+        print(f"{recording.card.source}, {model.name}: status of a step: {', '.join(problems)}", file=sys.stderr)
+    force, punctured = np.array([[sample.force, sample.punctured] for sample in samples]).T
+    return Trace(time, force, time[punctured > 0])
 
 
 def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers: int | None = None) -> Outcome:
-    """The k-th of a condition's files through models of the others."""
-    recordings = [nf.read(file, columns=UNSEEN["COLUMNS"], units=UNSEEN["UNITS"]) for file in files]
+    """The k-th of a condition's files, replayed with models of the others."""
+    recordings = [nf.read(file, columns=CROSS_VALIDATION["COLUMNS"], units=CROSS_VALIDATION["UNITS"]) for file in files]
     own = recordings.pop(k)
     single = segmented(own)
-    # its punctures are given, and nothing else: neither its contact nor its exit
-    given = {"prediction": None, "replay": dataclasses.replace(single.events, contact=None, exit=None)}
+    # a replay uses its punctures only, not its contact or exit
+    known_events = {"prediction": None, "replay": dataclasses.replace(single.events, contact=None, exit=None)}
     traces = {}
     for name in models:
         fit = nf.identify(recordings, model=name, layers=layers if name.startswith("layered") else None)
-        for way, events in given.items():
+        for mode, events in known_events.items():
             model, surface = fit.placed(own, events)
-            traces[name, way] = engine_force(model, own, surface)
-    seen_ruptures = np.array([puncture.time for puncture in single.events.punctures])
-    return Outcome(files[k].stem, measured_cycle(single), Trace(own.time, own.force, seen_ruptures), traces)
+            traces[name, mode] = engine_force(model, own, surface)
+    measured_ruptures = np.array([puncture.time for puncture in single.events.punctures])
+    return Outcome(files[k].stem, measured_cycle(single), Trace(own.time, own.force, measured_ruptures), traces)
 
 
 def numbers(outcome: Outcome, key: tuple[str, str]) -> list[float]:
@@ -115,10 +115,10 @@ def row(cells: list[str]) -> str:
 
 
 def tables(outcomes: list[Outcome]) -> list[str]:
-    """Markdown: medians over the repeats left out, with the worst; then every one of them."""
+    """Markdown: medians over the held-out repeats, with the worst; then every one of them."""
     heads = ["rms, N", "95th percentile, N", "largest, N", "rms / peak", *(f"jump {where}, N" for where in JUMPS)]
     lines = [row(["model", "", *heads]), "|---" * (2 + len(heads)) + "|"]
-    for key in ((name, way) for name in MODELS for way in WAYS):
+    for key in ((name, mode) for name in MODELS for mode in MODES):
         found = np.array([numbers(outcome, key) for outcome in outcomes])
         lines.append(row([f"`{key[0]}`", key[1], *map(spread, found.T)]))
     own = np.array([outcome.measured.jumps(outcome.cycle) for outcome in outcomes])
@@ -131,28 +131,28 @@ def spread(values: np.ndarray) -> str:
 
 
 def each(outcomes: list[Outcome]) -> list[str]:
-    """Markdown: every repeat left out."""
+    """Markdown: every held-out repeat."""
     heads = ["left out", "peak, N", *(f"`{name}`" for name in MODELS), "jumps of `layered`", "measured"]
     lines = [row(heads), "|---" * len(heads) + "|"]
     for outcome in sorted(outcomes, key=lambda outcome: outcome.source):
         name = outcome.source.rsplit("_", 1)[0].replace("__", " ")
-        rms = [", ".join(f"{numbers(outcome, (model, way))[0]:.3f}" for way in WAYS) for model in MODELS]
+        rms = [", ".join(f"{numbers(outcome, (model, mode))[0]:.3f}" for mode in MODES) for model in MODELS]
         traces = outcome.traces["layered", "replay"], outcome.measured
         jumps = [", ".join(f"{jump:.2f}" for jump in trace.jumps(outcome.cycle)) for trace in traces]
         lines.append(row([name, f"{outcome.cycle.peak:.2f}", *rms, *jumps]))
-    said = (
+    caption = (
         f"Rms errors in N of prediction, replay; jumps in N in 1 ms {', '.join(JUMPS)}, of the replay and as measured."
     )
-    return [*lines, "", said]
+    return [*lines, "", caption]
 
 
 def measured(count: int, full: bool) -> list[Outcome]:
-    """Every repeat left out that was asked for; empty where there are no recordings."""
+    """The requested held-out repeats; empty without recordings."""
     folder = runpy.run_path(str(ROOT / "tests" / "conftest.py"))["RECORDINGS"] / "needle-insertion-rig"
     if not folder.is_dir():
-        print(f"no recordings at {folder}: none is replayed")
+        print(f"replay: no real recordings at {folder}; set NEEDLEFORCE_RECORDINGS")
         return []
-    found = list(UNSEEN["conditions"](folder).values())[: None if full else count]
+    found = list(CROSS_VALIDATION["conditions"](folder).values())[: None if full else count]
     outcomes = []
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         work = [pool.submit(left_out, files, k) for files in found for k in (range(len(files)) if full else [-1])]
@@ -175,8 +175,8 @@ def main(count: int, full: bool, write: Path | None) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--conditions", type=int, default=2, help="how many, without --full")
+    parser.add_argument("--conditions", type=int, default=2, help="number of conditions, without --full")
     parser.add_argument("--full", action="store_true", help="each repeat of every condition")
-    parser.add_argument("--write", type=Path)
+    parser.add_argument("--write", type=Path, help="the page to write")
     options = parser.parse_args()
     main(options.conditions, options.full, options.write)
