@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real recordings through the engine: their motion as input at 1 kHz, the force of an identified model as output.
+"""Error on real insertions: the engine gets their motion at 1 kHz and returns the force of an identified model.
 
     python benchmarks/replay.py [--conditions 2] [--full] [--write docs/replay.md]
 
-In every condition with three repeats or more (the file's name without repeat and date) the last repeat is held out,
-with --full each in turn. The model is identified from the others only, without a warm start, and runs in
-``nf.Insertion`` along the motion of the held-out repeat: a prediction; with its own punctures, a replay. Positions are
-logged at some 100 Hz and interpolated by a cubic that keeps each interval monotone (PCHIP): a needle at rest stays at
-rest, and none moves beyond its logged positions.
+Of every condition with three repeats or more (a file's name without repeat and date) the last repeat is held out, with
+--full each in turn. The model is identified from the others only, without a warm start, and run in ``nf.Insertion``
+along the motion of the held-out repeat: a prediction; with that repeat's own punctures, a replay. Positions are logged
+at about 100 Hz and interpolated by a cubic that is monotone in each interval (PCHIP), so that a needle at rest stays at
+rest and no position exceeds the logged range.
 """
 
 import argparse
@@ -29,8 +29,8 @@ from needleforce.identification.one_layer.fit_recording import segmented
 ROOT = Path(__file__).resolve().parents[1]
 CROSS_VALIDATION = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
 MODELS = ("layered_as_fitted", "layered", "paper")
-MODES = ("prediction", "replay")
-JUMPS = ("at a rupture", "on withdrawal", "elsewhere")
+WAYS = ("prediction", "replay")
+JUMPS = ("at a rupture", "during withdrawal", "elsewhere")
 TICK = 1e-3  # [s]
 FALL = 0.1  # [s] after a rupture's peak in which its force falls
 
@@ -44,8 +44,8 @@ class Trace:
     ruptures: np.ndarray
 
     def jumps(self, cycle: MeasuredCycle) -> tuple[float, float, float]:
-        """Largest change in a millisecond [N]: during a rupture, on withdrawal, elsewhere in the cycle. A change is
-        spread evenly over an interval between samples that is longer."""
+        """Largest change in a millisecond [N]: at a rupture, during withdrawal, elsewhere in the cycle. Averaged over
+        the interval between two samples if that is longer."""
         start, stop = self.time[:-1], self.time[1:]
         change = np.abs(np.diff(self.force)) * TICK / (stop - start)
         breaks = np.zeros(len(change), bool)
@@ -59,7 +59,7 @@ class Trace:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """One held-out repeat: the measured force, and the force of the engine by model and mode."""
+    """One held-out repeat: the measured force, and the engine's force by model and mode."""
 
     source: str
     cycle: MeasuredCycle
@@ -78,15 +78,15 @@ def engine_force(model: nf.Model, recording: nf.Recording, surface: float) -> Tr
     depths = PchipInterpolator(recording.time, recording.depth)(time) - surface
     insertion = nf.Insertion(model)
     samples = [insertion.step(depth, None, TICK) for depth in depths]
-    problems = {str(sample.status) for sample in samples} - {"ok"}
-    if problems:
-        print(f"{recording.card.source}, {model.name}: status of a step: {', '.join(problems)}", file=sys.stderr)
-    force, punctured = np.array([[sample.force, sample.punctured] for sample in samples]).T
-    return Trace(time, force, time[punctured > 0])
+    odd = {str(sample.status) for sample in samples} - {"ok"}
+    if odd:
+        print(f"{recording.card.source}, {model.name}: status {', '.join(odd)}", file=sys.stderr)
+    force, broke = np.array([[sample.force, sample.punctured] for sample in samples]).T
+    return Trace(time, force, time[broke > 0])
 
 
 def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers: int | None = None) -> Outcome:
-    """The k-th of a condition's files, replayed with models of the others."""
+    """The k-th of a condition's files through models of the others."""
     recordings = [nf.read(file, columns=CROSS_VALIDATION["COLUMNS"], units=CROSS_VALIDATION["UNITS"]) for file in files]
     own = recordings.pop(k)
     single = segmented(own)
@@ -115,10 +115,10 @@ def row(cells: list[str]) -> str:
 
 
 def tables(outcomes: list[Outcome]) -> list[str]:
-    """Markdown: medians over the held-out repeats, with the worst; then every one of them."""
+    """Markdown: medians over the held-out repeats, with the worst; then each of them."""
     heads = ["rms, N", "95th percentile, N", "largest, N", "rms / peak", *(f"jump {where}, N" for where in JUMPS)]
-    lines = [row(["model", "", *heads]), "|---" * (2 + len(heads)) + "|"]
-    for key in ((name, mode) for name in MODELS for mode in MODES):
+    lines = [row(["model", "mode", *heads]), "|---" * (2 + len(heads)) + "|"]
+    for key in ((name, way) for name in MODELS for way in WAYS):
         found = np.array([numbers(outcome, key) for outcome in outcomes])
         lines.append(row([f"`{key[0]}`", key[1], *map(spread, found.T)]))
     own = np.array([outcome.measured.jumps(outcome.cycle) for outcome in outcomes])
@@ -132,25 +132,25 @@ def spread(values: np.ndarray) -> str:
 
 def each(outcomes: list[Outcome]) -> list[str]:
     """Markdown: every held-out repeat."""
-    heads = ["left out", "peak, N", *(f"`{name}`" for name in MODELS), "jumps of `layered`", "measured"]
+    heads = ["held-out repeat", "peak, N", *(f"`{name}`" for name in MODELS), "jumps of `layered`", "measured"]
     lines = [row(heads), "|---" * len(heads) + "|"]
     for outcome in sorted(outcomes, key=lambda outcome: outcome.source):
         name = outcome.source.rsplit("_", 1)[0].replace("__", " ")
-        rms = [", ".join(f"{numbers(outcome, (model, mode))[0]:.3f}" for mode in MODES) for model in MODELS]
+        rms = [", ".join(f"{numbers(outcome, (model, way))[0]:.3f}" for way in WAYS) for model in MODELS]
         traces = outcome.traces["layered", "replay"], outcome.measured
         jumps = [", ".join(f"{jump:.2f}" for jump in trace.jumps(outcome.cycle)) for trace in traces]
         lines.append(row([name, f"{outcome.cycle.peak:.2f}", *rms, *jumps]))
-    caption = (
-        f"Rms errors in N of prediction, replay; jumps in N in 1 ms {', '.join(JUMPS)}, of the replay and as measured."
+    legend = (
+        f"Rms errors [N]: prediction, replay. Jumps [N in 1 ms]: {', '.join(JUMPS)}; of the replay and as measured."
     )
-    return [*lines, "", caption]
+    return [*lines, "", legend]
 
 
 def measured(count: int, full: bool) -> list[Outcome]:
     """The requested held-out repeats; empty without recordings."""
     folder = runpy.run_path(str(ROOT / "tests" / "conftest.py"))["RECORDINGS"] / "needle-insertion-rig"
     if not folder.is_dir():
-        print(f"replay: no real recordings at {folder}; set NEEDLEFORCE_RECORDINGS")
+        print(f"no recordings in {folder}: nothing is replayed")
         return []
     found = list(CROSS_VALIDATION["conditions"](folder).values())[: None if full else count]
     outcomes = []
@@ -175,8 +175,8 @@ def main(count: int, full: bool, write: Path | None) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--conditions", type=int, default=2, help="number of conditions, without --full")
+    parser.add_argument("--conditions", type=int, default=2, help="how many, without --full")
     parser.add_argument("--full", action="store_true", help="each repeat of every condition")
-    parser.add_argument("--write", type=Path, help="the page to write")
+    parser.add_argument("--write", type=Path)
     options = parser.parse_args()
     main(options.conditions, options.full, options.write)

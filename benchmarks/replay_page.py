@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page docs/replay.md and its figures: the text around the tables of ``replay.py``."""
+"""The page docs/replay.md and its figures, with the tables of ``replay.py``."""
 
 from pathlib import Path
 
@@ -10,30 +10,30 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
 FIGURES = {"best": 0.0, "median": 0.5, "worst": 1.0}
-"""Which held-out repeats are drawn, by the share of those that ``layered`` replays better."""
+"""The held-out repeats that are drawn, by the share of repeats that ``layered`` replays better."""
 COLOURS = {"layered_as_fitted": "#2f6db3", "layered": "#d9822b"}
 INTRODUCTION = """\
-# Real recordings through the engine
+# Error on real insertions at 1 kHz
 
-The engine as a haptic device or a robot would run it: the input is the motion of a real insertion at 1 kHz, the output
-the force of a model identified from other recordings, step by step through `nf.Insertion`, compared with the measured
-force. In each of {conditions} conditions recorded by others in skin, muscle and artery phantoms, the last repeat is
-held out and the model identified from the other repeats, without a warm start. *Prediction* uses the motion only,
-*replay* also the repeat's own punctures. Errors are over the whole cycle: insertion, hold, withdrawal.
+The engine runs as in a haptic device or robot: `nf.Insertion` receives the motion of a real insertion at 1 kHz and
+returns the force of a model identified from other recordings. The force is compared with the measured one. For each
+of {conditions} conditions recorded by others in skin, muscle and artery phantoms, the last repeat is held out and the
+model is identified from the other repeats, without a warm start. *Prediction* uses only the motion of the held-out
+repeat, *replay* also its punctures. Errors are over the complete cycle: insertion, hold, withdrawal.
 
-Positions and forces are logged at some 100 Hz. Positions are interpolated by a cubic that keeps each interval monotone
-(PCHIP): a needle at rest stays at rest, and none moves beyond its logged positions. Made by
+Positions and forces are logged at about 100 Hz. Positions are interpolated by a cubic that is monotone in each interval
+(PCHIP): a needle at rest stays at rest, and no position exceeds the logged range. Made by
 `python benchmarks/replay.py --conditions 99 --write docs/replay.md`; `--full` holds out each repeat in turn.
 
-*Jumps* are the largest change of the force in 1 ms: within {fall:g} s of a rupture, on withdrawal, and elsewhere.
-Those of the measured force are averaged over the 10 ms between two samples: changes within a single millisecond were
-not measured. Medians over the held-out repeats, in brackets the worst.
+*Jumps* are the largest change of the force in 1 ms: within {fall:g} s of a rupture, during withdrawal, and elsewhere.
+Jumps of the measured force are averages over the 10 ms between two samples; changes within a single millisecond were
+not recorded. Values are medians over the held-out repeats, with the worst in brackets.
 """
 
 
 def write(page: Path, outcomes: list, tables: list[str], fall: float) -> None:
-    """Writes the page, and its figures to ``figures`` next to it; the sections below the tables are kept."""
-    sections = page.read_text(encoding="utf-8").partition("\n## ")[2] if page.exists() else "Discussion\n"
+    """Writes the page, and its figures into the folder ``figures`` next to it; keeps the text below the tables."""
+    observations = page.read_text(encoding="utf-8").partition("\n## Observations\n")[2] if page.exists() else ""
     ranked = sorted(outcomes, key=lambda outcome: relative(outcome))
     figures = []
     for name, share in FIGURES.items():
@@ -44,7 +44,7 @@ def write(page: Path, outcomes: list, tables: list[str], fall: float) -> None:
             f"![Measured and replayed force over time](figures/replay_{name}.svg)\n\n*The {name}: {condition}.*\n"
         )
     parts = INTRODUCTION.format(conditions=len(outcomes), fall=fall), "\n".join(tables), "", "\n".join(figures)
-    page.write_text("\n".join(parts) + "\n## " + sections, encoding="utf-8")
+    page.write_text("\n".join(parts) + "\n## Observations\n" + observations, encoding="utf-8")
 
 
 def relative(outcome) -> float:
@@ -53,7 +53,7 @@ def relative(outcome) -> float:
 
 
 def draw(outcome, path: Path) -> None:
-    """Prediction and replay over time, and 0.2 s around the steepest measured drop."""
+    """Prediction and replay over time, and 0.2 s around the steepest measured fall."""
     plt.rcParams.update(
         {"svg.fonttype": "none", "svg.hashsalt": "replay", "path.simplify_threshold": 0.7, "font.size": 8}
     )
@@ -62,11 +62,11 @@ def draw(outcome, path: Path) -> None:
     inwards = cycle.stroke == 0
     steepest = cycle.time[inwards][np.argmin(np.diff(cycle.force[inwards]))]
     spans = (cycle.time[0], cycle.time[-1]), (steepest - 0.08, steepest + 0.12)
-    for mode, panels in zip(("prediction", "replay"), axes):
+    for way, panels in zip(("prediction", "replay"), axes):
         for panel, span, marker in zip(panels, spans, (None, ".")):
             panel.plot(*within(span, outcome.measured), color="#333333", lw=1.2, marker=marker, label="measured")
             for model, colour in COLOURS.items():
-                panel.plot(*within(span, outcome.traces[model, mode]), color=colour, lw=0.9, label=f"{model}, {mode}")
+                panel.plot(*within(span, outcome.traces[model, way]), color=colour, lw=0.9, label=f"{model}, {way}")
             panel.set_xlim(span)
             panel.grid(lw=0.3)
         panels[0].set_ylabel("force [N]")

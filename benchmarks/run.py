@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Performance requirements as ratios, each measured in one run on one machine: ``make bench``. Prints each measured
-value with its requirement."""
+"""Performance limits as ratios, each measured in one run on one machine: ``make bench``. Prints each measured value
+with its limit."""
 
 import argparse
 import importlib.util
@@ -64,7 +64,7 @@ def shown(times: dict, keys=("p50", "p99", "p999", "max")) -> str:
 def step():
     """Work of a step compared with the bare closed form, each waiting for the result of the call before.
 
-    The requirement is on the work only: of every batch of 256 steps the shortest of 15 passes from the same state. Next
+    The limit is on the work only: of every batch of 256 steps the shortest of 15 passes from the same state. Next
     to it are the times of all passes as measured by the clock, also for a chain of additions as long as a step: the
     tail that both have comes from the machine.
     """
@@ -80,7 +80,7 @@ def step():
         yield f"{LABELS[name]}: work only (ns)", shown(alone[name]), "", True
     yield "step / bare closed form, p99.9 of the work", f"{one / bare:.1f}", "<= 10", one <= 10 * bare
     for name in ("step", "bare", "still", "4 layers"):
-        yield f"{LABELS.get(name, name)}: as measured by the clock (ns)", shown(rows[name]["seen"]), "", True
+        yield f"{LABELS.get(name, name)}: all passes (ns)", shown(rows[name]["seen"]), "", True
     for name, times in alone.items():
         if name not in LABELS:
             bar = ("p99.9 <= 250", four <= 250) if name == "4 layers" else ("", True)
@@ -215,7 +215,7 @@ def reading():
 
 
 def starting():
-    """Time of import and help. An absolute requirement: printed and not asserted anywhere."""
+    """Time of import and help. An absolute limit: printed and not asserted anywhere."""
     bare = best(lambda: subprocess.run([sys.executable, "-c", "pass"], check=True), 5)
     for what, code, bar in (
         ("import needleforce", "import needleforce as nf; nf.preset, nf.Insertion", 0.3),
@@ -308,15 +308,13 @@ def extra(name: str, full: bool) -> list[str]:
 def main(full: bool, only: list[str]) -> None:
     """Runs every part, or only the named ones, and prints one table; the tables of the scripts follow."""
     console = Console(width=110)
-    table = Table("quantity", "measured", "required", "", title="needleforce, benchmarks", title_justify="left")
+    table = Table("quantity", "measured", "limit", "", title="needleforce, benchmarks", title_justify="left")
     for part in (*PARTS, *((many_samples,) if full or "many_samples" in only else ())):
         if only and part.__name__ not in only:
             continue
         with console.status(part.__doc__.splitlines()[0]):
-            for what, measured, required, met in part():
-                table.add_row(
-                    what, measured, required, "" if not required or met is None else "met" if met else "NOT MET"
-                )
+            for what, measured, limit, met in part():
+                table.add_row(what, measured, limit, "" if not limit or met is None else "met" if met else "NOT MET")
     if table.row_count:
         console.print(table)
     for name in SCRIPTS:
