@@ -30,21 +30,21 @@ FAULTS = {
     "lost_burst": Fault("packets lost in a row each time; the share stays", 1.0, 1000.0, 1.0),
     "doubled": _share("packets that arrive twice"),
     "reordered": _share("packets that one to three later ones overtake"),
-    "late": _share("packets delayed, each by up to late_ms"),
+    "late": _share("packets held up, each by up to late_ms"),
     "late_ms": Fault("longest delay of a late packet [ms]", 1.0, 10_000.0, 20.0),
-    "status_error": _share("records whose status reports a failed serial link of the sensor"),
-    "stale": _share("records that repeat the reading before: neither the sample counter nor the counts change"),
-    "foreign": _share("packets sent together with one of random counts from another socket"),
-    "wrong_size": _share("packets sent together with a truncated or too long one"),
+    "status_error": _share("records whose status says that the sensor's serial link failed"),
+    "stale": _share("records that repeat the reading before: the sample counter and the counts stand"),
+    "foreign": _share("packets beside which one of random counts comes from another socket"),
+    "wrong_size": _share("packets beside which one comes that is cut short or too long"),
     "sensor_drift_ppm": Fault(
         "how much faster the sensor's clock runs than the rig's [1e-6]", -10_000.0, 10_000.0, 0.0
     ),
     "axis_drift_ppm": Fault("how much faster the axis' clock runs than the rig's [1e-6]", -10_000.0, 10_000.0, 0.0),
-    "clock_offset_s": Fault("time of the axis' clock at the rig's start [s]", -1e6, 1e6, 0.0),
+    "clock_offset_s": Fault("what the axis' clock shows at the rig's start [s]", -1e6, 1e6, 0.0),
     "stall_at_s": _moment("the axis is stuck"),
-    "axis_silent_at_s": _moment("the axis neither receives nor sends"),
-    "sensor_silent_at_s": _moment("the sensor neither receives nor sends"),
-    "power_cut_s": _moment("all motion stops and nothing answers"),
+    "axis_silent_at_s": _moment("the axis neither hears nor says anything"),
+    "sensor_silent_at_s": _moment("the sensor neither hears nor sends anything"),
+    "power_cut_s": _moment("everything stands still and nothing answers"),
 }
 
 
