@@ -29,7 +29,7 @@ from needleforce.identification.one_layer.fit_recording import segmented
 ROOT = Path(__file__).resolve().parents[1]
 CROSS_VALIDATION = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
 MODELS = ("layered_as_fitted", "layered", "paper")
-WAYS = ("prediction", "replay")
+MODES = ("prediction", "replay")
 JUMPS = ("at a rupture", "during withdrawal", "elsewhere")
 TICK = 1e-3  # [s]
 FALL = 0.1  # [s] after a rupture's peak in which its force falls
@@ -52,8 +52,8 @@ class Trace:
         for time in self.ruptures:
             breaks |= (stop >= time) & (start <= time + FALL)
         inside = (start >= cycle.time[0]) & (stop <= cycle.time[-1])
-        withdrawal = stop > cycle.time[cycle.stroke == 2].min(initial=np.inf)
-        parts = breaks, ~breaks & withdrawal, ~breaks & ~withdrawal
+        leaves = stop > cycle.time[cycle.stroke == 2].min(initial=np.inf)
+        parts = breaks, ~breaks & leaves, ~breaks & ~leaves
         return tuple(float(change[inside & part].max(initial=0.0)) for part in parts)
 
 
@@ -78,9 +78,9 @@ def engine_force(model: nf.Model, recording: nf.Recording, surface: float) -> Tr
     depths = PchipInterpolator(recording.time, recording.depth)(time) - surface
     insertion = nf.Insertion(model)
     samples = [insertion.step(depth, None, TICK) for depth in depths]
-    odd = {str(sample.status) for sample in samples} - {"ok"}
-    if odd:
-        print(f"{recording.card.source}, {model.name}: status {', '.join(odd)}", file=sys.stderr)
+    refused = {str(sample.status) for sample in samples} - {"ok"}
+    if refused:
+        print(f"{recording.card.source}, {model.name}: status {', '.join(refused)}", file=sys.stderr)
     force, broke = np.array([[sample.force, sample.punctured] for sample in samples]).T
     return Trace(time, force, time[broke > 0])
 
@@ -90,12 +90,12 @@ def left_out(files: list[Path], k: int, models: tuple[str, ...] = MODELS, layers
     recordings = [nf.read(file, columns=CROSS_VALIDATION["COLUMNS"], units=CROSS_VALIDATION["UNITS"]) for file in files]
     own = recordings.pop(k)
     single = segmented(own)
-    # a replay uses its punctures only, not its contact or exit
-    known_events = {"prediction": None, "replay": dataclasses.replace(single.events, contact=None, exit=None)}
+    # its punctures are given, and nothing else: neither its contact nor its exit
+    given = {"prediction": None, "replay": dataclasses.replace(single.events, contact=None, exit=None)}
     traces = {}
     for name in models:
         fit = nf.identify(recordings, model=name, layers=layers if name.startswith("layered") else None)
-        for mode, events in known_events.items():
+        for mode, events in given.items():
             model, surface = fit.placed(own, events)
             traces[name, mode] = engine_force(model, own, surface)
     measured_ruptures = np.array([puncture.time for puncture in single.events.punctures])
@@ -118,7 +118,7 @@ def tables(outcomes: list[Outcome]) -> list[str]:
     """Markdown: medians over the held-out repeats, with the worst; then each of them."""
     heads = ["rms, N", "95th percentile, N", "largest, N", "rms / peak", *(f"jump {where}, N" for where in JUMPS)]
     lines = [row(["model", "mode", *heads]), "|---" * (2 + len(heads)) + "|"]
-    for key in ((name, way) for name in MODELS for way in WAYS):
+    for key in ((name, mode) for name in MODELS for mode in MODES):
         found = np.array([numbers(outcome, key) for outcome in outcomes])
         lines.append(row([f"`{key[0]}`", key[1], *map(spread, found.T)]))
     own = np.array([outcome.measured.jumps(outcome.cycle) for outcome in outcomes])
@@ -136,7 +136,7 @@ def each(outcomes: list[Outcome]) -> list[str]:
     lines = [row(heads), "|---" * len(heads) + "|"]
     for outcome in sorted(outcomes, key=lambda outcome: outcome.source):
         name = outcome.source.rsplit("_", 1)[0].replace("__", " ")
-        rms = [", ".join(f"{numbers(outcome, (model, way))[0]:.3f}" for way in WAYS) for model in MODELS]
+        rms = [", ".join(f"{numbers(outcome, (model, mode))[0]:.3f}" for mode in MODES) for model in MODELS]
         traces = outcome.traces["layered", "replay"], outcome.measured
         jumps = [", ".join(f"{jump:.2f}" for jump in trace.jumps(outcome.cycle)) for trace in traces]
         lines.append(row([name, f"{outcome.cycle.peak:.2f}", *rms, *jumps]))

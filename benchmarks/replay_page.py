@@ -62,11 +62,11 @@ def draw(outcome, path: Path) -> None:
     inwards = cycle.stroke == 0
     steepest = cycle.time[inwards][np.argmin(np.diff(cycle.force[inwards]))]
     spans = (cycle.time[0], cycle.time[-1]), (steepest - 0.08, steepest + 0.12)
-    for way, panels in zip(("prediction", "replay"), axes):
+    for mode, panels in zip(("prediction", "replay"), axes):
         for panel, span, marker in zip(panels, spans, (None, ".")):
             panel.plot(*within(span, outcome.measured), color="#333333", lw=1.2, marker=marker, label="measured")
             for model, colour in COLOURS.items():
-                panel.plot(*within(span, outcome.traces[model, way]), color=colour, lw=0.9, label=f"{model}, {way}")
+                panel.plot(*within(span, outcome.traces[model, mode]), color=colour, lw=0.9, label=f"{model}, {mode}")
             panel.set_xlim(span)
             panel.grid(lw=0.3)
         panels[0].set_ylabel("force [N]")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot inserts a needle under force control and stops at the puncture of the second layer. Twin of
+// A robot pushes a needle under force control and stops where the second layer is punctured. Twin of
 // admittance.py, which explains and draws it.
 //   g++ -std=c++20 -O2 -Iinclude examples/admittance.cpp -o admittance && ./admittance
 #include <algorithm>
