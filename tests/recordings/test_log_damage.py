@@ -44,7 +44,7 @@ def counts(content: bytes) -> int:
 
 
 @pytest.mark.parametrize("form", range(4))
-def test_a_file_cut_at_any_byte_gives_all_that_was_whole(bench, tmp_path, form):
+def test_a_truncated_file_is_read_up_to_its_last_complete_record(bench, tmp_path, form):
     content = bench["valid"](tmp_path / "whole.mcap", *bench["FORMS"][form], count=200)
     places = list(records(content))
     ends = [at + 9 + length for at, _, length in places]
