@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Repeats of real recordings foretold from the others, beside how well the experiment repeats itself.
+"""Cross-validation: held-out repeats of real recordings predicted from the others, over the repeatability floor.
 
     python benchmarks/cross_validation.py [--full] [--write docs/cross_validation.md]
 
-Every condition with three repeats or more; a condition is all of a file's name but its last two parts, repeat and
-date. Models are identified from cold for every repeat left out, so that --full takes some twenty minutes on two cores;
-without it a few conditions and two layers show the way.
+Uses every condition with three repeats or more; the condition is the file's name without its last two parts, repeat and
+date. Models are identified without a warm start for every held-out repeat, so that --full takes some twenty minutes on
+two cores; without it, two conditions and no passive layered model.
 """
 
 import argparse
@@ -26,17 +26,17 @@ COLUMNS = {"force": "fz", "depth": "pz", "time": "time"}
 UNITS = {"time": "us", "depth": "mm", "force": "N"}
 ONE_LAYER = ("paper", "cone_cylinder", "power_law", "okamura", "maurin")
 LAYERED = ("layered_as_fitted", "layered")
-SHORT = 2  # conditions without --full
-HEAD = """# Repeats that were not seen
+FEW_CONDITIONS = 2  # without --full
+HEAD = """# Cross-validation on held-out repeats
 
-Each repeat of {conditions} conditions is foretold by a model identified from the others alone, from cold.
-There are {files} files, recorded by others in skin, muscle and artery phantoms at 1 to 3 mm/s. Numbers are errors over
-the *floor*: the mean of the other repeats of the same motion, by depth in the strokes and by time in the hold. Both are
-rms over the whole cycle, hold included, over the peak. *Prediction* knows the motion alone, *replay* also the repeat's
-punctures where they were seen. A perfect predictor stands at {perfect:.2f}.
+Each repeat of {conditions} conditions is predicted by a model identified from the other repeats only, without a warm
+start. The {files} files were recorded by others in skin, muscle and artery phantoms at 1 to 3 mm/s. Values are errors
+over the *floor*, the error of the mean of the other repeats of the same motion, by depth in the strokes and by time in
+the hold. Both errors are rms over the whole cycle, hold included, over the peak. *Prediction* uses the motion only,
+*replay* also the repeat's own detected punctures. A perfect predictor would reach {perfect:.2f}.
 
-Made by `python benchmarks/cross_validation.py --full --write docs/cross_validation.md`; conditions are
-taken from the files' names, and nothing is set by them.
+Made by `python benchmarks/cross_validation.py --full --write docs/cross_validation.md`. Conditions are taken from the
+file names; no setting depends on them.
 
 """
 
@@ -63,7 +63,7 @@ def compared(files: list[Path], models: tuple[str, ...]) -> tuple[ModelRow, ...]
 
 
 def table(rows: dict[str, dict[str, ModelRow]]) -> list[str]:
-    """Markdown: medians over conditions for every model, then every condition with the layered ones."""
+    """Markdown: medians over conditions for every model, then every condition."""
     models = [model for model in (*ONE_LAYER, *LAYERED) if all(model in row for row in rows.values())]
     heads = ("prediction, median", "90th percentile", "replay, median", "90th percentile", *STROKES)
     lines = [f"| model | {' | '.join(heads)} |", "|---" * (1 + len(heads)) + "|"]
@@ -85,15 +85,15 @@ def table(rows: dict[str, dict[str, ModelRow]]) -> list[str]:
         lines.append(
             f"| {name.replace('__', ' ')} | {len(cross_validation.floor)} | {floor:.3f} | " + " | ".join(shown) + " |"
         )
-    return [*lines, "", "Prediction, replay of every condition."]
+    return [*lines, "", "For each condition and model: prediction, replay."]
 
 
 def main(full: bool, write: Path | None) -> None:
     folder = runpy.run_path(str(ROOT / "tests" / "conftest.py"))["RECORDINGS"] / "needle-insertion-rig"
     if not folder.is_dir():
-        print(f"no recordings at {folder}: repeats left out are not measured")
+        print(f"cross-validation: no real recordings at {folder}; set NEEDLEFORCE_RECORDINGS")
         return
-    found = dict(list(conditions(folder).items())[: None if full else SHORT])
+    found = dict(list(conditions(folder).items())[: None if full else FEW_CONDITIONS])
     models = (*ONE_LAYER, *(LAYERED if full else LAYERED[:1]))
     rows: dict[str, dict[str, ModelRow]] = {}
     with ProcessPoolExecutor(os.cpu_count()) as pool:
@@ -114,7 +114,7 @@ def main(full: bool, write: Path | None) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--full", action="store_true")
-    parser.add_argument("--write", type=Path)
+    parser.add_argument("--full", action="store_true", help="every condition, and also the model layered")
+    parser.add_argument("--write", type=Path, help="the page to write")
     options = parser.parse_args()
     main(options.full, options.write)

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Live recordings with random damage, read back: no crash, no hang, no memory without bound.
+"""Live recordings with random damage, read back: no crash, no hang, no unbounded memory.
 
     python benchmarks/damaged_files.py [--files 10000]
 
-Every file is a sound one, chunked or not and packed or not, with some of: bytes changed, bits turned, a piece cut out,
-doubled or put elsewhere, the end cut off, a length made huge. It is read whole, read in part, or refused with an
-InputError; anything else ends the run. The worst processor time is told as a ratio to the median of sound files.
+Every file is a valid one, chunked or not and compressed or not, with one to four changes: bytes changed, bits flipped,
+a piece removed, duplicated or moved, the end removed, a length made huge. It is read completely, read in part, or
+refused with an InputError; anything else ends the benchmark. The worst processor time is printed as a ratio to the
+median of valid files.
 """
 
 import argparse
@@ -28,9 +29,10 @@ FORMS = [(True, CompressionType.ZSTD), (True, CompressionType.LZ4), (True, Compr
          (False, CompressionType.NONE)]  # fmt: skip
 HUGE = (2**63, 2**64 - 1, 2**40, 2**31, 2**32 - 1, 1 << 26, 0)
 START = 1_790_000_000_000_000_000  # ns
+SAMPLES = 385  # of a valid recording: the wrenches up to the last axis state
 
 
-def sound(path: Path, chunked: bool, compression: CompressionType, count: int = 400) -> bytes:
+def valid(path: Path, chunked: bool, compression: CompressionType, count: int = 400) -> bytes:
     """The bytes of an insertion of ``count`` wrenches."""
     with open(path, "wb") as file:
         writer = Writer(file, use_chunking=chunked, compression=compression, chunk_size=8000)
@@ -80,7 +82,7 @@ def damaged(content: bytes, chance: random.Random) -> bytes:
 
 
 def _length_of_a_record(data: bytes, chance: random.Random) -> int:
-    """Where the length of one of the records stands."""
+    """The position of the length field of one of the records."""
     places, at = [], 8
     while at + 9 <= len(data) and len(places) < 500:
         places.append(at + 1)
@@ -88,41 +90,41 @@ def _length_of_a_record(data: bytes, chance: random.Random) -> int:
     return chance.choice(places)
 
 
-def outcome(path: Path, whole: int) -> str:
-    """How a damaged file was read: whole, in part, or refused."""
+def outcome(path: Path, samples: int) -> str:
+    """How a damaged file was read: completely (with at least ``samples`` samples), in part, or refused."""
     try:
         recording = read(path)
     except nf.InputError:
         return "refused"
-    told = {"damaged", "cut_off", "incomplete", "left_out", "lost"} & {note.kind for note in recording.notes}
-    return "read whole" if len(recording) >= whole and not told else "read in part"
+    problems = {"damaged", "cut_off", "incomplete", "left_out", "lost"} & {note.kind for note in recording.notes}
+    return "read completely" if len(recording) >= samples and not problems else "read in part"
 
 
 def study(files: int, seed: int = 1) -> dict[str, float]:
-    """Counts of outcomes over damaged ``files``, the worst time as a ratio to a sound file's, peak memory [MB]."""
-    chance, counts = random.Random(seed), {"read whole": 0, "read in part": 0, "refused": 0}
+    """Counts of outcomes over damaged ``files``, worst time as a ratio to a valid file's, peak memory [MB]."""
+    chance, counts = random.Random(seed), {"read completely": 0, "read in part": 0, "refused": 0}
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "run.mcap"
-        contents = [sound(path, *form) for form in FORMS]
-        usual, whole = _sound_time(path, contents), 385
+        contents = [valid(path, *form) for form in FORMS]
+        usual = _valid_time(path, contents)
         before, worst = _peak(), 0.0
         for number in range(files):
             path.write_bytes(damaged(contents[number % len(contents)], chance))
             begun = time.process_time()
-            counts[outcome(path, whole)] += 1
+            counts[outcome(path, SAMPLES)] += 1
             worst = max(worst, time.process_time() - begun)
     return counts | {
-        "worst processor time over a sound file's": worst / usual,
-        "memory above a sound file's [MB]": _peak() - before,
+        "worst processor time, ratio to a valid file": worst / usual,
+        "memory above that of a valid file [MB]": _peak() - before,
     }
 
 
-def _sound_time(path: Path, contents: list[bytes]) -> float:
+def _valid_time(path: Path, contents: list[bytes]) -> float:
     times = []
     for content in contents * 5:
         path.write_bytes(content)
         begun = time.process_time()
-        assert outcome(path, 385) == "read whole"
+        assert outcome(path, SAMPLES) == "read completely"
         times.append(time.process_time() - begun)
     return sorted(times)[len(times) // 2]
 

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The complete fit beside what one would take instead, over the same recordings: right fits, errors and time.
+"""The complete fit compared with other methods, over the same recordings: correct fits, errors and time.
 
     python benchmarks/fit_peers.py [--full] [--write FILE]
 
-Peers fit the same five numbers to both strokes with the faster of two ways to write the model, by scipy's curve_fit,
-lmfit's leastsq and Nelder-Mead from starts within 10 % of the truth, and by scipy's differential evolution between
-half and twice the truth. Ours gets no start. A fit is right with the puncture within 0.05 mm and the contact,
-stiffness, friction and cutting within four standard errors: of the method's own, where one that gives none is not
-right, and of the same for every method, those of least squares at the truth with the puncture known. Without ``--full``
-few recordings (under a minute); with it 1000 at each noise, and 50 for differential evolution.
+The other methods fit the same five parameters to both strokes, with the faster of two forms of the model: scipy's
+curve_fit, lmfit's leastsq and Nelder-Mead from starts within 10 % of the truth, and scipy's differential evolution
+between half and twice the truth. ``fit_cycle`` gets no start. A fit is correct if the puncture is within 0.05 mm, and
+contact, stiffness, friction and cutting are within four standard errors. Two kinds of standard errors are used: the
+method's own (a method that gives none is not correct), and the same for every method, those of least squares at the
+truth with known puncture. Without ``--full`` few recordings (under a minute); with it 1000 at each noise, and 50 for
+differential evolution.
 """
 
 import argparse
@@ -40,7 +41,7 @@ SHOWN = (
 
 @dataclass
 class Outcome:
-    """One fit: values and standard errors by quantity (NaN where none is given), and seconds."""
+    """One fit: values and standard errors by quantity (NaN if the method gives none), and its time [s]."""
 
     values: dict
     errors: dict
@@ -56,7 +57,7 @@ def ours(arrays, truth, seed) -> Outcome:
 
 
 def peer(solve: Callable) -> Callable:
-    """A peer that takes the model, depth, force, the truth in ORDER and a random generator."""
+    """A method whose ``solve`` takes the model, depth, force, the truth in ORDER and a random generator."""
 
     def fit(arrays, truth, seed) -> Outcome:
         depth, force, model = np.concatenate(arrays[0::2]), np.concatenate(arrays[1::2]), sliced(len(arrays[0]))
@@ -78,10 +79,12 @@ def by_curve_fit(model, depth, force, at, random):
 
 def by_lmfit(method: str) -> Callable:
     def solve(model, depth, force, at, random):
-        given = lmfit.Parameters()
+        parameters = lmfit.Parameters()
         for name, value in zip(ORDER, at * random.uniform(0.9, 1.1, 5)):
-            given.add(name, value)
-        found = lmfit.minimize(lambda p: model(depth, *(p[name].value for name in ORDER)) - force, given, method=method)
+            parameters.add(name, value)
+        found = lmfit.minimize(
+            lambda p: model(depth, *(p[name].value for name in ORDER)) - force, parameters, method=method
+        )
         rows = [found.params[name] for name in ORDER]
         return [row.value for row in rows], [np.nan if row.stderr is None else row.stderr for row in rows]
 
@@ -103,11 +106,11 @@ METHODS = {
     "lmfit nelder": peer(by_lmfit("nelder")),
     "scipy differential_evolution": peer(by_differential_evolution),
 }
-FEW = "scipy differential_evolution"
+SLOWEST = "scipy differential_evolution"
 
 
-def least_errors(arrays, truth, noise: float) -> dict:
-    """Standard errors of least squares at the truth, the puncture known: no method can have smaller ones."""
+def smallest_errors(arrays, truth, noise: float) -> dict:
+    """Standard errors of least squares at the truth, with known puncture: no method can have smaller ones."""
     inwards, outwards = (depth - truth["contact_depth"] for depth in arrays[0::2])
     loading = (inwards > 0.0) & (inwards <= truth["puncture_indentation"])
     cutting = inwards > truth["puncture_indentation"]
@@ -123,7 +126,7 @@ def least_errors(arrays, truth, noise: float) -> dict:
     return dict(zip(PARAMETERS, noise * np.sqrt(np.diagonal(covariance)) / scale))
 
 
-def right(outcome: Outcome, truth: dict, errors: dict) -> bool:
+def correct(outcome: Outcome, truth: dict, errors: dict) -> bool:
     near = all(abs(outcome.values[name] - truth[name]) <= SIGMAS * errors[name] < np.inf for name in PARAMETERS)
     return near and abs(outcome.values["puncture_depth"] - truth["puncture_depth"]) <= PUNCTURE
 
@@ -139,16 +142,16 @@ def shown_errors(outcomes: list, truths: list) -> list[float]:
 
 
 def rows_of(noise: float, counts: dict[str, int]) -> list[list]:
-    """One row a method: recordings, right by its own and by common errors, median errors, milliseconds, times ours."""
+    """One row per method: recordings, correct by own and by common errors, median errors, milliseconds, time ratio."""
     done = {name: [] for name in METHODS}
     for k in range(max(counts.values())):
         arrays, truth = simulate(7_000_000 + k + round(1e8 * noise), noise)
-        common = least_errors(arrays, truth, noise)
+        common = smallest_errors(arrays, truth, noise)
         for name, method in METHODS.items():
             if k < counts[name]:
                 outcome = method(arrays, truth, k)
-                own = right(outcome, truth, outcome.errors) if np.isfinite(outcome.errors["contact_depth"]) else None
-                done[name].append((outcome, truth, own, right(outcome, truth, common)))
+                own = correct(outcome, truth, outcome.errors) if np.isfinite(outcome.errors["contact_depth"]) else None
+                done[name].append((outcome, truth, own, correct(outcome, truth, common)))
         progress(f"{1e3 * noise:.0f} mN", k + 1, max(counts.values()))
     middle = {name: 1e3 * float(np.median([each[0].seconds for each in fits])) for name, fits in done.items()}
     reference = middle["needleforce fit_cycle"]
@@ -159,18 +162,18 @@ def rows_of(noise: float, counts: dict[str, int]) -> list[list]:
 
 
 def summary(fits: list[tuple]) -> list:
-    """Recordings, shares of right fits, the first None where no fit gave errors, and median errors."""
+    """Recordings, shares of correct fits (the first is None if no fit gave errors), and median errors."""
     outcomes, truths, own, same = zip(*fits)
-    told = None if all(each is None for each in own) else 100 * sum(each is True for each in own) / len(fits)
-    return [len(fits), told, 100 * sum(same) / len(fits), *shown_errors(outcomes, truths)]
+    own_share = None if all(each is None for each in own) else 100 * sum(each is True for each in own) / len(fits)
+    return [len(fits), own_share, 100 * sum(same) / len(fits), *shown_errors(outcomes, truths)]
 
 
-HEAD = ["noise mN", "method", "recordings", "right %, own errors", "right %, same errors"]
-HEAD += [shown for _, shown, _ in SHOWN] + ["median ms", "times ours"]
+HEAD = ["noise mN", "method", "recordings", "correct %, own errors", "correct %, same errors"]
+HEAD += [shown for _, shown, _ in SHOWN] + ["median ms", "time ÷ fit_cycle"]
 
 
 def markdown(rows: list[list]) -> str:
-    """The table in Markdown, numbers in three digits."""
+    """The table in Markdown, values with three digits."""
     lines = ["| " + " | ".join(HEAD) + " |", "|---:|---|" + "---:|" * (len(HEAD) - 2)]
     return "\n".join(lines + ["| " + " | ".join(map(cell, row)) + " |" for row in rows])
 
@@ -185,15 +188,15 @@ def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--full", action="store_true", help="1000 recordings at each noise, 50 for the slowest")
     options.add_argument("--write", type=Path, help="a file for the table")
-    given = options.parse_args()
-    counts = dict.fromkeys(METHODS, 1000 if given.full else 12) | {FEW: 50 if given.full else 1}
+    arguments = options.parse_args()
+    counts = dict.fromkeys(METHODS, 1000 if arguments.full else 12) | {SLOWEST: 50 if arguments.full else 1}
     rows = []
     for noise in NOISES:
         rows += rows_of(noise, counts)
-    print(f"\nright: puncture within 0.05 mm, the rest within {SIGMAS:g} standard errors; errors are medians\n")
+    print(f"\ncorrect: puncture within 0.05 mm, the others within {SIGMAS:g} standard errors; errors are medians\n")
     print(markdown(rows), flush=True)
-    if given.write:
-        given.write.write_text(markdown(rows) + "\n", encoding="utf-8")
+    if arguments.write:
+        arguments.write.write_text(markdown(rows) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -3,8 +3,8 @@
 
     python benchmarks/loading_curves.py [--figure FILE.svg]
 
-Every law is fitted to the same samples with a contact depth of its own. A condition is what repeats share: a file's
-name without the number of the repeat and the date. Prints tables in Markdown.
+Every law is fitted to the same samples with its own contact depth. Files are repeats of one condition if their names
+differ only in the number of the repeat and the date. Prints tables in Markdown.
 """
 
 import argparse
@@ -26,18 +26,18 @@ from needleforce.identification.statistics.noise import noise_of
 from needleforce.identification.statistics.regression import independent_samples
 from needleforce.identification.strokes import strokes_of
 
-LAWS, AGAINST = tuple(CURVES), "cone_cylinder"
+LAWS, REFERENCE = tuple(CURVES), "cone_cylinder"
 PERCENTILES, SHARES = (10, 50, 90), (1.0, 0.9, 0.8)
-CLEAR, LEAST_FREE = 0.3e-3, 50  # [m] before the contact, and samples of free travel that tell its noise
-CLOSE = 6  # of BIC: odds of 20 to 1, "strong" in Kass & Raftery (1995)
+CONTACT_MARGIN_M, MIN_FREE_SAMPLES = 0.3e-3, 50  # kept clear before the contact; least free travel for its noise
+CLOSE_BIC = 6  # odds of 20 to 1, "strong" in Kass & Raftery (1995)
 
 
 @dataclass(frozen=True)
 class Loading:
     """One recording: its condition; BIC, BIC of correlated samples and residual / peak by law; exponent; n_eff / n.
 
-    ``noise`` is the sd of the free travel over the residual rms of ``AGAINST``, ``alike`` its correlation length in
-    samples; NaN where there is hardly any free travel.
+    ``noise`` is the sd of the free travel over the residual rms of ``REFERENCE``, ``correlation_length`` is in samples;
+    NaN with less than ``MIN_FREE_SAMPLES`` of free travel.
     """
 
     condition: str
@@ -47,11 +47,11 @@ class Loading:
     exponent: float
     independent: float
     noise: float
-    alike: float
+    correlation_length: float
 
 
 def insertions(folder: Path) -> tuple[list[tuple], Counter]:
-    """Condition, depth, force and contact depth of every loading curve of a folder, and what became of each file."""
+    """Condition, depth, force and contact depth of every loading curve in a folder, and file counts by status."""
     found, outcomes = [], Counter()
     for path in sorted(folder.glob("*.csv")):
         try:
@@ -79,7 +79,7 @@ def loadings(curves: list[tuple], share: float) -> list[Loading]:
         except nf.InputError as error:
             print(f"{name}: {error}")
             continue
-        found.append(loading(name, fits, force[:end][depth[:end] < contact - CLEAR]))
+        found.append(loading(name, fits, force[:end][depth[:end] < contact - CONTACT_MARGIN_M]))
     return found
 
 
@@ -89,8 +89,8 @@ def condition(stem: str) -> str:
 
 
 def loading(name: str, fits: dict, free: np.ndarray) -> Loading:
-    quiet = noise_of(free - free.mean(), len(free), 1, 1.0) if len(free) >= LEAST_FREE else None
-    rms = fits[AGAINST].nrmse * fits[AGAINST].peak
+    quiet = noise_of(free - free.mean(), len(free), 1, 1.0) if len(free) >= MIN_FREE_SAMPLES else None
+    rms = fits[REFERENCE].nrmse * fits[REFERENCE].peak
     samples = independent_samples([fit.noise for fit in fits.values()])
     return Loading(
         name,
@@ -98,7 +98,7 @@ def loading(name: str, fits: dict, free: np.ndarray) -> Loading:
         correlated(fits),
         {law: fit.nrmse for law, fit in fits.items()},
         fits["power_law"].values["exponent"],
-        samples / fits[AGAINST].noise.count,
+        samples / fits[REFERENCE].noise.count,
         quiet.variance**0.5 / rms if quiet else np.nan,
         quiet.long_run / quiet.variance if quiet else np.nan,
     )
@@ -118,12 +118,12 @@ def wins(rows: list[dict[str, float]]) -> dict[str, int]:
 
 
 def differences(rows: list[dict[str, float]]) -> dict[str, np.ndarray]:
-    """BIC more than that of the cone on a cylinder, by law."""
-    return {law: np.array([row[law] - row[AGAINST] for row in rows]) for law in LAWS}
+    """BIC minus that of the cone on a cylinder, by law."""
+    return {law: np.array([row[law] - row[REFERENCE] for row in rows]) for law in LAWS}
 
 
 def table(title: str, curves: list[Loading]) -> None:
-    """Ranks over recordings and over conditions, samples counted one by one and as far as they are independent."""
+    """Ranks over recordings and over conditions, with all samples counted and with independent samples only."""
     views = [[each.bic for each in curves], [each.correlated for each in curves]]
     views += [by_condition(curves, "bic"), by_condition(curves, "correlated")]
     won, apart = [wins(rows) for rows in views], [differences(rows) for rows in views]
@@ -143,11 +143,15 @@ def table(title: str, curves: list[Loading]) -> None:
         )
     exponents = ", ".join(f"{value:.2f}" for value in np.percentile([each.exponent for each in curves], PERCENTILES))
     shares = ", ".join(f"{value:.3f}" for value in np.percentile([each.independent for each in curves], PERCENTILES))
-    print(f"\nfree exponent, 10-50-90 %: {exponents}; independent samples / samples, 10-50-90 %: {shares}  ")
-    noise, alike = (np.nanmedian([getattr(each, name) for each in curves]) for name in ("noise", "alike"))
-    print(f"noise of the free travel: {noise:.2f} of the residual, correlated over {alike:.2f} samples (medians)  ")
-    close = [sum(lead(row) < CLOSE for row in rows) for rows in views[:2]]
-    print(f"won by less than {CLOSE}: {close[0]} recordings, {close[1]} where correlated samples count as one")
+    which = "percentiles 10, 50, 90"
+    print(f"\nfree exponent, {which}: {exponents}; independent samples / samples, {which}: {shares}  ")
+    noise, length = (np.nanmedian([getattr(each, name) for each in curves]) for name in ("noise", "correlation_length"))
+    print(f"noise of the free travel: {noise:.2f} of the residual, correlated over {length:.2f} samples (medians)  ")
+    close = [sum(lead(row) < CLOSE_BIC for row in rows) for rows in views[:2]]
+    print(
+        f"BIC lead of the winner below {CLOSE_BIC}: {close[0]} of {len(curves)} recordings, "
+        f"{close[1]} with correlated samples counted as one"
+    )
 
 
 def lead(bic: dict[str, float]) -> float:
@@ -157,7 +161,7 @@ def lead(bic: dict[str, float]) -> float:
 
 
 def table_of_shares(shared: dict[float, list[Loading]]) -> None:
-    """How the ranking depends on where the curve ends."""
+    """How the ranking depends on the end of the curve."""
     print("\n| up to | " + " | ".join(f"`{law}`" for law in LAWS) + " | free exponent, median |")
     print("|---|" + (len(LAWS) + 1) * "---:|")
     for share, curves in shared.items():
@@ -169,7 +173,7 @@ def table_of_shares(shared: dict[float, list[Loading]]) -> None:
 
 
 def draw(curves: list[Loading], path: Path) -> None:
-    """Bars of wins, and where the middle 80 % of the differences lie. No measured curve is drawn."""
+    """Bars of wins, and the middle 80 % of the differences. No measured curve is drawn."""
     import matplotlib
 
     matplotlib.use("svg")
@@ -181,7 +185,7 @@ def draw(curves: list[Loading], path: Path) -> None:
     order = sorted(LAWS, key=lambda law: float(np.median(apart[law])))[::-1]
     place = np.arange(len(order))
     figure, (left, right) = pyplot.subplots(1, 2, figsize=(8, 3.0), sharey=True, layout="constrained")
-    views = (one_by_one, "every sample counts"), (independent, "samples that are alike count as one")
+    views = (one_by_one, "every sample counts"), (independent, "correlated samples count as one")
     for k, (rows, label) in enumerate(views):
         won = wins(rows)
         bars = left.barh(place + 0.19 - 0.38 * k, [won[law] for law in order], 0.36, color=("C0", "C9")[k], label=label)
@@ -195,7 +199,7 @@ def draw(curves: list[Loading], path: Path) -> None:
         right.plot((quarter, three), (k, k), color="C0", lw=7, solid_capstyle="butt")
         right.plot(middle, k, "o", color="white", mec="C0", ms=5)
     right.axvline(0.0, color="0.3", lw=0.8)
-    right.set(xlabel=f"BIC minus that of {AGAINST},\nmedian, middle half and middle 80 % of recordings")
+    right.set(xlabel=f"BIC minus that of {REFERENCE},\nmedian, middle half and middle 80 % of recordings")
     for axes in (left, right):
         axes.spines[["top", "right"]].set_visible(False)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -205,25 +209,25 @@ def draw(curves: list[Loading], path: Path) -> None:
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--figure", type=Path, help="where to draw the ranking, SVG")
-    asked = options.parse_args()
+    options.add_argument("--figure", type=Path, help="SVG file for the figure of the ranking")
+    arguments = options.parse_args()
     sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-    from conftest import RECORDINGS  # the one place that says where they are
+    from conftest import RECORDINGS  # the one place that defines their folder
 
     curves, outcomes = insertions(RECORDINGS / "needle-insertion-rig")
     if not curves:
-        print("loading curves: no real recordings at hand")
+        print(f"loading curves: no real recordings at {RECORDINGS}; set NEEDLEFORCE_RECORDINGS")
         return
     print("loading curves:", ", ".join(f"{count} {status}" for status, count in outcomes.items()))
     shared = {share: loadings(curves, share) for share in SHARES}
     whole = shared[1.0]
     table("All", whole)
-    incised = "incision"  # cut before: the first puncture is that of a deeper layer
+    incised = "incision"  # skin cut before: the first puncture is in a deeper layer
     table("Without incised specimens", [each for each in whole if incised not in each.condition])
     table("Incised specimens", [each for each in whole if incised in each.condition])
     table_of_shares(shared)
-    if asked.figure:
-        draw(whole, asked.figure)
+    if arguments.figure:
+        draw(whole, arguments.figure)
 
 
 if __name__ == "__main__":

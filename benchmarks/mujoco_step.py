@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The cost of a step of MuJoCo with the plugin beside its bare step, in one run: JSON {bare_us, plugin_us, ratio}."""
+"""The cost of a MuJoCo step with and without the plugin, in one run: JSON {bare_us, plugin_us, ratio}."""
 
 import json
 import os
@@ -18,11 +18,11 @@ ROOT = Path(__file__).resolve().parents[1]
 SCENE = """<mujoco><option timestep="0.001" integrator="implicitfast"/>{}
   <worldbody><body><joint name="slide" type="slide" axis="0 0 -1"/><geom size="0.005" mass="0.05"/></body></worldbody>
   <actuator><position joint="slide" kp="2000" kv="20"/></actuator></mujoco>"""
-STROKE = 500  # steps in, and as many out
+STROKE = 500  # steps of the insertion stroke, and as many of the withdrawal
 
 
 def strokes(model, data, count: int) -> float:
-    """Time [us] a step over ``count`` strokes 20 mm deep and out, called from C."""
+    """Time per step [us] over ``count`` insertions to 20 mm and withdrawals, called from C."""
     start = time.perf_counter()
     for number in range(2 * count):
         data.ctrl[0] = 20e-3 if number % 2 == 0 else -2e-3
@@ -45,11 +45,11 @@ def load_plugin() -> None:
 
 
 def measure(nf_model=None, rounds: int = 15) -> dict[str, float]:
-    """The shortest of ``rounds`` that take turns, of both scenes; call ``load_plugin`` once before."""
+    """The shortest time of each scene over ``rounds``, in turn; call ``load_plugin`` once before."""
     bare = loaded("")
     tissue = plugin_xml(nf_model or nf.preset("paper"), joint="slide", max_speed=10.0)
-    felt = loaded(f"<extension>{tissue}</extension>")
-    times = [(strokes(*bare, 10), strokes(*felt, 10)) for _ in range(rounds)]
+    with_plugin = loaded(f"<extension>{tissue}</extension>")
+    times = [(strokes(*bare, 10), strokes(*with_plugin, 10)) for _ in range(rounds)]
     bare_us, plugin_us = (min(each) for each in zip(*times))
     return {"bare_us": bare_us, "plugin_us": plugin_us, "ratio": plugin_us / bare_us}
 

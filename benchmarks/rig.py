@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rig over the loopback network, in real time: losses and their account, kills, the force limit, damaged packets.
+"""The rig over the loopback network, in real time: packet losses, killed recorders, the force limit, damaged packets.
 
 ``python benchmarks/rig.py writer stream kills limit packets``, one or several; ``--quick`` is a tenth of each. The
-campaign of the paper is in ``rig_campaign.py``.
+paper's campaign is in ``rig_campaign.py``.
 """
 
 import argparse
@@ -49,16 +49,16 @@ def insertion(speed: float, depth: float, hold: float = 1.0, start: float = -4e-
 
 
 def stream(folder: Path, quick: bool):
-    """About 60 s at 1 kHz, two passes, as they are and with faults: what is lost, and what is identified."""
+    """About 60 s at 1 kHz, two passes, without and with faults: losses, and identified parameters."""
     fits = {}
     for name, faults in (("no faults", {}), ("faults", FAULTS)):
         with rig(seed=3, faults=faults) as made:
             passes = []
             for number, depth in ((1, 16e-3), (2, 15.7e-3)):
                 path = folder / f"{name.replace(' ', '_')}_{number}.mcap"
-                moves = insertion(3e-3, depth, hold=1.0 if quick else 44.0)  # at 1 mm/s cutting swings
+                moves = insertion(3e-3, depth, hold=1.0 if quick else 44.0)  # at 1 mm/s the cutting force oscillates
                 outcome = record_run(path, *sources(made), moves, {}, Settings(2.0, filter_length=10))
-                yield account(f"{name}, pass {number}", outcome, made.truth()["streams"][-1], path)
+                yield counted(f"{name}, pass {number}", outcome, made.truth()["streams"][-1], path)
                 passes.append(nf.read(path))
             fits[name] = nf.identify(
                 passes[:1], second_pass=passes[1:], model="paper", needle=nf.preset("paper").needle
@@ -67,27 +67,31 @@ def stream(folder: Path, quick: bool):
         clean, faulty = (fits[name].parameters[quantity] for name in ("no faults", "faults"))
         half = 0.5 * np.hypot(clean.high - clean.low, faulty.high - faulty.low)
         text = f"{clean.value:.5g} ({clean.low:.5g} to {clean.high:.5g}) | {faulty.value:.5g}"
-        text += f" ({faulty.low:.5g} to {faulty.high:.5g}) {clean.unit}; apart by "
-        text += f"{abs(faulty.value - clean.value) / half:.2f} of their intervals"
+        text += f" ({faulty.low:.5g} to {faulty.high:.5g}) {clean.unit}; difference "
+        text += f"{abs(faulty.value - clean.value) / half:.2f} half intervals"
         yield f"{quantity}, no faults | faults", text
 
 
-def account(name: str, outcome, ledger: dict, path: Path) -> tuple[str, str]:
-    """What the recorder counted beside what the rig did, up to the newest record that came."""
+def counted(name: str, outcome, ledger: dict, path: Path) -> tuple[str, str]:
+    """The recorder's counts compared with the rig's, up to the newest record received."""
     log = read_log(path)
     newest = int(log.wrench.sequence[-1])
     lost = sum(number <= newest for number in ledger["lost"])
     missing = set(range(int(log.wrench.sequence[0]), newest + 1)) - set(log.wrench.sequence.tolist())
     same = missing <= set(ledger["lost"])
-    text = f"{outcome.seconds:.1f} s, {outcome.received} received; lost {outcome.lost} (rig: {lost}, the same ones: "
-    text += f"{same}), doubled {outcome.doubled} (rig: {len(ledger['doubled'])}), late {outcome.late}; own gap "
-    text += f"{1e3 * outcome.longest_own_gap:.1f} ms, {100 * outcome.cpu_share:.1f} % of a processor, clock to "
+    text = f"{outcome.seconds:.1f} s, {outcome.received} received; lost {outcome.lost} (rig: {lost}, same records: "
+    text += (
+        f"{same}), duplicated {outcome.doubled} (rig: {len(ledger['doubled'])}), late {outcome.late}; longest own gap "
+    )
+    text += (
+        f"{1e3 * outcome.longest_own_gap:.1f} ms, {100 * outcome.cpu_share:.1f} % of a processor, clock uncertainty "
+    )
     return name, text + f"{1e3 * outcome.alignment_uncertainty:.3f} ms"
 
 
 def kills(folder: Path, quick: bool):
-    """Recorders killed at random moments: what of the readings that had arrived is not in the file."""
-    draw, worst, read = random.Random(1), [], 0
+    """Recorders killed at random moments: time span of the readings that had arrived but are not in the file."""
+    draw, missing, read = random.Random(1), [], 0
     count = 20 if quick else 200
     command = [str(Path(sys.executable).with_name("needleforce")), "record"]
     with rig(seed=1) as made:
@@ -103,19 +107,18 @@ def kills(folder: Path, quick: bool):
             process.wait()
             log = read_log(path)
             read += 1
-            worst.append(1e-6 * (killed - int(log.wrench.arrival[-1])) if len(log.wrench) else np.nan)
+            missing.append(1e-6 * (killed - int(log.wrench.arrival[-1])) if len(log.wrench) else np.nan)
             path.unlink()
-            time.sleep(0.7)  # the axis, left alone, stops by itself and is free again
-    worst = np.array(worst)
-    empty = int(np.isnan(worst).sum())
-    text = (
-        f"{read} of {count} files read; not kept: median {np.nanmedian(worst):.0f} ms, worst {np.nanmax(worst):.0f} ms"
-    )
+            time.sleep(0.7)  # without a client the axis stops by itself and accepts a new one
+    missing = np.array(missing)
+    empty = int(np.isnan(missing).sum())
+    text = f"{read} of {count} files read; not kept: median {np.nanmedian(missing):.0f} ms, "
+    text += f"worst {np.nanmax(missing):.0f} ms"
     yield "kills", f"{text}; {empty} killed before the first flush"
 
 
 def limit(folder: Path, quick: bool):
-    """Stops on a force limit: from the first reading above it until the needle rests, and how far the force got."""
+    """Stops on a force limit: delays until braking and until rest, force and travel beyond the limit."""
     rows = []
     with rig(seed=5) as made:
         for number in range(10 if quick else 100):
@@ -129,29 +132,34 @@ def limit(folder: Path, quick: bool):
             path.unlink()
             withdraw(made)
     rows = np.array(rows)
-    for column, (name, unit) in enumerate((("delay until the stop is sent", "ms"), ("until the needle rests", "ms"),
-                                           ("force above the limit", "N"), ("way", "mm"))):  # fmt: skip
+    quantities = (
+        ("until the axis begins to brake", "ms"),
+        ("until the needle rests", "ms"),
+        ("force above the limit", "N"),
+        ("travel beyond the limit", "mm"),
+    )
+    for column, (name, unit) in enumerate(quantities):
         values = rows[:, column]
         text = f"median {np.median(values):.4g}, 95 % {np.percentile(values, 95):.4g}, worst {values.max():.4g} {unit}"
         yield f"force limit, {len(rows)} trials: {name}", text
 
 
 def overshoot(truth: dict, log, outcome) -> tuple[float, float, float, float]:
-    """Delay [ms] and time to rest [ms], force [N] and way [mm] beyond the limit, by what the needle really did."""
+    """Delay [ms], time to rest [ms], force [N] and travel [mm] beyond the limit, from the true motion of the needle."""
     time_, depth, force = (np.array(truth[name]) for name in ("time", "depth", "force"))
     crossed = int(np.argmax(force > 0.15))
-    rests = crossed + int(np.argmax(np.diff(depth[crossed:]) < 1e-7))
-    slowing = crossed + int(np.argmax(np.diff(depth[crossed:]) < 0.99 * np.diff(depth)[crossed - 5]))
+    at_rest = crossed + int(np.argmax(np.diff(depth[crossed:]) < 1e-7))
+    braking = crossed + int(np.argmax(np.diff(depth[crossed:]) < 0.99 * np.diff(depth)[crossed - 5]))
     return (
-        1e3 * (time_[slowing] - time_[crossed]),
-        1e3 * (time_[rests] - time_[crossed]),
-        float(force[crossed : rests + 50].max() - 0.15),
-        1e3 * (depth[rests] - depth[crossed]),
+        1e3 * (time_[braking] - time_[crossed]),
+        1e3 * (time_[at_rest] - time_[crossed]),
+        float(force[crossed : at_rest + 50].max() - 0.15),
+        1e3 * (depth[at_rest] - depth[crossed]),
     )
 
 
 def withdraw(made) -> None:
-    """Out of the tissue again."""
+    """Move the needle out of the tissue."""
     axis = AxisClient(HERE, made.axis)
     axis.move(-4e-3, 20e-3)
     deadline = time.monotonic() + 10.0
@@ -165,7 +173,7 @@ def withdraw(made) -> None:
 
 
 def packets(folder: Path, quick: bool):
-    """Damaged packets among sound ones: a bit turned, cut short, grown, or of nothing but chance."""
+    """Damaged packets among valid ones: a bit flipped, truncated, extended, or entirely random."""
     count = 10_000 if quick else 100_000
     path, draw = folder / "damaged.mcap", random.Random(2)
     server = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -182,26 +190,26 @@ def packets(folder: Path, quick: bool):
     outcome = record_run(path, client, None, [], {}, Settings(np.inf, duration=1e4, steady=np.inf))
     grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
     text = f"{count} damaged: ended '{outcome.ended}', {time.perf_counter() - begun:.1f} s, {outcome.received} kept, "
-    text += f"{client.wrong_size} of a wrong size, counter began anew {client.restart} times, "
+    text += f"{client.wrong_size} of a wrong size, {client.restart} counter restarts, "
     yield "packets", text + f"memory grew by {grown:.0f} MB, {len(read_log(path).wrench)} read back"
 
 
 def send_damaged(server: socket.socket, count: int, draw: random.Random) -> None:
-    """A sound packet, then ten damaged ones, at a pace that a reader keeps up with."""
+    """A valid packet, then ten damaged ones, at a rate that the reader can follow."""
     _, client = server.recvfrom(100)
     for number in range(1000):  # for the bias
         server.sendto(struct.pack(">3I6i", number, 7 * number, 0, *[0] * 6), client)
         time.sleep(5e-4)
     for number in range(1000, 1000 + count // 10):
-        sound = struct.pack(">3I6i", number, 7 * number, 0, *[draw.randrange(-1000, 1000) for _ in range(6)])
-        server.sendto(sound, client)
+        valid = struct.pack(">3I6i", number, 7 * number, 0, *[draw.randrange(-1000, 1000) for _ in range(6)])
+        server.sendto(valid, client)
         for _ in range(10):
-            server.sendto(damaged(sound, draw), client)
+            server.sendto(damaged(valid, draw), client)
         time.sleep(1e-3)
 
 
 def damaged(packet: bytes, draw: random.Random) -> bytes:
-    """One of four ways to spoil a packet."""
+    """The packet with one of four kinds of damage."""
     match draw.randrange(4):
         case 0:
             at = draw.randrange(len(packet))
@@ -214,7 +222,7 @@ def damaged(packet: bytes, draw: random.Random) -> bytes:
 
 
 def writer(folder: Path, quick: bool):
-    """What a wrench costs in the file, a flush every quarter of a second of readings among them."""
+    """Time and bytes per wrench in the file, including a flush every quarter of a second."""
     count, draw = (6_000 if quick else 60_000), np.random.default_rng(3)
     wrenches = np.round(draw.normal(0.0, 0.1, (count, 6)), 6).tolist()
     log = LogWriter(folder / "written.mcap", {})
@@ -227,17 +235,17 @@ def writer(folder: Path, quick: bool):
     each = (time.perf_counter() - begun) / count
     log.close({})
     size = (folder / "written.mcap").stat().st_size / count
-    yield "writer", f"{1e6 * each:.1f} us a wrench, {0.1e6 * each:.2f} % of the period of 1 kHz, {size:.0f} bytes"
+    yield "writer", f"{1e6 * each:.1f} us per wrench, {0.1e6 * each:.2f} % of the period at 1 kHz, {size:.0f} bytes"
 
 
 PARTS = {"writer": writer, "stream": stream, "kills": kills, "limit": limit, "packets": packets}
 
 
 def main() -> None:
-    """Run the parts that are asked for, all without."""
+    """Run the named parts; by default all."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("parts", nargs="*", default=list(PARTS), choices=[*PARTS, []])
-    parser.add_argument("--quick", action="store_true", help="a tenth of it")
+    parser.add_argument("--quick", action="store_true", help="a tenth of each part")
     options = parser.parse_args()
     for part in options.parts or PARTS:
         with tempfile.TemporaryDirectory() as folder:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's campaign recorded over the loopback network in real time, beside the same sites simulated at once.
+"""The paper's campaign recorded over the loopback network in real time, compared with an offline simulation.
 
-Ten minutes. ``python benchmarks/rig_campaign.py [FOLDER]``; a folder that holds a part of it is gone on with.
+Takes ten minutes. ``python benchmarks/rig_campaign.py [FOLDER]`` resumes a folder that holds a part of the campaign.
 """
 
 import subprocess
@@ -24,7 +24,7 @@ ENDS = (16e-3, 15.7e-3)  # depth of each pass [m]
 
 
 def recorded(folder: Path) -> dict[float, list]:
-    """The files of the campaign by speed, first and second pass of each site in turn."""
+    """The recordings of the campaign by speed, first and second pass of each site in turn."""
     with rig(seed=SEED) as made:
         command = [str(Path(sys.executable).with_name("needleforce")), "record", "--protocol", "paper"]
         subprocess.run([*command, "--folder", str(folder), *made.arguments(), "--plain"], check=True)
@@ -36,7 +36,7 @@ def recorded(folder: Path) -> dict[float, list]:
 
 
 def simulated() -> dict[float, list]:
-    """The same sites and motions without a network: two streams, joined."""
+    """The same sites and motions simulated offline: two streams, joined."""
     runs: dict[float, list] = {}
     for speed, sites in SPEEDS.items():
         for site in sites:
@@ -50,21 +50,21 @@ def simulated() -> dict[float, list]:
 
 
 def fitted(passes: list, folder: Path):
-    """The paper's procedure on first and second passes."""
+    """The fit by the paper's procedure on first and second passes."""
     bench = {"bending": folder / "needle_bending.csv", "tension": folder / "tissue_tension.csv"}
     needle = nf.preset("paper").needle
     return nf.identify(passes[::2], second_pass=passes[1::2], model="paper", needle=needle, **bench)
 
 
 def main() -> None:
-    """A line for each speed and quantity: simulated at once, recorded, their difference in half intervals."""
+    """Prints for each speed and quantity: simulated offline, recorded, their difference in half intervals."""
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else tempfile.mkdtemp())
     folder.mkdir(exist_ok=True)
     tests = paper_experiment(SEED, sites=1, speeds=(3e-3,))
     tests.bending.write(folder), tests.tension.write(folder)
-    at_once, over_network = simulated(), recorded(folder / "campaign")
+    offline, over_network = simulated(), recorded(folder / "campaign")
     for speed in SPEEDS:
-        direct, live = fitted(at_once[speed], folder), fitted(over_network[speed], folder)
+        direct, live = fitted(offline[speed], folder), fitted(over_network[speed], folder)
         for name, first in direct.parameters.items():
             second = live.parameters.get(name)
             if second is None:

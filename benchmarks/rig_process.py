@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A virtual rig in a process of its own, so that what its recorder costs is the recorder's alone."""
+"""A virtual rig in a separate process, so that the measured cost is that of the recorder only."""
 
 import json
 import subprocess
@@ -27,7 +27,7 @@ with VirtualRig(model, **options) as rig:
 
 
 class RigProcess:
-    """``options`` are those of ``VirtualRig``, ``preset`` the name of its tissue; ports are free ones."""
+    """``options`` are those of ``VirtualRig``, ``preset`` the name of its tissue model; the ports are free ones."""
 
     def __init__(self, **options):
         arguments = [sys.executable, "-c", _SERVER, json.dumps(options)]
@@ -36,26 +36,26 @@ class RigProcess:
         self.sensor, self.axis, self.page = json.loads(self._process.stdout.readline())
 
     def truth(self, since: float = 0.0) -> dict:
-        """Time, depth and force of the needle from ``since`` [s], the ledger of each stream, and the rig's time now."""
+        """Time, depth and force of the needle from ``since`` [s], the log of each stream, and the rig's time now."""
         self._process.stdin.write(f"{since}\n")
         self._process.stdin.flush()
         return json.loads(self._process.stdout.readline())
 
     def arguments(self) -> list[str]:
-        """Where it is, as options of ``needleforce record``."""
+        """Its addresses, as options of ``needleforce record``."""
         here = "127.0.0.1"
         page = f"http://{here}:{self.page}/netftapi2.xml"
         return ["--sensor", f"{here}:{self.sensor}", "--sensor-page", page, "--axis", f"{here}:{self.axis}"]
 
     def end(self) -> None:
-        """End it."""
+        """End the process."""
         self._process.kill()
         self._process.communicate()
 
 
 @contextmanager
 def rig(**options):
-    """A rig that does not outlive the block."""
+    """A rig that ends with the block."""
     made = RigProcess(**options)
     try:
         yield made

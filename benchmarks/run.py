@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bars as ratios, each measured in one run on one machine: ``make bench``. Prints what was measured beside the
-bar."""
+"""Performance limits as ratios, each measured in one run on one machine: ``make bench``. Prints each measured value
+with its limit."""
 
 import argparse
 import importlib.util
@@ -21,11 +21,11 @@ from needleforce import core
 
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = nf.preset("paper")
-GUARDED = ("bare", "classic", "guard")  # who limits the energy
+GUARDED = ("bare", "classic", "guard")  # without a controller, with the classic energy controller, with Guard
 
 
 def best(work, repeats: int = 7) -> float:
-    """Shortest time of several runs [s]: what the machine can do when nothing else runs."""
+    """Shortest time of several runs [s], the least disturbed by other programs."""
     times = []
     for _ in range(repeats):
         start = time.perf_counter()
@@ -35,7 +35,7 @@ def best(work, repeats: int = 7) -> float:
 
 
 def paired(first, second, repeats: int = 15) -> float:
-    """Ratio of the shortest times of two works that take turns."""
+    """Ratio of the shortest times of two functions that are run in turn."""
     times = np.array([[best(first, 1), best(second, 1)] for _ in range(repeats)])
     return float(times[:, 0].min() / times[:, 1].min())
 
@@ -49,11 +49,11 @@ def compiled(source: str, folder: str) -> Path:
     return binary
 
 
-SAID = {
+LABELS = {
     "step": "step, one layer",
     "bare": "bare closed form",
-    "empty": "the loop, taken off all",
-    "still": "sums as long as a step",
+    "empty": "the empty loop, subtracted from all",
+    "still": "additions as long as a step",
 }
 
 
@@ -62,11 +62,11 @@ def shown(times: dict, keys=("p50", "p99", "p999", "max")) -> str:
 
 
 def step():
-    """Work of a step beside the bare closed form, each with the outcome of the call before at hand.
+    """Work of a step compared with the bare closed form, each waiting for the result of the call before.
 
-    Judged is the work alone: of every batch of 256 steps the shortest of 15 passes from the same state. What the clock
-    saw of all passes stands beside it, and beside that the same of a chain of sums as long as a step: the tail
-    that both have is the machine's.
+    The limit is on the work only: of every batch of 256 steps the shortest of 15 passes from the same state. Next
+    to it are the times of all passes as measured by the clock, also for a chain of additions as long as a step: the
+    tail that both have comes from the machine.
     """
     with tempfile.TemporaryDirectory() as folder:
         binary = compiled("step", folder)
@@ -75,53 +75,58 @@ def step():
     rows = {name: min((run[name] for run in runs), key=lambda row: row["alone"]["p999"]) for name in runs[0]}
     alone = {name: row["alone"] for name, row in rows.items()}
     one, bare, four = (alone[name]["p999"] for name in ("step", "bare", "4 layers"))
-    yield "step, one layer: work alone (ns)", shown(alone["step"]), "p99.9 <= 50", one <= 50
+    yield "step, one layer: work only (ns)", shown(alone["step"]), "p99.9 <= 50", one <= 50
     for name in ("bare", "empty"):
-        yield f"{SAID[name]}: work alone (ns)", shown(alone[name]), "", True
-    yield "step / bare closed form, p99.9 alone", f"{one / bare:.1f}", "<= 10", one <= 10 * bare
+        yield f"{LABELS[name]}: work only (ns)", shown(alone[name]), "", True
+    yield "step / bare closed form, p99.9 of the work", f"{one / bare:.1f}", "<= 10", one <= 10 * bare
     for name in ("step", "bare", "still", "4 layers"):
-        yield f"{SAID.get(name, name)}: as seen (ns)", shown(rows[name]["seen"]), "", True
+        yield f"{LABELS.get(name, name)}: all passes (ns)", shown(rows[name]["seen"]), "", True
     for name, times in alone.items():
-        if name not in SAID:
+        if name not in LABELS:
             bar = ("p99.9 <= 250", four <= 250) if name == "4 layers" else ("", True)
-            yield f"{name}: alone (ns)", shown(times), *bar
+            yield f"{name}: work only (ns)", shown(times), *bar
     history = [alone[f"4 layers after 10^{power} steps"]["p50"] for power in (3, 7)]
     yield "after 10^7 steps / after 10^3, p50", f"{history[1] / history[0]:.2f}", "", True
     yield "8 layers / 1 layer, p50", f"{alone['8 layers']['p50'] / alone['1 layer']['p50']:.1f}", "", True
-    yield "an insertion, its memory alone (bytes)", "{object_bytes}, {memory_bytes}".format(**sizes), "", True
+    yield (
+        "size of an insertion, of its saved memory (bytes)",
+        "{object_bytes}, {memory_bytes}".format(**sizes),
+        "",
+        True,
+    )
 
 
 def mujoco():
-    """MuJoCo's own step, without and with the needle's force, where MuJoCo is there."""
+    """A MuJoCo step without and with the needle's force, if MuJoCo is installed."""
     script = ROOT / "benchmarks" / "mujoco_step.py"
     if not importlib.util.find_spec("mujoco"):
-        yield "MuJoCo's step", "MuJoCo is not installed", "", None
+        yield "MuJoCo step", "MuJoCo is not installed", "", None
         return
     found = json.loads(subprocess.run([sys.executable, script], capture_output=True, check=True).stdout)
     yield (
-        "MuJoCo's step alone, with the needle's force (us)",
+        "MuJoCo step without, with the needle's force (us)",
         "{bare_us:.2f}, {plugin_us:.2f}".format(**found),
         "",
         True,
     )
-    yield "with / alone", f"{found['ratio']:.2f}", "", True
+    yield "with / without", f"{found['ratio']:.2f}", "", True
 
 
 def energy(steps: int = 100_000):
-    """What a random hand gets out of tissues at 1 kHz with delay: bare, under the classic controller, guarded."""
+    """Energy that a random user gets out of tissues at 1 kHz with delay: bare, with the classic controller, guarded."""
     with tempfile.TemporaryDirectory() as folder:
-        said = subprocess.run([compiled("energy", folder), str(steps)], capture_output=True, text=True, check=True)
-    trials = json.loads(said.stdout)
-    lent = 1e3 * core.GuardSettings().initial_reserve
+        done = subprocess.run([compiled("energy", folder), str(steps)], capture_output=True, text=True, check=True)
+    trials = json.loads(done.stdout)
+    reserve = 1e3 * core.GuardSettings().initial_reserve
     for tissue in dict.fromkeys(trial["tissue"] for trial in trials):
         least = {who: min(t[who]["least_mJ"] for t in trials if t["tissue"] == tissue) for who in GUARDED}
         shown = ", ".join(f"{who} {value:.3g}" for who, value in least.items())
-        kept = least["guard"] >= -lent * (1 + 1e-9)
-        yield f"least energy put in, {tissue} (mJ)", shown, f">= -{lent:g}, lent", kept
+        kept = least["guard"] >= -reserve * (1 + 1e-9)
+        yield f"least energy put in, {tissue} (mJ)", shown, f">= -{reserve:g}, the reserve", kept
 
 
 def evaluation(n: int = 10**7):
-    """The model over an array, beside NumPy and Numba."""
+    """The model over an array, compared with NumPy and Numba."""
     depth = np.linspace(0.0, 12e-3, n)
     velocity = np.where(np.arange(n) < n // 2, 3e-3, -3e-3)
     out = np.empty(n)
@@ -132,13 +137,13 @@ def evaluation(n: int = 10**7):
         return np.select(cases, [0.0, -f * depth, c * depth * depth], f * depth + k)
 
     ours = best(lambda: PAPER.force(depth, velocity, out))
-    yield "10^7 samples (ns a sample)", f"{1e9 * ours / n:.2f}", "", True
+    yield "10^7 samples (ns per sample)", f"{1e9 * ours / n:.2f}", "", True
     ratio = best(select, 3) / ours
-    yield "NumPy select / ours", f"{ratio:.0f}", ">= 10", ratio >= 10
+    yield "NumPy select / needleforce", f"{ratio:.0f}", ">= 10", ratio >= 10
     try:
         import numba
     except ImportError:
-        yield "ours / Numba", "Numba is not installed", "<= 1.2", None
+        yield "needleforce / Numba", "Numba is not installed", "<= 1.2", None
         return
 
     def loop(depth, velocity, out):
@@ -158,11 +163,11 @@ def evaluation(n: int = 10**7):
         arrays = depth[part], velocity[part], out[part]
         theirs(*arrays)
         ratio = paired(lambda arrays=arrays: PAPER.force(*arrays), lambda arrays=arrays, run=theirs: run(*arrays))
-        yield f"ours / Numba, {what}", f"{ratio:.2f}", "<= 1.2", ratio <= 1.2
+        yield f"needleforce / Numba, {what}", f"{ratio:.2f}", "<= 1.2", ratio <= 1.2
 
 
 def tips(n: int = 100_000):
-    """Tip profiles by quadrature, beside SciPy's with the same substitution."""
+    """Tip profiles by quadrature, compared with SciPy's with the same substitution."""
     from scipy.integrate import quad
 
     shank = 0.35e-3
@@ -181,22 +186,22 @@ def tips(n: int = 100_000):
         slow = best(lambda tip=tip, at=at, few=few: [theirs(tip, a, at) for a in few], 3) / len(few)
         ours = best(lambda tip=tip: nf.contact(tip, contact_radius=radius, reduced_modulus=1.0)) / n
         found = nf.contact(tip, contact_radius=few, reduced_modulus=1.0)
-        wanted = np.array([theirs(tip, a, at) for a in few])
-        error = np.abs(np.column_stack([found.depth, found.force]) / wanted - 1).max()
-        shown = f"{1e9 * ours:.0f} ns, SciPy {1e6 * slow:.0f} us, apart {error:.0e}"
-        yield f"tip by radius, {what} (a point)", shown, "<= 300 ns, 1e-12", ours <= 300e-9 and error <= 1e-12
+        expected = np.array([theirs(tip, a, at) for a in few])
+        error = np.abs(np.column_stack([found.depth, found.force]) / expected - 1).max()
+        shown = f"{1e9 * ours:.0f} ns, SciPy {1e6 * slow:.0f} us, difference {error:.0e}"
+        yield f"tip by radius, {what} (per point)", shown, "<= 300 ns, 1e-12", ours <= 300e-9 and error <= 1e-12
     depth = nf.contact(ogive, contact_radius=radius, reduced_modulus=1.0).depth
     ours = best(lambda: nf.contact(ogive, depth=depth, reduced_modulus=1.0), 3) / n
-    yield "tip by depth, ogive (ns a point)", f"{1e9 * ours:.0f}", "", True
+    yield "tip by depth, ogive (ns per point)", f"{1e9 * ours:.0f}", "", True
     law = nf.laws.TipContact(1e5, shank, ogive)
     model = PAPER.replace(stiffness=law, puncture=nf.laws.PunctureDepth(0.5))
     ours = best(lambda: model.force(depth)) / n
-    yield "tip in the loop's table, ogive (ns a point)", f"{1e9 * ours:.1f}", "", True
+    yield "tip in the loop's table, ogive (ns per point)", f"{1e9 * ours:.1f}", "", True
     yield "its preparation, ogive (ms)", f"{1e3 * best(lambda: law.force(1e-3)):.2f}", "", True
 
 
 def reading():
-    """60 s at 1 kHz from CSV, beside pandas on the same file."""
+    """60 s at 1 kHz from CSV, compared with pandas on the same file."""
     import pandas as pd
 
     recording = nf.simulate(PAPER, nf.Motion.insert(start=-5e-3, speed=1e-3, depth=20e-3, hold=9.8))
@@ -204,26 +209,26 @@ def reading():
         path = Path(folder) / "run.csv"
         nf.write(recording, path)
         ratio = paired(lambda: nf.read(path), lambda: pd.read_csv(path, comment="#"), 40)
-        whole = paired(lambda: nf.segment(recording), lambda: nf.read(path))
+        segmenting = paired(lambda: nf.segment(recording), lambda: nf.read(path))
     yield f"reading {len(recording)} rows / pandas", f"{ratio:.2f}", "<= 1.2", ratio <= 1.2
-    yield "segmenting them / reading them", f"{whole:.2f}", "", True
+    yield "segmenting them / reading them", f"{segmenting:.2f}", "", True
 
 
 def starting():
-    """Import and help. Absolute, as the bar is: printed and not asserted anywhere."""
+    """Time of import and help. An absolute limit: printed and not asserted anywhere."""
     bare = best(lambda: subprocess.run([sys.executable, "-c", "pass"], check=True), 5)
     for what, code, bar in (
         ("import needleforce", "import needleforce as nf; nf.preset, nf.Insertion", 0.3),
         ("--help", "import sys; sys.argv = ['needleforce', '--help']; from needleforce.cli import main; main()", 0.5),
     ):
         took = best(lambda code=code: subprocess.run([sys.executable, "-c", code], check=True, capture_output=True), 5)
-        yield f"{what} (s)", f"{took:.2f} (Python alone {bare:.2f})", f"<= {bar}", took <= bar
+        yield f"{what} (s)", f"{took:.2f} (only Python {bare:.2f})", f"<= {bar}", took <= bar
 
 
 def real():
     """The one-layer model on real recordings made by others, each fitted by itself."""
     sys.path.insert(0, str(ROOT / "tests"))
-    from conftest import RECORDINGS  # the one place that says where they are
+    from conftest import RECORDINGS  # the one place that defines their folder
 
     folder = RECORDINGS / "needle-insertion-rig"
     errors, times, outcomes = [], [], {}
@@ -240,16 +245,16 @@ def real():
         outcomes[status] = outcomes.get(status, 0) + 1
         errors += [fit.quality.nrmse] if fit.quality else []
     if not errors:
-        yield "real recordings", "none at hand", "", None
+        yield "real recordings", "not found", "", None
         return
     shown = ", ".join(f"{100 * np.percentile(errors, p):.0f} %" for p in (10, 50, 90))
-    yield "real: residual / peak, 10-50-90 %", shown, "", True
+    yield "real: residual / peak, percentiles 10, 50, 90", shown, "", True
     yield "real: outcomes", ", ".join(f"{count} {status}" for status, count in outcomes.items()), "", True
     yield "real: identify, median (ms)", f"{1e3 * np.median(times):.0f}", "", True
 
 
 def many_samples(n: int = 10_000_000):
-    """Ten million samples through the whole identification, in a process of its own."""
+    """Ten million samples through the complete identification, in a separate process."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "long.csv"
         motion = nf.Motion.insert(start=-5e-3, speed=3e-3, depth=15e-3, hold=n / 1e5 - 13.9)
@@ -272,7 +277,7 @@ def many_samples(n: int = 10_000_000):
 
 
 def demo():
-    """The demo after set-up."""
+    """Time of the demo after set-up."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-c", "from needleforce.cli import main; main()", "demo", "--out", folder]
         took = best(lambda: subprocess.run(command, check=True, capture_output=True), 1)
@@ -280,27 +285,36 @@ def demo():
 
 
 PARTS = (step, mujoco, energy, evaluation, tips, reading, starting, demo, real)
-SCRIPTS = ("fit", "fit_peers", "fit_length", "uncertainty", "unseen", "replay", "events_by_eye", "loading_curves")
-"""Benchmarks with a table of their own, in files of their own."""
+SCRIPTS = (
+    "fit",
+    "fit_peers",
+    "fit_length",
+    "uncertainty",
+    "cross_validation",
+    "replay",
+    "events_by_eye",
+    "loading_curves",
+)
+"""Benchmarks in separate files, each with its own table."""
 
 
 def extra(name: str, full: bool) -> list[str]:
-    """What a script is told."""
+    """Command-line arguments of a script."""
     if name == "loading_curves":
         return ["--figure", str(ROOT / "build" / "loading_curves.svg")]
     return ["--full"] if full and name != "events_by_eye" else []
 
 
 def main(full: bool, only: list[str]) -> None:
-    """Runs every part, or those that are named, and prints one table; tables of the scripts follow."""
+    """Runs every part, or only the named ones, and prints one table; the tables of the scripts follow."""
     console = Console(width=110)
-    table = Table("what", "measured", "bar", "", title="needleforce, bars", title_justify="left")
+    table = Table("quantity", "measured", "limit", "", title="needleforce, benchmarks", title_justify="left")
     for part in (*PARTS, *((many_samples,) if full or "many_samples" in only else ())):
         if only and part.__name__ not in only:
             continue
         with console.status(part.__doc__.splitlines()[0]):
-            for what, measured, bar, met in part():
-                table.add_row(what, measured, bar, "" if not bar or met is None else "met" if met else "NOT MET")
+            for what, measured, limit, met in part():
+                table.add_row(what, measured, limit, "" if not limit or met is None else "met" if met else "NOT MET")
     if table.row_count:
         console.print(table)
     for name in SCRIPTS:
@@ -310,7 +324,7 @@ def main(full: bool, only: list[str]) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--full", action="store_true", help="the full counts of recordings")
+    parser.add_argument("--full", action="store_true", help="all recordings; takes much longer")
     names = [part.__name__ for part in (*PARTS, many_samples)] + list(SCRIPTS)
     parser.add_argument("--only", nargs="+", choices=names, default=[], metavar="PART", help=", ".join(names))
     options = parser.parse_args()

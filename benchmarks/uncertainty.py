@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How often intervals and draws hold the truth, white, filtered and fading noise; moving blocks beside them; draws a
-second beside emcee.
+"""Coverage of intervals and draws under white, filtered and autocorrelated (AR(1)) noise, compared with a block
+bootstrap; draws per second compared with emcee.
 
     python benchmarks/uncertainty.py [--full]
 
-With ``--full`` 4000 recordings a row (some ten minutes), without 200; moving blocks on a tenth of them.
+With ``--full`` 4000 recordings per row (some ten minutes), otherwise 200; the block bootstrap uses a tenth of them, at
+least 200.
 """
 
 import argparse
@@ -20,20 +21,20 @@ from needleforce.identification.one_layer.cycle_fit import fit_cycle
 from needleforce.identification.statistics.draws import draw_cycle
 from needleforce.identification.statistics.noise import noise_of
 
-ROWS = (  # noise [N], filter, factor by which correlation fades, samples a stroke
+ROWS = (  # noise [N], filter, AR(1) coefficient per sample, samples per stroke
     *((20e-3, length, 0.0, 15_000) for length in (1, 10, 50)),
     *((5e-3, 1, factor, samples) for factor in (0.9, 0.99) for samples in (15_000, 3000)),
 )
 
 
-def recorded(seed: int, noise: float, length: int, fades: float, samples: int):
-    """One cycle behind white, filtered or fading noise, and the truth; a fading one has ``noise`` at every sample."""
-    arrays, truth = simulate(seed, 0.0 if fades else noise, length, samples)
-    if not fades:
+def recorded(seed: int, noise: float, length: int, ar1: float, samples: int):
+    """One cycle with white, filtered or AR(1) noise, and the truth; ``noise`` is the sd of AR(1) noise at a sample."""
+    arrays, truth = simulate(seed, 0.0 if ar1 else noise, length, samples)
+    if not ar1:
         return arrays, truth
     turn, settled = len(arrays[1]), 5000
     white = np.random.default_rng(seed).standard_normal(settled + turn + len(arrays[3]))
-    drift = noise * np.sqrt(1.0 - fades**2) * lfilter([1.0], [1.0, -fades], white)[settled:]
+    drift = noise * np.sqrt(1.0 - ar1**2) * lfilter([1.0], [1.0, -ar1], white)[settled:]
     return (arrays[0], arrays[1] + drift[:turn], arrays[2], arrays[3] + drift[turn:]), truth
 
 
@@ -43,7 +44,7 @@ def drawn(arrays, fit, count: int, seed: int) -> dict:
 
 
 def share_held(count: int, row: tuple, label: str = "", first_seed: int = 0) -> tuple[dict, dict]:
-    """Share of 95 % intervals, and of central 95 % of 2000 draws, that hold the truth, by quantity."""
+    """Share of 95 % intervals, and of the central 95 % of 2000 draws, that contain the truth, by quantity."""
     intervals, draws = np.zeros((2, len(QUANTITIES)))
     for seed in range(first_seed, first_seed + count):
         arrays, truth = recorded(seed, *row)
@@ -58,7 +59,7 @@ def share_held(count: int, row: tuple, label: str = "", first_seed: int = 0) -> 
 
 
 def jacobians(arrays, fit) -> list[np.ndarray]:
-    """Derivatives (4, n) of either stroke's force by c, z0, f' and f_c."""
+    """Derivatives (4, n) of the force of each stroke by c, z0, f' and f_c."""
     c, contact, friction, _ = (fit.values[name] for name in PARAMETERS)
     h, out = arrays[0] - contact, np.maximum(arrays[2] - contact, 0.0)
     before = np.arange(len(h)) < fit.samples_before_puncture
@@ -80,7 +81,7 @@ def block_length(residual: np.ndarray) -> int:
 
 
 def by_blocks(arrays, fit, seed: int, count: int = 300) -> np.ndarray:
-    """95 % limits (2, 4) by moving blocks of the residuals through the linearised fit (percentiles)."""
+    """95 % limits (2, 4) by a moving-block bootstrap of the residuals through the linearised fit (percentiles)."""
     random, gram, moved = np.random.default_rng(seed), 0.0, 0.0
     for jacobian, residual in zip(jacobians(arrays, fit), (fit.residual_in, fit.residual_out)):
         n, length = len(residual), block_length(residual)
@@ -96,18 +97,19 @@ def by_blocks(arrays, fit, seed: int, count: int = 300) -> np.ndarray:
     return np.array([fit.values[name] for name in PARAMETERS]) + np.quantile(estimates, (0.025, 0.975), axis=0)
 
 
-def blocks_held(count: int, row: tuple) -> np.ndarray:
-    held = np.zeros(4)
+def blocks_share_held(count: int, row: tuple) -> np.ndarray:
+    """Share of the block bootstrap's intervals that contain the truth, (4,)."""
+    covered = np.zeros(4)
     for seed in range(count):
         arrays, truth = recorded(seed, *row)
         low, high = by_blocks(arrays, fit_cycle(*arrays), seed)
         true = np.array([truth[name] for name in PARAMETERS])
-        held += (low <= true) & (true <= high)
-    return held / count
+        covered += (low <= true) & (true <= high)
+    return covered / count
 
 
-def ours_a_second() -> float:
-    """Draws a second of one recording of 30 000 samples, its grid included."""
+def draws_per_second() -> float:
+    """Draws per second of one recording of 30 000 samples, including its grid."""
     arrays, _ = recorded(0, *ROWS[0])
     fit = fit_cycle(*arrays)
     times = []
@@ -118,8 +120,8 @@ def ours_a_second() -> float:
     return 1e6 / min(times)
 
 
-def emcee_a_second(steps: int = 400) -> float:
-    """Effective samples a second of emcee on the same likelihood, from a start at the optimum."""
+def emcee_per_second(steps: int = 400) -> float:
+    """Effective samples per second of emcee on the same likelihood, started at the optimum."""
     import emcee
 
     arrays, _ = recorded(0, *ROWS[0])
@@ -144,24 +146,22 @@ def emcee_a_second(steps: int = 400) -> float:
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--full", action="store_true", help="4000 recordings a row")
+    options.add_argument("--full", action="store_true", help="4000 recordings per row")
     count = 4000 if options.parse_args().full else 200
     short = "".join(f"{name:>7s}" for name in "c z0 f' f_c z1-z0 F1 z1".split())
-    print(
-        f"\n{count} recordings a row; 95 % intervals hold the truth, %\nnoise, filter, fading, samples  {'':10s}{short}"
-    )
+    print(f"\n{count} recordings per row; coverage at 95 %, in %\nnoise, filter, AR(1), samples   {'':10s}{short}")
     for k, row in enumerate(ROWS):
         label = f"{1e3 * row[0]:.0f} mN {row[1]:3d} {row[2]:5.2f} {row[3]:6d}"
         for what, shares in zip(("intervals", "draws"), share_held(count, row, label, 10_000 * k)):
             print(f"{label:30s} {what:10s}" + "".join(f"{100 * shares[name]:7.1f}" for name in QUANTITIES), flush=True)
         if row[2]:
-            shares = blocks_held(max(count // 10, 200), row)
+            shares = blocks_share_held(max(count // 10, 200), row)
             print(f"{label:30s} {'blocks':10s}" + "".join(f"{100 * share:7.1f}" for share in shares), flush=True)
-    ours = ours_a_second()
-    print(f"\ndraws a second: {ours:.2g}")
+    ours = draws_per_second()
+    print(f"\ndraws per second: {ours:.2g}")
     try:
-        theirs = emcee_a_second()
-        print(f"emcee, effective samples a second: {theirs:.0f}; ratio {ours / theirs:.0f}")
+        theirs = emcee_per_second()
+        print(f"emcee, effective samples per second: {theirs:.0f}; ratio {ours / theirs:.0f}")
     except ImportError:
         print("emcee is not installed")
 

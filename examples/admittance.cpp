@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot pushes a needle under force control and stops where the second layer gives way. Twin of
-// admittance.py, which says how and draws it.
+// A robot pushes a needle under force control and stops where the second layer is punctured. Twin of
+// admittance.py, which explains and draws it.
 //   g++ -std=c++20 -O2 -Iinclude examples/admittance.cpp -o admittance && ./admittance
 #include <algorithm>
 #include <array>
@@ -14,12 +14,12 @@
 using namespace needleforce;
 
 constexpr double dt = 1e-3, lag = 20e-3, filter = 10e-3;             // [s]
-constexpr double mass = 0.5, damping = 12.0;                         // [kg], [N s/m] of the virtual body
+constexpr double mass = 0.5, damping = 12.0;                         // [kg], [N s/m] of the virtual mass
 constexpr double rise = 0.2, speed = 20e-3, creep = 1e-3;            // [N/s], [m/s], [m/s]
 constexpr double ahead_by = 0.5e-3, drop = 0.02, noise = 0.005;      // [m], [N], [N]
 constexpr double true_top = 6e-3, model_top = 5.8e-3, gives = 2e-3;  // [m]
 
-/// The paper's layer, and from `top` [m] on one with a stiffer surface.
+/// The paper's layer, and below `top` [m] a layer with a stiffer surface.
 Insertion tissue(double top) {
   const std::array layers{
       Layer{0.0,
@@ -51,10 +51,10 @@ void insert(const char* name, bool by_drop, bool by_model) {
     model.step(depth, no_velocity, dt);
     ahead.step(depth + ahead_by, no_velocity, dt);
     stopped = stopped || (by_drop ? drops : model.pierced_layers()) == 2;
-    const double most = by_model && ahead.pierced_layers() == 2 ? creep : speed;
+    const double limit = by_model && ahead.pierced_layers() == 2 ? creep : speed;
     reference += rise * dt;
     velocity += dt / mass * (reference - measured - damping * velocity);
-    velocity = stopped ? 0.0 : std::clamp(velocity, -most, most);
+    velocity = stopped ? 0.0 : std::clamp(velocity, -limit, limit);
     command += velocity * dt;
     depth += (command - depth) * dt / lag;
   }

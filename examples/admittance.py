@@ -1,24 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A robot pushes a needle under force control and stops where the second layer gives way. Twin of admittance.cpp.
+"""A robot inserts a needle under force control and stops at the puncture of the second layer. Twin of admittance.cpp.
 
-A mass in oil feels a rising reference minus the measured force; the axis follows it with a lag. It stops at a drop of
-the force, or where its model has the puncture, or at a drop but goes slowly where the model has a puncture ahead.
-`python examples/admittance.py a.svg` also draws the three.
+Admittance control: a rising reference force minus the measured force moves a virtual damped mass, and the axis follows
+it with a lag. Three runs: stop at a drop of the measured force; stop at the model's puncture; stop at a drop, but move
+slowly when the model has a puncture ahead. `python examples/admittance.py a.svg` also draws the three.
 """
 
 import sys
 
 import needleforce as nf
 
-DT, LAG, FILTER = 1e-3, 20e-3, 10e-3  # [s] of a cycle; of the axis behind its command; of the sensor's low pass
-MASS, DAMPING = 0.5, 12.0  # [kg], [N s/m] of the virtual body
-RISE, SPEED, CREEP = 0.2, 20e-3, 1e-3  # [N/s] of the reference; [m/s] of the command, and near a puncture
-AHEAD, DROP, NOISE = 0.5e-3, 0.02, 0.005  # [m] is near; [N] of turned force is a drop; [N] of the sensor's noise
-TRUE, MODEL, PUNCTURE = 6e-3, 5.8e-3, 2e-3  # [m] top of the second layer, and as modelled; deeper it gives way
+DT, LAG, FILTER = 1e-3, 20e-3, 10e-3  # [s] cycle; lag of the axis; low-pass filter of the sensor
+MASS, DAMPING = 0.5, 12.0  # [kg], [N s/m] of the virtual mass
+RISE, SPEED, CREEP = 0.2, 20e-3, 1e-3  # [N/s] of the reference; [m/s] limit of the command; [m/s] near a puncture
+AHEAD, DROP, NOISE = 0.5e-3, 0.02, 0.005  # [m] counts as near; [N] counts as a drop; [N] sensor noise
+TRUE, MODEL, PUNCTURE = 6e-3, 5.8e-3, 2e-3  # [m] top of the second layer, true and modelled; its puncture below the top
 
 
 def tissue(top):
-    """The paper's layer, and from ``top`` [m] on one with a stiffer surface."""
+    """The paper's layer, and below ``top`` [m] a layer with a stiffer surface."""
     contact, shaft, cut = nf.laws.Cone(3e5, 0.2618), nf.laws.Coulomb(30.0), nf.laws.ConstantCutting(0.06)
     lower = nf.Layer(top, contact, nf.laws.PunctureDepth(PUNCTURE), shaft, cut)
     return nf.Insertion(nf.preset("paper").replace(deeper=(lower,)))
@@ -39,10 +39,10 @@ def insert(by_drop, by_model):
             drops += falling
         model.step(depth, None, DT), ahead.step(depth + AHEAD, None, DT)
         stopped = stopped or (drops if by_drop else model.pierced_layers) == 2
-        most = CREEP if by_model and ahead.pierced_layers == 2 else SPEED
+        limit = CREEP if by_model and ahead.pierced_layers == 2 else SPEED
         reference += RISE * DT
         velocity += DT / MASS * (reference - measured - DAMPING * velocity)
-        velocity = 0.0 if stopped else min(max(velocity, -most), most)
+        velocity = 0.0 if stopped else min(max(velocity, -limit), limit)
         command += velocity * DT
         depth += (command - depth) * DT / LAG
         depths.append(depth)
@@ -63,8 +63,8 @@ def draw(runs, path):
 
 runs = {"drop": insert(True, False), "model": insert(False, True), "both": insert(True, True)}
 for name, (depths, forces) in runs.items():
-    over, peak = 1e3 * (depths[-1] - TRUE - PUNCTURE), forces.index(max(forces))
-    more = forces[-1] - min(forces[peak:])
-    print(f"{name:5s}: peak {forces[peak]:.4f} N, at rest {over:+.3f} mm and {more:+.4f} N beyond the puncture")
+    overshoot, peak = 1e3 * (depths[-1] - TRUE - PUNCTURE), forces.index(max(forces))
+    excess = forces[-1] - min(forces[peak:])
+    print(f"{name:5s}: peak {forces[peak]:.4f} N, at rest {overshoot:+.3f} mm and {excess:+.4f} N beyond the puncture")
 if sys.argv[1:]:
     draw(runs, sys.argv[1])

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A haptic device between a hand and a tissue: twice the tissue's force, at most 0.5 N, never more energy
-// than the hand put in; then the sensor fails. Twin of guard.py.
+// A haptic device between a user and a tissue: twice the tissue's force, at most 0.5 N, never more energy
+// than the user put in; then the sensor fails. Twin of guard.py.
 //   g++ -std=c++20 -O2 -Iinclude examples/guard.cpp -o guard && ./guard
 #include "needleforce/guard.hpp"
 
@@ -31,7 +31,7 @@ int main() {
   const double dt = 1e-3, speed = 20e-3;
   double largest = 0.0;
   Output output;
-  for (int cycle = 0; cycle < 600; ++cycle) {  // 12 mm in; the depth measured is that of a cycle ago
+  for (int cycle = 0; cycle < 600; ++cycle) {  // to 12 mm, measured a cycle late
     const double depth = speed * dt * (cycle - 1);
     output = guard.step(depth, no_velocity, dt);
     recorder.write(depth, no_velocity, dt, output);

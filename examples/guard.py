@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A haptic device between a hand and a tissue: twice the tissue's force, at most 0.5 N, never more energy than the
-hand put in; then the sensor fails. Twin of guard.cpp."""
+"""A haptic device renders twice the tissue's force, at most 0.5 N and never more energy than the user put in; then the
+sensor fails. Twin of guard.cpp."""
 
 import needleforce as nf
 from needleforce.control import Guard
@@ -17,7 +17,7 @@ guard = Guard(
     delay=1,
 )
 dt, speed = 1e-3, 20e-3
-outputs = [guard.step(speed * dt * (cycle - 1), None, dt) for cycle in range(600)]  # 12 mm in, seen a cycle late
+outputs = [guard.step(speed * dt * (cycle - 1), None, dt) for cycle in range(600)]  # to 12 mm, measured a cycle late
 largest = max(output.force for output in outputs)
 print(f"largest force {largest:.4f} N, energy put in {1e3 * outputs[-1].energy:.3f} mJ")
 record = guard.recorder()

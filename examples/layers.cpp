@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A needle through two layers, the lower one stiffer and behind an interface that resists. Twin of layers.py.
+// A needle through two layers; the lower one is stiffer and must be punctured as well. Twin of layers.py.
 //   g++ -std=c++20 -O2 -Iinclude examples/layers.cpp -o layers && ./layers
 #include <algorithm>
 #include <array>
@@ -25,9 +25,9 @@ int main() {
     const int travelled = std::min(cycle, stroke) - std::max(0, cycle - stroke - hold);
     sample = insertion.step(speed * dt * travelled, no_velocity, dt);
     if (sample.punctured)
-      std::printf("layer %zu gives way at %.3f mm\n", insertion.pierced_layers(), 1e3 * sample.depth);
+      std::printf("layer %zu ruptures at %.3f mm\n", insertion.pierced_layers(), 1e3 * sample.depth);
     if (cycle == stroke || cycle == stroke + hold)
       std::printf("%s the hold %.4f N\n", cycle == stroke ? "before" : "after", sample.force);
   }
-  std::printf("outside again %.4f N\n", sample.force);
+  std::printf("after withdrawal %.4f N\n", sample.force);
 }

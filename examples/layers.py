@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A needle through two layers, the lower one stiffer and behind an interface that resists. Twin of layers.cpp."""
+"""A needle through two layers; the lower one is stiffer and must be punctured as well. Twin of layers.cpp."""
 
 import needleforce as nf
 
@@ -19,7 +19,7 @@ for cycle in range(2 * stroke + hold + 1):
     travelled = min(cycle, stroke) - max(0, cycle - stroke - hold)
     sample = insertion.step(speed * dt * travelled, None, dt)
     if sample.punctured:
-        print(f"layer {insertion.pierced_layers} gives way at {1e3 * sample.depth:.3f} mm")
+        print(f"layer {insertion.pierced_layers} ruptures at {1e3 * sample.depth:.3f} mm")
     if cycle in (stroke, stroke + hold):
         print(f"{'before' if cycle == stroke else 'after'} the hold {sample.force:.4f} N")
-print(f"outside again {sample.force:.4f} N")
+print(f"after withdrawal {sample.force:.4f} N")

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A 1 kHz loop along an insertion: the work of a step and the lateness of the wake-up, apart. Twin of
+// A 1 kHz loop along an insertion: the work of a step and the lateness of the wake-up, separately. Twin of
 // loop.py.
 //   g++ -std=c++20 -O2 -Iinclude examples/loop.cpp -o loop && ./loop [seconds]
 #include <sched.h>
@@ -36,7 +36,7 @@ double stroke(double t, double duration) {
 int main(int arguments, char** values) {
   const double duration = arguments > 1 ? std::atof(values[1]) : 10.0;
   if (!(duration >= 0.1 && duration <= 3600.0)) return std::fputs("give 0.1 to 3600 seconds\n", stderr), 2;
-  needleforce::Insertion hand(gel);
+  needleforce::Insertion insertion(gel);
   std::vector<std::uint64_t> work(std::lround(duration * second / period)), late(work.size());
   std::vector<double> forces(work.size());
   const bool locked = mlockall(MCL_CURRENT) == 0;  // everything is allocated by now
@@ -52,7 +52,7 @@ int main(int arguments, char** values) {
     const timespec wake{time_t(due / second), long(due % second)};
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &wake, nullptr) != 0) continue;
     const auto woken = now();
-    forces[cycle] = hand.step(depth, needleforce::no_velocity, 1e-9 * period).force;
+    forces[cycle] = insertion.step(depth, needleforce::no_velocity, 1e-9 * period).force;
     work[cycle] = now() - woken;
     late[cycle] = woken - due;
   }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A 1 kHz loop along an insertion: the work of a step and the lateness of the wake-up, apart. Twin of loop.cpp.
+"""A 1 kHz loop along an insertion: the work of a step and the lateness of the wake-up, separately. Twin of loop.cpp.
 
-`python examples/loop.py [seconds]`: in, a hold, and out again in the time given.
+`python examples/loop.py [seconds]`: insertion, hold and withdrawal in the given time.
 """
 
 import contextlib
@@ -17,14 +17,14 @@ PERIOD = 1_000_000  # [ns]
 
 
 def motion(duration):
-    """The rig's trapezoid of speed: from 2 mm above the surface to 10 mm deep and back, with a fifth of it at rest."""
+    """Trapezoid of speed from 2 mm above the surface to 10 mm deep and back; a fifth of the duration is the hold."""
     stroke = 0.4 * duration
     speed = 12e-3 / (0.9 * stroke)
     return nf.Motion.insert(-2e-3, speed, 10e-3, hold=0.2 * duration, acceleration=speed / (0.1 * stroke))
 
 
 def prepare():
-    """Locks the memory and asks for real-time priority; says what was permitted."""
+    """Locks the memory, requests real-time priority, and prints what was permitted."""
     gc.disable()
     locked = ctypes.CDLL(None).mlockall(1) == 0  # MCL_CURRENT: everything is allocated by now
     with contextlib.suppress(OSError):
@@ -35,7 +35,7 @@ def prepare():
 
 def run(depths):
     """Work [ns] of each step, lateness [ns] of each wake-up, and the forces [N]."""
-    hand = nf.Insertion(nf.preset("paper"))
+    insertion = nf.Insertion(nf.preset("paper"))
     work, late, forces = ([0] * len(depths) for _ in range(3))
     prepare()
     begin = time.monotonic_ns() + PERIOD
@@ -43,16 +43,16 @@ def run(depths):
         due = begin + cycle * PERIOD
         time.sleep(max(0, due - time.monotonic_ns()) * 1e-9)
         woken = time.monotonic_ns()
-        forces[cycle] = hand.step(depth, None, 1e-9 * PERIOD).force
+        forces[cycle] = insertion.step(depth, None, 1e-9 * PERIOD).force
         work[cycle], late[cycle] = time.monotonic_ns() - woken, max(0, woken - due)
     return work, late, forces
 
 
 def histogram(title, times):
-    """Bars over bins that double, in microseconds."""
+    """Prints a histogram in microseconds; each bin is twice as wide as the one before."""
     ordered = sorted(times)
-    median, most = (1e-3 * ordered[int(share * (len(ordered) - 1))] for share in (0.5, 0.99))
-    print(f"{title}: {len(times)} steps, median {median:.3f}, p99 {most:.3f}, largest {1e-3 * ordered[-1]:.3f} us")
+    median, p99 = (1e-3 * ordered[int(share * (len(ordered) - 1))] for share in (0.5, 0.99))
+    print(f"{title}: {len(times)} steps, median {median:.3f}, p99 {p99:.3f}, largest {1e-3 * ordered[-1]:.3f} us")
     bins = [ns.bit_length() for ns in times]
     for k in range(min(bins), max(bins) + 1):
         count = bins.count(k)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A planar arm of three joints in MuJoCo puts a needle into tissue: what its motors feel of it.
+"""A planar arm of three joints in MuJoCo inserts a needle into tissue: the needle's force as joint torques.
 
 pip install "needleforce[mujoco]"
 """
@@ -32,7 +32,7 @@ BASE, LINK, NEEDLE = np.array([-0.25, 0.25]), 0.2, 0.1
 
 
 def joints_for(height: float) -> np.ndarray:
-    """Angles that keep the needle upright over the skin with its tip at ``height`` [m]."""
+    """Joint angles for an upright needle with its tip at ``height`` [m] over the skin."""
     x, down = np.array([0.0, height + NEEDLE]) - BASE
     reach = np.hypot(x, down)
     bend = np.arccos(reach / (2.0 * LINK))
@@ -46,13 +46,13 @@ motion = nf.Motion.insert(start=-10e-3, speed=10e-3, depth=20e-3, hold=0.5, with
 data.qpos[:] = joints_for(10e-3)
 needle = attach(nf.preset("paper"), model, site="tip", surface_site="skin")
 
-with_tissue, depth = 0.0, 0.0
+largest, depth = 0.0, 0.0
 for time in np.arange(0.0, motion.duration, model.opt.timestep):
     data.ctrl[:] = joints_for(-motion.at(np.array([time]))[0][0])
     step(model, data, needle)
-    if needle.sample.force > with_tissue:
-        with_tissue, depth = needle.sample.force, needle.sample.depth
+    if needle.sample.force > largest:
+        largest, depth = needle.sample.force, needle.sample.depth
         torques = data.qfrc_passive.copy()
 
-print(f"largest force {with_tissue:.4f} N at {1e3 * depth:.2f} mm")
-print("which the shoulder, elbow and wrist feel as", *(f"{1e3 * torque:.1f}" for torque in torques), "mN m")
+print(f"largest force {largest:.4f} N at {1e3 * depth:.2f} mm")
+print("torques at the shoulder, elbow and wrist:", *(f"{1e3 * torque:.1f}" for torque in torques), "mN m")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A 50 g needle on a slide joint in MuJoCo: inserted by a servo, held, withdrawn; a picture of the force.
+"""A 50 g needle on a slide joint in MuJoCo: a servo inserts, holds and withdraws it; the force is plotted.
 
 pip install "needleforce[mujoco]"
 """
@@ -32,12 +32,12 @@ depth, force = np.empty((2, len(time)))
 for i in range(len(time)):
     data.ctrl[0] = commanded[i]
     depth[i] = data.qpos[0]
-    step(model, data, needle)  # in place of mujoco.mj_step
+    step(model, data, needle)  # replaces mujoco.mj_step
     force[i] = needle.sample.force
 
-held = force[(time > 3.2) & (time < 3.6)]
+at_hold = force[(time > 3.2) & (time < 3.6)]
 print(f"largest push {force.max():.4f} N, largest pull {-force.min():.4f} N")
-print(f"held at {held.mean():.4f} N, {1e3 * held.std():.6f} mN rms")
+print(f"hold: {at_hold.mean():.4f} N, {1e3 * at_hold.std():.6f} mN rms")
 
 figure, (over_time, over_depth) = plt.subplots(1, 2, figsize=(9, 3.2), sharey=True, layout="constrained")
 over_time.plot(time[::5], force[::5])

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A slow planner in a thread of its own says at 30 Hz where a deeper layer is and how stiff, as the tissue moves;
-the loop at 1 kHz takes it over, smooth in force. Twin of planner.cpp."""
+"""The tissue moves. A planner thread estimates depth and stiffness of a deeper layer at 30 Hz; the loop at 1 kHz adopts
+each model without a jump in force. Twin of planner.cpp."""
 
 import math
 import threading
@@ -15,24 +15,24 @@ above = nf.Model(
 )
 
 
-def seen(time):
-    """What the planner sees at a time: the deeper layer breathes by 0.5 mm, and is stiffer the further out it is."""
+def planned(time):
+    """The planner's model: breathing moves the deeper layer by 0.5 mm; nearer to the surface it is stiffer."""
     breath = math.sin(2.0 * math.pi * 0.25 * time)
     stiffness = nf.laws.Cone(300e3 * (1.0 - 0.2 * breath), angle)
     below = nf.Layer(6e-3 + 0.5e-3 * breath, stiffness, above.puncture, above.friction, above.cutting)
     return above.replace(deeper=(below,))
 
 
-live = LiveInsertion(seen(0.0))
+live = LiveInsertion(planned(0.0))
 due, sent = threading.Semaphore(0), threading.Semaphore(0)
 
 
 def plan():
-    """One model a frame, by the loop's time, which here runs as fast as it can."""
+    """One model per frame, in the loop's time; here the loop runs as fast as it can."""
     frames = 0
     while frames * frame < seconds:
         due.acquire()
-        live.replace(seen(frames * frame))
+        live.replace(planned(frames * frame))
         frames += 1
         sent.release()
 
@@ -44,7 +44,7 @@ frames = cycle = 0
 while (cycle := cycle + 1) * dt < seconds:
     time = cycle * dt
     depth = min(4e-3 * time, 8e-3)
-    # so that both twins say the same, the loop waits for each frame; a loop on a clock takes what is there
+    # the loop waits for each frame so that both twins print the same; a real-time loop never waits
     while frames < int(time / frame) + 1:
         due.release()
         sent.acquire()
@@ -56,5 +56,5 @@ while (cycle := cycle + 1) * dt < seconds:
         largest = max(largest, abs(sample.force - force))
     force = sample.force
 planner.join()
-print(f"{live.taken} models taken over, {live.refused} kept out")
+print(f"{live.taken} models adopted, {live.refused} rejected")
 print(f"largest change of force {1e3 * largest:.2f} mN in 1 ms, of {force:.3f} N")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The force of the paper's model in a control loop, in and out of the tissue. Twin of step.cpp."""
+"""The force of the paper's model in a control loop, during insertion and withdrawal. Twin of step.cpp."""
 
 import needleforce as nf
 

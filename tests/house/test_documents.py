@@ -64,10 +64,10 @@ def test_the_twins_of_the_loop_say_the_same(root, tmp_path):
 
 def test_the_twins_of_the_layers_say_the_same(root, tmp_path):
     said = twin(root, tmp_path, "layers")
-    assert "layer 1 gives way at 3.237 mm" in said and "layer 2 gives way at 7.00" in said
+    assert "layer 1 ruptures at 3.237 mm" in said and "layer 2 ruptures at 7.00" in said
     # 18.6 N/m * 6 mm + 30 N/m * 4 mm + 0.12 N; of the first layer's friction 30 % (1 - exp(-5 / 0.7)) fades
     assert "before the hold 0.3516 N" in said and "after the hold 0.3181 N" in said
-    assert said.endswith("outside again 0.0000 N\n")
+    assert said.endswith("after withdrawal 0.0000 N\n")
 
 
 def test_the_twins_of_the_guard_say_the_same(root, tmp_path):
@@ -81,7 +81,7 @@ def test_the_twins_of_the_guard_say_the_same(root, tmp_path):
 
 def test_the_twins_of_the_planner_say_the_same(root, tmp_path):
     said = twin(root, tmp_path, "planner")
-    assert "120 models taken over, 0 kept out" in said and "puncture at 3.00 mm" in said
+    assert "120 models adopted, 0 rejected" in said and "puncture at 3.00 mm" in said
     # a step of 4 um adds 2 C h 4 um, C = (2/pi) E tan 15 deg: 0.49 mN at the first layer's 3 mm, at most 0.98 mN at the
     # deeper one's 2 mm; a frame moves its top by at most 26 um and its E by 1 %, 9 mN over 10 ms; friction adds 0.07 mN
     largest = float(re.search(r"largest change of force (\S+) mN", said).group(1))

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0
-   A controller of its own, with the installed library and a model that `needleforce export paper --name gel
-   --language c -o gel.h` wrote. Twin of ../cpp/main.cpp. */
+   A controller outside this repository, with the installed library and a model written by `needleforce export
+   paper --name gel --language c -o gel.h`. Twin of ../cpp/main.cpp. */
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A controller of its own, with the installed package and a model that `needleforce export paper --name gel
-// -o gel.hpp` wrote. Twin of ../c/main.c.
+// A controller outside this repository, with the installed package and a model written by `needleforce export
+// paper --name gel -o gel.hpp`. Twin of ../c/main.c.
 #include <cstdio>
 
 #include "gel.hpp"
