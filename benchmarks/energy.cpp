@@ -95,7 +95,7 @@ int main(int count, char** arguments) {
   std::printf("[\n");
   for (const int delay : {0, 1, 2, 5, 10}) {
     GuardSettings speed_alone = bounds(delay);
-    speed_alone.most_acceleration = unlimited;
+    speed_alone.max_acceleration = unlimited;
     each_tissue(bounds(delay), "speed and acceleration", steps, false);
     each_tissue(speed_alone, "speed", steps, delay == 10);
   }

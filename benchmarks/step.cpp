@@ -112,13 +112,13 @@ void every_law(double nothing) {
 
 /// What stands around one layer: the guard with everything on, and the engine whose model may be replaced.
 void around(double nothing) {
-  const GuardSettings settings{.most_force = 20.0,
-                               .most_slew = 1e4,
+  const GuardSettings settings{.max_force = 20.0,
+                               .max_slew = 1e4,
                                .stale_after = 5e-3,
                                .fall_time = 50e-3,
-                               .most_jump = 1e-3,
+                               .max_jump = 1e-3,
                                .longest_cycle = 10e-3,
-                               .most_speed = 1.0,
+                               .max_speed = 1.0,
                                .delay = 1.0};
   const Guard<Insertion> guard(Insertion(paper()), settings);
   print("guarded", batches::measure(Step<Guard<Insertion>>{guard}, few), nothing);

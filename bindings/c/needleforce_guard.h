@@ -23,7 +23,7 @@ typedef struct {
 
 size_t nf_guard_size(void); /* bytes of memory for one guard, aligned as a double */
 /* Before the loop, around an insertion that stays the caller's. NULL if refused, and *why says it. */
-nf_guard* nf_guard_init(void* memory, size_t size, nf_insertion* insertion, const nf_number* settings, size_t count,
+nf_guard* nf_guard_init(void* memory, size_t size, nf_insertion* insertion, const nf_parameter* settings, size_t count,
                         nf_fault* why);
 void nf_guard_step(nf_guard* guard, double depth, double velocity, double dt, nf_output* output);
 void nf_guard_miss(nf_guard* guard, double dt, nf_output* output); /* a cycle without a measurement */

@@ -9,9 +9,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "energy_controller.hpp"
 #include "guard_settings.hpp"
 #include "limits.hpp"
-#include "passivity.hpp"
 #include "sample.hpp"
 
 namespace needleforce {
@@ -26,8 +26,8 @@ concept Steppable = requires(Engine& engine) {
 struct Interventions {
   bool rejected = false;           ///< the measurement was none: not finite, a leap, a clock that stood
   bool stale = false;              ///< without a measurement for longer than `stale_after`: falling to zero
-  bool clamped = false;            ///< by `most_force`
-  bool slewed = false;             ///< by `most_slew`
+  bool clamped = false;            ///< by `max_force`
+  bool slewed = false;             ///< by `max_slew`
   bool limited_by_energy = false;  ///< by what the hand had put in
   bool outside_bounds = false;     ///< faster, or a longer cycle, than the energy controller counts on
 };
@@ -106,7 +106,7 @@ class Guard {
 
   /// True for a depth that no needle reaches from the last; the longer nothing came, the further it may be.
   bool leaps(double depth) const noexcept {
-    return state_.started && std::abs(depth - state_.depth) > settings_.most_jump * (state_.missed + 1.0);
+    return state_.started && std::abs(depth - state_.depth) > settings_.max_jump * (state_.missed + 1.0);
   }
 
   Output with(double depth, double velocity, double dt) noexcept {
@@ -129,8 +129,8 @@ class Guard {
   /// Clamp and slew; a pause of the loop does not count as time in which the force could have moved.
   double within_range(double force, double dt, Interventions& did) const noexcept {
     if (!std::isfinite(force)) force = 0.0;
-    const double clamped = std::clamp(force, -settings_.most_force, settings_.most_force);
-    const double most = settings_.most_slew * std::min(dt, settings_.longest_cycle);
+    const double clamped = std::clamp(force, -settings_.max_force, settings_.max_force);
+    const double most = settings_.max_slew * std::min(dt, settings_.longest_cycle);
     const double slewed = std::clamp(clamped, state_.force - most, state_.force + most);
     did.clamped = clamped != force;
     did.slewed = slewed != clamped;

@@ -12,14 +12,14 @@
 #include <type_traits>
 #include <utility>
 
-#include "adoption.hpp"
 #include "bevel.hpp"
 #include "fingerprint.hpp"
 #include "layer.hpp"
 #include "limits.hpp"
 #include "model.hpp"
+#include "model_swap.hpp"
 #include "sample.hpp"
-#include "saved.hpp"
+#include "state_bytes.hpp"
 
 namespace needleforce {
 
@@ -29,12 +29,12 @@ struct InsertionState {
   double depth = 0.0;   // of the last accepted step
   double waited = 0.0;  // time since the last accepted step
   double deepest = -farthest;
-  double faded_over = 0.0;  // the step [s] whose exponentials the layers keep
+  double relaxation_dt = 0.0;  // the step [s] whose exponentials the layers keep
   Cut cut{};
   std::size_t pierced = 0;
   Phase phase = Phase::free;  // of the last accepted step
   bool started = false;
-  std::array<LayerState, most_layers> layers{};
+  std::array<LayerState, max_layers> layers{};
 };
 
 /// A needle going in and out of up to eight layers. Trivially copyable: a snapshot is a copy, restoring is
@@ -75,8 +75,8 @@ class Insertion {
   Insertion snapshot() const noexcept { return *this; }
 
   /// The memory alone, as bytes that may leave the process. Wait-free.
-  using Saved = SavedBytes<InsertionState>;
-  Saved save() const noexcept { return saved(state_, model_); }
+  using Saved = StateBytes<InsertionState>;
+  Saved save() const noexcept { return state_bytes(state_, model_); }
   /// Takes a memory back; false, and nothing changes, for bytes of another version or another model, or
   /// bytes that were altered. Wait-free.
   bool restore(const Saved& bytes) noexcept {
@@ -90,10 +90,10 @@ class Insertion {
   void continue_from(const Insertion& old) noexcept {
     state_ = old.state_;
     if (model_ == old.model_) return;
-    state_.faded_over = 0.0;  // the exponentials are other ones
+    state_.relaxation_dt = 0.0;  // the exponentials are other ones
     if (!state_.started) return;
     state_.pierced = 0;
-    for (std::size_t i = 0; i < most_layers; ++i) {
+    for (std::size_t i = 0; i < max_layers; ++i) {
       state_.layers[i] = i < count_ ? inherited(old, i) : LayerState{};
       if (state_.layers[i].pierced) state_.pierced = i + 1;
     }
@@ -166,7 +166,7 @@ class Insertion {
     using Friction = std::conditional_t<plain, laws::Coulomb::Prepared, void>;
     using Cutting = std::conditional_t<plain, laws::ConstantCutting::Prepared, void>;
     const std::size_t count = plain ? 1 : count_;
-    if (!plain && move.dt != state_.faded_over) fade(move.dt);
+    if (!plain && move.dt != state_.relaxation_dt) fade(move.dt);
     TipForce tip{};
     if (state_.pierced > 0)
       tip = layers_[plain ? 0 : state_.pierced - 1].template cut<Cutting>(state_.cut, move);
@@ -239,7 +239,7 @@ class Insertion {
 
   /// The exponentials of relaxation, where the step's length changed.
   [[gnu::noinline]] void fade(double dt) noexcept {
-    state_.faded_over = dt;
+    state_.relaxation_dt = dt;
     for (std::size_t i = 0; i < count_; ++i) state_.layers[i].relaxing = layers_[i].relaxing(dt);
   }
 
@@ -259,12 +259,12 @@ class Insertion {
   void limit_retreat(double indentation, double energy) noexcept {
     const double force = front().cut(std::as_const(state_.cut), state_.depth).force;
     state_.cut.entry = state_.depth;
-    state_.cut.foot = state_.depth - (force > 0.0 ? std::min(indentation, energy / force) : 0.0);
+    state_.cut.retreat_limit = state_.depth - (force > 0.0 ? std::min(indentation, energy / force) : 0.0);
   }
   TipForce limited(const TipForce& tip, double depth) const noexcept {
-    const double length = state_.cut.entry - state_.cut.foot;
-    if (!(depth > state_.cut.foot)) return {};
-    const double share = (depth - state_.cut.foot) / length;
+    const double length = state_.cut.entry - state_.cut.retreat_limit;
+    if (!(depth > state_.cut.retreat_limit)) return {};
+    const double share = (depth - state_.cut.retreat_limit) / length;
     return {share * tip.force, share * tip.by_depth + tip.force / length};
   }
 
@@ -303,7 +303,7 @@ class Insertion {
   static constexpr double speed_at_rest = 1e-4;   // 0.1 mm/s: slower is a hold, whatever the velocity's noise
   static constexpr double noise_of_depth = 3e-5;  // [m] behind the deepest point that is no withdrawal yet
 
-  std::array<PreparedLayer, most_layers> layers_{};
+  std::array<PreparedLayer, max_layers> layers_{};
   Limits limits_;
   bool valid_;
   bool plain_ = false;

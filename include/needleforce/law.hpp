@@ -48,8 +48,8 @@ concept PreparedStiffness = requires(const P& prepared, double depth, double for
 /// velocity [N s/m].
 template <class P>
 concept PreparedFriction =
-    requires(const P& prepared, Shaft& shaft, const Shaft& held, const Move& move, const Bed& bed,
-             const Relaxing& relaxing, const Held& contact, double number) {
+    requires(const P& prepared, Shaft& shaft, const Shaft& held, const Move& move, const LayerExtent& bed,
+             const Relaxing& relaxing, const ContactAtPuncture& contact, double number) {
       { prepared.advance(shaft, move, bed, relaxing) } noexcept -> std::same_as<void>;
       { prepared.pierce(shaft, contact) } noexcept -> std::same_as<void>;
       { prepared.force(held, number) } noexcept -> std::same_as<double>;

@@ -8,7 +8,7 @@
 #include <utility>
 #include <variant>
 
-#include "chosen.hpp"
+#include "dispatch.hpp"
 #include "model.hpp"
 #include "sample.hpp"
 
@@ -39,11 +39,11 @@ struct LayerState {
   Element contact{};
   Shaft shaft{};
   Relaxing relaxing{};
-  double indentation = 0.0;    ///< of the last step in contact [m]
-  double contact_force = 0.0;  ///< [N]
-  double contact_slope = 0.0;  ///< [N/m]
-  double work = 0.0;           ///< of indentation, where it relaxes [J]
-  double gave_way = 0.0;       ///< depth of the puncture [m]
+  double indentation = 0.0;     ///< of the last step in contact [m]
+  double contact_force = 0.0;   ///< [N]
+  double contact_slope = 0.0;   ///< [N/m]
+  double work = 0.0;            ///< of indentation, where it relaxes [J]
+  double puncture_depth = 0.0;  ///< depth of the puncture [m]
   bool pierced = false;
 };
 
@@ -60,7 +60,7 @@ class PreparedLayer {
         criterion_(layer.laws.puncture),
         puncture(layer.top + puncture_depth(layer.laws.puncture, stiffness_)),
         fades_(relaxing(1.0).fades),
-        reach_(with_chosen(stiffness_, [](const auto& law) { return law.reach(); })) {}
+        reach_(dispatch(stiffness_, [](const auto& law) { return law.reach(); })) {}
 
   /// True for the paper's friction and cutting without relaxation.
   bool plain() const noexcept {
@@ -72,7 +72,7 @@ class PreparedLayer {
   /// True where the stiffness law's formula has ended.
   bool beyond(double depth) const noexcept { return depth - top > reach_; }
   Relaxing relaxing(double dt) const noexcept {
-    return with_chosen(relaxation_, [&](const auto& law) { return law.over(dt); });
+    return dispatch(relaxation_, [&](const auto& law) { return law.over(dt); });
   }
 
   /// The contact of a layer that is whole; true if it gives way instead. `first`: there was no step before.
@@ -86,7 +86,7 @@ class PreparedLayer {
       state.indentation = state.contact_force = state.contact_slope = 0.0;
       return false;
     }
-    with_chosen(stiffness_, [&](const auto& law) { press<elastic>(law, state, move, indentation); });
+    dispatch(stiffness_, [&](const auto& law) { press<elastic>(law, state, move, indentation); });
     return false;
   }
 
@@ -95,10 +95,11 @@ class PreparedLayer {
   [[gnu::noinline]] double pierce(LayerState& state, double depth) const noexcept {
     if (!fades_) state.contact.elastic = state.contact_force;
     const double energy =
-        with_chosen(stiffness_, [&](const auto& law) { return law.energy(state.indentation); });
-    const Held held{state.contact, state.contact_force, energy, state.contact_slope};
-    with_chosen(friction_, [&](const auto& law) { law.pierce(state.shaft, held); });
-    state.gave_way = fades_ && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? depth : puncture;
+        dispatch(stiffness_, [&](const auto& law) { return law.energy(state.indentation); });
+    const ContactAtPuncture held{state.contact, state.contact_force, energy, state.contact_slope};
+    dispatch(friction_, [&](const auto& law) { law.pierce(state.shaft, held); });
+    state.puncture_depth =
+        fades_ && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? depth : puncture;
     state.pierced = true;
     return energy;
   }
@@ -108,10 +109,10 @@ class PreparedLayer {
   /// `Law` is the friction law where the caller knows it, else void.
   template <class Law>
   [[gnu::always_inline]] Dragged drag(LayerState& state, const Move& move, double bottom) const noexcept {
-    const Bed bed{top, state.pierced ? state.gave_way : puncture, bottom, state.pierced};
+    const LayerExtent bed{top, state.pierced ? state.puncture_depth : puncture, bottom, state.pierced};
     const Relaxing elastic{};
     const Relaxing& relaxing = std::is_void_v<Law> ? state.relaxing : elastic;
-    return chosen<Law>(friction_, [&](const auto& law) __attribute__((always_inline)) -> Dragged {
+    return dispatch_as<Law>(friction_, [&](const auto& law) __attribute__((always_inline)) -> Dragged {
       law.advance(state.shaft, move, bed, relaxing);
       // above the tissue nothing drags the shaft; layers that add up know their own, moving surface
       if constexpr (!requires { law.own_surface; })
@@ -124,19 +125,19 @@ class PreparedLayer {
   }
 
   void enter(Cut& cut, double depth, double carried) const noexcept {
-    with_chosen(cutting_, [&](const auto& law) { law.enter(cut, depth, carried); });
+    dispatch(cutting_, [&](const auto& law) { law.enter(cut, depth, carried); });
   }
   /// Moves the cut and returns its force; `Law` as for drag().
   template <class Law>
   [[gnu::always_inline]] TipForce cut(Cut& cut, const Move& move) const noexcept {
-    return chosen<Law>(cutting_, [&](const auto& law) __attribute__((always_inline)) {
+    return dispatch_as<Law>(cutting_, [&](const auto& law) __attribute__((always_inline)) {
       law.advance(cut, move);
       return TipForce{law.force(cut, move.depth), law.by_depth(cut, move.depth)};
     });
   }
   /// The force of the cut as it stands.
   TipForce cut(const Cut& cut, double depth) const noexcept {
-    return with_chosen(
+    return dispatch(
         cutting_, [&](const auto& law) { return TipForce{law.force(cut, depth), law.by_depth(cut, depth)}; });
   }
 
@@ -147,7 +148,7 @@ class PreparedLayer {
              double bottom) const noexcept {
     if (!state.pierced) adopt_contact(state, old, deepest);
     adopt_shaft(state, old, std::min(depth, bottom) - top);
-    state.gave_way = std::clamp(state.gave_way + (top - old.top), top, std::max(top, deepest));
+    state.puncture_depth = std::clamp(state.puncture_depth + (top - old.top), top, std::max(top, deepest));
   }
   /// Becomes a layer that the tip went through before it was known to be there, or, where it is not
   /// `pierced`, one that was never touched. Of the shaft it has what the tissue there had, but for a law that
@@ -158,13 +159,13 @@ class PreparedLayer {
     state = LayerState{};
     state.shaft = shaft;
     state.pierced = pierced;
-    state.gave_way = std::min(puncture, std::max(top, deepest));
+    state.puncture_depth = std::min(puncture, std::max(top, deepest));
   }
   /// The same for the cut, which this layer goes on with.
   void adopt(Cut& cut, const PreparedLayer& old, double depth) const noexcept {
     const double at = std::max(cut.front, depth), carried = old.cut(std::as_const(cut), at).force;
     if (cutting_.index() != old.cutting_.index()) cut.speed = 0.0, cut.running = false;
-    with_chosen(cutting_, [&](const auto& law) {
+    dispatch(cutting_, [&](const auto& law) {
       law.enter(cut, at, carried);
       if constexpr (requires { law.adopt(cut, depth); }) law.adopt(cut, depth);
     });
@@ -175,12 +176,12 @@ class PreparedLayer {
  private:
   /// True for a friction whose memory is a force and not one per length.
   bool counts_whole_shaft() const noexcept {
-    return with_chosen(friction_, [](const auto& law) { return requires { law.own_surface; }; });
+    return dispatch(friction_, [](const auto& law) { return requires { law.own_surface; }; });
   }
   /// Force [N] and energy [J] of the contact without relaxation where the tip was at most at a depth [m].
   std::pair<double, double> most(double deepest) const noexcept {
     const double indentation = std::clamp(deepest - top, 0.0, puncture - top);
-    return with_chosen(stiffness_, [&](const auto& law) {
+    return dispatch(stiffness_, [&](const auto& law) {
       return std::pair{law.force(indentation), law.energy(indentation)};
     });
   }
@@ -195,14 +196,14 @@ class PreparedLayer {
                            &state.contact_force, &state.contact_slope})
       *number *= grown;
     state.work *= old_energy > 1e-15 ? energy / old_energy : 0.0;
-    const double most_indented = fades_ ? std::numeric_limits<double>::infinity() : puncture - top;
-    state.indentation = std::clamp(state.indentation + (old.top - top), 0.0, most_indented);
+    const double max_indentation = fades_ ? std::numeric_limits<double>::infinity() : puncture - top;
+    state.indentation = std::clamp(state.indentation + (old.top - top), 0.0, max_indentation);
   }
 
   void adopt_shaft(LayerState& state, const PreparedLayer& old, double length) const noexcept {
     const bool same = friction_.index() == old.friction_.index();
     if (!same) take_hold(state, old, length);
-    with_chosen(friction_, [&](const auto& law) {
+    dispatch(friction_, [&](const auto& law) {
       if constexpr (requires { law.adopt(state.shaft); })
         law.adopt(state.shaft);
       else
@@ -217,15 +218,15 @@ class PreparedLayer {
       shaft.traction = length > 0.0 ? shaft.traction / length : 0.0;
     shaft.element = Element{shaft.traction};
     shaft.slides = false;
-    const double dimple = state.gave_way - old.top;
+    const double dimple = state.puncture_depth - old.top;
     if (state.pierced)
       shaft.dimple = dimple > 0.0 ? std::clamp((shaft.surface - old.top) / dimple, 0.0, 1.0) : 0.0;
   }
 
   template <class Law, class Laws, class Visit>
-  [[gnu::always_inline]] static auto chosen(const Laws& laws, Visit visit) noexcept {
+  [[gnu::always_inline]] static auto dispatch_as(const Laws& laws, Visit visit) noexcept {
     if constexpr (std::is_void_v<Law>)
-      return with_chosen(laws, visit);
+      return dispatch(laws, visit);
     else
       return visit(*std::get_if<Law>(&laws));
   }
@@ -247,8 +248,7 @@ class PreparedLayer {
     state.work += 0.5 * (before + state.contact_force) * move.travel;
   }
   bool breaks(const LayerState& state) const noexcept {
-    return with_chosen(criterion_,
-                       [&](const auto& law) { return law.breaks(state.contact_force, state.work); });
+    return dispatch(criterion_, [&](const auto& law) { return law.breaks(state.contact_force, state.work); });
   }
 
   Prepared<Stiffness> stiffness_{};

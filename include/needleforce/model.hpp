@@ -28,7 +28,7 @@ struct Layer {
 };
 
 /// The most layers of an insertion.
-inline constexpr std::size_t most_layers = 8;
+inline constexpr std::size_t max_layers = 8;
 
 namespace detail {
 template <class Variant>
@@ -128,7 +128,7 @@ inline const char* fault_of_place(const Layer& layer, const Layer* above) noexce
 /// The first fault of a stack of layers from the surface down, or one without a reason. For use before the
 /// loop.
 inline Fault first_fault(std::span<const Layer> layers) noexcept {
-  if (layers.empty() || layers.size() > most_layers) return {0, "layers", "not between 1 and 8"};
+  if (layers.empty() || layers.size() > max_layers) return {0, "layers", "not between 1 and 8"};
   for (std::size_t i = 0; i < layers.size(); ++i) {
     Fault fault = detail::fault_of_laws(layers[i].laws);
     if (!fault.reason) fault = {i, "top", detail::fault_of_place(layers[i], i ? &layers[i - 1] : nullptr)};

@@ -80,7 +80,7 @@ inline const std::deque<std::string>& attributes() {
   static const std::deque<std::string> all = [] {
     std::deque<std::string> names(std::begin(place_attributes), std::end(place_attributes));
     names.insert(names.end(), std::begin(setting_attributes), std::end(setting_attributes));
-    for (std::size_t layer = 0; layer < most_layers; ++layer) {
+    for (std::size_t layer = 0; layer < max_layers; ++layer) {
       const std::string prefix = layer_prefix(layer);
       if (layer > 0) names.push_back(prefix + "top");
       for (const FamilyNames& family : families()) names.push_back(prefix + family.name);

@@ -46,7 +46,7 @@ struct Free {
 };
 
 inline constexpr double same_force = 1e-6;  ///< [N] to which force and motion agree; no device shows less
-inline constexpr int most_attempts = 24;    ///< at a puncture, where the force drops, halving ends here
+inline constexpr int max_attempts = 24;     ///< at a puncture, where the force drops, halving ends here
 
 /// Solves z + per_force F(z) = depth by Newton's method between brackets. `step_to(z)` gives the engine's
 /// sample there, from the same memory each time; `last_force` [N], of the step before, is where the search
@@ -56,7 +56,7 @@ Sample at_end_of_step(const Free& free, double last_force, StepTo step_to) noexc
   double low = -std::numeric_limits<double>::infinity(), high = -low;
   double z = free.depth - free.per_force * last_force;
   Sample sample{};
-  for (int attempt = 0; attempt < most_attempts; ++attempt) {
+  for (int attempt = 0; attempt < max_attempts; ++attempt) {
     sample = step_to(z);
     const double miss = z - free.depth + free.per_force * sample.force;
     if (!(std::abs(miss) > free.per_force * same_force)) break;

@@ -22,7 +22,7 @@ struct TipMotion {
 template <class L>
 struct Shafted {
   typename L::Prepared law;
-  Bed bed{0.0, 3e-3, std::numeric_limits<double>::infinity(), true};
+  LayerExtent bed{0.0, 3e-3, std::numeric_limits<double>::infinity(), true};
   TipMotion tip{3e-3, 3e-3};
   Shaft shaft{};
   Relaxing relaxing{};
@@ -106,7 +106,7 @@ double go(Walk& walk, double travel, double speed, double fine) {
 /// The least work over closed paths that start as `start` does: after each of some random travels of up to
 /// `reach` [m] straight back, over the work of a travel; the integral is good to 1e-3 of that.
 template <class Walk>
-double least_closed_work(const Walk& start, double reach, double speed) {
+double min_closed_work(const Walk& start, double reach, double speed) {
   constexpr int n = 30;
   const double fine = reach / 5000.0;
   Walk walk = start;

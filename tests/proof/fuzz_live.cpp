@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const double blend = bytes.number(0.0, 0.05);
   const std::vector<Layer> stacks[] = {from_bytes::layers(bytes), from_bytes::layers(bytes)};
   LiveInsertion live(stacks[0], blend);
-  Guard<LiveInsertion&> guard(live, {.most_force = clamp});
+  Guard<LiveInsertion&> guard(live, {.max_force = clamp});
   std::size_t turn = 0;
   std::uint32_t refused = 0;
   from_bytes::Motion motion;

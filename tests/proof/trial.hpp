@@ -102,7 +102,7 @@ class Hand {
     for (const double number : {output.force, output.energy, output.reserve})
       require(std::isfinite(number), "every number of the guard is finite");
     const bool possible = valid(guard_.settings());
-    require(std::abs(output.force) <= (possible ? guard_.settings().most_force : 0.0),
+    require(std::abs(output.force) <= (possible ? guard_.settings().max_force : 0.0),
             "no force above the clamp");
   }
   Guard<Insertion> guard_;

@@ -42,15 +42,16 @@ struct Coulomb {
     double sliding(double embedded, double v) const noexcept {
       return std::copysign(per_length, v) * embedded;
     }
-    void advance(Shaft& shaft, const Move& move, const Bed& bed, const Relaxing& relaxing) const noexcept {
+    void advance(Shaft& shaft, const Move& move, const LayerExtent& bed,
+                 const Relaxing& relaxing) const noexcept {
       shaft.traction =
           shaft.element.drag(stiffness * move.below, -per_length, per_length, relaxing, move.advancing);
       shaft.embed(bed, move.depth, surface(bed.top, bed.puncture));
     }
-    void pierce(Shaft&, const Held&) const noexcept {}
+    void pierce(Shaft&, const ContactAtPuncture&) const noexcept {}
     double force(const Shaft& shaft, double) const noexcept { return shaft.traction * shaft.embedded; }
     double by_depth(const Shaft& shaft, double) const noexcept {
-      return shaft.traction * shaft.growing + stiffness * shaft.element.stiffening * shaft.embedded;
+      return shaft.traction * shaft.embedded_by_depth + stiffness * shaft.element.stiffening * shaft.embedded;
     }
     double by_velocity(const Shaft&, double) const noexcept { return 0.0; }
   };

@@ -60,7 +60,7 @@ struct DraggedTissue {
         true;  // it moves with the force, and may stand above the undeformed one
     double per_length, stiffness, per_rupture, resting_surface;
 
-    [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+    [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const LayerExtent& bed,
                                    const Relaxing& relaxing) const noexcept {
       shaft.surface = bed.top + resting_surface + shaft.element.elastic / stiffness;
       if (!bed.pierced) return;
@@ -71,21 +71,21 @@ struct DraggedTissue {
       const double torn = std::exp(-(move.deepest - bed.puncture) * per_rupture);
       const double high = grip + std::max(0.0, shaft.peak - grip) * torn;
       shaft.traction = shaft.element.drag(stiffness * move.travel, -grip, high, relaxing, move.advancing);
-      shaft.growing = slope(shaft, grip, torn, move);
+      shaft.embedded_by_depth = slope(shaft, grip, torn, move);
     }
-    void pierce(Shaft& shaft, const Held& held) const noexcept {
+    void pierce(Shaft& shaft, const ContactAtPuncture& held) const noexcept {
       shaft.element = held.element;
       shaft.peak = held.force;
       if constexpr (passive) weaken(shaft.element, held);
     }
     double force(const Shaft& shaft, double) const noexcept { return shaft.traction; }
-    double by_depth(const Shaft& shaft, double) const noexcept { return shaft.growing; }
+    double by_depth(const Shaft& shaft, double) const noexcept { return shaft.embedded_by_depth; }
     double by_velocity(const Shaft&, double) const noexcept { return 0.0; }
 
    private:
     /// No more energy than the contact held: F_e^2 / 2 k_t <= U, and for what fades, where the contact is
     /// stiffer than the spring, by the ratio of the two.
-    void weaken(Element& element, const Held& held) const noexcept {
+    void weaken(Element& element, const ContactAtPuncture& held) const noexcept {
       const double most = std::sqrt(2.0 * stiffness * held.energy);
       const double share = element.elastic > most ? most / element.elastic : 1.0;
       const double fading = held.slope > stiffness ? std::sqrt(stiffness / held.slope) : 1.0;
@@ -94,7 +94,7 @@ struct DraggedTissue {
     }
     static void leave(Shaft& shaft) noexcept {
       shaft.element = Element{};
-      shaft.embedded = shaft.traction = shaft.growing = 0.0;
+      shaft.embedded = shaft.traction = shaft.embedded_by_depth = 0.0;
     }
     /// d(force)/d(depth): the spring, or the limit it slides along.
     double slope(const Shaft& shaft, double grip, double torn, const Move& move) const noexcept {

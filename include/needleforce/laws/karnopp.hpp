@@ -89,7 +89,7 @@ struct Karnopp::Prepared {
   }
   /// Sticks until the limit at rest is reached, whatever the needle's speed: it is the slip that has none.
   /// Then slides until the needle rests or turns.
-  [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+  [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const LayerExtent& bed,
                                  const Relaxing& relaxing) const noexcept {
     const double v = move.velocity;
     const bool moves = inwards(v) || outwards(v);
@@ -102,10 +102,10 @@ struct Karnopp::Prepared {
     if (shaft.slides) load(shaft, move, low(v), high(v), relaxing);
     shaft.embed(bed, move.depth, bed.top);
   }
-  void pierce(Shaft&, const Held&) const noexcept {}
+  void pierce(Shaft&, const ContactAtPuncture&) const noexcept {}
   double force(const Shaft& shaft, double) const noexcept { return shaft.traction * shaft.embedded; }
   double by_depth(const Shaft& shaft, double) const noexcept {
-    return shaft.traction * shaft.growing + stiffness * shaft.element.stiffening * shaft.embedded;
+    return shaft.traction * shaft.embedded_by_depth + stiffness * shaft.element.stiffening * shaft.embedded;
   }
   double by_velocity(const Shaft& shaft, double v) const noexcept {
     if (shaft.element.stiffening > 0.0 || !shaft.slides) return 0.0;

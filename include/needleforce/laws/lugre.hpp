@@ -56,7 +56,7 @@ struct LuGre {
                                      : nullptr;
   }
   /// Least sigma_2 [N s/m^2] with which velocity to force is passive (Barabanov & Ortega 2000, unconfirmed).
-  double least_passive_viscous() const noexcept {
+  double min_passive_viscous() const noexcept {
     return bristle_damping * (static_friction - coulomb) / coulomb;
   }
 
@@ -101,14 +101,14 @@ struct LuGre::Prepared {
     const double left = std::exp(-law.bristle_stiffness * std::abs(travel) / shaft.limit);
     return slides + (shaft.element.elastic - slides) * left;
   }
-  [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+  [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const LayerExtent& bed,
                                  const Relaxing&) const noexcept {
     find_limit(shaft, move.velocity);
     shaft.element.elastic = dragged(shaft, move.below);
     shaft.traction = traction(shaft, move.velocity);
     shaft.embed(bed, move.depth, bed.top);
   }
-  void pierce(Shaft&, const Held&) const noexcept {}
+  void pierce(Shaft&, const ContactAtPuncture&) const noexcept {}
   /// Bristles that another law or other numbers bent hold no more than these.
   void adopt(Shaft& shaft) const noexcept {
     shaft.element.elastic = std::clamp(shaft.element.elastic, -law.static_friction, law.static_friction);
@@ -120,7 +120,7 @@ struct LuGre::Prepared {
   double by_depth(const Shaft& shaft, double v) const noexcept {
     // bristles that bend on damp less: d(dzeta/dt)/dzeta = -sigma_0 |v| / g
     const double bending = law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) / shaft.limit);
-    return shaft.traction * shaft.growing + bending * remaining(shaft, v) * shaft.embedded;
+    return shaft.traction * shaft.embedded_by_depth + bending * remaining(shaft, v) * shaft.embedded;
   }
   double by_velocity(const Shaft& shaft, double v) const noexcept {
     const double left = remaining(shaft, v);

@@ -57,7 +57,7 @@ struct RelaxingSurface {
     };
     /// Balance of the surface against what drags it: z_res = (f_c + p l) / k with l = z - z_res. On the way
     /// out the traction p is negative, the tip no longer pushes, and the surface is pulled up.
-    Rest resting(const Bed& bed, double depth, double traction) const noexcept {
+    Rest resting(const LayerExtent& bed, double depth, double traction) const noexcept {
       const double length = std::max(0.0, depth - bed.top), k = surface_stiffness + traction;
       const double push =
           coulomb.per_length > 0.0 ? std::clamp(traction / coulomb.per_length, 0.0, 1.0) : 1.0;
@@ -66,23 +66,23 @@ struct RelaxingSurface {
       const double pushing = push > 0.0 && push < 1.0 ? tip_force / coulomb.per_length : 0.0;
       return {bed.top + rest, length > 0.0 ? traction / k : 0.0, (pushing + length - rest) / k};
     }
-    [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+    [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const LayerExtent& bed,
                                    const Relaxing& relaxing) const noexcept {
       coulomb.advance(shaft, move, bed, relaxing);
       if (bed.pierced) shaft.dimple *= std::exp(-move.dt * per_time);
       const Rest rest = resting(bed, move.depth, shaft.traction);
       shaft.embed(bed, move.depth, rest.depth + (bed.puncture - rest.depth) * shaft.dimple);
       const double recovered = shaft.embedded > 0.0 ? 1.0 - shaft.dimple : 0.0;
-      shaft.growing -= recovered * rest.by_depth;
-      shaft.giving = -recovered * rest.by_traction;
+      shaft.embedded_by_depth -= recovered * rest.by_depth;
+      shaft.embedded_by_traction = -recovered * rest.by_traction;
     }
-    void pierce(Shaft&, const Held&) const noexcept {}
+    void pierce(Shaft&, const ContactAtPuncture&) const noexcept {}
     double force(const Shaft& shaft, double velocity) const noexcept {
       return coulomb.force(shaft, velocity);
     }
     double by_depth(const Shaft& shaft, double velocity) const noexcept {
       const double turning = coulomb.stiffness * shaft.element.stiffening;
-      return coulomb.by_depth(shaft, velocity) + shaft.traction * shaft.giving * turning;
+      return coulomb.by_depth(shaft, velocity) + shaft.traction * shaft.embedded_by_traction * turning;
     }
     double by_velocity(const Shaft&, double) const noexcept { return 0.0; }
   };

@@ -39,7 +39,7 @@ namespace needleforce {
 /// f_{j-1}|), which is set aside. Travel of several cycles without a measurement is settled at once:
 /// whichever way it was shared among them, forces about their middle cost no more than their spread over the
 /// way possible. Dissipation raises the reserve without bound, and with it what an active tissue could return
-/// at once: `most_reserve` forgets the rest. A first contact needs E_0, or a speed that `most_acceleration`
+/// at once: `max_reserve` forgets the rest. A first contact needs E_0, or a speed that `max_acceleration`
 /// cannot turn round in time. Wait-free, trivially copyable.
 class EnergyController {
  public:
@@ -69,14 +69,14 @@ class EnergyController {
   bool outside_bounds() const noexcept { return outside_; }
 
  private:
-  struct Held {
+  struct HeldForce {
     double force = 0.0, length = 0.0;
   };
   /// Intervals whose end should have been measured by now.
   struct Awaited {
     int count = 0;
     double low = 0.0, high = 0.0, sum = 0.0, length = 0.0;
-    void add(const Held& held) noexcept {
+    void add(const HeldForce& held) noexcept {
       low = count ? std::min(low, held.force) : held.force;
       high = count ? std::max(high, held.force) : held.force;
       sum += std::abs(held.force);
@@ -86,9 +86,9 @@ class EnergyController {
   };
 
   /// The interval that began `ago` calls before the one now under way.
-  Held& at(int ago) noexcept { return held_[(cycle_ - static_cast<std::uint64_t>(ago)) % held_.size()]; }
+  HeldForce& at(int ago) noexcept { return held_[(cycle_ - static_cast<std::uint64_t>(ago)) % held_.size()]; }
   double farthest_of(int intervals) const noexcept {
-    return settings_.most_speed * settings_.longest_cycle * intervals;
+    return settings_.max_speed * settings_.longest_cycle * intervals;
   }
 
   void measured(double depth) noexcept {
@@ -106,14 +106,14 @@ class EnergyController {
     outside_ |= std::abs(travel) > rounding * way + 2.0 * settings_.position_error;
     // a leap of the sensor must not earn what no hand can put in
     const double earned = std::min(middle * travel, middle * std::clamp(travel, -way, way));
-    reserve_ = std::min(reserve_ + earned - spread * std::max(way, std::abs(travel)), settings_.most_reserve);
+    reserve_ = std::min(reserve_ + earned - spread * std::max(way, std::abs(travel)), settings_.max_reserve);
     look_at_speed(travel);
   }
 
   void look_at_speed(double travel) noexcept {
     const double speed = travel / awaited_.length, between = 0.5 * (length_ + awaited_.length);
     const double error = 2.0 * settings_.position_error / awaited_.length;
-    const double most = rounding * settings_.most_acceleration * between + error + error_;
+    const double most = rounding * settings_.max_acceleration * between + error + error_;
     outside_ |= length_ > 0.0 && std::abs(speed - speed_) > most;
     const bool usable = std::isfinite(speed) && awaited_.length > 0.0;
     speed_ = usable ? speed : 0.0;
@@ -123,11 +123,11 @@ class EnergyController {
 
   /// How far [m] the device can get against a force of this sign in the n-th interval after the last settled.
   double against(double force, int n) const noexcept {
-    double speed = settings_.most_speed;
-    if (settings_.most_acceleration < unlimited && length_ > 0.0) {
+    double speed = settings_.max_speed;
+    if (settings_.max_acceleration < unlimited && length_ > 0.0) {
       const double apart = 0.5 * length_ + (n - 0.5) * settings_.longest_cycle;
       const double along = force < 0.0 ? -speed_ : speed_;
-      speed = std::clamp(settings_.most_acceleration * apart + error_ - along, 0.0, speed);
+      speed = std::clamp(settings_.max_acceleration * apart + error_ - along, 0.0, speed);
     }
     return speed * settings_.longest_cycle;
   }
@@ -169,7 +169,7 @@ class EnergyController {
   double depth_ = 0.0;
   double speed_ = 0.0, error_ = 0.0, length_ = 0.0;  // of what was settled last
   Awaited awaited_{};
-  std::array<Held, 2 * most_delay> held_{};
+  std::array<HeldForce, 2 * max_delay> held_{};
   std::uint64_t cycle_ = 0;
   bool seen_ = false, outside_ = false;
 };

@@ -12,7 +12,7 @@ namespace needleforce {
 
 /// Where the layers of a model begin [m], from the surface down.
 struct Tops {
-  std::array<double, most_layers> depth{};
+  std::array<double, max_layers> depth{};
   std::size_t count = 0;
 
   std::size_t nearest(double to) const noexcept {
