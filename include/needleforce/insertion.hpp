@@ -19,23 +19,10 @@
 #include "model.hpp"
 #include "model_swap.hpp"
 #include "sample.hpp"
+#include "state.hpp"
 #include "state_bytes.hpp"
 
 namespace needleforce {
-
-/// What an insertion remembers between two steps.
-struct InsertionState {
-  Sample last{};
-  double depth = 0.0;   // of the last accepted step
-  double waited = 0.0;  // time since the last accepted step
-  double deepest = -farthest;
-  double relaxation_dt = 0.0;  // the step [s] whose exponentials the layers keep
-  Cut cut{};
-  std::size_t pierced = 0;
-  Phase phase = Phase::free;  // of the last accepted step
-  bool started = false;
-  std::array<LayerState, max_layers> layers{};
-};
 
 /// A needle going in and out of up to eight layers. Trivially copyable: a snapshot is a copy, restoring is
 /// assignment.
@@ -85,19 +72,10 @@ class Insertion {
     return true;
   }
 
-  /// Goes on where an insertion into other layers stands: the same tip in the same hole, with other laws; see
+  /// Continues an insertion into other layers: the same tip in the same hole, with other laws; see
   /// docs/decisions/0009. Wait-free.
   void continue_from(const Insertion& old) noexcept {
-    state_ = old.state_;
-    if (model_ == old.model_) return;
-    state_.relaxation_dt = 0.0;  // the exponentials are other ones
-    if (!state_.started) return;
-    state_.pierced = 0;
-    for (std::size_t i = 0; i < max_layers; ++i) {
-      state_.layers[i] = i < count_ ? inherited(old, i) : LayerState{};
-      if (state_.layers[i].pierced) state_.pierced = i + 1;
-    }
-    if (state_.pierced > 0 && old.state_.pierced > 0) front().adopt(state_.cut, old.front(), state_.depth);
+    state_ = model_ == old.model_ ? old.state_ : ModelSwap::continued(old.stack(), old.state_, stack());
   }
 
   double puncture_depth_in_model() const noexcept { return layers_[0].puncture; }
@@ -169,7 +147,7 @@ class Insertion {
     if (!plain && move.dt != state_.relaxation_dt) fade(move.dt);
     TipForce tip{};
     if (state_.pierced > 0)
-      tip = layers_[plain ? 0 : state_.pierced - 1].template cut<Cutting>(state_.cut, move);
+      tip = layers_[plain ? 0 : state_.pierced - 1].template cut<Cutting>(state_.cut, state_.cutting, move);
     Contacts contacts{};
     for (std::size_t i = 0; i < count; ++i) {
       LayerState& layer = state_.layers[i];
@@ -180,7 +158,7 @@ class Insertion {
       }
       if constexpr (!plain) {
         contacts.punctured |= pierce(i, move.depth, tip.force);
-        tip = front().cut(std::as_const(state_.cut), move.depth);
+        tip = front().cut_force(state_.cut, state_.cutting, move.depth);
       }
     }
     if (state_.pierced > 0 && move.depth < state_.cut.entry) tip = limited(tip, move.depth);
@@ -249,7 +227,7 @@ class Insertion {
     const bool carries_on = state_.pierced > 0 && !layers_[i].resists();
     const double energy = layers_[i].pierce(state_.layers[i], depth);
     state_.pierced = std::max(state_.pierced, i + 1);
-    front().enter(state_.cut, depth, carries_on ? cutting : -1.0);
+    front().enter(state_.cut, state_.cutting, depth, carries_on ? cutting : -1.0);
     if (!carries_on) limit_retreat(depth - layers_[i].top, energy);
     return !carries_on;
   }
@@ -257,7 +235,7 @@ class Insertion {
   /// The cut starts loaded by what broke. Where the tip recedes from there, it gives back no more than half
   /// of the energy that the contact held, and nothing above the layer.
   void limit_retreat(double indentation, double energy) noexcept {
-    const double force = front().cut(std::as_const(state_.cut), state_.depth).force;
+    const double force = front().cut_force(state_.cut, state_.cutting, state_.depth).force;
     state_.cut.entry = state_.depth;
     state_.cut.retreat_limit = state_.depth - (force > 0.0 ? std::min(indentation, energy / force) : 0.0);
   }
@@ -268,36 +246,7 @@ class Insertion {
     return {share * tip.force, share * tip.by_depth + tip.force / length};
   }
 
-  Tops tops() const noexcept {
-    Tops result{.count = count_};
-    for (std::size_t i = 0; i < count_; ++i) result.depth[i] = layers_[i].top;
-    return result;
-  }
-  /// How far the tissue is open [m]: to the deepest point, or the first interface that only gives.
-  double hole() const noexcept {
-    double open = state_.deepest;
-    for (std::size_t i = 0; i < count_; ++i)
-      if (!state_.layers[i].pierced) open = std::min(open, layers_[i].top);
-    return open;
-  }
-  /// What layer i remembers after another model: of its counterpart, or, if it was added, of the tissue
-  /// there.
-  LayerState inherited(const Insertion& old, std::size_t i) const noexcept {
-    const Tops before = old.tops();
-    const std::size_t same = counterpart(before, tops(), i);
-    const bool added = same == before.count;
-    const std::size_t from = added ? before.around(layers_[i].top) : same;
-    const bool touched = !added && old.state_.depth > before.depth[from];
-    LayerState state = old.state_.layers[from];
-    const bool was_pierced = state.pierced && !added;
-    layers_[i].adopt(state, old.layers_[from], state_.deepest, state_.depth,
-                     i + 1 < count_ ? layers_[i + 1].top : farthest);
-    if (was_pierced && layers_[i].top < state_.deepest) return state;
-    const bool passed = !was_pierced && (added ? layers_[i].top : layers_[i].puncture) < old.hole();
-    if (was_pierced || added || (passed && !touched)) layers_[i].begin(state, passed, state_.deepest);
-    return state;
-  }
-
+  std::span<const PreparedLayer> stack() const noexcept { return {layers_.data(), count_}; }
   const PreparedLayer& front() const noexcept { return layers_[state_.pierced - 1]; }
 
   static constexpr double speed_at_rest = 1e-4;   // 0.1 mm/s: slower is a hold, whatever the velocity's noise

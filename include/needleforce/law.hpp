@@ -42,19 +42,24 @@ concept PreparedStiffness = requires(const P& prepared, double depth, double for
   { prepared.reach() } noexcept -> std::same_as<double>;
 };
 
-/// Friction along the shaft in one layer. `advance` moves its memory with the tip, also in layers not reached
-/// yet, by the travel below the tissue's surface; above it the shaft is released. `pierce` hands over what
-/// the contact held when the layer gave way. Then force [N], and its derivatives by depth [N/m] and by
-/// velocity [N s/m].
+/// What a law remembers between two steps: plain numbers of its own, or `NoMemory`.
+template <class M>
+concept Memory = std::is_trivially_copyable_v<M> && std::is_default_constructible_v<M>;
+
+/// Friction along the shaft in one layer. `advance` moves shaft and memory with the tip, also in layers not
+/// reached yet, by the travel below the tissue's surface; above it both are released. `pierce` receives the
+/// contact at the puncture. Then force [N], and its derivatives by depth [N/m] and by velocity [N s/m].
 template <class P>
 concept PreparedFriction =
-    requires(const P& prepared, Shaft& shaft, const Shaft& held, const Move& move, const LayerExtent& bed,
-             const Relaxing& relaxing, const ContactAtPuncture& contact, double number) {
-      { prepared.advance(shaft, move, bed, relaxing) } noexcept -> std::same_as<void>;
-      { prepared.pierce(shaft, contact) } noexcept -> std::same_as<void>;
-      { prepared.force(held, number) } noexcept -> std::same_as<double>;
-      { prepared.by_depth(held, number) } noexcept -> std::same_as<double>;
-      { prepared.by_velocity(held, number) } noexcept -> std::same_as<double>;
+    Memory<typename P::Memory> &&
+    requires(const P& prepared, Shaft& shaft, const Shaft& now, typename P::Memory& memory,
+             const typename P::Memory& kept, const Move& move, const LayerExtent& extent,
+             const Relaxing& relaxing, const ContactAtPuncture& contact, double velocity) {
+      { prepared.advance(shaft, memory, move, extent, relaxing) } noexcept -> std::same_as<void>;
+      { prepared.pierce(memory, contact) } noexcept -> std::same_as<void>;
+      { prepared.force(now, kept, velocity) } noexcept -> std::same_as<double>;
+      { prepared.by_depth(now, kept, velocity) } noexcept -> std::same_as<double>;
+      { prepared.by_velocity(now, kept, velocity) } noexcept -> std::same_as<double>;
     };
 
 /// Friction that has a force while sliding without memory: where embedding starts, of top and puncture depth
@@ -65,18 +70,20 @@ concept SlidesSteadily = requires(const P& prepared, double number) {
   { prepared.sliding(number, number) } noexcept -> std::same_as<double>;
 };
 
-/// Cutting at the tip. `enter` starts it at the depth where a layer gave way, with the force [N] it takes
-/// over through a transparent interface, else with a negative one; `advance` moves it with the tip. Force [N]
-/// at a depth [m], its derivative by depth [N/m], and the mean force [N] of a long way at a speed [m/s].
+/// Cutting at the tip. `enter` starts it at the depth where a layer is punctured, with the force [N] that it
+/// takes over through an interface without resistance, otherwise with a negative one; `advance` moves cut and
+/// memory with the tip. Force [N] at a depth [m], its derivative by depth [N/m], and the mean force [N] over
+/// a long travel at a speed [m/s].
 template <class P>
-concept PreparedCutting =
-    requires(const P& prepared, Cut& cut, const Cut& held, const Move& move, double number) {
-      { prepared.enter(cut, number, number) } noexcept -> std::same_as<void>;
-      { prepared.advance(cut, move) } noexcept -> std::same_as<void>;
-      { prepared.force(held, number) } noexcept -> std::same_as<double>;
-      { prepared.by_depth(held, number) } noexcept -> std::same_as<double>;
-      { prepared.steady(number) } noexcept -> std::same_as<double>;
-    };
+concept PreparedCutting = Memory<typename P::Memory> &&
+                          requires(const P& prepared, Cut& cut, const Cut& now, typename P::Memory& memory,
+                                   const typename P::Memory& kept, const Move& move, double number) {
+                            { prepared.enter(cut, memory, number, number) } noexcept -> std::same_as<void>;
+                            { prepared.advance(cut, memory, move) } noexcept -> std::same_as<void>;
+                            { prepared.force(now, kept, number) } noexcept -> std::same_as<double>;
+                            { prepared.by_depth(now, kept, number) } noexcept -> std::same_as<double>;
+                            { prepared.steady(number) } noexcept -> std::same_as<double>;
+                          };
 
 /// Relaxation: the numbers of a step of dt > 0 [s].
 template <class P>

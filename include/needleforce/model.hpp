@@ -38,6 +38,20 @@ struct prepared_variant<std::variant<L...>> {
   using type = std::variant<typename L::Prepared...>;
 };
 
+/// The memories of a list of laws, each type once.
+template <class Found, class... Rest>
+struct memories {
+  using type = Found;
+};
+template <class... M, class Next, class... Rest>
+struct memories<Memories<M...>, Next, Rest...>
+    : memories<std::conditional_t<(std::is_same_v<M, Next> || ...), Memories<M...>, Memories<M..., Next>>,
+               Rest...> {};
+template <class Variant>
+struct memories_of;
+template <class... L>
+struct memories_of<std::variant<L...>> : memories<Memories<>, typename L::Prepared::Memory...> {};
+
 template <class L>
 constexpr bool counts_cutting = requires { L::cuts; };
 /// Layers of such laws add up; of others, the tip can stand in one interface alone.
@@ -50,6 +64,10 @@ constexpr bool needs_surface = requires { L::needs_surface; };
 /// A family's laws with everything computed that does not change in the loop.
 template <class Laws>
 using Prepared = typename detail::prepared_variant<Laws>::type;
+
+/// What the laws of a list remember between two steps.
+template <class Laws>
+using MemoriesOf = typename detail::memories_of<Laws>::type;
 
 template <class... L>
 Prepared<std::variant<L...>> prepare(const std::variant<L...>& laws) noexcept {

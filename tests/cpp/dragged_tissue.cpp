@@ -48,17 +48,17 @@ TYPED_TEST(Dragged, ReleasesAtOnceWhenNothingIsEmbedded) {
   EXPECT_EQ(walk.force(), 0.0);
   EXPECT_EQ(walk.by_depth(), 0.0);
   EXPECT_EQ(walk.shaft.embedded, 0.0);
-  EXPECT_EQ(walk.shaft.element.elastic, 0.0);
+  EXPECT_EQ(walk.memory.element.elastic, 0.0);
 }
 
 TEST(DraggedTissue, PassiveFormReceivesNoMoreThanTheContactEnergy) {
   // a contact of energy U and force F on a spring k_t: F^2 / 2 k_t <= U
   for (const double energy : {1e-5, 1e-4, 1e-3})
     for (const double force : {0.05, 0.2, 1.0}) {
-      Shaft passive, as_fitted;
-      const ContactAtPuncture held{Element{force}, force, energy, 100.0};
-      fitted<DraggedTissuePassive>.prepare().pierce(passive, held);
-      fitted<DraggedTissueAsFitted>.prepare().pierce(as_fitted, held);
+      laws::DraggedTissueMemory passive, as_fitted;
+      const ContactAtPuncture contact{Element{force}, force, energy, 100.0};
+      fitted<DraggedTissuePassive>.prepare().pierce(passive, contact);
+      fitted<DraggedTissueAsFitted>.prepare().pierce(as_fitted, contact);
       const double most = std::sqrt(2.0 * 220.0 * energy);
       EXPECT_NEAR(passive.element.elastic, std::min(force, most), 1e-12);
       EXPECT_EQ(as_fitted.element.elastic, force);

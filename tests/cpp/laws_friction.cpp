@@ -75,7 +75,7 @@ TYPED_TEST(EveryFriction, SlidesAgainstTheMotion) {
     go(walk, -0.3 * length, speed, 1e-5);
     EXPECT_LT(walk.force(), 0.0);
     if constexpr (SlidesSteadily<typename TypeParam::Prepared>) {
-      const double embedded = walk.tip.depth - walk.law.surface(0.0, walk.bed.puncture);
+      const double embedded = walk.tip.depth - walk.law.surface(0.0, walk.extent.puncture);
       EXPECT_NEAR(walk.force(), walk.law.sliding(embedded, -speed), 1e-9 * sliding(given));
     }
   }

@@ -56,7 +56,7 @@ TEST(StickSlip, SkippedCyclesEqualFineStepping) {
     once.step(6e-3, time);
     for (int i = 0; i < 30000; ++i) fine.step(6e-3 / 30000, time / 30000);
     EXPECT_NEAR(once.force(), fine.force(), 1e-8) << v;
-    EXPECT_EQ(once.cut.running, fine.cut.running) << v;
+    EXPECT_EQ(once.memory.running, fine.memory.running) << v;
   }
 }
 

@@ -55,7 +55,7 @@ TEST(StribeckCutting, ConvergesToFirstOrderInItsSubSteps) {
   const auto end = [](int n) {
     Edged<laws::StribeckCutting> walk(smooth);
     walk.cut.front = -0.09 / smooth.stiffness;
-    walk.cut.speed = 3e-3;
+    walk.memory.speed = 3e-3;
     for (int i = 0; i < n; ++i) walk.step(3e-3 * 0.02 / n, 0.02 / n);
     return walk.force();
   };
@@ -67,15 +67,15 @@ TEST(StribeckCutting, CrackNeverClosesAndItsWorkBalancesTipWork) {
   Edged<laws::StribeckCutting> walk(smooth);
   double tip = 0.0, spent = 0.0, front = walk.cut.front;
   for (int i = 0; i < 400000; ++i) {
-    const double force = walk.force(), speed = walk.cut.speed;
+    const double force = walk.force(), speed = walk.memory.speed;
     walk.step(2e-8, 2e-5);
     ASSERT_GE(walk.cut.front, front);
     tip += 0.5 * (force + walk.force()) * 2e-8;
-    spent += 0.5 * (smooth.steady_force(speed) * (speed > 0.0) + smooth.steady_force(walk.cut.speed)) *
+    spent += 0.5 * (smooth.steady_force(speed) * (speed > 0.0) + smooth.steady_force(walk.memory.speed)) *
              (walk.cut.front - front);
     front = walk.cut.front;
   }
-  const double held = walk.force() * walk.force() / 400.0 + 1e-3 * walk.cut.speed * walk.cut.speed;
+  const double held = walk.force() * walk.force() / 400.0 + 1e-3 * walk.memory.speed * walk.memory.speed;
   EXPECT_NEAR(tip, spent + held, 0.01 * tip);
 }
 

@@ -30,17 +30,22 @@ struct ConstantCutting {
   }};
 
   struct Prepared {
+    using Memory = NoMemory;
     double full;        // the force at the deepest cut [N]
     double per_travel;  // 1 / unloading [1/m]
     double steady(double) const noexcept { return full; }
-    void enter(Cut& cut, double depth, double) const noexcept { cut.front = depth; }
-    void advance(Cut& cut, const Move& move) const noexcept { cut.front = std::max(cut.front, move.depth); }
+    void enter(Cut& cut, Memory&, double depth, double) const noexcept { cut.front = depth; }
+    void advance(Cut& cut, Memory&, const Move& move) const noexcept {
+      cut.front = std::max(cut.front, move.depth);
+    }
     /// The share of the force that is left `cut.front - depth` behind the deepest cut.
     double loaded(const Cut& cut, double depth) const noexcept {
       return std::max(0.0, 1.0 - (cut.front - depth) * per_travel);
     }
-    double force(const Cut& cut, double depth) const noexcept { return full * loaded(cut, depth); }
-    double by_depth(const Cut& cut, double depth) const noexcept {
+    double force(const Cut& cut, const Memory&, double depth) const noexcept {
+      return full * loaded(cut, depth);
+    }
+    double by_depth(const Cut& cut, const Memory&, double depth) const noexcept {
       return depth < cut.front && loaded(cut, depth) > 0.0 ? full * per_travel : 0.0;
     }
   };

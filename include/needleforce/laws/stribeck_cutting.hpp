@@ -73,34 +73,39 @@ struct StribeckCutting {
 };
 
 struct StribeckCutting::Prepared {
+  struct Memory {
+    double speed = 0.0;  ///< of the crack's tip [m/s]; 0 while it sticks
+    void stop() noexcept { speed = 0.0; }
+  };
+
   StribeckCutting law;
 
   double steady(double speed) const noexcept { return law.steady_force(std::max(0.0, speed)); }
-  void enter(Cut& cut, double depth, double carried) const noexcept {
-    if (carried < 0.0) cut.speed = 0.0;
+  void enter(Cut& cut, Memory& memory, double depth, double carried) const noexcept {
+    if (carried < 0.0) memory.speed = 0.0;
     cut.front = depth - std::max(0.0, carried) / law.stiffness;
   }
   /// A crack that sticks holds no more than breaks it, also where another law or other numbers loaded it.
-  void adopt(Cut& cut, double depth) const noexcept {
-    if (cut.speed == 0.0) cut.front = std::max(cut.front, depth - law.static_force / law.stiffness);
+  void adopt(Cut& cut, Memory& memory, double depth) const noexcept {
+    if (memory.speed == 0.0) cut.front = std::max(cut.front, depth - law.static_force / law.stiffness);
   }
-  [[gnu::noinline]] void advance(Cut& cut, const Move& move) const noexcept {
+  [[gnu::noinline]] void advance(Cut& cut, Memory& memory, const Move& move) const noexcept {
     const double last = law.stiffness * (move.depth - cut.front);
-    if (cut.speed == 0.0 && last <= law.static_force) return;  // it sticks
+    if (memory.speed == 0.0 && last <= law.static_force) return;  // it sticks
     const int steps = static_cast<int>(std::clamp(std::ceil(move.dt * 1e5), 1.0, 256.0));
     const double dt = move.dt / steps, travel = move.travel / steps, inertia = law.mass / dt;
     double depth = move.depth - move.travel;
     for (int i = 0; i < steps; ++i) {
       depth += travel;
-      const double push = inertia * cut.speed + law.stiffness * (depth - cut.front);
-      cut.speed = next_speed(cut.speed, push, inertia + law.stiffness * dt);
-      cut.front += cut.speed * dt;
+      const double push = inertia * memory.speed + law.stiffness * (depth - cut.front);
+      memory.speed = next_speed(memory.speed, push, inertia + law.stiffness * dt);
+      cut.front += memory.speed * dt;
     }
   }
-  double force(const Cut& cut, double depth) const noexcept {
+  double force(const Cut& cut, const Memory&, double depth) const noexcept {
     return std::max(0.0, law.stiffness * (depth - cut.front));
   }
-  double by_depth(const Cut& cut, double depth) const noexcept {
+  double by_depth(const Cut& cut, const Memory&, double depth) const noexcept {
     return depth > cut.front ? law.stiffness : 0.0;
   }
 
