@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a random hand gets out of tissues at 1 kHz with delay: bare, under the classic time-domain passivity
-// controller, and under the guard. Prints JSON, one object a trial.
+// Energy that random motion takes out of tissues at 1 kHz with delay: bare, under the classic time-domain
+// passivity controller, and under the guard. Prints JSON, one object a trial.
 //   g++ -std=c++20 -O2 -Iinclude -Itests/cpp benchmarks/energy.cpp -o energy && ./energy [steps]
 #include <cstdio>
 #include <cstdlib>

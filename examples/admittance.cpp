@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot pushes a needle under force control and stops where the second layer gives way. Twin of
-// admittance.py, which says how and draws it.
+// A robot pushes a needle under force control and stops where the second layer is punctured. Twin of
+// admittance.py, which explains and draws it.
 //   g++ -std=c++20 -O2 -Iinclude examples/admittance.cpp -o admittance && ./admittance
 #include <algorithm>
 #include <array>

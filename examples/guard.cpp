@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A haptic device between a hand and a tissue: twice the tissue's force, at most 0.5 N, never more energy
-// than the hand put in; then the sensor fails. Twin of guard.py.
+// A haptic device between a user and a tissue: twice the tissue's force, at most 0.5 N, never more energy
+// than the user put in; then the sensor fails. Twin of guard.py.
 //   g++ -std=c++20 -O2 -Iinclude examples/guard.cpp -o guard && ./guard
 #include "needleforce/guard.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A slow planner in a thread of its own says at 30 Hz where a deeper layer is and how stiff, as the tissue
-// moves; the loop at 1 kHz takes it over, smooth in force. Twin of planner.py.
+// A slow planner in a thread of its own gives at 30 Hz the depth and stiffness of a deeper layer, as the
+// tissue moves; the loop at 1 kHz takes it over, smooth in force. Twin of planner.py.
 //   g++ -std=c++20 -O2 -Iinclude examples/planner.cpp -o planner -pthread && ./planner
 #include <algorithm>
 #include <array>
@@ -40,7 +40,7 @@ int main() {
   for (int cycle = 1; cycle * dt < seconds; ++cycle) {
     const double time = cycle * dt, depth = std::min(4e-3 * time, 8e-3);
     const int frames = static_cast<int>(time / frame) + 1;
-    // so that both twins say the same, the loop waits for each frame; a loop on a clock takes what is there
+    // so that both twins print the same, the loop waits for each frame; a loop on a clock takes what is there
     for (due = frames; sent < frames;) std::this_thread::yield();
     const Sample sample = live.step(depth, no_velocity, dt);
     if (sample.punctured) std::printf("puncture at %.2f mm\n", 1e3 * depth);

@@ -17,7 +17,7 @@ namespace needleforce::c {
 
 inline bool same(const char* one, const char* other) noexcept { return one && std::strcmp(one, other) == 0; }
 
-/// Says what is wrong and returns false.
+/// Sets the fault and returns false.
 inline bool refuse(nf_fault& why, const char* law, const char* quantity, const char* reason,
                    double value = 0.0, double low = 0.0, double high = 0.0) noexcept {
   why = {why.layer, law, quantity, reason, value, low, high};
@@ -39,7 +39,7 @@ const Parameter<T>* parameter_named(const char* name) noexcept {
   return nullptr;
 }
 
-/// Fills the table's parameters: those given, else their defaults.
+/// Fills the table's parameters: those given, otherwise their defaults.
 template <class T>
 bool fill(T& value, std::span<const nf_parameter> parameters, nf_fault& why) noexcept {
   for (const Parameter<T>& parameter : T::table) value.*parameter.member = parameter.initial;

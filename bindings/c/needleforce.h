@@ -42,7 +42,7 @@ const char* nf_status_name(int status);
 nf_settings nf_default_settings(void);
 
 size_t nf_size(void); /* bytes of memory for one insertion, aligned as a double */
-/* Before the loop. NULL if refused, and *why says it (why may be NULL); with settings NULL the defaults. */
+/* Before the loop. NULL if refused, with the reason in *why (may be NULL). Settings NULL: defaults. */
 nf_insertion* nf_init(void* memory, size_t size, const nf_layer* layers, size_t count,
                       const nf_settings* settings, nf_fault* why);
 void nf_step(nf_insertion* insertion, double depth, double velocity, double dt, nf_sample* sample);

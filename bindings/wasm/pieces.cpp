@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C face for JavaScript, which knows no structs: a model is told piece by piece, a sample read as
+// The C face for JavaScript, without structs: a model is given piece by piece, a sample read as
 // parameters. One instance of the module holds one insertion; its memory only grows, before the loop.
 #include <__verbose_abort>
 #include <cstddef>
@@ -23,8 +23,8 @@ nf_layer layers[max_layers];
 nf_tip tips[max_layers];
 double radii[max_layers][max_knots], heights[max_layers][max_knots];
 std::size_t count;
-nf_parameter* parameters;  // of the law or tip told last
-std::size_t told, room_left;
+nf_parameter* parameters;  // of the law or tip given last
+std::size_t given, room_left;
 nf_settings settings;
 nf_fault fault;
 nf_sample sample;
@@ -46,7 +46,7 @@ constexpr Setting known[] = {{"max_speed", &nf_settings::max_speed},
 template <std::size_t most>
 void open(nf_parameter (&list)[most]) {
   parameters = list;
-  told = 0;
+  given = 0;
   room_left = most - 1;  // the last stays without a name
 }
 
@@ -96,8 +96,8 @@ void EXPORT(choose_tip)(const char* name, const char* equivalence) {
   open(tip().parameters);
 }
 int EXPORT(give)(const char* name, double value) {
-  if (told == room_left) return 0;
-  parameters[told++] = {name, value};
+  if (given == room_left) return 0;
+  parameters[given++] = {name, value};
   return 1;
 }
 int EXPORT(add_knot)(double radius, double height) {
@@ -107,7 +107,7 @@ int EXPORT(add_knot)(double radius, double height) {
   return 1;
 }
 
-/// 1, or 0 and the fault says why.
+/// 1, or 0 and a fault with the reason.
 int EXPORT(make)() {
   void* memory = room(nf_size());
   snapshot = static_cast<unsigned char*>(room(nf_snapshot_size()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a guard around the loop is told: the device's range, its clock, and what the hand can do.
+// Settings of a guard: the device's range, its clock, and the bounds of the user's motion.
 #pragma once
 
 #include <array>
@@ -65,14 +65,14 @@ struct GuardSettings {
       {&GuardSettings::initial_reserve, "initial_reserve", "J", 0.0, 1.0, 1e-5, "E_0",
        "energy lent once, so that a contact can begin", "free"},
       {&GuardSettings::max_reserve, "max_reserve", "J", 0.0, unlimited, unlimited, "E_max",
-       "most energy kept for giving back", "free"},
+       "largest energy kept for giving back", "free"},
       {&GuardSettings::position_error, "position_error", "m", 0.0, 1e-3, 0.0, "e",
        "largest error of the measured depth, as half a count of an encoder", "free"},
   }};
 
   constexpr bool limits_energy() const noexcept { return max_speed < unlimited; }
 
-  /// Which numbers do not go together, or nullptr.
+  /// Which settings contradict each other, or nullptr.
   constexpr const char* contradiction() const noexcept {
     if (delay != static_cast<int>(delay)) return "delay is no whole number of cycles";
     if (!limits_energy()) return max_acceleration < unlimited ? "max_acceleration needs max_speed" : nullptr;

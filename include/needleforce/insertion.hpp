@@ -29,7 +29,7 @@ namespace needleforce {
 class Insertion {
  public:
   /// Checks and prepares the model; with an invalid one every step gives force 0 and `invalid_parameter`.
-  /// A first step that lies below a puncture depth counts as pierced and cuts there.
+  /// A first step below a puncture depth counts as pierced and cuts there.
   explicit Insertion(const Model& model, const Limits& limits = {}, const Bevel& bevel = {}) noexcept
       : Insertion(std::span<const Layer>(std::array{Layer{0.0, model}}), limits, bevel) {}
 
@@ -48,7 +48,7 @@ class Insertion {
 
   /// One cycle: the tip is at `depth` [m], moves at `velocity` [m/s], `dt` [s] after the last call.
   /// Wait-free: no allocation, lock, system call or exception; the cost is bounded whatever the depth and
-  /// history; of the laws `stribeck_cutting` alone takes microseconds while its crack runs.
+  /// history; only the law `stribeck_cutting` takes microseconds, while its crack runs.
   Sample step(double depth, double velocity, double dt) noexcept {
     const Status status = check(depth, velocity, dt);
     if (status != Status::ok) return refuse(status, dt);
@@ -61,11 +61,11 @@ class Insertion {
   /// The whole object; assign it back to restore. Wait-free.
   Insertion snapshot() const noexcept { return *this; }
 
-  /// The memory alone, as bytes that may leave the process. Wait-free.
+  /// The memory without the model, as bytes that may leave the process. Wait-free.
   using Saved = StateBytes<InsertionState>;
   Saved save() const noexcept { return state_bytes(state_, model_); }
-  /// Takes a memory back; false, and nothing changes, for bytes of another version or another model, or
-  /// bytes that were altered. Wait-free.
+  /// Restores a memory; returns false and changes nothing for bytes of another version or model, or altered
+  /// bytes. Wait-free.
   bool restore(const Saved& bytes) noexcept {
     if (!valid_ || !belongs(bytes, model_)) return false;
     state_ = bytes.state();
@@ -87,7 +87,7 @@ class Insertion {
   std::size_t layers() const noexcept { return count_; }
 
  private:
-  /// What is ordinary is seen by a few comparisons; the rest is told apart.
+  /// Ordinary input passes a few comparisons; the rest is classified.
   [[gnu::always_inline]] Status check(double depth, double velocity, double dt) const noexcept {
     if (!valid_) return Status::invalid_parameter;
     if (!ordinary(depth, velocity, dt)) return refusal(depth, velocity, dt);
@@ -97,7 +97,7 @@ class Insertion {
     return possible ? Status::ok : Status::outside_range;
   }
 
-  /// The last force for a bounded time, then none; depth and memory stay as they were.
+  /// The last force for a bounded time, then zero; depth and memory do not change.
   [[gnu::noinline]] Sample refuse(Status status, double dt) noexcept {
     if (dt > 0.0 && std::isfinite(dt)) state_.waited += dt;
     const bool holding = valid_ && dt > 0.0 && state_.waited <= limits_.hold_time;
@@ -125,7 +125,7 @@ class Insertion {
     state_.depth = depth;
     state_.waited = 0.0;
     state_.started = true;
-    // what is rare or slow is kept out of the short way, which then calls nothing
+    // rare and slow cases are out of line, so that the short path calls nothing
     const bool whole = state_.pierced > 0 || !(depth > layers_[0].puncture);
     if (!(plain_ && whole)) return in_general(depth, travel, velocity, elapsed, first);
     return through<true>(moved(depth, travel, velocity, elapsed), first);
@@ -136,9 +136,9 @@ class Insertion {
     return through<false>(moved(depth, travel, velocity, elapsed), first);
   }
 
-  /// Cut, contacts from the surface down, shafts from the bottom up, then what they add up to. Small values
+  /// Cut, contacts from the surface down, shafts from the bottom up, then their sum. Small values
   /// go by value, so that they stay in registers. `plain` is one layer with the paper's friction and cutting
-  /// and no relaxation, which the compiler then need not look up: the same code, half the time.
+  /// and no relaxation, known at compile time: the same code, half the time.
   template <bool plain>
   [[gnu::always_inline]] Sample through(const Move& move, bool first) noexcept {
     using Friction = std::conditional_t<plain, laws::Coulomb::Prepared, void>;
@@ -171,7 +171,7 @@ class Insertion {
     return total(move, contacts, shafts, tip);
   }
 
-  /// The contacts of layers that are whole, together.
+  /// The contacts of all layers that are not pierced.
   struct Contacts {
     double force = 0.0, slope = 0.0;
     bool touched = false, beyond = false, punctured = false;
@@ -183,7 +183,7 @@ class Insertion {
     }
   };
 
-  /// At the next interface the tip feels the cut or the contact, whichever is more: they share one tip.
+  /// At the next interface the force is the larger of cut and contact: they share one tip.
   [[gnu::always_inline]] Sample total(const Move& move, const Contacts& contacts, const Dragged& shafts,
                                       const TipForce& tip) noexcept {
     const bool pushes = contacts.force > tip.force;
@@ -204,7 +204,7 @@ class Insertion {
                   .contact = was_free && !is_free,
                   .punctured = contacts.punctured,
                   .exit = is_free && !was_free};
-    if (limits_.hold_time > 0.0) state_.last = sample;  // else never shown again
+    if (limits_.hold_time > 0.0) state_.last = sample;  // otherwise never used again
     return sample;
   }
 
@@ -221,8 +221,8 @@ class Insertion {
     for (std::size_t i = 0; i < count_; ++i) state_.layers[i].relaxing = layers_[i].relaxing(dt);
   }
 
-  /// The layer gives way: its friction takes over what the contact held, and the cut goes on in it. Through
-  /// an interface that does not resist the cut goes on as if it were not there; false for such a one.
+  /// The layer is punctured: its friction takes over the contact's force, and the cut continues in it. An
+  /// interface without resistance does not change the cut; the result is then false.
   [[gnu::noinline]] bool pierce(std::size_t i, double depth, double cutting) noexcept {
     const bool carries_on = state_.pierced > 0 && !layers_[i].resists();
     const double energy = layers_[i].pierce(state_.layers[i], depth);
@@ -232,8 +232,8 @@ class Insertion {
     return !carries_on;
   }
 
-  /// The cut starts loaded by what broke. Where the tip recedes from there, it gives back no more than half
-  /// of the energy that the contact held, and nothing above the layer.
+  /// The cut starts loaded by the puncture. If the tip recedes from there, it returns no more than half of
+  /// the contact's energy, and nothing above the layer.
   void limit_retreat(double indentation, double energy) noexcept {
     const double force = front().cut_force(state_.cut, state_.cutting, state_.depth).force;
     state_.cut.entry = state_.depth;
@@ -257,7 +257,7 @@ class Insertion {
   bool valid_;
   bool plain_ = false;
   double lateral_ratio_ = 0.0;
-  std::uint64_t model_ = 0;  // whose memory this is
+  std::uint64_t model_ = 0;  // the fingerprint of the model
   std::size_t count_;
   InsertionState state_{};
 };

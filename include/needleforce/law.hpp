@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a law is: a parameter table, a family, a source, the range in which it may be believed, and what its
-// family must offer the loop: noexcept, of bounded cost whatever happened before; `prepare` and
+// What a law is: a parameter table, a family, a source, its validity, and the functions that its family must
+// offer the loop: noexcept, of bounded cost whatever happened before; `prepare` and
 // `puncture_depth` are called before it.
 #pragma once
 
@@ -32,7 +32,7 @@ concept Preparable = Law<L> && std::is_trivially_copyable_v<typename L::Prepared
 
 /// A contact at a depth >= 0 [m]: force [N], zero at depth 0 and convex; its slope dF/dh [N/m]; the energy
 /// [J] stored, its integral; the indentation [m] at which a force is reached, its inverse; and the depth [m]
-/// its formula reaches, beyond which it goes on straight and a step says `outside_range`.
+/// its formula reaches, beyond which it continues linearly and a step has the status `outside_range`.
 template <class P>
 concept PreparedStiffness = requires(const P& prepared, double depth, double force) {
   { prepared.force(depth) } noexcept -> std::same_as<double>;
@@ -92,7 +92,7 @@ concept PreparedRelaxation = requires(const P& prepared, double dt) {
 };
 
 namespace detail {
-/// All that a puncture law may ask of a contact.
+/// All functions of a contact that a puncture law may use.
 struct AnyStiffness {
   double force(double depth) const noexcept;
   double slope(double depth) const noexcept;
@@ -108,7 +108,7 @@ concept StiffnessLaw =
     Preparable<L> && L::family == Family::stiffness && PreparedStiffness<typename L::Prepared>;
 
 /// A puncture law gives the depth [m] at which an elastic contact breaks, before the loop; and in the loop,
-/// whether a contact that relaxed on the way breaks at its force [N] and work [J] so far.
+/// whether a contact that has relaxed is punctured at its force [N] and work [J] so far.
 template <class L>
 concept PunctureLaw = Law<L> && L::family == Family::puncture &&
                       requires(const L& law, const detail::AnyStiffness& stiffness, double number) {
@@ -127,8 +127,7 @@ template <class L>
 concept RelaxationLaw =
     Preparable<L> && L::family == Family::relaxation && PreparedRelaxation<typename L::Prepared>;
 
-/// What two numbers of a law contradict each other about, in words, or nullptr; most laws have nothing to
-/// say.
+/// Which two parameters of a law contradict each other, in words, or nullptr.
 template <Law L>
 constexpr const char* contradiction(const L& law) noexcept {
   if constexpr (requires { law.contradiction(); })
@@ -137,7 +136,7 @@ constexpr const char* contradiction(const L& law) noexcept {
     return nullptr;
 }
 
-/// False for a law in a form fitted to recordings that may return energy over a closed path: it says so with
+/// False for a law in a form fitted to recordings that may return energy over a closed path, declared with
 /// `may_return_energy`.
 template <Law L>
 constexpr bool is_passive = [] {
@@ -147,7 +146,7 @@ constexpr bool is_passive = [] {
     return true;
 }();
 
-/// False for a law whose error falls with the step, to first order, as it says with `first_order`; the others
+/// False for a law whose error falls with the step, to first order, declared with `first_order`; the others
 /// give the same at constant velocity in one step or in many.
 template <Law L>
 constexpr bool steps_exactly = !requires { L::first_order; };

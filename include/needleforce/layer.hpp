@@ -54,16 +54,16 @@ class PreparedLayer {
     return std::holds_alternative<laws::Coulomb::Prepared>(friction_) &&
            std::holds_alternative<laws::ConstantCutting::Prepared>(cutting_) && !fades_;
   }
-  /// False for an interface that lets the tip through.
+  /// False for an interface without resistance.
   bool resists() const noexcept { return puncture > top; }
-  /// True where the stiffness law's formula has ended.
+  /// True beyond the range of the stiffness law's formula.
   bool beyond(double depth) const noexcept { return depth - top > reach_; }
   Relaxing relaxing(double dt) const noexcept {
     return dispatch(relaxation_, [&](const auto& law) { return law.over(dt); });
   }
 
-  /// The contact of a layer that is whole; true if it gives way instead. `first`: there was no step before.
-  /// `elastic`: the caller knows that nothing fades.
+  /// The contact of a layer that is not pierced; true if it is punctured instead. `first`: the first step.
+  /// `elastic`: no relaxation, known to the caller.
   template <bool elastic>
   [[gnu::always_inline]] bool press(LayerState& state, const Move& move, bool first) const noexcept {
     const bool fades = !elastic && fades_;
@@ -77,8 +77,8 @@ class PreparedLayer {
     return false;
   }
 
-  /// Hands over to friction what the contact held; returns its energy [J]. An elastic contact gave way where
-  /// it was said to, one that relaxed where the tip stands.
+  /// Passes the contact to friction and returns its energy [J]. An elastic contact is punctured at its
+  /// puncture depth, one that relaxed at the depth of the tip.
   [[gnu::noinline]] double pierce(LayerState& state, double depth) const noexcept {
     if (!fades_) state.contact.elastic = state.contact_force;
     const double energy =
@@ -91,9 +91,8 @@ class PreparedLayer {
     return energy;
   }
 
-  /// Moves the shaft; its force, if the layer is pierced. `bottom` is where the next layer's embedding
-  /// starts.
-  /// `Law` is the friction law where the caller knows it, else void.
+  /// Moves the shaft and returns its force, if the layer is pierced. Embedding in the next layer starts at
+  /// `bottom`. `Law` is the friction law if the caller knows it, otherwise void.
   template <class Law>
   [[gnu::always_inline]] Dragged drag(LayerState& state, const Move& move, double bottom) const noexcept {
     const LayerExtent extent{top, state.pierced ? state.puncture_depth : puncture, bottom, state.pierced};
@@ -102,7 +101,7 @@ class PreparedLayer {
     return dispatch_as<Law>(friction_, [&](const auto& law) __attribute__((always_inline)) -> Dragged {
       auto& memory = memory_of(law, state.friction);
       law.advance(state.shaft, memory, move, extent, relaxing);
-      // above the tissue nothing drags the shaft; layers that add up know their own, moving surface
+      // above the tissue nothing drags the shaft; layers that add up have a moving surface of their own
       if constexpr (!requires { law.own_surface; })
         if (move.depth <= 0.0) release(state.shaft, memory);
       if (!state.pierced) return {};
@@ -182,7 +181,7 @@ class PreparedLayer {
   Puncture criterion_{};
 
  public:
-  double puncture = 0.0;  ///< depth [m] at which an elastic contact gives way
+  double puncture = 0.0;  ///< depth [m] at which an elastic contact is punctured
 
  private:
   bool fades_ = false;

@@ -38,9 +38,11 @@ struct Shaft {
   /// Sets the embedded length of the tip at `depth` in a layer where embedding starts at `from` [m].
   void embed(const LayerExtent& extent, double depth, double from) noexcept {
     surface = from;
-    const bool above_bottom = depth < extent.bottom;
-    embedded = extent.pierced ? embedded_length(above_bottom ? depth : extent.bottom, from) : 0.0;
-    embedded_by_depth = above_bottom && embedded > 0.0 ? 1.0 : 0.0;
+    // as embedded_length; written out, it takes a fifth off the shortest step
+    const double end = depth < extent.bottom ? depth : extent.bottom;
+    const bool inside = extent.pierced && end > from;
+    embedded = inside ? end - from : 0.0;
+    embedded_by_depth = inside && depth < extent.bottom ? 1.0 : 0.0;
   }
   /// The needle has left the tissue.
   void release() noexcept { embedded = embedded_by_depth = 0.0; }

@@ -11,7 +11,7 @@
 
 namespace needleforce {
 
-/// One law of each family. Plain values: what an insertion into one layer needs, and nothing else.
+/// One law of each family. Plain values: all that an insertion into one layer needs.
 struct Model {
   Stiffness stiffness;
   Puncture puncture;
@@ -27,7 +27,7 @@ struct Layer {
   Model laws;
 };
 
-/// The most layers of an insertion.
+/// Largest number of layers of an insertion.
 inline constexpr std::size_t max_layers = 8;
 
 namespace detail {
@@ -54,7 +54,7 @@ struct memories_of<std::variant<L...>> : memories<Memories<>, typename L::Prepar
 
 template <class L>
 constexpr bool counts_cutting = requires { L::cuts; };
-/// Layers of such laws add up; of others, the tip can stand in one interface alone.
+/// Layers of such laws add up; of others, the tip can be in one interface only.
 template <class L>
 constexpr bool stands_alone = requires { L::stands_alone; };
 template <class L>
@@ -156,7 +156,7 @@ inline Fault first_fault(std::span<const Layer> layers) noexcept {
   return {};
 }
 
-/// True if every number of every law lies in its range, and the laws go together.
+/// True if every parameter of every law is in its range and the laws do not contradict each other.
 inline bool valid(const Model& model) noexcept { return detail::fault_of_laws(model).reason == nullptr; }
 
 }  // namespace needleforce

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A memory as bytes that may leave the process, with what says whose they are.
+// A memory as bytes that may leave the process, with the version and the model that they belong to.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace needleforce {
 
-/// Plain bytes of a state: version and size of what wrote it, the model it belongs to, a checksum.
+/// Plain bytes of a state: version and size of the program that wrote it, its model, a checksum.
 template <class State>
 struct StateBytes {
   static_assert(std::is_trivially_copyable_v<State> && sizeof(State) % sizeof(std::uint64_t) == 0);
@@ -47,7 +47,7 @@ StateBytes<State> state_bytes(const State& state, std::uint64_t model) noexcept 
   return result;
 }
 
-/// True if these bytes were saved by this version, for this model, and are whole. Wait-free.
+/// True if these bytes were saved by this version, for this model, and are intact. Wait-free.
 template <class State>
 bool belongs(const StateBytes<State>& bytes, std::uint64_t model) noexcept {
   return bytes.version == detail::this_version() && bytes.size == sizeof bytes && bytes.model == model &&

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The XML attributes of the plugin: the laws' parameters by name, from the laws' own tables. A law may carry
-// its numbers, "coulomb per_length=18.6"; those of the first layer have keys of their own as well,
+// its parameters, "coulomb per_length=18.6"; those of the first layer have keys of their own as well,
 // friction.per_length. MuJoCo takes no more than 255 keys, which all of them for eight layers would exceed.
 // For use before the loop.
 #pragma once

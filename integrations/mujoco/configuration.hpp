@@ -69,7 +69,7 @@ inline Layer read_layer(Values& values, std::size_t number, nf_fault& why) {
   return layer;
 }
 
-/// A fault of the C face, in the words of the attributes: a family's law is told by its family's name.
+/// A fault of the C face, in the words of the attributes: a law is named by its family.
 inline void tell(Values& values, const nf_fault& why) {
   const auto is_family = [&](const FamilyNames& family) { return c::same(family.name, why.quantity); };
   const bool law = std::any_of(families().begin(), families().end(), is_family);

@@ -9,7 +9,7 @@
 namespace needleforce::laws {
 
 /// A constant force while the tip is at the deepest cut; it unloads elastically as the tip recedes and loads
-/// again on the way back, so noise at rest never switches it on and off and an existing hole is not cut
+/// again on return, so noise at rest never switches it on and off and an existing hole is not cut
 /// again.
 struct ConstantCutting {
   double force;
@@ -21,7 +21,7 @@ struct ConstantCutting {
   static constexpr const char* summary = "Constant cutting force at the deepest cut.";
   static constexpr const char* source = "sec. 2.3";
   static constexpr const char* validity =
-      "Steady cutting: at 1 mm/s the paper sees the force swing between 0.04 and 0.1 N.";
+      "Steady cutting: at 1 mm/s the force in the paper oscillates between 0.04 and 0.1 N.";
   static constexpr std::array<Parameter<ConstantCutting>, 2> table{{
       {&ConstantCutting::force, "force", "N", 0.0, 1e3, required, "f_c",
        "cutting force while the tip advances in fresh tissue", "sec. 2.3"},

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "../law.hpp"
 
@@ -28,15 +27,15 @@ struct DraggedTissueMemory {
   }
 };
 
-/// The layer that real recordings support: after the puncture the tissue hangs on the shaft by one spring k_t
-/// with a Coulomb limit, and its surface follows:
+/// The law that real recordings support: after the puncture one spring k_t with a Coulomb limit connects the
+/// tissue to the shaft, and its surface follows:
 ///
 ///     u = F_e / k_t        l = z - z_r - u        -f' l <= F <= f' l + (F_p - f' l)+ exp(-(z_max - z_1) /
 ///     delta)
 ///
-/// The rupture is gradual, and when the embedded length l is gone on the way out the layer lets go at once.
-/// `z_r` is the resting surface, a dimple that stays. Passive: the spring takes over no more energy than the
-/// contact held, which a force taken over as it is (as fitted to recordings) does not respect.
+/// The rupture is gradual, and when the embedded length l reaches zero on withdrawal the layer releases at
+/// once. `z_r` is the resting surface, a dimple that stays. Passive: the spring takes over no more energy
+/// than the contact held, which does not hold for a force taken over unchanged (as fitted to recordings).
 template <bool passive>
 struct DraggedTissue {
   double per_length;
@@ -47,7 +46,7 @@ struct DraggedTissue {
   static constexpr const char* name = passive ? "dragged_tissue" : "dragged_tissue_as_fitted";
   static constexpr Family family = Family::friction;
   static constexpr bool cuts = true;                   // its gradual rupture is the force at the tip
-  static constexpr bool stands_alone = true;           // layers add, wherever the tip of another stands
+  static constexpr bool stands_alone = true;           // layers add up wherever the tip is in the others
   static constexpr bool first_order = true;            // the surface follows the spring of the step before
   static constexpr bool may_return_energy = !passive;  // spring and contact need not hold the same energy
   static constexpr const char* summary =
@@ -84,7 +83,8 @@ struct DraggedTissue {
                                    const Relaxing& relaxing) const noexcept {
       shaft.surface = extent.top + resting_surface + memory.element.elastic / stiffness;
       if (!extent.pierced) return;
-      shaft.embed(without_bottom(extent), move.depth, shaft.surface);
+      // down to the tip, through all layers: layers of dragged tissue add up
+      shaft.embedded = embedded_length(move.depth, shaft.surface);
       if (shaft.embedded == 0.0 && move.withdrawing) return memory.release();
       const double grip = per_length * shaft.embedded;
       const double torn = std::exp(-(move.deepest - extent.puncture) * per_rupture);
@@ -104,19 +104,14 @@ struct DraggedTissue {
     double by_velocity(const Shaft&, const Memory&, double) const noexcept { return 0.0; }
 
    private:
-    /// No more energy than the contact held: F_e^2 / 2 k_t <= U, and for what fades, where the contact is
-    /// stiffer than the spring, by the ratio of the two.
+    /// No more energy than the contact held: F_e^2 / 2 k_t <= U, and for the relaxing shares, where the
+    /// contact is stiffer than the spring, by the ratio of the two.
     void weaken(Element& element, const ContactAtPuncture& contact) const noexcept {
       const double most = std::sqrt(2.0 * stiffness * contact.energy);
       const double share = element.elastic > most ? most / element.elastic : 1.0;
       const double relaxing = contact.slope > stiffness ? std::sqrt(stiffness / contact.slope) : 1.0;
       element.elastic *= share;
       for (double& memory : element.memory) memory *= std::min(share, relaxing);
-    }
-    /// Layers of dragged tissue add up: each counts the shaft down to the tip.
-    static LayerExtent without_bottom(LayerExtent extent) noexcept {
-      extent.bottom = std::numeric_limits<double>::infinity();
-      return extent;
     }
     /// d(force)/d(depth): the spring, or the limit it slides along.
     double slope(const Shaft& shaft, const Memory& memory, double grip, double torn,

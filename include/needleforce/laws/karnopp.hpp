@@ -13,8 +13,8 @@ namespace needleforce::laws {
 ///
 ///     v >= dv/2: C_p + b_p v        v <= -dv/2: C_n + b_n v        between: at most D_p, at least D_n
 ///
-/// In the band the source balances the other forces on the needle, which a prescribed motion does not know:
-/// an elastic element in series takes their place. The constants outwards are negative, so friction
+/// In the band the source balances the other forces on the needle, which a prescribed motion does not have:
+/// an elastic element in series replaces them. The constants outwards are negative, so friction
 /// dissipates.
 struct Karnopp {
   double coulomb_in;
@@ -94,14 +94,14 @@ struct Karnopp::Prepared {
     return embedded *
            (std::signbit(v) ? law.coulomb_out + law.viscous_out * v : law.coulomb_in + law.viscous_in * v);
   }
-  /// The element alone, between limits that may have fallen below its force.
+  /// Loads the element between limits that may have fallen below its force.
   void load(Memory& memory, const Move& move, double low, double high,
             const Relaxing& relaxing) const noexcept {
     memory.element.yield(memory.traction, low, high, relaxing);
     memory.traction = memory.element.drag(stiffness * move.below, low, high, relaxing, move.advancing);
   }
-  /// Sticks until the limit at rest is reached, whatever the needle's speed: it is the slip that has none.
-  /// Then slides until the needle rests or turns.
+  /// Sticks until the limit at rest is reached, at any speed of the needle: the slip has no speed then.
+  /// Then slides until the needle rests or reverses.
   [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                                  const Relaxing& relaxing) const noexcept {
     const double v = move.velocity;

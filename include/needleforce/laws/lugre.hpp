@@ -55,7 +55,8 @@ struct LuGre {
     return static_friction < coulomb ? "static_friction is below coulomb: the friction would rise with speed"
                                      : nullptr;
   }
-  /// Least sigma_2 [N s/m^2] with which velocity to force is passive (Barabanov & Ortega 2000, unconfirmed).
+  /// Smallest sigma_2 [N s/m^2] with which velocity to force is passive (Barabanov & Ortega 2000,
+  /// unconfirmed).
   double min_passive_viscous() const noexcept {
     return bristle_damping * (static_friction - coulomb) / coulomb;
   }
@@ -87,13 +88,13 @@ struct LuGre::Prepared {
     const double ratio = std::abs(v) / law.stribeck_speed;
     return std::exp(-(law.stribeck_exponent == 2.0 ? ratio * ratio : std::pow(ratio, law.stribeck_exponent)));
   }
-  /// g(v) [N/m], and dg/dv [N s/m^2], once a step: all that follows needs them.
+  /// g(v) [N/m], and dg/dv [N s/m^2], once a step, for all that follows.
   void find_limit(Memory& memory, double v) const noexcept {
     const double weaker = (law.static_friction - law.coulomb) * fall(v);
     const double ratio = std::abs(v) / law.stribeck_speed;
     const double steep = law.stribeck_exponent == 2.0 ? ratio : std::pow(ratio, law.stribeck_exponent - 1.0);
     memory.limit = law.coulomb + weaker;
-    // far beyond v_s the product is 0 times infinity
+    // far above v_s the product would be 0 times infinity
     memory.weakening =
         weaker > 0.0 ? std::copysign(law.stribeck_exponent * steep * weaker / law.stribeck_speed, -v) : 0.0;
   }
@@ -102,7 +103,7 @@ struct LuGre::Prepared {
     const double limit = law.coulomb + (law.static_friction - law.coulomb) * fall(v);
     return embedded * (std::copysign(limit, v) + law.viscous * v);
   }
-  /// What is left of the bristles' way to sliding at velocity v: 1 - sigma_0 zeta sgn(v) / g(v).
+  /// Remaining share of the bristles' deflection to sliding at velocity v: 1 - sigma_0 zeta sgn(v) / g(v).
   double remaining(const Memory& memory, double v) const noexcept {
     return 1.0 - std::copysign(memory.elastic, v * memory.elastic) / memory.limit;
   }
@@ -120,7 +121,7 @@ struct LuGre::Prepared {
     shaft.embed(extent, move.depth, extent.top);
   }
   void pierce(Memory&, const ContactAtPuncture&) const noexcept {}
-  /// Bristles that another law or other numbers bent hold no more than these.
+  /// Bristles loaded by another law or by other parameters hold no more than static friction.
   void adopt(Memory& memory) const noexcept {
     memory.elastic = std::clamp(memory.elastic, -law.static_friction, law.static_friction);
   }
@@ -131,7 +132,7 @@ struct LuGre::Prepared {
     return memory.traction * shaft.embedded;
   }
   double by_depth(const Shaft& shaft, const Memory& memory, double v) const noexcept {
-    // bristles that bend on damp less: d(dzeta/dt)/dzeta = -sigma_0 |v| / g
+    // bristles that bend further damp less: d(dzeta/dt)/dzeta = -sigma_0 |v| / g
     const double bending = law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) / memory.limit);
     return memory.traction * shaft.embedded_by_depth + bending * remaining(memory, v) * shaft.embedded;
   }

@@ -11,7 +11,7 @@ namespace needleforce::laws {
 
 /// Coulomb friction whose depth origin is a surface that recovers: from the puncture depth z_1 it returns as
 /// exp(-t/tau) to where a flat punch of the needle's radius would hold it against the forces on the needle,
-/// z_res = (f_c + f' l) / k, l = z - z_res, never deeper than z_1; on the way out it is pulled up by -f' l /
+/// z_res = (f_c + f' l) / k, l = z - z_res, never deeper than z_1; on withdrawal it is pulled up by -f' l /
 /// k.
 struct RelaxingSurface {
   double per_length;
@@ -38,7 +38,8 @@ struct RelaxingSurface {
       {&RelaxingSurface::surface_stiffness, "surface_stiffness", "N/m", 1e-3, 1e9, required, "2 E_r R",
        "stiffness of the surface against the needle, a flat punch of its radius", "Sneddon 1965"},
       {&RelaxingSurface::tip_force, "tip_force", "N", 0.0, 1e3, 0.0, "f_c",
-       "force at the tip that holds the surface down beside friction", "Sneddon 1965, static balance"},
+       "force at the tip that holds the surface down in addition to friction",
+       "Sneddon 1965, static balance"},
   }};
 
   const char* contradiction() const noexcept {
@@ -65,8 +66,8 @@ struct RelaxingSurface {
     struct Rest {
       double depth, by_depth, by_traction;
     };
-    /// Balance of the surface against what drags it: z_res = (f_c + p l) / k with l = z - z_res. On the way
-    /// out the traction p is negative, the tip no longer pushes, and the surface is pulled up.
+    /// Balance of the surface against what drags it: z_res = (f_c + p l) / k with l = z - z_res. On
+    /// withdrawal the traction p is negative, the tip no longer pushes, and the surface is pulled up.
     Rest resting(const LayerExtent& extent, double depth, double traction) const noexcept {
       const double length = std::max(0.0, depth - extent.top), k = surface_stiffness + traction;
       const double push =

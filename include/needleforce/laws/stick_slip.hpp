@@ -39,7 +39,7 @@ struct StickSlip {
       {&StickSlip::damping, "damping", "N s/m", 1e-6, 1e6, required, "c",
        "force of the running crack over its speed", "sec. 2.3"},
       {&StickSlip::stiffness, "stiffness", "N/m", 1e-2, 1e6, 200.0, "k",
-       "stiffness of the tissue ahead of the tip; it sets the period and nothing else", "free"},
+       "stiffness of the tissue ahead of the tip; it sets the period only", "free"},
   }};
 
   const char* contradiction() const noexcept {
@@ -79,7 +79,7 @@ struct StickSlip::Prepared {
     const double aim = running(speed);
     return time_constant * std::log((law.break_force - aim) / (law.arrest_force - aim));
   }
-  /// The force of a long way at a speed [m/s]: the mean over a cycle, or the steady one.
+  /// The force over a long travel at a speed [m/s]: the mean over a cycle, or the steady one.
   double steady(double speed) const noexcept {
     if (speed >= law.arrest_speed) return running(speed);
     if (!(speed > 0.0)) return 0.5 * (law.break_force + law.arrest_force);
@@ -94,7 +94,8 @@ struct StickSlip::Prepared {
     if (carried < 0.0) memory.running = true;  // the puncture's crack is just stopping
     cut.front = depth - (carried < 0.0 ? law.arrest_force : carried) / law.stiffness;
   }
-  /// A crack that sticks holds no more than breaks it, also where another law or other numbers loaded it.
+  /// A crack that sticks holds no more than its breaking force, also if another law or other parameters
+  /// loaded it.
   void adopt(Cut& cut, const Memory& memory, double depth) const noexcept {
     if (!memory.running) cut.front = std::max(cut.front, depth - law.break_force / law.stiffness);
   }
@@ -102,7 +103,7 @@ struct StickSlip::Prepared {
     double force = law.stiffness * (move.depth - move.travel - cut.front);
     double left = move.dt;
     const double speed = move.travel / move.dt;
-    // a cycle has two events, whole cycles are skipped: the bound is never what ends this
+    // a cycle has two events and complete cycles are skipped: the bound is never reached
     for (int event = 0; event < 6 && left > 0.0; ++event)
       memory.running ? run(memory, force, left, speed) : stick(memory, force, left, speed);
     cut.front = move.depth - force / law.stiffness;

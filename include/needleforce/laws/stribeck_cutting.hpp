@@ -16,7 +16,7 @@ namespace needleforce::laws {
 ///     du/dt = V - v
 ///
 /// Steady cutting is unstable below V_c = v_s ln((F_s - F_k) / (c v_s)). Implicit Euler in sub-steps of at
-/// most 10 us while the crack runs and at most 256 of them: of the laws here the only one that costs
+/// most 10 us while the crack runs and at most 256 of them: the only law here that takes
 /// microseconds.
 struct StribeckCutting {
   double static_force;
@@ -36,7 +36,8 @@ struct StribeckCutting {
       "sec. 2.3, range of the cutting force; Stribeck 1902; free: mass and spring, the choice of this "
       "project";
   static constexpr const char* validity =
-      "Steps of the loop up to 2.5 ms at full resolution; its swing reaches F_s itself; with the paper's "
+      "Steps of the loop up to 2.5 ms at full resolution; its oscillation reaches F_s itself; with the "
+      "paper's "
       "range at 1 mm/s its force at 3 mm/s is 15 "
       "% low.";
   static constexpr std::array<Parameter<StribeckCutting>, 6> table{{
@@ -85,7 +86,8 @@ struct StribeckCutting::Prepared {
     if (carried < 0.0) memory.speed = 0.0;
     cut.front = depth - std::max(0.0, carried) / law.stiffness;
   }
-  /// A crack that sticks holds no more than breaks it, also where another law or other numbers loaded it.
+  /// A crack that sticks holds no more than its breaking force, also if another law or other parameters
+  /// loaded it.
   void adopt(Cut& cut, Memory& memory, double depth) const noexcept {
     if (memory.speed == 0.0) cut.front = std::max(cut.front, depth - law.static_force / law.stiffness);
   }
@@ -114,7 +116,8 @@ struct StribeckCutting::Prepared {
   /// resisting v + F_ss(v) = push.
   double next_speed(double speed, double push, double resisting) const noexcept {
     if (push <= law.static_force) return 0.0;
-    // Newton from the last speed, by halving where it would leave the bracket: bounded, and seldom four turns
+    // Newton from the last speed, by halving where it would leave the bracket: bounded, seldom more than four
+    // iterations
     const double per_speed = 1.0 / law.stribeck_speed;
     double low = 0.0, high = push / resisting;  // the force is positive
     double v = std::min(speed, high);
@@ -123,7 +126,7 @@ struct StribeckCutting::Prepared {
       const double excess = push - resisting * v - (law.kinetic_force + falling + law.damping * v);
       (excess > 0.0 ? low : high) = v;
       const double next = v + excess / (resisting + law.damping - falling * per_speed);
-      if (std::abs(next - v) <= 1e-8 * v) return next;  // its digits double in a turn: these are the last
+      if (std::abs(next - v) <= 1e-8 * v) return next;  // quadratic convergence: the last digits
       v = next > low && next < high ? next : 0.5 * (low + high);
     }
     return v;
