@@ -157,7 +157,11 @@ def _law(family: str, law, tip_name: str) -> list[str]:
     if not numbers:
         return [f'.{family} = {{.name = "{law.name}"{tip}}},']
     # in the order of the members: C++ takes no other
-    return [f'.{family} = {{.name = "{law.name}", .parameters = {{', *(f"    {line}" for line in numbers), f"}}{tip}}},"]
+    return [
+        f'.{family} = {{.name = "{law.name}", .parameters = {{',
+        *(f"    {line}" for line in numbers),
+        f"}}{tip}}},",
+    ]
 
 
 def _c_numbers(value) -> list[str]:
