@@ -69,7 +69,7 @@ proof-sanitizers: proof-tools
 	  -DCMAKE_CXX_FLAGS="-g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all" > $(CXX_SANITIZED).log 2>&1 \
 	  || (cat $(CXX_SANITIZED).log; false)
 	@$(BIN)/cmake --build $(CXX_SANITIZED) > $(CXX_SANITIZED).log 2>&1 || (cat $(CXX_SANITIZED).log; false)
-	@for tests in $(CXX_SANITIZED)/tests/cpp/*_tests; do $$tests --gtest_brief=1 --gtest_filter=-Passivity.* > $(CXX_SANITIZED).log 2>&1 || { cat $(CXX_SANITIZED).log; exit 1; }; done
+	@for tests in $(CXX_SANITIZED)/tests/cpp/*_tests; do $$tests --gtest_brief=1 --gtest_filter=-EnergyController.* > $(CXX_SANITIZED).log 2>&1 || { cat $(CXX_SANITIZED).log; exit 1; }; done
 	@echo "sanitizers: nothing found in the C++ tests"
 
 proof-threads: proof-tools

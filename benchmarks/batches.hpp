@@ -26,7 +26,7 @@ struct Times {
   std::vector<double> alone;  ///< the least of all passes through that very batch: the work
 };
 
-/// One batch of calls, each with the outcome of the last at hand, as a control loop has it: nothing of one
+/// One batch of calls, each with the result of the last, as a control loop has it: nothing of one
 /// call is done while the one before is under way.
 template <class Body>
 double timed(Body& body, const double* depths) {

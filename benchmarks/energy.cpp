@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a random hand gets out of tissues at 1 kHz with delay: bare, under the classic time-domain passivity
-// controller, and under the guard. Prints JSON, one object a trial.
+// Energy that random motion takes out of tissues at 1 kHz with delay: bare, under the classic time-domain
+// passivity controller, and under the guard. Prints JSON, one object a trial.
 //   g++ -std=c++20 -O2 -Iinclude -Itests/cpp benchmarks/energy.cpp -o energy && ./energy [steps]
 #include <cstdio>
 #include <cstdlib>
@@ -95,7 +95,7 @@ int main(int count, char** arguments) {
   std::printf("[\n");
   for (const int delay : {0, 1, 2, 5, 10}) {
     GuardSettings speed_alone = bounds(delay);
-    speed_alone.most_acceleration = unlimited;
+    speed_alone.max_acceleration = unlimited;
     each_tissue(bounds(delay), "speed and acceleration", steps, false);
     each_tissue(speed_alone, "speed", steps, delay == 10);
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Work of one step beside the bare closed form, in batches, the empty loop subtracted from both. Prints JSON.
+// Time of one step compared with the bare closed form, in batches, the empty loop subtracted from both.
+// Prints JSON.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -47,7 +48,7 @@ struct Still {
 };
 
 /// A step as a loop calls it, through a function, of anything that steps; every insertion finds fresh tissue,
-/// else nothing would be cut again.
+/// otherwise nothing would be cut again.
 template <class Engine>
 struct Step {
   Engine engine;
@@ -93,7 +94,8 @@ void rows(double nothing, Put put) {
     const auto row = [&]<class Law>(const Law& law) {
       Model model = paper();
       put(model, law);
-      if (!valid(model)) std::fprintf(stderr, "%s: give it numbers in typical()\n", Law::name), std::exit(1);
+      if (!valid(model))
+        std::fprintf(stderr, "%s: give it parameters in typical()\n", Law::name), std::exit(1);
       print(Law::name, batches::measure(Step<Insertion>{Insertion(model)}, few), nothing);
     };
     (row(typical<L>()), ...);
@@ -110,15 +112,15 @@ void every_law(double nothing) {
   rows<Relaxation>(nothing, [](Model& model, const auto& law) { model.relaxation = law; });
 }
 
-/// What stands around one layer: the guard with everything on, and the engine whose model may be replaced.
+/// Around one layer: the guard with everything on, and the engine whose model may be replaced.
 void around(double nothing) {
-  const GuardSettings settings{.most_force = 20.0,
-                               .most_slew = 1e4,
+  const GuardSettings settings{.max_force = 20.0,
+                               .max_slew = 1e4,
                                .stale_after = 5e-3,
                                .fall_time = 50e-3,
-                               .most_jump = 1e-3,
+                               .max_jump = 1e-3,
                                .longest_cycle = 10e-3,
-                               .most_speed = 1.0,
+                               .max_speed = 1.0,
                                .delay = 1.0};
   const Guard<Insertion> guard(Insertion(paper()), settings);
   print("guarded", batches::measure(Step<Guard<Insertion>>{guard}, few), nothing);

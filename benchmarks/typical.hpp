@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers for every law, where a benchmark needs some.
+// Parameters for every law, for the benchmarks.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace needleforce {
 
-/// Every number of a law at its default, else at the geometric middle of its range.
+/// Every parameter of a law at its default, otherwise at the geometric middle of its range.
 template <Law L>
 L typical() {
   L law{};
@@ -22,7 +22,7 @@ L typical() {
   return law;
 }
 
-// where the middle of the ranges would contradict itself, the presets' numbers
+// where the middle of the ranges would contradict itself, the presets' parameters
 template <>
 inline laws::LuGre typical() {
   return {1e6, 100.0, 200.0, 18.0, 25.0, 1e-3, 2.0};

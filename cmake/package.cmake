@@ -24,7 +24,7 @@ install(FILES cmake/needleforceConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/needlefo
         DESTINATION ${package})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
-# pcfiledir is where a .pc file stands: from there the prefix is found wherever it was moved to
+# pcfiledir is the folder of a .pc file: from there the prefix is found wherever it was moved to
 file(RELATIVE_PATH to_prefix /prefix/${CMAKE_INSTALL_LIBDIR}/pkgconfig /prefix)
 string(REGEX REPLACE "/$" "" to_prefix ${to_prefix})
 foreach(name needleforce needleforce-c)

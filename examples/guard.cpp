@@ -14,12 +14,12 @@ int main() {
   const Model model{laws::Cone{117546.06040021202, 15.0 * tips::degree}, laws::PunctureDepth{3.237e-3},
                     laws::Coulomb{18.6, 20e-6, 0.0}, laws::ConstantCutting{0.0776, 20e-6}};
   const GuardSettings settings{.force_scale = 2.0,
-                               .most_force = 0.5,
+                               .max_force = 0.5,
                                .stale_after = 5e-3,
                                .fall_time = 10e-3,
                                .longest_cycle = 1.5e-3,
-                               .most_speed = 0.3,
-                               .most_acceleration = 20.0,
+                               .max_speed = 0.3,
+                               .max_acceleration = 20.0,
                                .delay = 1.0};
   if (const GuardFault fault = first_fault(settings); fault.reason) {
     std::fprintf(stderr, "%s: %s\n", fault.quantity, fault.reason);

@@ -8,12 +8,12 @@ from needleforce.control import Guard
 guard = Guard(
     nf.Insertion(nf.preset("paper")),
     force_scale=2.0,
-    most_force=0.5,
+    max_force=0.5,
     stale_after=5e-3,
     fall_time=10e-3,
     longest_cycle=1.5e-3,
-    most_speed=0.3,
-    most_acceleration=20.0,
+    max_speed=0.3,
+    max_acceleration=20.0,
     delay=1,
 )
 dt, speed = 1e-3, 20e-3

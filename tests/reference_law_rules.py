@@ -83,7 +83,7 @@ def lugre_steady(given):
 
 @computes("lugre", r"passive", "s1", "Fc", "Fs")
 def lugre_passive(given):
-    return lugre(given, 1e3, given["s1"], 0.0).least_passive_viscous
+    return lugre(given, 1e3, given["s1"], 0.0).min_passive_viscous
 
 
 @computes("lugre", r"exact-exponential predict, h\(x\)", "x", "v", "dt", "Fc", "Fs", "vs")

@@ -17,19 +17,19 @@ namespace needleforce::c {
 
 inline bool same(const char* one, const char* other) noexcept { return one && std::strcmp(one, other) == 0; }
 
-/// Says what is wrong and returns false.
+/// Sets the fault and returns false.
 inline bool refuse(nf_fault& why, const char* law, const char* quantity, const char* reason,
                    double value = 0.0, double low = 0.0, double high = 0.0) noexcept {
   why = {why.layer, law, quantity, reason, value, low, high};
   return false;
 }
 
-/// The numbers given, up to the one without a name.
+/// The parameters given, up to the one without a name.
 template <std::size_t most>
-std::span<const nf_number> given(const nf_number (&numbers)[most]) noexcept {
+std::span<const nf_parameter> given(const nf_parameter (&parameters)[most]) noexcept {
   std::size_t n = 0;
-  while (n < most && numbers[n].name) ++n;
-  return {numbers, n};
+  while (n < most && parameters[n].name) ++n;
+  return {parameters, n};
 }
 
 template <class T>
@@ -39,12 +39,12 @@ const Parameter<T>* parameter_named(const char* name) noexcept {
   return nullptr;
 }
 
-/// Fills the table's numbers: those given, else their defaults.
+/// Fills the table's parameters: those given, otherwise their defaults.
 template <class T>
-bool fill(T& value, std::span<const nf_number> numbers, nf_fault& why) noexcept {
+bool fill(T& value, std::span<const nf_parameter> parameters, nf_fault& why) noexcept {
   for (const Parameter<T>& parameter : T::table) value.*parameter.member = parameter.initial;
   std::array<bool, T::table.size()> known{};
-  for (const nf_number& number : numbers) {
+  for (const nf_parameter& number : parameters) {
     const Parameter<T>* parameter = parameter_named<T>(number.name);
     if (!parameter)
       return refuse(why, T::name, number.name ? number.name : "name", "is no parameter of it", number.value);
@@ -61,9 +61,9 @@ bool fill(T& value, std::span<const nf_number> numbers, nf_fault& why) noexcept 
 }
 
 template <class T, std::size_t most>
-bool fill(T& value, const nf_number (&numbers)[most], nf_fault& why) noexcept {
-  static_assert(T::table.size() < most, "the arrays of needleforce.h hold fewer numbers than this table");
-  return fill(value, given(numbers), why);
+bool fill(T& value, const nf_parameter (&parameters)[most], nf_fault& why) noexcept {
+  static_assert(T::table.size() < most, "the arrays of needleforce.h hold fewer parameters than this table");
+  return fill(value, given(parameters), why);
 }
 
 inline bool fill_profile(tips::Profile& profile, const nf_tip& tip, nf_fault& why) noexcept {
@@ -91,11 +91,12 @@ inline bool fill_word(tips::BevelEquivalence& word, const nf_tip& tip, nf_fault&
 template <class Shape>
 bool fill_tip(Shape& shape, const nf_tip& tip, nf_fault& why) noexcept {
   if constexpr (std::is_same_v<Shape, tips::Profile>) {
-    if (tip.numbers[0].name) return refuse(why, "profile", tip.numbers[0].name, "is no parameter of it");
+    if (tip.parameters[0].name)
+      return refuse(why, "profile", tip.parameters[0].name, "is no parameter of it");
     if (!fill_profile(shape, tip, why)) return false;
   } else {
     if (tip.knots) return refuse(why, Shape::name, "knots", "are for a profile alone", double(tip.knots));
-    if (!fill(shape, tip.numbers, why)) return false;
+    if (!fill(shape, tip.parameters, why)) return false;
   }
   if constexpr (requires { shape.equivalence; })
     if (!fill_word(shape.equivalence, tip, why)) return false;
@@ -132,7 +133,7 @@ bool fill_parts(Law& law, const nf_law& named, nf_fault& why) noexcept {
 template <class Laws>
 bool choose_law(const nf_law& named, Laws& laws, nf_fault& why, const char* family) noexcept {
   return choose(named.name, laws, why, family,
-                [&](auto& law) { return fill(law, named.numbers, why) && fill_parts(law, named, why); });
+                [&](auto& law) { return fill(law, named.parameters, why) && fill_parts(law, named, why); });
 }
 
 /// A layer with its laws; false and `why` for the first fault.

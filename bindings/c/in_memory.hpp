@@ -14,7 +14,7 @@ struct nf_insertion {
 
 namespace needleforce::c {
 
-/// True if a T can stand in this memory; else false and `why`.
+/// True if this memory can hold a T; otherwise false and `why`.
 template <class T>
 bool holds(const void* memory, std::size_t size, nf_fault& why) noexcept {
   static_assert(alignof(T) <= alignof(double));

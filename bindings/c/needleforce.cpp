@@ -33,11 +33,11 @@ bool in_range(const T& value, nf_fault& why) noexcept {
          c::refuse(why, T::name, bad->name, "is outside its range", value.*bad->member, bad->low, bad->high);
 }
 
-bool read_layers(const nf_layer* named, std::size_t count, std::array<Layer, most_layers>& layers,
+bool read_layers(const nf_layer* named, std::size_t count, std::array<Layer, max_layers>& layers,
                  nf_fault& why) noexcept {
   if (!named) return c::refuse(why, "layers", "layers", "are missing");
-  if (count < 1 || count > most_layers)
-    return c::refuse(why, "layers", "count", "is outside its range", double(count), 1.0, double(most_layers));
+  if (count < 1 || count > max_layers)
+    return c::refuse(why, "layers", "count", "is outside its range", double(count), 1.0, double(max_layers));
   for (why.layer = 0; why.layer < count; ++why.layer)
     if (!c::read_layer(named[why.layer], layers[why.layer], why)) {
       if (!why.law) why.law = "layer";  // a law without a name; the caller prints it
@@ -76,7 +76,7 @@ nf_insertion* nf_init(void* memory, size_t size, const nf_layer* named, size_t c
   nf_fault& fault = why ? *why : ignored;
   fault = nf_fault{};
   const nf_settings chosen = settings ? *settings : nf_default_settings();
-  std::array<Layer, most_layers> layers{};
+  std::array<Layer, max_layers> layers{};
   if (!c::holds<nf_insertion>(memory, size, fault) || !in_range(limits_of(chosen), fault) ||
       !in_range(bevel_of(chosen), fault) || !read_layers(named, count, layers, fault))
     return nullptr;

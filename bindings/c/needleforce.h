@@ -11,11 +11,11 @@ extern "C" {
 #endif
 /* clang-format off */
 
-typedef struct { const char* name; double value; } nf_number;
+typedef struct { const char* name; double value; } nf_parameter;
 typedef struct { /* of the law tip_contact; radii and heights [m] for the tip `profile` alone */
-  const char* name; nf_number numbers[8]; const char* equivalence; const double *radii, *heights; size_t knots;
+  const char* name; nf_parameter parameters[8]; const char* equivalence; const double *radii, *heights; size_t knots;
 } nf_tip;
-typedef struct { const char* name; nf_number numbers[12]; const nf_tip* tip; } nf_law; /* left out: the default */
+typedef struct { const char* name; nf_parameter parameters[12]; const nf_tip* tip; } nf_law; /* left out: the default */
 typedef struct { double top; nf_law stiffness, puncture, friction, cutting, relaxation; } nf_layer; /* top [m] */
 typedef struct {
   double max_speed, hold_time;    /* [m/s] faster is refused; [s] for which a refused step keeps the last force */
@@ -42,7 +42,7 @@ const char* nf_status_name(int status);
 nf_settings nf_default_settings(void);
 
 size_t nf_size(void); /* bytes of memory for one insertion, aligned as a double */
-/* Before the loop. NULL if refused, and *why says it (why may be NULL); with settings NULL the defaults. */
+/* Before the loop. NULL if refused, with the reason in *why (may be NULL). Settings NULL: defaults. */
 nf_insertion* nf_init(void* memory, size_t size, const nf_layer* layers, size_t count,
                       const nf_settings* settings, nf_fault* why);
 void nf_step(nf_insertion* insertion, double depth, double velocity, double dt, nf_sample* sample);

@@ -14,9 +14,10 @@ struct nf_guard {
 
 namespace {
 
-bool read(const nf_number* numbers, std::size_t count, GuardSettings& settings, nf_fault& why) noexcept {
-  if (!numbers && count) return c::refuse(why, "guard", "settings", "are missing");
-  if (!c::fill(settings, std::span(numbers, count), why)) return false;
+bool read(const nf_parameter* parameters, std::size_t count, GuardSettings& settings,
+          nf_fault& why) noexcept {
+  if (!parameters && count) return c::refuse(why, "guard", "settings", "are missing");
+  if (!c::fill(settings, std::span(parameters, count), why)) return false;
   const GuardFault fault = first_fault(settings);
   return !fault.reason || c::refuse(why, "guard", fault.quantity, fault.reason);
 }
@@ -37,14 +38,14 @@ extern "C" {
 
 size_t nf_guard_size(void) { return sizeof(nf_guard); }
 
-nf_guard* nf_guard_init(void* memory, size_t size, nf_insertion* insertion, const nf_number* numbers,
+nf_guard* nf_guard_init(void* memory, size_t size, nf_insertion* insertion, const nf_parameter* parameters,
                         size_t count, nf_fault* why) {
   nf_fault ignored{};
   nf_fault& fault = why ? *why : ignored;
   fault = nf_fault{};
   GuardSettings settings;
   if (!insertion && !c::refuse(fault, "guard", "insertion", "is missing")) return nullptr;
-  if (!c::holds<nf_guard>(memory, size, fault) || !read(numbers, count, settings, fault)) return nullptr;
+  if (!c::holds<nf_guard>(memory, size, fault) || !read(parameters, count, settings, fault)) return nullptr;
   return new (memory) nf_guard{Guard<Insertion&>(insertion->insertion, settings)};
 }
 

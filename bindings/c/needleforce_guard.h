@@ -16,14 +16,14 @@ enum nf_did { /* what the guard did in a cycle: bits */
 };
 typedef struct {
   double force;           /* [N] for the device, + opposes insertion */
-  double energy, reserve; /* [J] the hand has put in so far; what it may still take out */
+  double energy, reserve; /* [J] the user has put in so far; may still take out */
   int did;
   nf_sample sample;       /* of the tissue */
 } nf_output;
 
 size_t nf_guard_size(void); /* bytes of memory for one guard, aligned as a double */
-/* Before the loop, around an insertion that stays the caller's. NULL if refused, and *why says it. */
-nf_guard* nf_guard_init(void* memory, size_t size, nf_insertion* insertion, const nf_number* settings, size_t count,
+/* Before the loop, around an insertion that stays the caller's. NULL if refused, with the reason in *why. */
+nf_guard* nf_guard_init(void* memory, size_t size, nf_insertion* insertion, const nf_parameter* settings, size_t count,
                         nf_fault* why);
 void nf_guard_step(nf_guard* guard, double depth, double velocity, double dt, nf_output* output);
 void nf_guard_miss(nf_guard* guard, double dt, nf_output* output); /* a cycle without a measurement */

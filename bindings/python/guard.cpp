@@ -102,8 +102,8 @@ void bind_output(nb::module_& module) {
   constexpr const char* meaning[] = {
       "True if the measurement was none: not finite, a leap, a clock that stood.",
       "True if none came for longer than stale_after: the force falls to zero.",
-      "True if most_force held the force back.",
-      "True if most_slew held it back.",
+      "True if max_force held the force back.",
+      "True if max_slew held it back.",
       "True if the energy that the hand had put in did not allow it.",
       "True if the cycle was longer or the device faster than the energy controller counts on."};
   nb::class_<needleforce::Output> bound(module, "GuardOutput",

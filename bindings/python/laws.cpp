@@ -12,8 +12,8 @@ namespace {
 // what single laws can say about themselves beside their family's functions
 template <class L>
 void bind_answers(nb::class_<L>& bound) {
-  if constexpr (requires(const L& law) { law.least_passive_viscous(); })
-    bound.def_prop_ro("least_passive_viscous", &L::least_passive_viscous,
+  if constexpr (requires(const L& law) { law.min_passive_viscous(); })
+    bound.def_prop_ro("min_passive_viscous", &L::min_passive_viscous,
                       "Least viscous [N s/m^2] with which velocity to force is passive (unconfirmed).");
   if constexpr (requires(const L& law) { law.deflected(1.0, 1.0, 1.0); }) {
     bound.def("deflected", &L::deflected, nb::arg("deflection"), nb::arg("velocity"), nb::arg("dt"),

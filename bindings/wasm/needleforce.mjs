@@ -68,7 +68,7 @@ function refuse(what, value, why) {
 function giveNumbers(core, numbers, where) {
   for (const [name, value] of Object.entries(numbers)) {
     if (typeof value !== "number") refuse(`${where}.${name}`, value, "is not a number");
-    if (!core.calls.give(core.put(name), value)) refuse(`${where}.${name}`, value, "is one number too many");
+    if (!core.calls.give(core.put(name), value)) refuse(`${where}.${name}`, value, "is one parameter too many");
   }
 }
 
@@ -105,7 +105,7 @@ function insertionOf(module) {
 
     /**
      * `layers` from the surface down: `{ top, stiffness, puncture, friction, cutting, relaxation }`, each law
-     * `{ name, ...numbers }` with those left out at their defaults; `tip_contact` has a `tip` of the same form.
+     * `{ name, ...parameters }` with those left out at their defaults; `tip_contact` has a `tip` of the same form.
      * `settings`: those of `nf_settings`. Throws a RangeError that says what was refused, and why.
      */
     constructor(layers, settings = {}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C face for JavaScript, which knows no structs: a model is told piece by piece, a sample read as
-// numbers. One instance of the module holds one insertion; its memory only grows, before the loop.
+// The C face for JavaScript, without structs: a model is given piece by piece, a sample read as
+// parameters. One instance of the module holds one insertion; its memory only grows, before the loop.
 #include <__verbose_abort>
 #include <cstddef>
 #include <cstring>
@@ -16,15 +16,15 @@ extern "C" unsigned char __heap_base;
 
 namespace {
 
-constexpr std::size_t page = 65536, most_layers = 9,
-                      most_knots = 33;  // one more than is accepted, to be refused
+constexpr std::size_t page = 65536, max_layers = 9,
+                      max_knots = 33;  // one more than is accepted, to be refused
 
-nf_layer layers[most_layers];
-nf_tip tips[most_layers];
-double radii[most_layers][most_knots], heights[most_layers][most_knots];
+nf_layer layers[max_layers];
+nf_tip tips[max_layers];
+double radii[max_layers][max_knots], heights[max_layers][max_knots];
 std::size_t count;
-nf_number* numbers;  // of the law or tip told last
-std::size_t told, room_left;
+nf_parameter* parameters;  // of the law or tip given last
+std::size_t given, room_left;
 nf_settings settings;
 nf_fault fault;
 nf_sample sample;
@@ -44,9 +44,9 @@ constexpr Setting known[] = {{"max_speed", &nf_settings::max_speed},
                              {"bevel_face_share", &nf_settings::bevel_face_share}};
 
 template <std::size_t most>
-void open(nf_number (&list)[most]) {
-  numbers = list;
-  told = 0;
+void open(nf_parameter (&list)[most]) {
+  parameters = list;
+  given = 0;
   room_left = most - 1;  // the last stays without a name
 }
 
@@ -80,7 +80,7 @@ int EXPORT(set)(const char* name, double value) {
   return 0;
 }
 int EXPORT(add_layer)(double top) {
-  if (count == most_layers) return 0;
+  if (count == max_layers) return 0;
   layers[count++].top = top;
   return 1;
 }
@@ -88,26 +88,26 @@ void EXPORT(choose_law)(int family, const char* name) {
   nf_law* laws[] = {&layer().stiffness, &layer().puncture, &layer().friction, &layer().cutting,
                     &layer().relaxation};
   laws[family]->name = name;
-  open(laws[family]->numbers);
+  open(laws[family]->parameters);
 }
 void EXPORT(choose_tip)(const char* name, const char* equivalence) {
   tip() = {name, {}, equivalence, radii[count - 1], heights[count - 1], 0};
   layer().stiffness.tip = &tip();
-  open(tip().numbers);
+  open(tip().parameters);
 }
 int EXPORT(give)(const char* name, double value) {
-  if (told == room_left) return 0;
-  numbers[told++] = {name, value};
+  if (given == room_left) return 0;
+  parameters[given++] = {name, value};
   return 1;
 }
 int EXPORT(add_knot)(double radius, double height) {
-  if (tip().knots == most_knots) return 0;
+  if (tip().knots == max_knots) return 0;
   radii[count - 1][tip().knots] = radius;
   heights[count - 1][tip().knots++] = height;
   return 1;
 }
 
-/// 1, or 0 and the fault says why.
+/// 1, or 0 and a fault with the reason.
 int EXPORT(make)() {
   void* memory = room(nf_size());
   snapshot = static_cast<unsigned char*>(room(nf_snapshot_size()));

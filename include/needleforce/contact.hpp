@@ -17,7 +17,7 @@ struct Contact {
   double energy;
 };
 
-/// No shank: the tip goes on for ever, as the paper's eq. (6) assumes.
+/// No shank: an infinite tip, as the paper's eq. (6) assumes.
 inline constexpr double no_shank = std::numeric_limits<double>::infinity();
 
 /// The radius [m] where the contact of `tip` on a shank stops growing: the shank's, or where the tip ends.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A value from one thread to another, newest first, without a lock: nobody ever waits for the other.
+// A value from one thread to another, newest first, without a lock: neither thread waits for the other.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 namespace needleforce {
 
 /// One thread writes values, one other reads the newest. The writer owns one slot, the reader the last `kept`
-/// that it took, and one slot lies between them; a single atomic exchange swaps it with either side, so that
+/// that it took, and one slot is between them; a single atomic exchange swaps it with either side, so that
 /// no value is ever read while it is written. With `kept` 1 this is a triple buffer.
 template <class T, std::size_t kept = 1>
 class Exchange {
@@ -26,7 +26,7 @@ class Exchange {
   Exchange(const Exchange&) = delete;
   Exchange& operator=(const Exchange&) = delete;
 
-  /// Writer: the slot to write, seen by nobody else; what it holds is some earlier value. Wait-free.
+  /// Writer: the slot to write, which no other thread reads; it contains an earlier value. Wait-free.
   T& draft() noexcept { return slots_[draft_].value; }
   /// Writer: publishes the draft, in place of one that was not taken yet. Wait-free.
   void publish() noexcept { draft_ = between_.exchange(draft_ | fresh, std::memory_order_acq_rel) & slot; }
@@ -52,7 +52,7 @@ class Exchange {
 
  private:
   static constexpr std::uint32_t fresh = 0x100, slot = 0xff;
-  static constexpr std::size_t line = 64;  // bytes that one core keeps from another while it writes
+  static constexpr std::size_t line = 64;  // bytes of a cache line, which two cores must not share
 
   struct alignas(line) Slot {
     T value;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A number that tells models and memories apart.
+// A number that distinguishes models and memories.
 #pragma once
 
 #include <bit>

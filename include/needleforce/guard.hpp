@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands between an engine and the device in the hand: no bad measurement in, no bad force out.
+// Between an engine and a haptic device: no invalid measurement in, no invalid force out.
 #pragma once
 
 #include <algorithm>
@@ -9,9 +9,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "energy_controller.hpp"
 #include "guard_settings.hpp"
 #include "limits.hpp"
-#include "passivity.hpp"
 #include "sample.hpp"
 
 namespace needleforce {
@@ -24,11 +24,11 @@ concept Steppable = requires(Engine& engine) {
 
 /// What the guard did in a cycle.
 struct Interventions {
-  bool rejected = false;           ///< the measurement was none: not finite, a leap, a clock that stood
-  bool stale = false;              ///< without a measurement for longer than `stale_after`: falling to zero
-  bool clamped = false;            ///< by `most_force`
-  bool slewed = false;             ///< by `most_slew`
-  bool limited_by_energy = false;  ///< by what the hand had put in
+  bool rejected = false;  ///< invalid measurement: not finite, a jump, or a clock that did not advance
+  bool stale = false;     ///< without a measurement for longer than `stale_after`: falling to zero
+  bool clamped = false;   ///< by `max_force`
+  bool slewed = false;    ///< by `max_slew`
+  bool limited_by_energy = false;  ///< by the energy that the user has put in
   bool outside_bounds = false;     ///< faster, or a longer cycle, than the energy controller counts on
 };
 inline constexpr const char* intervention_names[] = {
@@ -42,20 +42,21 @@ inline constexpr bool Interventions::* interventions[] = {
 /// A cycle of the guard, in the device's newtons and metres but for the sample, which is the tissue's.
 struct Output {
   double force = 0.0;    ///< [N] for the device, + opposes insertion
-  double energy = 0.0;   ///< [J] that the hand has put in so far, less what it took out, as measured
-  double reserve = 0.0;  ///< [J] that it may still take out, whatever it did since the last measurement
+  double energy = 0.0;   ///< [J] put in by the user so far minus the energy taken out, as measured
+  double reserve = 0.0;  ///< [J] that the user may still take out, for any motion since the last measurement
   Interventions did{};
   Sample sample{};  ///< of the engine; without a measurement the last one, without its events
 };
 
 /// An engine and a device's limits: scale, clamp, slew, watchdog, energy, in this order, so that the last
-/// promise always holds; a fall to zero is never slowed. Trivially copyable where the engine is.
+/// guarantee always holds; a fall to zero is never slowed. Trivially copyable where the engine is.
 /// `Guard<Engine&>` leaves the engine with its owner.
 template <class Engine>
   requires Steppable<std::remove_reference_t<Engine>>
 class Guard {
  public:
-  /// With invalid settings every cycle gives force 0 and `invalid_parameter`; `first_fault` says why.
+  /// With invalid settings every cycle gives force 0 and `invalid_parameter`; `first_fault` returns the
+  /// reason.
   explicit Guard(Engine engine, const GuardSettings& settings = {}) noexcept
       : engine_(std::forward<Engine>(engine)), settings_(settings), valid_(valid(settings)) {
     if (valid_) state_.energy = EnergyController(settings);
@@ -78,7 +79,7 @@ class Guard {
     return clocked(dt) ? without(dt, false) : without(state_.dt, true);
   }
 
-  /// Back to before the first contact: no force, no energy but what is lent, and the engine too.
+  /// Back to before the first contact: zero force, the initial reserve, and the engine too.
   void reset() noexcept {
     if constexpr (requires { engine_.reset(); }) engine_.reset();
     state_ = State{};
@@ -104,14 +105,14 @@ class Guard {
   static bool clocked(double dt) noexcept { return dt > 0.0 && dt <= longest; }
   static Output refused() noexcept { return {.sample = {.status = Status::invalid_parameter}}; }
 
-  /// True for a depth that no needle reaches from the last; the longer nothing came, the further it may be.
+  /// True for a jump: a depth too far from the last one; missed cycles widen the limit.
   bool leaps(double depth) const noexcept {
-    return state_.started && std::abs(depth - state_.depth) > settings_.most_jump * (state_.missed + 1.0);
+    return state_.started && std::abs(depth - state_.depth) > settings_.max_jump * (state_.missed + 1.0);
   }
 
   Output with(double depth, double velocity, double dt) noexcept {
     const double elapsed = std::min(state_.waited + dt, longest);
-    // over a gap the engine is told what it can check: the way, not the velocity at its end
+    // over a gap the engine receives what it can check: the travel, not the velocity at its end
     state_.sample =
         engine_.step(settings_.motion_scale * depth, state_.missed ? no_velocity : velocity, elapsed);
     Output output{.sample = state_.sample};
@@ -129,8 +130,8 @@ class Guard {
   /// Clamp and slew; a pause of the loop does not count as time in which the force could have moved.
   double within_range(double force, double dt, Interventions& did) const noexcept {
     if (!std::isfinite(force)) force = 0.0;
-    const double clamped = std::clamp(force, -settings_.most_force, settings_.most_force);
-    const double most = settings_.most_slew * std::min(dt, settings_.longest_cycle);
+    const double clamped = std::clamp(force, -settings_.max_force, settings_.max_force);
+    const double most = settings_.max_slew * std::min(dt, settings_.longest_cycle);
     const double slewed = std::clamp(clamped, state_.force - most, state_.force + most);
     did.clamped = clamped != force;
     did.slewed = slewed != clamped;

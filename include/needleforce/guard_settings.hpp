@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a guard around the loop is told: the device's range, its clock, and what the hand can do.
+// Settings of a guard: the device's range, its clock, and the bounds of the user's motion.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ inline constexpr double unlimited = std::numeric_limits<double>::infinity();
 /// No device gets further in a cycle [m]; beyond, energies would have no finite value.
 inline constexpr double farthest_in_a_cycle = 1e6;
 /// The longest delay that the energy controller follows, in cycles.
-inline constexpr int most_delay = 16;
+inline constexpr int max_delay = 16;
 
 /// Limits between an engine and a device, in the device's own metres and newtons. Infinity switches a limit
 /// off, but the force, which is 1 MN at most; without a measurement the force is zero unless `stale_after` or
@@ -22,17 +22,17 @@ inline constexpr int most_delay = 16;
 struct GuardSettings {
   double force_scale = 1.0;
   double motion_scale = 1.0;
-  double most_force = 1e6;
-  double most_slew = unlimited;
+  double max_force = 1e6;
+  double max_slew = unlimited;
   double stale_after = 0.0;
   double fall_time = 0.0;
-  double most_jump = unlimited;
+  double max_jump = unlimited;
   double longest_cycle = unlimited;
-  double most_speed = unlimited;
-  double most_acceleration = unlimited;
+  double max_speed = unlimited;
+  double max_acceleration = unlimited;
   double delay = 0.0;
   double initial_reserve = 1e-5;
-  double most_reserve = unlimited;
+  double max_reserve = unlimited;
   double position_error = 0.0;
 
   static constexpr const char* name = "guard";
@@ -43,46 +43,45 @@ struct GuardSettings {
        "force of the device over force of the tissue", "free"},
       {&GuardSettings::motion_scale, "motion_scale", "1", 1e-6, 1e6, 1.0, "s_x",
        "travel in the tissue over travel of the device", "free"},
-      {&GuardSettings::most_force, "most_force", "N", 0.0, 1e6, 1e6, "f_max",
+      {&GuardSettings::max_force, "max_force", "N", 0.0, 1e6, 1e6, "f_max",
        "largest force of the device, either way", "free"},
-      {&GuardSettings::most_slew, "most_slew", "N/s", 1e-6, unlimited, unlimited, "r",
+      {&GuardSettings::max_slew, "max_slew", "N/s", 1e-6, unlimited, unlimited, "r",
        "fastest change of the force, but for a fall to zero", "free"},
       {&GuardSettings::stale_after, "stale_after", "s", 0.0, 1.0, 0.0, "t_s",
        "time for which the force is held without a measurement", "free"},
       {&GuardSettings::fall_time, "fall_time", "s", 0.0, 1.0, 0.0, "t_f",
        "time over which it then falls to zero", "free"},
-      {&GuardSettings::most_jump, "most_jump", "m", 1e-9, unlimited, unlimited, "j",
+      {&GuardSettings::max_jump, "max_jump", "m", 1e-9, unlimited, unlimited, "j",
        "longest leap of the depth in a cycle; a longer one is no measurement", "free"},
       {&GuardSettings::longest_cycle, "longest_cycle", "s", 1e-6, unlimited, unlimited, "T",
        "longest cycle that is no pause of the loop", "free"},
-      {&GuardSettings::most_speed, "most_speed", "m/s", 1e-6, unlimited, unlimited, "v",
+      {&GuardSettings::max_speed, "max_speed", "m/s", 1e-6, unlimited, unlimited, "v",
        "speed that the device does not exceed; switches the energy controller on", "free"},
-      {&GuardSettings::most_acceleration, "most_acceleration", "m/s^2", 1e-6, unlimited, unlimited, "a",
+      {&GuardSettings::max_acceleration, "max_acceleration", "m/s^2", 1e-6, unlimited, unlimited, "a",
        "acceleration that it does not exceed; a finite one makes the controller less cautious", "free"},
-      {&GuardSettings::delay, "delay", "1", 0.0, most_delay, 0.0, "d",
+      {&GuardSettings::delay, "delay", "1", 0.0, max_delay, 0.0, "d",
        "whole cycles by which the measured depth lags behind the device, those of the force included",
        "free"},
       {&GuardSettings::initial_reserve, "initial_reserve", "J", 0.0, 1.0, 1e-5, "E_0",
        "energy lent once, so that a contact can begin", "free"},
-      {&GuardSettings::most_reserve, "most_reserve", "J", 0.0, unlimited, unlimited, "E_max",
-       "most energy kept for giving back", "free"},
+      {&GuardSettings::max_reserve, "max_reserve", "J", 0.0, unlimited, unlimited, "E_max",
+       "largest energy kept for giving back", "free"},
       {&GuardSettings::position_error, "position_error", "m", 0.0, 1e-3, 0.0, "e",
        "largest error of the measured depth, as half a count of an encoder", "free"},
   }};
 
-  constexpr bool limits_energy() const noexcept { return most_speed < unlimited; }
+  constexpr bool limits_energy() const noexcept { return max_speed < unlimited; }
 
-  /// Which numbers do not go together, or nullptr.
+  /// Which settings contradict each other, or nullptr.
   constexpr const char* contradiction() const noexcept {
     if (delay != static_cast<int>(delay)) return "delay is no whole number of cycles";
-    if (!limits_energy())
-      return most_acceleration < unlimited ? "most_acceleration needs most_speed" : nullptr;
-    if (!(longest_cycle < unlimited)) return "most_speed needs longest_cycle: how far can the device get?";
-    if (most_speed * longest_cycle > farthest_in_a_cycle)
-      return "most_speed times longest_cycle is further than any device gets";
-    if (most_reserve < initial_reserve) return "most_reserve is below initial_reserve";
-    if (initial_reserve == 0.0 && (most_acceleration == unlimited || position_error > 0.0))
-      return "without initial_reserve no force could ever begin: give most_acceleration and no "
+    if (!limits_energy()) return max_acceleration < unlimited ? "max_acceleration needs max_speed" : nullptr;
+    if (!(longest_cycle < unlimited)) return "max_speed needs longest_cycle: how far can the device get?";
+    if (max_speed * longest_cycle > farthest_in_a_cycle)
+      return "max_speed times longest_cycle is further than any device gets";
+    if (max_reserve < initial_reserve) return "max_reserve is below initial_reserve";
+    if (initial_reserve == 0.0 && (max_acceleration == unlimited || position_error > 0.0))
+      return "without initial_reserve no force could ever begin: give max_acceleration and no "
              "position_error";
     return nullptr;
   }

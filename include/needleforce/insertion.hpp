@@ -12,37 +12,24 @@
 #include <type_traits>
 #include <utility>
 
-#include "adoption.hpp"
 #include "bevel.hpp"
 #include "fingerprint.hpp"
 #include "layer.hpp"
 #include "limits.hpp"
 #include "model.hpp"
+#include "model_swap.hpp"
 #include "sample.hpp"
-#include "saved.hpp"
+#include "state.hpp"
+#include "state_bytes.hpp"
 
 namespace needleforce {
-
-/// What an insertion remembers between two steps.
-struct InsertionState {
-  Sample last{};
-  double depth = 0.0;   // of the last accepted step
-  double waited = 0.0;  // time since the last accepted step
-  double deepest = -farthest;
-  double faded_over = 0.0;  // the step [s] whose exponentials the layers keep
-  Cut cut{};
-  std::size_t pierced = 0;
-  Phase phase = Phase::free;  // of the last accepted step
-  bool started = false;
-  std::array<LayerState, most_layers> layers{};
-};
 
 /// A needle going in and out of up to eight layers. Trivially copyable: a snapshot is a copy, restoring is
 /// assignment.
 class Insertion {
  public:
   /// Checks and prepares the model; with an invalid one every step gives force 0 and `invalid_parameter`.
-  /// A first step that lies below a puncture depth counts as pierced and cuts there.
+  /// A first step below a puncture depth counts as pierced and cuts there.
   explicit Insertion(const Model& model, const Limits& limits = {}, const Bevel& bevel = {}) noexcept
       : Insertion(std::span<const Layer>(std::array{Layer{0.0, model}}), limits, bevel) {}
 
@@ -61,7 +48,7 @@ class Insertion {
 
   /// One cycle: the tip is at `depth` [m], moves at `velocity` [m/s], `dt` [s] after the last call.
   /// Wait-free: no allocation, lock, system call or exception; the cost is bounded whatever the depth and
-  /// history; of the laws `stribeck_cutting` alone takes microseconds while its crack runs.
+  /// history; only the law `stribeck_cutting` takes microseconds, while its crack runs.
   Sample step(double depth, double velocity, double dt) noexcept {
     const Status status = check(depth, velocity, dt);
     if (status != Status::ok) return refuse(status, dt);
@@ -74,30 +61,21 @@ class Insertion {
   /// The whole object; assign it back to restore. Wait-free.
   Insertion snapshot() const noexcept { return *this; }
 
-  /// The memory alone, as bytes that may leave the process. Wait-free.
-  using Saved = SavedBytes<InsertionState>;
-  Saved save() const noexcept { return saved(state_, model_); }
-  /// Takes a memory back; false, and nothing changes, for bytes of another version or another model, or
-  /// bytes that were altered. Wait-free.
+  /// The memory without the model, as bytes that may leave the process. Wait-free.
+  using Saved = StateBytes<InsertionState>;
+  Saved save() const noexcept { return state_bytes(state_, model_); }
+  /// Restores a memory; returns false and changes nothing for bytes of another version or model, or altered
+  /// bytes. Wait-free.
   bool restore(const Saved& bytes) noexcept {
     if (!valid_ || !belongs(bytes, model_)) return false;
     state_ = bytes.state();
     return true;
   }
 
-  /// Goes on where an insertion into other layers stands: the same tip in the same hole, with other laws; see
+  /// Continues an insertion into other layers: the same tip in the same hole, with other laws; see
   /// docs/decisions/0009. Wait-free.
   void continue_from(const Insertion& old) noexcept {
-    state_ = old.state_;
-    if (model_ == old.model_) return;
-    state_.faded_over = 0.0;  // the exponentials are other ones
-    if (!state_.started) return;
-    state_.pierced = 0;
-    for (std::size_t i = 0; i < most_layers; ++i) {
-      state_.layers[i] = i < count_ ? inherited(old, i) : LayerState{};
-      if (state_.layers[i].pierced) state_.pierced = i + 1;
-    }
-    if (state_.pierced > 0 && old.state_.pierced > 0) front().adopt(state_.cut, old.front(), state_.depth);
+    state_ = model_ == old.model_ ? old.state_ : ModelSwap::continued(old.stack(), old.state_, stack());
   }
 
   double puncture_depth_in_model() const noexcept { return layers_[0].puncture; }
@@ -109,7 +87,7 @@ class Insertion {
   std::size_t layers() const noexcept { return count_; }
 
  private:
-  /// What is ordinary is seen by a few comparisons; the rest is told apart.
+  /// Ordinary input passes a few comparisons; the rest is classified.
   [[gnu::always_inline]] Status check(double depth, double velocity, double dt) const noexcept {
     if (!valid_) return Status::invalid_parameter;
     if (!ordinary(depth, velocity, dt)) return refusal(depth, velocity, dt);
@@ -119,7 +97,7 @@ class Insertion {
     return possible ? Status::ok : Status::outside_range;
   }
 
-  /// The last force for a bounded time, then none; depth and memory stay as they were.
+  /// The last force for a bounded time, then zero; depth and memory do not change.
   [[gnu::noinline]] Sample refuse(Status status, double dt) noexcept {
     if (dt > 0.0 && std::isfinite(dt)) state_.waited += dt;
     const bool holding = valid_ && dt > 0.0 && state_.waited <= limits_.hold_time;
@@ -147,7 +125,7 @@ class Insertion {
     state_.depth = depth;
     state_.waited = 0.0;
     state_.started = true;
-    // what is rare or slow is kept out of the short way, which then calls nothing
+    // rare and slow cases are out of line, so that the short path calls nothing
     const bool whole = state_.pierced > 0 || !(depth > layers_[0].puncture);
     if (!(plain_ && whole)) return in_general(depth, travel, velocity, elapsed, first);
     return through<true>(moved(depth, travel, velocity, elapsed), first);
@@ -158,18 +136,18 @@ class Insertion {
     return through<false>(moved(depth, travel, velocity, elapsed), first);
   }
 
-  /// Cut, contacts from the surface down, shafts from the bottom up, then what they add up to. Small values
+  /// Cut, contacts from the surface down, shafts from the bottom up, then their sum. Small values
   /// go by value, so that they stay in registers. `plain` is one layer with the paper's friction and cutting
-  /// and no relaxation, which the compiler then need not look up: the same code, half the time.
+  /// and no relaxation, known at compile time: the same code, half the time.
   template <bool plain>
   [[gnu::always_inline]] Sample through(const Move& move, bool first) noexcept {
     using Friction = std::conditional_t<plain, laws::Coulomb::Prepared, void>;
     using Cutting = std::conditional_t<plain, laws::ConstantCutting::Prepared, void>;
     const std::size_t count = plain ? 1 : count_;
-    if (!plain && move.dt != state_.faded_over) fade(move.dt);
+    if (!plain && move.dt != state_.relaxation_dt) fade(move.dt);
     TipForce tip{};
     if (state_.pierced > 0)
-      tip = layers_[plain ? 0 : state_.pierced - 1].template cut<Cutting>(state_.cut, move);
+      tip = layers_[plain ? 0 : state_.pierced - 1].template cut<Cutting>(state_.cut, state_.cutting, move);
     Contacts contacts{};
     for (std::size_t i = 0; i < count; ++i) {
       LayerState& layer = state_.layers[i];
@@ -180,7 +158,7 @@ class Insertion {
       }
       if constexpr (!plain) {
         contacts.punctured |= pierce(i, move.depth, tip.force);
-        tip = front().cut(std::as_const(state_.cut), move.depth);
+        tip = front().cut_force(state_.cut, state_.cutting, move.depth);
       }
     }
     if (state_.pierced > 0 && move.depth < state_.cut.entry) tip = limited(tip, move.depth);
@@ -193,7 +171,7 @@ class Insertion {
     return total(move, contacts, shafts, tip);
   }
 
-  /// The contacts of layers that are whole, together.
+  /// The contacts of all layers that are not pierced.
   struct Contacts {
     double force = 0.0, slope = 0.0;
     bool touched = false, beyond = false, punctured = false;
@@ -205,7 +183,7 @@ class Insertion {
     }
   };
 
-  /// At the next interface the tip feels the cut or the contact, whichever is more: they share one tip.
+  /// At the next interface the force is the larger of cut and contact: they share one tip.
   [[gnu::always_inline]] Sample total(const Move& move, const Contacts& contacts, const Dragged& shafts,
                                       const TipForce& tip) noexcept {
     const bool pushes = contacts.force > tip.force;
@@ -226,7 +204,7 @@ class Insertion {
                   .contact = was_free && !is_free,
                   .punctured = contacts.punctured,
                   .exit = is_free && !was_free};
-    if (limits_.hold_time > 0.0) state_.last = sample;  // else never shown again
+    if (limits_.hold_time > 0.0) state_.last = sample;  // otherwise never used again
     return sample;
   }
 
@@ -239,76 +217,47 @@ class Insertion {
 
   /// The exponentials of relaxation, where the step's length changed.
   [[gnu::noinline]] void fade(double dt) noexcept {
-    state_.faded_over = dt;
+    state_.relaxation_dt = dt;
     for (std::size_t i = 0; i < count_; ++i) state_.layers[i].relaxing = layers_[i].relaxing(dt);
   }
 
-  /// The layer gives way: its friction takes over what the contact held, and the cut goes on in it. Through
-  /// an interface that does not resist the cut goes on as if it were not there; false for such a one.
+  /// The layer is punctured: its friction takes over the contact's force, and the cut continues in it. An
+  /// interface without resistance does not change the cut; the result is then false.
   [[gnu::noinline]] bool pierce(std::size_t i, double depth, double cutting) noexcept {
     const bool carries_on = state_.pierced > 0 && !layers_[i].resists();
     const double energy = layers_[i].pierce(state_.layers[i], depth);
     state_.pierced = std::max(state_.pierced, i + 1);
-    front().enter(state_.cut, depth, carries_on ? cutting : -1.0);
+    front().enter(state_.cut, state_.cutting, depth, carries_on ? cutting : -1.0);
     if (!carries_on) limit_retreat(depth - layers_[i].top, energy);
     return !carries_on;
   }
 
-  /// The cut starts loaded by what broke. Where the tip recedes from there, it gives back no more than half
-  /// of the energy that the contact held, and nothing above the layer.
+  /// The cut starts loaded by the puncture. If the tip recedes from there, it returns no more than half of
+  /// the contact's energy, and nothing above the layer.
   void limit_retreat(double indentation, double energy) noexcept {
-    const double force = front().cut(std::as_const(state_.cut), state_.depth).force;
+    const double force = front().cut_force(state_.cut, state_.cutting, state_.depth).force;
     state_.cut.entry = state_.depth;
-    state_.cut.foot = state_.depth - (force > 0.0 ? std::min(indentation, energy / force) : 0.0);
+    state_.cut.retreat_limit = state_.depth - (force > 0.0 ? std::min(indentation, energy / force) : 0.0);
   }
   TipForce limited(const TipForce& tip, double depth) const noexcept {
-    const double length = state_.cut.entry - state_.cut.foot;
-    if (!(depth > state_.cut.foot)) return {};
-    const double share = (depth - state_.cut.foot) / length;
+    const double length = state_.cut.entry - state_.cut.retreat_limit;
+    if (!(depth > state_.cut.retreat_limit)) return {};
+    const double share = (depth - state_.cut.retreat_limit) / length;
     return {share * tip.force, share * tip.by_depth + tip.force / length};
   }
 
-  Tops tops() const noexcept {
-    Tops result{.count = count_};
-    for (std::size_t i = 0; i < count_; ++i) result.depth[i] = layers_[i].top;
-    return result;
-  }
-  /// How far the tissue is open [m]: to the deepest point, or the first interface that only gives.
-  double hole() const noexcept {
-    double open = state_.deepest;
-    for (std::size_t i = 0; i < count_; ++i)
-      if (!state_.layers[i].pierced) open = std::min(open, layers_[i].top);
-    return open;
-  }
-  /// What layer i remembers after another model: of its counterpart, or, if it was added, of the tissue
-  /// there.
-  LayerState inherited(const Insertion& old, std::size_t i) const noexcept {
-    const Tops before = old.tops();
-    const std::size_t same = counterpart(before, tops(), i);
-    const bool added = same == before.count;
-    const std::size_t from = added ? before.around(layers_[i].top) : same;
-    const bool touched = !added && old.state_.depth > before.depth[from];
-    LayerState state = old.state_.layers[from];
-    const bool was_pierced = state.pierced && !added;
-    layers_[i].adopt(state, old.layers_[from], state_.deepest, state_.depth,
-                     i + 1 < count_ ? layers_[i + 1].top : farthest);
-    if (was_pierced && layers_[i].top < state_.deepest) return state;
-    const bool passed = !was_pierced && (added ? layers_[i].top : layers_[i].puncture) < old.hole();
-    if (was_pierced || added || (passed && !touched)) layers_[i].begin(state, passed, state_.deepest);
-    return state;
-  }
-
+  std::span<const PreparedLayer> stack() const noexcept { return {layers_.data(), count_}; }
   const PreparedLayer& front() const noexcept { return layers_[state_.pierced - 1]; }
 
   static constexpr double speed_at_rest = 1e-4;   // 0.1 mm/s: slower is a hold, whatever the velocity's noise
   static constexpr double noise_of_depth = 3e-5;  // [m] behind the deepest point that is no withdrawal yet
 
-  std::array<PreparedLayer, most_layers> layers_{};
+  std::array<PreparedLayer, max_layers> layers_{};
   Limits limits_;
   bool valid_;
   bool plain_ = false;
   double lateral_ratio_ = 0.0;
-  std::uint64_t model_ = 0;  // whose memory this is
+  std::uint64_t model_ = 0;  // the fingerprint of the model
   std::size_t count_;
   InsertionState state_{};
 };

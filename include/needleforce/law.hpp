@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a law is: a parameter table, a family, a source, the range in which it may be believed, and what its
-// family must offer the loop: noexcept, of bounded cost whatever happened before; `prepare` and
+// What a law is: a parameter table, a family, a source, its validity, and the functions that its family must
+// offer the loop: noexcept, of bounded cost whatever happened before; `prepare` and
 // `puncture_depth` are called before it.
 #pragma once
 
@@ -32,7 +32,7 @@ concept Preparable = Law<L> && std::is_trivially_copyable_v<typename L::Prepared
 
 /// A contact at a depth >= 0 [m]: force [N], zero at depth 0 and convex; its slope dF/dh [N/m]; the energy
 /// [J] stored, its integral; the indentation [m] at which a force is reached, its inverse; and the depth [m]
-/// its formula reaches, beyond which it goes on straight and a step says `outside_range`.
+/// its formula reaches, beyond which it continues linearly and a step has the status `outside_range`.
 template <class P>
 concept PreparedStiffness = requires(const P& prepared, double depth, double force) {
   { prepared.force(depth) } noexcept -> std::same_as<double>;
@@ -42,19 +42,24 @@ concept PreparedStiffness = requires(const P& prepared, double depth, double for
   { prepared.reach() } noexcept -> std::same_as<double>;
 };
 
-/// Friction along the shaft in one layer. `advance` moves its memory with the tip, also in layers not reached
-/// yet, by the travel below the tissue's surface; above it the shaft is released. `pierce` hands over what
-/// the contact held when the layer gave way. Then force [N], and its derivatives by depth [N/m] and by
-/// velocity [N s/m].
+/// What a law remembers between two steps: plain numbers of its own, or `NoMemory`.
+template <class M>
+concept Memory = std::is_trivially_copyable_v<M> && std::is_default_constructible_v<M>;
+
+/// Friction along the shaft in one layer. `advance` moves shaft and memory with the tip, also in layers not
+/// reached yet, by the travel below the tissue's surface; above it both are released. `pierce` receives the
+/// contact at the puncture. Then force [N], and its derivatives by depth [N/m] and by velocity [N s/m].
 template <class P>
 concept PreparedFriction =
-    requires(const P& prepared, Shaft& shaft, const Shaft& held, const Move& move, const Bed& bed,
-             const Relaxing& relaxing, const Held& contact, double number) {
-      { prepared.advance(shaft, move, bed, relaxing) } noexcept -> std::same_as<void>;
-      { prepared.pierce(shaft, contact) } noexcept -> std::same_as<void>;
-      { prepared.force(held, number) } noexcept -> std::same_as<double>;
-      { prepared.by_depth(held, number) } noexcept -> std::same_as<double>;
-      { prepared.by_velocity(held, number) } noexcept -> std::same_as<double>;
+    Memory<typename P::Memory> &&
+    requires(const P& prepared, Shaft& shaft, const Shaft& now, typename P::Memory& memory,
+             const typename P::Memory& kept, const Move& move, const LayerExtent& extent,
+             const Relaxing& relaxing, const ContactAtPuncture& contact, double velocity) {
+      { prepared.advance(shaft, memory, move, extent, relaxing) } noexcept -> std::same_as<void>;
+      { prepared.pierce(memory, contact) } noexcept -> std::same_as<void>;
+      { prepared.force(now, kept, velocity) } noexcept -> std::same_as<double>;
+      { prepared.by_depth(now, kept, velocity) } noexcept -> std::same_as<double>;
+      { prepared.by_velocity(now, kept, velocity) } noexcept -> std::same_as<double>;
     };
 
 /// Friction that has a force while sliding without memory: where embedding starts, of top and puncture depth
@@ -65,18 +70,20 @@ concept SlidesSteadily = requires(const P& prepared, double number) {
   { prepared.sliding(number, number) } noexcept -> std::same_as<double>;
 };
 
-/// Cutting at the tip. `enter` starts it at the depth where a layer gave way, with the force [N] it takes
-/// over through a transparent interface, else with a negative one; `advance` moves it with the tip. Force [N]
-/// at a depth [m], its derivative by depth [N/m], and the mean force [N] of a long way at a speed [m/s].
+/// Cutting at the tip. `enter` starts it at the depth where a layer is punctured, with the force [N] that it
+/// takes over through an interface without resistance, otherwise with a negative one; `advance` moves cut and
+/// memory with the tip. Force [N] at a depth [m], its derivative by depth [N/m], and the mean force [N] over
+/// a long travel at a speed [m/s].
 template <class P>
-concept PreparedCutting =
-    requires(const P& prepared, Cut& cut, const Cut& held, const Move& move, double number) {
-      { prepared.enter(cut, number, number) } noexcept -> std::same_as<void>;
-      { prepared.advance(cut, move) } noexcept -> std::same_as<void>;
-      { prepared.force(held, number) } noexcept -> std::same_as<double>;
-      { prepared.by_depth(held, number) } noexcept -> std::same_as<double>;
-      { prepared.steady(number) } noexcept -> std::same_as<double>;
-    };
+concept PreparedCutting = Memory<typename P::Memory> &&
+                          requires(const P& prepared, Cut& cut, const Cut& now, typename P::Memory& memory,
+                                   const typename P::Memory& kept, const Move& move, double number) {
+                            { prepared.enter(cut, memory, number, number) } noexcept -> std::same_as<void>;
+                            { prepared.advance(cut, memory, move) } noexcept -> std::same_as<void>;
+                            { prepared.force(now, kept, number) } noexcept -> std::same_as<double>;
+                            { prepared.by_depth(now, kept, number) } noexcept -> std::same_as<double>;
+                            { prepared.steady(number) } noexcept -> std::same_as<double>;
+                          };
 
 /// Relaxation: the numbers of a step of dt > 0 [s].
 template <class P>
@@ -85,7 +92,7 @@ concept PreparedRelaxation = requires(const P& prepared, double dt) {
 };
 
 namespace detail {
-/// All that a puncture law may ask of a contact.
+/// All functions of a contact that a puncture law may use.
 struct AnyStiffness {
   double force(double depth) const noexcept;
   double slope(double depth) const noexcept;
@@ -101,7 +108,7 @@ concept StiffnessLaw =
     Preparable<L> && L::family == Family::stiffness && PreparedStiffness<typename L::Prepared>;
 
 /// A puncture law gives the depth [m] at which an elastic contact breaks, before the loop; and in the loop,
-/// whether a contact that relaxed on the way breaks at its force [N] and work [J] so far.
+/// whether a contact that has relaxed is punctured at its force [N] and work [J] so far.
 template <class L>
 concept PunctureLaw = Law<L> && L::family == Family::puncture &&
                       requires(const L& law, const detail::AnyStiffness& stiffness, double number) {
@@ -120,8 +127,7 @@ template <class L>
 concept RelaxationLaw =
     Preparable<L> && L::family == Family::relaxation && PreparedRelaxation<typename L::Prepared>;
 
-/// What two numbers of a law contradict each other about, in words, or nullptr; most laws have nothing to
-/// say.
+/// Which two parameters of a law contradict each other, in words, or nullptr.
 template <Law L>
 constexpr const char* contradiction(const L& law) noexcept {
   if constexpr (requires { law.contradiction(); })
@@ -130,7 +136,7 @@ constexpr const char* contradiction(const L& law) noexcept {
     return nullptr;
 }
 
-/// False for a law in a form fitted to recordings that may return energy over a closed path: it says so with
+/// False for a law in a form fitted to recordings that may return energy over a closed path, declared with
 /// `may_return_energy`.
 template <Law L>
 constexpr bool is_passive = [] {
@@ -140,7 +146,7 @@ constexpr bool is_passive = [] {
     return true;
 }();
 
-/// False for a law whose error falls with the step, to first order, as it says with `first_order`; the others
+/// False for a law whose error falls with the step, to first order, declared with `first_order`; the others
 /// give the same at constant velocity in one step or in many.
 template <Law L>
 constexpr bool steps_exactly = !requires { L::first_order; };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a step accepts, and what reaches the hand when it does not.
+// Which input a step accepts, and the status of a refused one.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace needleforce {
 
-/// Chosen before the loop; the defaults hold for any needle in a hand or on a robot.
+/// Chosen before the loop; the defaults hold for any hand-held or robotic needle.
 struct Limits {
   double max_speed = 1.0;
   double velocity_slack = 2e-3;
@@ -34,27 +34,27 @@ struct Limits {
   }};
 };
 
-/// True if every limit lies in its range.
+/// True if every limit is in its range.
 inline bool valid(const Limits& limits) noexcept { return !first_invalid(limits); }
 
 /// Pass as velocity where none is measured: the step takes the change of depth over dt.
 inline constexpr double no_velocity = std::numeric_limits<double>::max();
 
-/// No needle goes deeper, or stands further above [m].
+/// Largest depth, and largest distance above the tissue [m].
 inline constexpr double farthest = 1.0;
 /// No cycle is longer [s].
 inline constexpr double longest = 1e9;
 /// No needle is faster [m/s], even where every jump is accepted: rates beyond have no finite force.
 inline constexpr double fastest = 1e9;
 
-/// True for numbers that a step can take by themselves: four comparisons, which NaN and infinity fail too.
+/// True for input in the valid ranges: four comparisons, which NaN and infinity fail too.
 /// Wait-free.
 inline bool ordinary(double depth, double velocity, double dt) noexcept {
   return std::abs(depth) <= farthest && dt > 0.0 && dt <= longest &&
          (velocity == no_velocity || std::abs(velocity) <= fastest);
 }
 
-/// Which word is due to numbers that are not ordinary. Wait-free.
+/// The status of input that is not ordinary. Wait-free.
 inline Status refusal(double depth, double velocity, double dt) noexcept {
   const bool finite = std::isfinite(depth) && std::isfinite(dt) && std::isfinite(velocity);
   return finite ? Status::outside_range : Status::not_finite;

@@ -16,8 +16,8 @@ namespace needleforce {
 
 /// Steps like an Insertion in one thread, the loop, while one other thread replaces its layers. A new model
 /// is checked and prepared in that other thread, and the loop takes over the newest. The memory of the hole
-/// goes on, and over the blend time the force goes evenly from that of the old model to that of the new one,
-/// both of which run meanwhile; the next is taken when that is over.
+/// continues, and over the blend time the force changes linearly from that of the old model to that of the
+/// new, both of which run meanwhile; the next is taken when that is over.
 class LiveInsertion {
  public:
   static constexpr double usual_blend = 10e-3;  ///< [s]

@@ -1,67 +1,118 @@
 // SPDX-License-Identifier: Apache-2.0
-// What friction and cutting remember between two steps: plain numbers, the same for every law, so that a
-// snapshot is a copy.
+// What friction and cutting remember between two steps. The part that the loop reads is the same for every
+// law; the rest is the `Memory` of the law. All of it is plain numbers, so that a snapshot is a copy.
 #pragma once
 
 #include "relaxation.hpp"
 
 namespace needleforce {
 
-/// Where a layer lies around the shaft [m]; the bottom is the surface of the next layer, or infinity.
-struct Bed {
+/// The extent of a layer along the shaft [m]; the bottom is the surface of the next layer, or infinity.
+struct LayerExtent {
   double top;
-  double puncture;  ///< depth at which it gives way, or gave
+  double puncture;  ///< depth at which the layer punctures, or has punctured
   double bottom;
   bool pierced;
 };
 
-/// What a contact held when its layer gave way.
-struct Held {
+/// The state of a contact when its layer is punctured.
+struct ContactAtPuncture {
   Element element;
   double force;   ///< [N]
   double energy;  ///< stored, without relaxation [J]
   double slope;   ///< dF/dh, without relaxation [N/m]
 };
 
-/// Friction along the shaft in one layer. A law uses what it needs.
-struct Shaft {
-  Element element{};       ///< the tissue dragged along, before it slips
-  double traction = 0.0;   ///< force per embedded length [N/m]
-  double surface = 0.0;    ///< depth [m] where embedding starts
-  double embedded = 0.0;   ///< [m]
-  double growing = 0.0;    ///< d(embedded) / d(depth)
-  double giving = 0.0;     ///< d(embedded) / d(traction) [m^2/N]
-  double peak = 0.0;       ///< force at puncture [N]
-  double limit = 0.0;      ///< traction of steady sliding at the last velocity [N/m]
-  double weakening = 0.0;  ///< its derivative by velocity [N s/m^2]
-  double dimple = 1.0;     ///< share of the surface's dimple that has not recovered
-  bool slides = false;     ///< broken loose
+/// Embedded length [m] of a shaft between the surface where embedding starts and its end, the tip or the
+/// bottom of the layer. Not a number if the end is none.
+inline double embedded_length(double end, double surface) noexcept {
+  return end <= surface ? 0.0 : end - surface;
+}
 
-  /// Lets go of the needle, which has left the tissue.
+/// The shaft in one layer. Every friction law counts its embedded length with `embed`.
+struct Shaft {
+  double surface = 0.0;            ///< depth [m] where embedding starts
+  double embedded = 0.0;           ///< embedded length [m], 0 in a layer that is not pierced
+  double embedded_by_depth = 0.0;  ///< d(embedded) / d(depth)
+
+  /// Sets the embedded length of the tip at `depth` in a layer where embedding starts at `from` [m].
+  void embed(const LayerExtent& extent, double depth, double from) noexcept {
+    surface = from;
+    // as embedded_length; written out, it takes a fifth off the shortest step
+    const double end = depth < extent.bottom ? depth : extent.bottom;
+    const bool inside = extent.pierced && end > from;
+    embedded = inside ? end - from : 0.0;
+    embedded_by_depth = inside && depth < extent.bottom ? 1.0 : 0.0;
+  }
+  /// The needle has left the tissue.
+  void release() noexcept { embedded = embedded_by_depth = 0.0; }
+};
+
+/// The cut at the tip.
+struct Cut {
+  double entry = 0.0;          ///< depth [m] at which cutting began
+  double retreat_limit = 0.0;  ///< depth [m] above which the cut has no force
+  double front = 0.0;          ///< deepest cut, or tip of the crack [m]
+};
+
+/// Memory of a law that needs none.
+struct NoMemory {};
+
+/// What a friction law receives when it replaces a law of another kind.
+struct TakenOver {
+  double held;    ///< traction [N/m], or force [N] for a law with `own_surface`
+  double dimple;  ///< share of the surface's dimple that has not recovered
+  bool pierced;
+};
+
+/// Memory of friction per embedded length: tissue that the shaft drags along before it slips.
+struct TractionMemory {
+  Element element{};
+  double traction = 0.0;  ///< force per embedded length [N/m]
+
+  double held() const noexcept { return traction; }
+  void take_over(const TakenOver& taken) noexcept {
+    element = Element{taken.held};
+    traction = taken.held;
+  }
   void release() noexcept {
     element = Element{};
-    traction = embedded = growing = giving = 0.0;
-    slides = false;
-  }
-
-  /// Sets the embedded length between `from` and the tip or the bottom of the bed.
-  void embed(const Bed& bed, double depth, double from) noexcept {
-    surface = from;
-    const double length = (depth < bed.bottom ? depth : bed.bottom) - from;
-    const bool inside = bed.pierced && length > 0.0;
-    embedded = inside ? length : 0.0;
-    growing = inside && depth < bed.bottom ? 1.0 : 0.0;
+    traction = 0.0;
   }
 };
 
-/// Cutting at the tip. A law uses what it needs.
-struct Cut {
-  double entry = 0.0;    ///< depth [m] at which cutting began
-  double foot = 0.0;     ///< depth [m] above which it can no longer push
-  double front = 0.0;    ///< deepest cut, or tip of the crack [m]
-  double opened = 0.0;   ///< share of the slit held open
-  double speed = 0.0;    ///< of the crack's tip [m/s]
-  bool running = false;  ///< the crack runs, or sticks
+/// One memory of each type. A law that another law replaces, in a deeper layer or in another model, keeps
+/// its memory for the time when it is used again: docs/decisions/0012-memory-of-laws.md.
+template <class M>
+struct MemorySlot {
+  [[no_unique_address]] M memory{};
 };
+template <class... M>
+struct Memories : MemorySlot<M>... {
+  template <class Wanted>
+  [[gnu::always_inline]] Wanted& of() noexcept {
+    return static_cast<MemorySlot<Wanted>&>(*this).memory;
+  }
+  template <class Wanted>
+  [[gnu::always_inline]] const Wanted& of() const noexcept {
+    return static_cast<const MemorySlot<Wanted>&>(*this).memory;
+  }
+  /// Calls `visit` with each memory.
+  template <class Visit>
+  void each(Visit visit) noexcept {
+    (visit(of<M>()), ...);
+  }
+};
+
+/// The memory of a prepared law among those of its family.
+template <class PreparedLaw, class... M>
+[[gnu::always_inline]] inline auto& memory_of(const PreparedLaw&, Memories<M...>& memories) noexcept {
+  return memories.template of<typename PreparedLaw::Memory>();
+}
+template <class PreparedLaw, class... M>
+[[gnu::always_inline]] inline const auto& memory_of(const PreparedLaw&,
+                                                    const Memories<M...>& memories) noexcept {
+  return memories.template of<typename PreparedLaw::Memory>();
+}
 
 }  // namespace needleforce

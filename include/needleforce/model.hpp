@@ -11,7 +11,7 @@
 
 namespace needleforce {
 
-/// One law of each family. Plain values: what an insertion into one layer needs, and nothing else.
+/// One law of each family. Plain values: all that an insertion into one layer needs.
 struct Model {
   Stiffness stiffness;
   Puncture puncture;
@@ -27,8 +27,8 @@ struct Layer {
   Model laws;
 };
 
-/// The most layers of an insertion.
-inline constexpr std::size_t most_layers = 8;
+/// Largest number of layers of an insertion.
+inline constexpr std::size_t max_layers = 8;
 
 namespace detail {
 template <class Variant>
@@ -38,9 +38,23 @@ struct prepared_variant<std::variant<L...>> {
   using type = std::variant<typename L::Prepared...>;
 };
 
+/// The memories of a list of laws, each type once.
+template <class Found, class... Rest>
+struct memories {
+  using type = Found;
+};
+template <class... M, class Next, class... Rest>
+struct memories<Memories<M...>, Next, Rest...>
+    : memories<std::conditional_t<(std::is_same_v<M, Next> || ...), Memories<M...>, Memories<M..., Next>>,
+               Rest...> {};
+template <class Variant>
+struct memories_of;
+template <class... L>
+struct memories_of<std::variant<L...>> : memories<Memories<>, typename L::Prepared::Memory...> {};
+
 template <class L>
 constexpr bool counts_cutting = requires { L::cuts; };
-/// Layers of such laws add up; of others, the tip can stand in one interface alone.
+/// Layers of such laws add up; of others, the tip can be in one interface only.
 template <class L>
 constexpr bool stands_alone = requires { L::stands_alone; };
 template <class L>
@@ -50,6 +64,10 @@ constexpr bool needs_surface = requires { L::needs_surface; };
 /// A family's laws with everything computed that does not change in the loop.
 template <class Laws>
 using Prepared = typename detail::prepared_variant<Laws>::type;
+
+/// What the laws of a list remember between two steps.
+template <class Laws>
+using MemoriesOf = typename detail::memories_of<Laws>::type;
 
 template <class... L>
 Prepared<std::variant<L...>> prepare(const std::variant<L...>& laws) noexcept {
@@ -128,7 +146,7 @@ inline const char* fault_of_place(const Layer& layer, const Layer* above) noexce
 /// The first fault of a stack of layers from the surface down, or one without a reason. For use before the
 /// loop.
 inline Fault first_fault(std::span<const Layer> layers) noexcept {
-  if (layers.empty() || layers.size() > most_layers) return {0, "layers", "not between 1 and 8"};
+  if (layers.empty() || layers.size() > max_layers) return {0, "layers", "not between 1 and 8"};
   for (std::size_t i = 0; i < layers.size(); ++i) {
     Fault fault = detail::fault_of_laws(layers[i].laws);
     if (!fault.reason) fault = {i, "top", detail::fault_of_place(layers[i], i ? &layers[i - 1] : nullptr)};
@@ -138,7 +156,7 @@ inline Fault first_fault(std::span<const Layer> layers) noexcept {
   return {};
 }
 
-/// True if every number of every law lies in its range, and the laws go together.
+/// True if every parameter of every law is in its range and the laws do not contradict each other.
 inline bool valid(const Model& model) noexcept { return detail::fault_of_laws(model).reason == nullptr; }
 
 }  // namespace needleforce

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A parameter table: the one place where a quantity's name, unit, range, meaning and source stand.
+// A parameter table: the only place with a quantity's name, unit, range, meaning and source.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace needleforce {
 /// Marks a parameter that has no default and must be given.
 inline constexpr double required = std::numeric_limits<double>::quiet_NaN();
 
-/// One number of T: where it lies, what it is called, and the closed range outside which it is refused.
+/// One parameter of T: its member, its name, and the closed range outside which it is refused.
 template <class T>
 struct Parameter {
   double T::* member;
@@ -26,7 +26,7 @@ struct Parameter {
   const char* source;
 };
 
-/// A member of T that is no number: a tip, or a choice among words. T lists its own in a tuple `parts`; one
+/// A member of T that is no number: a tip, or a choice among words. T lists them in a tuple `parts`; one
 /// that may be left out keeps what a new T has.
 template <class T, class Value>
 struct Part {

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all laws share that have a tissue which gives way elastically, relaxes, and slips: one element.
+// One element for all laws with tissue that deforms elastically, relaxes and slips.
 #pragma once
 
 #include <algorithm>
 
 namespace needleforce {
 
-/// One step of the tip as the laws see it.
+/// One step of the tip, the input of every law.
 struct Move {
   double depth;      ///< [m] after the step, past the undeformed surface
   double travel;     ///< [m] of the step
-  double below;      ///< [m] of the travel that lies below the undeformed surface
+  double below;      ///< [m] of the travel below the undeformed surface
   double velocity;   ///< [m/s]; rate terms follow it, geometry follows `travel`
   double dt;         ///< [s]
   double deepest;    ///< [m] the greatest depth so far
@@ -18,23 +18,22 @@ struct Move {
   bool withdrawing;  ///< behind the greatest depth by more than noise
 };
 
-/// What a relaxation law says about one step: an elastic force f becomes lasting f + memories, two of which
-/// fade.
+/// Relaxation over one step: an elastic force f becomes lasting f + two relaxing memories.
 struct Relaxing {
-  double lasting = 1.0;           ///< share that stays for ever
-  double share[2] = {};           ///< g_j, shares that fade
-  double left[2] = {1.0, 1.0};    ///< a_j = exp(-dt / tau_j), what a step leaves of them
-  double during[2] = {1.0, 1.0};  ///< (1 - a_j) tau_j / dt, what is left of what came evenly during it
+  double lasting = 1.0;           ///< share that does not relax
+  double share[2] = {};           ///< g_j, relaxing shares
+  double left[2] = {1.0, 1.0};    ///< a_j = exp(-dt / tau_j), remaining after a step
+  double during[2] = {1.0, 1.0};  ///< (1 - a_j) tau_j / dt, remaining of a load applied evenly over the step
   bool fades = false;             ///< false: purely elastic
   bool only_at_rest = false;      ///< an advancing tip restores the memories (as fitted to recordings)
 };
 
-/// An elastic force with its fading memories; [N], or [N/m] where it is meant per length. Exact for a load
-/// that comes evenly over the step, so that the step's size does not matter at constant velocity.
+/// An elastic force with its relaxing memories; [N], or [N/m] for a force per length. Exact for a load
+/// applied evenly over the step, so that the step's size does not matter at constant velocity.
 struct Element {
   double elastic = 0.0;     ///< without relaxation
   double memory[2] = {};    ///< q_j
-  double stiffening = 1.0;  ///< d(force) / d(elastic) in the last step, 0 at a limit: it goes on slipping
+  double stiffening = 1.0;  ///< d(force) / d(elastic) in the last step, 0 at a limit, where it slips
 
   /// Adds `wanted` to the elastic force, or as much of it as keeps the force within low..high; returns the
   /// force. standing + per_load * wanted, where it does not slip. Wait-free.
@@ -45,7 +44,7 @@ struct Element {
                                               : fade(wanted, low, high, relaxing);
   }
 
-  /// The same for tissue that slips along a shaft: where it slips it takes hold anew, with nothing faded yet,
+  /// The same for tissue that slips along a shaft: where it slips it sticks again with nothing relaxed yet,
   /// so that a hold after long sliding relaxes from the sliding force. Of all states with a force the new one
   /// holds the least energy, so this only dissipates. Wait-free.
   [[gnu::always_inline]] double drag(double wanted, double low, double high, const Relaxing& relaxing,
@@ -55,8 +54,8 @@ struct Element {
     return force;
   }
 
-  /// Goes on under other relaxation: what has faded keeps its share, a term that was not there starts with
-  /// nothing faded, and where nothing fades any more the force stays as it is. Wait-free.
+  /// Continues under another relaxation: relaxed shares are kept, a new term starts with nothing relaxed, and
+  /// without relaxation the force stays the same. Wait-free.
   void continue_with(const Relaxing& before, const Relaxing& now) noexcept {
     if (before.fades && !now.fades) elastic = before.lasting * elastic + memory[0] + memory[1];
     for (int j = 0; j < 2; ++j)
@@ -64,8 +63,8 @@ struct Element {
           before.share[j] > 1e-9 ? memory[j] * (now.share[j] / before.share[j]) : now.share[j] * elastic;
   }
 
-  /// Slips at once where the limits fell below its last force, as they do with a velocity that turns: a load
-  /// counts from there, whatever the step. Wait-free.
+  /// Slips at once if the limits fell below its last force, as they do at a reversal of the velocity: a load
+  /// counts from there, for any step. Wait-free.
   void yield(double force, double low, double high, const Relaxing& relaxing) noexcept {
     const double excess = force - std::clamp(force, low, high);
     elastic -= excess;

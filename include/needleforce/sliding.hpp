@@ -21,9 +21,7 @@ struct Sliding {
   double puncture, surface;
 
   // comparisons are so written that a depth that is not finite shows
-  double friction(double z, double v) const noexcept {
-    return shaft.sliding(z <= surface ? 0.0 : z - surface, v);
-  }
+  double friction(double z, double v) const noexcept { return shaft.sliding(embedded_length(z, surface), v); }
   double inwards(double z, double v) const noexcept {
     const double pierced = friction(z, v) + tip.steady(v);
     const double pushed = contact.force(z <= 0.0 ? 0.0 : z);

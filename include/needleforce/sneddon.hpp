@@ -16,7 +16,7 @@ namespace needleforce {
 
 /// A profile f(r) with f(0) = 0: its slope f'(r) >= 0, the radii where the slope breaks, in ascending order
 /// (those beyond the contact are not looked at), and the radius where it ends, infinity if never. A profile
-/// that ends tangent to the shank, its slope like 1 / sqrt(end - r), says so by `static constexpr bool
+/// that ends tangent to the shank, its slope like 1 / sqrt(end - r), declares it by `static constexpr bool
 /// tangent`.
 template <class P>
 concept AxisymmetricProfile = requires(const P& profile, double r) {
@@ -180,13 +180,13 @@ Touch touch(const P& profile, double a) noexcept {
     low = high;
   }
   constexpr double edge = 0.5 * std::numbers::pi;
-  // the slope of a tangent end lies 2 (end / a - 1) to the power 1/2 beyond the edge, off the real axis
+  // the singularity of a tangent end is 2 (end / a - 1) to the power 1/2 beyond the edge, off the real axis
   const double least = is_tangent<P>() ? 2.0 * std::sqrt(2.0 * std::max(profile.end() / a - 1.0, 0.0)) : 4.0;
   detail::graded(low, edge, least, add);
   return {a * sum.depth, 2.0 * a * a * sum.force};
 }
 
-/// Depth [m] at contact radius a: the tip's own closed form, else by quadrature.
+/// Depth [m] at contact radius a: the tip's own closed form, otherwise by quadrature.
 template <class P>
 double depth(const P& profile, double a) noexcept {
   if constexpr (requires { profile.depth(a); })

@@ -18,12 +18,12 @@
 
 namespace needleforce {
 
-/// Every tip. A new one is added here and nowhere else.
+/// Every tip; CONTRIBUTING.md, "Add a tip", has the places for a new one.
 using Tip = std::variant<tips::Cone, tips::Paraboloid, tips::Sphere, tips::Flat, tips::PowerProfile,
                          tips::TruncatedCone, tips::BluntedCone, tips::TangentOgive, tips::LancetBevel,
                          tips::Profile>;
 
-/// What does not fit together in the numbers of a tip, or of whatever holds one as `tip`.
+/// Which parameters of a tip, or of a law that has one as `tip`, contradict each other.
 template <class T>
 tips::Flaw flaw_of(const T& value) noexcept {
   if constexpr (requires { value.flaw(); })
@@ -32,7 +32,7 @@ tips::Flaw flaw_of(const T& value) noexcept {
     return {};
 }
 
-/// True if every number of a tip lies in its range and fits the others.
+/// True if every parameter of a tip is in its range and none contradicts another.
 inline bool valid(const Tip& tip) noexcept {
   return std::visit(
       [](const auto& shape) {

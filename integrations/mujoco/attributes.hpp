@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The XML attributes of the plugin: the laws' parameters by name, from the laws' own tables. A law may carry
-// its numbers, "coulomb per_length=18.6"; those of the first layer have keys of their own as well,
+// its parameters, "coulomb per_length=18.6"; those of the first layer have keys of their own as well,
 // friction.per_length. MuJoCo takes no more than 255 keys, which all of them for eight layers would exceed.
 // For use before the loop.
 #pragma once
@@ -80,7 +80,7 @@ inline const std::deque<std::string>& attributes() {
   static const std::deque<std::string> all = [] {
     std::deque<std::string> names(std::begin(place_attributes), std::end(place_attributes));
     names.insert(names.end(), std::begin(setting_attributes), std::end(setting_attributes));
-    for (std::size_t layer = 0; layer < most_layers; ++layer) {
+    for (std::size_t layer = 0; layer < max_layers; ++layer) {
       const std::string prefix = layer_prefix(layer);
       if (layer > 0) names.push_back(prefix + "top");
       for (const FamilyNames& family : families()) names.push_back(prefix + family.name);

@@ -15,13 +15,14 @@ inline std::string in_words(double value) {
   return text;
 }
 
-/// The numbers of a family or tip that are given, as the C header takes them.
+/// The parameters of a family or tip that are given, as the C header takes them.
 template <std::size_t most>
-void read_numbers(Values& values, const std::string& prefix, const Names& names, nf_number (&numbers)[most]) {
+void read_parameters(Values& values, const std::string& prefix, const Names& names,
+                     nf_parameter (&parameters)[most]) {
   std::size_t count = 0;
   for (const char* name : names)
     if (const auto value = values.number(prefix + name); value && count < most)
-      numbers[count++] = {name, *value};
+      parameters[count++] = {name, *value};
 }
 
 /// A tip, and the knots it points into.
@@ -35,7 +36,7 @@ struct NamedTip {
     Names known = tip_parameters();
     known.insert(known.end(), std::begin(tip_words), std::end(tip_words));
     values.check_carried(prefix, known);
-    read_numbers(values, prefix + ".", tip_parameters(), tip.numbers);
+    read_parameters(values, prefix + ".", tip_parameters(), tip.parameters);
     tip.equivalence = values.text(prefix + ".equivalence");
     tip.radii = radii.data();
     tip.heights = heights.data();
@@ -56,10 +57,10 @@ inline Layer read_layer(Values& values, std::size_t number, nf_fault& why) {
     nf_law& law = named.*family.law;
     law.name = values.text(prefix + family.name);
     values.check_carried(prefix + family.name, family.parameters);
-    read_numbers(values, prefix + family.name + ".", family.parameters, law.numbers);
-    if (!law.name && law.numbers[0].name)
+    read_parameters(values, prefix + family.name + ".", family.parameters, law.parameters);
+    if (!law.name && law.parameters[0].name)
       values.refuse(prefix + family.name, "",
-                    "left out, but " + std::string(law.numbers[0].name) + " is given", "Name the law.");
+                    "left out, but " + std::string(law.parameters[0].name) + " is given", "Name the law.");
   }
   if (tip.tip.name) named.stiffness.tip = &tip.tip;
   Layer layer;
@@ -68,7 +69,7 @@ inline Layer read_layer(Values& values, std::size_t number, nf_fault& why) {
   return layer;
 }
 
-/// A fault of the C face, in the words of the attributes: a family's law is told by its family's name.
+/// A fault of the C face, in the words of the attributes: a law is named by its family.
 inline void tell(Values& values, const nf_fault& why) {
   const auto is_family = [&](const FamilyNames& family) { return c::same(family.name, why.quantity); };
   const bool law = std::any_of(families().begin(), families().end(), is_family);
@@ -86,7 +87,7 @@ inline void tell(Values& values, const nf_fault& why) {
 inline std::vector<Layer> read_layers(Values& values) {
   std::vector<Layer> layers;
   nf_fault why{};
-  for (std::size_t i = 0; i < most_layers && !why.reason; ++i)
+  for (std::size_t i = 0; i < max_layers && !why.reason; ++i)
     if (i == 0 || values.text(layer_prefix(i) + "top")) {
       if (layers.size() < i)
         values.refuse(layer_prefix(layers.size()) + "top", "", "left out", "Number the layers without gaps.");

@@ -15,7 +15,7 @@ namespace needleforce::mujoco {
 // lose nothing.
 //
 // We split the step: first the tissue alone moves the needle, implicitly, then all other forces do. The first
-// half, backward Euler, asks for the depth z at its end and the force there:
+// half, backward Euler, uses the depth z at its end and the force there:
 //
 //     z = x + dt v - (dt^2 / m) F(z)                  x, v: depth and velocity at the beginning; 1 / m:
 //     mobility
@@ -26,14 +26,14 @@ namespace needleforce::mujoco {
 // the needle to rest in two steps of Euler (both eigenvalues 0), and damp to 0.61 a step in RK4 (h lambda =
 // -1/2 +- i sqrt(3)/2).
 //
-// The engine's memory sees z, and never the x of MuJoCo: else a needle at rest under a load u would let its
-// bristles back by dt^2 u / m in every step, and creep. So at rest F = u to the last digit and the friction
-// breaks at its own limit; the price is that the engine's depth differs from the needle's by dt^2 u / m: 20
-// micrometres for 1 N on 50 g at 1 ms, 5 at 0.5 ms. It vanishes with the step as the error of MuJoCo itself
-// does.
+// The engine's memory sees z, and never the x of MuJoCo: otherwise a needle at rest under a load u would let
+// its bristles back by dt^2 u / m in every step, and creep. So at rest F = u to the last digit and the
+// friction breaks at its own limit; the price is that the engine's depth differs from the needle's by dt^2 u
+// / m: 20 micrometres for 1 N on 50 g at 1 ms, 5 at 0.5 ms. It vanishes with the step as the error of MuJoCo
+// itself does.
 //
 // The mass is the effective one, 1 / (J inv(M) J^T), of the degree of freedom or of the tip along its axis:
-// what else hangs on it, armature, contacts, implicit damping, only makes the needle heavier, which the
+// other mass on it, armature, contacts, implicit damping, only makes the needle heavier, which the
 // splitting forgives without limit (eigenvalues of modulus sqrt(1 - m / m_true)). It forgives a true mass
 // down to 3/4 of m. Needles that share a tree each take their part of its mass, so that together they do not
 // exceed it.
@@ -46,7 +46,7 @@ struct Free {
 };
 
 inline constexpr double same_force = 1e-6;  ///< [N] to which force and motion agree; no device shows less
-inline constexpr int most_attempts = 24;    ///< at a puncture, where the force drops, halving ends here
+inline constexpr int max_attempts = 24;     ///< at a puncture, where the force drops, halving ends here
 
 /// Solves z + per_force F(z) = depth by Newton's method between brackets. `step_to(z)` gives the engine's
 /// sample there, from the same memory each time; `last_force` [N], of the step before, is where the search
@@ -56,7 +56,7 @@ Sample at_end_of_step(const Free& free, double last_force, StepTo step_to) noexc
   double low = -std::numeric_limits<double>::infinity(), high = -low;
   double z = free.depth - free.per_force * last_force;
   Sample sample{};
-  for (int attempt = 0; attempt < most_attempts; ++attempt) {
+  for (int attempt = 0; attempt < max_attempts; ++attempt) {
     sample = step_to(z);
     const double miss = z - free.depth + free.per_force * sample.force;
     if (!(std::abs(miss) > free.per_force * same_force)) break;

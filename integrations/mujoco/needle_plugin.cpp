@@ -9,10 +9,10 @@
 //   <sensor><plugin name="force" plugin="needleforce.needle" instance="needle"/></sensor>      if wanted
 //
 // MuJoCo computes passive forces several times a step (RK4, mj_forward, finite differences, mj_inverse). The
-// engine's memory lies in mjData.plugin_state as bytes, with the last force: computing works on a copy, and
+// engine's memory is in mjData.plugin_state as bytes, with the last force: computing works on a copy, and
 // `advance` moves it once a step. So mj_copyData, mj_getState with mjSTATE_PLUGIN (or FULLPHYSICS),
 // mj_setState, mj_resetData and mjd_transitionFD do as documented; keyframes hold no plugin state: after
-// mj_resetDataKeyframe the tissue is whole again. Columns of mjd_transitionFD say nothing of the memory.
+// mj_resetDataKeyframe the tissue is intact again. Columns of mjd_transitionFD do not include the memory.
 #include "configuration.hpp"
 
 namespace needleforce::mujoco {
@@ -20,7 +20,7 @@ namespace {
 
 constexpr const char* plugin_name = "needleforce.needle";
 
-/// What lies in plugin_state.
+/// The contents of plugin_state.
 struct Memory {
   double force;  ///< of the last step [N], where the next search starts
   Insertion::Saved engine;
@@ -38,7 +38,7 @@ struct Instance {
   double began = 0.0;  ///< time of it [s]
   double elapsed = 0.0;
   bool computed = false;
-  bool holds = false;  ///< the engine stands where the sample was taken
+  bool holds = false;  ///< the engine is in the state of the sample
 };
 
 Instance& instance_of(const mjData* d, int instance) {

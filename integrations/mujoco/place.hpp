@@ -60,7 +60,7 @@ inline Free free_joint(const Place& place, const mjModel* m, mjData* d) {
 }
 
 /// A needle within 10 degrees of lying along the surface, or that points away, has no depth along its axis.
-inline constexpr double least_inclination = 0.17;
+inline constexpr double min_inclination = 0.17;
 
 /// Depth along the axis z = -(n.(tip - surface)) / (n.axis), and its rate with the axis turning. The depth of
 /// an axis that does not point into the tissue is NaN, which the engine refuses: no force.
@@ -69,7 +69,7 @@ inline Free free_site(const Place& place, const mjModel* m, mjData* d) {
   axis_of(d, place.site, 2, axis);
   const double height = above(place, d, normal);
   const double inwards = -mju_dot3(normal, axis);
-  if (inwards < least_inclination) return {NAN, 0.0, 0.0};
+  if (inwards < min_inclination) return {NAN, 0.0, 0.0};
   const double depth = -height / inwards;
   mj_objectVelocity(m, d, mjOBJ_SITE, place.site, moves, 0);
   mju_cross(turned, moves, axis);

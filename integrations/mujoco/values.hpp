@@ -22,7 +22,7 @@ class Values {
     const char* value = mj_getPluginConfig(m_, instance_, name.c_str());
     return value ? value : "";
   }
-  /// The first word of an attribute, or the text of a number that its law carries; nullptr if it is not
+  /// The first word of an attribute, or the text of a parameter given with its law; nullptr if it is not
   /// given.
   const char* text(const std::string& name) {
     if (const std::string value = first_word(name); !value.empty()) return kept(value);
@@ -32,7 +32,7 @@ class Values {
       if (key == name.substr(dot + 1)) return kept(value);
     return nullptr;
   }
-  /// Refuses a number that a law carries and none of its family has, or that is given once more.
+  /// Refuses a parameter given with a law that no law of the family has, or that is given twice.
   void check_carried(const std::string& name, const Names& known) {
     const auto pairs = carried(name);
     for (const auto& [key, value] : pairs) {

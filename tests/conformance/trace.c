@@ -34,10 +34,10 @@ static double number(const char* word) { return strtod(word, NULL); }
 static double velocity_of(const char* word) { return strcmp(word, "-") ? number(word) : NF_NO_VELOCITY; }
 static nf_layer* layer_of(Case* c) { return &c->layers[c->count - 1]; }
 
-static void name_numbers(nf_number* numbers, const Words* w, int from) {
+static void name_parameters(nf_parameter* parameters, const Words* w, int from) {
   for (int i = from; i + 1 < w->n; i += 2) {
-    numbers->name = copy_of(w->word[i]);
-    numbers++->value = number(w->word[i + 1]);
+    parameters->name = copy_of(w->word[i]);
+    parameters++->value = number(w->word[i + 1]);
   }
 }
 
@@ -65,10 +65,10 @@ static void choose_tip(Case* c, const Words* w) {
   tip->heights = c->heights[c->count - 1];
   if (w->n > 4 && !strcmp(w->word[4], "equivalence")) {
     tip->equivalence = copy_of(w->word[5]);
-    tip->numbers[0].name = copy_of(w->word[2]);
-    tip->numbers[0].value = number(w->word[3]);
+    tip->parameters[0].name = copy_of(w->word[2]);
+    tip->parameters[0].value = number(w->word[3]);
   } else {
-    name_numbers(tip->numbers, w, 2);
+    name_parameters(tip->parameters, w, 2);
   }
   layer_of(c)->stiffness.tip = tip;
 }
@@ -84,7 +84,7 @@ static int describe(Case* c, const Words* w) {
   nf_law* law = law_of(c, w->word[0]);
   if (law) {
     law->name = copy_of(w->word[1]);
-    name_numbers(law->numbers, w, 2);
+    name_parameters(law->parameters, w, 2);
   } else if (!strcmp(w->word[0], "layer")) {
     c->layers[c->count++].top = number(w->word[1]);
   } else if (!strcmp(w->word[0], "set")) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The conformance set through the C++ headers; README.md says what a case is.
+// The conformance set through the C++ headers; README.md describes a case.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

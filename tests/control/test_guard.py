@@ -30,7 +30,7 @@ def test_defaults_pass_the_engines_force_on(insertion):
 
 
 def test_scale_clamp_and_slew(insertion):
-    guard = Guard(insertion, force_scale=2.0, motion_scale=0.5, most_force=0.3, most_slew=1e3)
+    guard = Guard(insertion, force_scale=2.0, motion_scale=0.5, max_force=0.3, max_slew=1e3)
     output = guard.step(4e-3, None, MS)
     assert output.sample.depth == 2e-3
     # a cone: 2 / pi tan(angle) E h^2
@@ -63,7 +63,7 @@ def test_bad_input_is_rejected_and_recorded_as_given(insertion, bad):
 def test_the_energy_of_a_sampled_spring_is_kept(insertion):
     """Back and forth in the elastic contact, whose force is a cycle late: with a guard no energy comes out."""
     bare = nf.Insertion(nf.preset("paper"))
-    guard = Guard(insertion, longest_cycle=MS, most_speed=0.2, initial_reserve=1e-6)
+    guard = Guard(insertion, longest_cycle=MS, max_speed=0.2, initial_reserve=1e-6)
     time = np.arange(20001) * MS
     depth = 1.5e-3 - 1.5e-3 * np.cos(100.0 * time)
     travel = np.diff(depth)
@@ -75,10 +75,10 @@ def test_the_energy_of_a_sampled_spring_is_kept(insertion):
 
 
 def test_settings_are_named_in_errors(insertion):
-    with pytest.raises(nf.InputError, match=r"guard\.most_force is -1\.0, outside 0\.0 to 1000000\.0 N"):
-        Guard(insertion, most_force=-1.0)
-    with pytest.raises(nf.InputError, match="most_speed needs longest_cycle"):
-        Guard(insertion, most_speed=0.5)
+    with pytest.raises(nf.InputError, match=r"guard\.max_force is -1\.0, outside 0\.0 to 1000000\.0 N"):
+        Guard(insertion, max_force=-1.0)
+    with pytest.raises(nf.InputError, match="max_speed needs longest_cycle"):
+        Guard(insertion, max_speed=0.5)
     with pytest.raises(nf.InputError, match="not all known"):
         Guard(insertion, clamp=1.0)
     with pytest.raises(nf.InputError, match="not one that a guard can step"):

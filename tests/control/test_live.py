@@ -110,7 +110,7 @@ def test_a_bad_step_says_so_and_reset_begins_again(model):
 
 def test_a_guard_stands_around_it(model):
     live = LiveInsertion(model, blend_time=0.0)
-    guard = Guard(live, most_force=0.05)
+    guard = Guard(live, max_force=0.05)
     for i in range(301):
         output = guard.step(1e-5 * i, None, 1e-3)
     assert output.sample.force == pytest.approx(pressed(model, 3e-3), rel=1e-12) and output.force <= 0.05

@@ -37,7 +37,7 @@ nf_sample step(nf_insertion* insertion, double depth) {
   return sample;
 }
 
-TEST(CInterface, IsTheSameInsertion) {
+TEST(CInterface, EqualsTheCppInsertion) {
   Made made(paper_layer());
   ASSERT_TRUE(made.insertion) << made.why.quantity << made.why.reason;
   needleforce::Insertion insertion(paper::model());
@@ -61,17 +61,17 @@ std::string refusal(Change change) {
   return std::string(made.why.law) + "." + made.why.quantity + " " + made.why.reason;
 }
 
-TEST(CInterface, RefusesWhatIsNoModelAndSaysWhy) {
+TEST(CInterface, InvalidModelIsRefusedWithTheReason) {
   EXPECT_EQ(refusal([](nf_layer& l) { l.stiffness.name = "spring"; }),
             "spring.stiffness is of no known name");
   EXPECT_EQ(refusal([](nf_layer& l) { l.cutting.name = nullptr; }), "layer.cutting is missing");
-  EXPECT_EQ(refusal([](nf_layer& l) { l.friction.numbers[0].name = "mu"; }),
+  EXPECT_EQ(refusal([](nf_layer& l) { l.friction.parameters[0].name = "mu"; }),
             "coulomb.mu is no parameter of it");
-  EXPECT_EQ(refusal([](nf_layer& l) { l.friction.numbers[0].value = -1; }),
+  EXPECT_EQ(refusal([](nf_layer& l) { l.friction.parameters[0].value = -1; }),
             "coulomb.per_length is outside its range");
-  EXPECT_EQ(refusal([](nf_layer& l) { l.stiffness.numbers[1] = {}; }),
+  EXPECT_EQ(refusal([](nf_layer& l) { l.stiffness.parameters[1] = {}; }),
             "cone.half_angle is missing or not a number");
-  EXPECT_EQ(refusal([](nf_layer& l) { l.friction.numbers[2] = l.friction.numbers[0]; }),
+  EXPECT_EQ(refusal([](nf_layer& l) { l.friction.parameters[2] = l.friction.parameters[0]; }),
             "coulomb.per_length is given twice");
   EXPECT_EQ(refusal([](nf_layer& l) { l.stiffness.name = "tip_contact"; }),
             "tip_contact.half_angle is no parameter of it");
@@ -93,7 +93,7 @@ TEST(CInterface, RefusesMemoryThatIsTooSmallOrMissing) {
   EXPECT_STREQ(why.reason, "are missing");
 }
 
-TEST(CInterface, TakesTipsByName) {
+TEST(CInterface, TipsAreChosenByName) {
   nf_layer layer = paper_layer();
   nf_tip tip{"lancet_bevel", {{"half_angle", 0.2617993877991494}}, "equal_length", nullptr, nullptr, 0};
   layer.stiffness = {"tip_contact", {{"reduced_modulus", 116e3}, {"radius", 0.35e-3}}, &tip};
@@ -106,9 +106,9 @@ TEST(CInterface, TakesTipsByName) {
   const double radii[] = {0.0, 0.35e-3}, heights[] = {0.0, 1.3e-3}, falling[] = {0.0, -1.3e-3};
   tip = {"profile", {}, nullptr, radii, heights, 2};
   EXPECT_TRUE(Made(layer).insertion);
-  tip.numbers[0] = {"radius", 1e-3};
+  tip.parameters[0] = {"radius", 1e-3};
   EXPECT_STREQ(Made(layer).why.quantity, "radius");
-  tip.numbers[0] = {};
+  tip.parameters[0] = {};
   tip.heights = falling;
   EXPECT_STREQ(Made(layer).why.reason, "below the one before: the profile is not monotone");
   tip.knots = 33;
@@ -138,7 +138,7 @@ TEST(CInterface, SettingsAreCheckedAndGiveALateralForce) {
   EXPECT_EQ(Made(paper_layer(), &settings).why.high, 1.0);
 }
 
-TEST(CInterface, SnapshotsAreTakenBackOrRefused) {
+TEST(CInterface, SnapshotsAreRestoredOrRefused) {
   Made made(paper_layer());
   step(made.insertion, 0.0);
   for (int k = 1; k <= 2000; ++k) step(made.insertion, 3e-6 * k);
@@ -152,7 +152,7 @@ TEST(CInterface, SnapshotsAreTakenBackOrRefused) {
   EXPECT_EQ(step(made.insertion, 6.01e-3).force, next);
   EXPECT_EQ(nf_restore(made.insertion, bytes.data(), bytes.size() - 1), 0);
   nf_layer other = paper_layer();
-  other.friction.numbers[0].value = 18.7;
+  other.friction.parameters[0].value = 18.7;
   EXPECT_EQ(nf_restore(Made(other).insertion, bytes.data(), bytes.size()), 0);
   for (std::size_t i = 0; i < bytes.size(); i += 7) {
     std::vector<char> altered = bytes;
@@ -167,13 +167,13 @@ struct Guarded {
   std::vector<double> memory = std::vector<double>(nf_guard_size() / sizeof(double) + 1);
   nf_fault why{};
   nf_guard* guard = nullptr;
-  explicit Guarded(std::vector<nf_number> settings)
+  explicit Guarded(std::vector<nf_parameter> settings)
       : guard(nf_guard_init(memory.data(), memory.size() * sizeof(double), made.insertion, settings.data(),
                             settings.size(), &why)) {}
 };
 
-TEST(CInterface, TheGuardClampsRejectsAndFallsToZero) {
-  Guarded guarded({{"most_force", 0.1}, {"stale_after", 2e-3}, {"fall_time", 5e-3}});
+TEST(CInterface, GuardClampsRejectsAndFallsToZero) {
+  Guarded guarded({{"max_force", 0.1}, {"stale_after", 2e-3}, {"fall_time", 5e-3}});
   ASSERT_TRUE(guarded.guard) << guarded.why.quantity << guarded.why.reason;
   nf_output output{};
   for (int k = 0; k <= 2000; ++k) nf_guard_step(guarded.guard, 3e-6 * k, NF_NO_VELOCITY, 1e-3, &output);
@@ -190,10 +190,10 @@ TEST(CInterface, TheGuardClampsRejectsAndFallsToZero) {
   EXPECT_EQ(output.sample.phase, NF_FREE);
 }
 
-TEST(CInterface, TheGuardRefusesSettingsThatAreNone) {
-  EXPECT_STREQ(Guarded({{"most_furce", 1.0}}).why.reason, "is no parameter of it");
+TEST(CInterface, GuardRefusesInvalidSettings) {
+  EXPECT_STREQ(Guarded({{"max_furce", 1.0}}).why.reason, "is no parameter of it");
   EXPECT_STREQ(Guarded({{nullptr, 1.0}}).why.quantity, "name");
-  EXPECT_STREQ(Guarded({{"most_force", std::nan("")}}).why.quantity, "most_force");
+  EXPECT_STREQ(Guarded({{"max_force", std::nan("")}}).why.quantity, "max_force");
   EXPECT_STREQ(Guarded({{"delay", 1.5}}).why.reason, "delay is no whole number of cycles");
   EXPECT_EQ(Guarded({{"delay", 1.5}}).guard, nullptr);
   nf_fault why{};

@@ -48,7 +48,7 @@ TEST(Contact, SlopeIsTwiceModulusTimesRadiusBeforeAndAfterSaturation) {
   }
 }
 
-TEST(Contact, NoneAboveTheSurface) {
+TEST(Contact, ForceIsZeroAboveTheSurface) {
   EXPECT_EQ(contact_at_depth(cone, -1e-3, 1e5).force, 0.0);
   EXPECT_EQ(contact_at_depth(cone, 0.0, 1e5).contact_radius, 0.0);
 }

@@ -16,7 +16,7 @@ struct Dragged : ::testing::Test {};
 using Both = ::testing::Types<DraggedTissuePassive, DraggedTissueAsFitted>;
 TYPED_TEST_SUITE(Dragged, Both);
 
-TYPED_TEST(Dragged, FallsOverTheRuptureLengthToItsFriction) {
+TYPED_TEST(Dragged, ForceFallsToFrictionOverTheRuptureLength) {
   Shafted<TypeParam> walk(fitted<TypeParam>, 8e-3, 0.2);
   for (int i = 1; i <= 8000; ++i) {
     walk.step(1e-6, 1e-3);
@@ -28,7 +28,7 @@ TYPED_TEST(Dragged, FallsOverTheRuptureLengthToItsFriction) {
   EXPECT_NEAR(walk.force(), 140.0 * (16e-3 - 1e-3) / (1.0 + 140.0 / 220.0), 1e-3);
 }
 
-TYPED_TEST(Dragged, HangsOnItsSpringAfterAReversalAndThenSlidesOut) {
+TYPED_TEST(Dragged, ReversalUnloadsTheSpringAndThenSlides) {
   Shafted<TypeParam> walk(fitted<TypeParam>, 8e-3, 0.2);
   go(walk, 8e-3, 1e-3, 1e-6);
   const double before = walk.force();
@@ -41,24 +41,24 @@ TYPED_TEST(Dragged, HangsOnItsSpringAfterAReversalAndThenSlidesOut) {
   EXPECT_NEAR(walk.force(), -140.0 * length, 2e-3);
 }
 
-TYPED_TEST(Dragged, LetsGoAtOnceWhenNothingIsEmbedded) {
+TYPED_TEST(Dragged, ReleasesAtOnceWhenNothingIsEmbedded) {
   Shafted<TypeParam> walk(fitted<TypeParam>, 8e-3, 0.2);
   go(walk, 2e-3, 1e-3, 1e-6);
   go(walk, -11e-3, 1e-3, 1e-6);
   EXPECT_EQ(walk.force(), 0.0);
   EXPECT_EQ(walk.by_depth(), 0.0);
   EXPECT_EQ(walk.shaft.embedded, 0.0);
-  EXPECT_EQ(walk.shaft.element.elastic, 0.0);
+  EXPECT_EQ(walk.memory.element.elastic, 0.0);
 }
 
-TEST(DraggedTissue, PassiveTakesOverNoMoreEnergyThanTheContactHeld) {
+TEST(DraggedTissue, PassiveFormReceivesNoMoreThanTheContactEnergy) {
   // a contact of energy U and force F on a spring k_t: F^2 / 2 k_t <= U
   for (const double energy : {1e-5, 1e-4, 1e-3})
     for (const double force : {0.05, 0.2, 1.0}) {
-      Shaft passive, as_fitted;
-      const Held held{Element{force}, force, energy, 100.0};
-      fitted<DraggedTissuePassive>.prepare().pierce(passive, held);
-      fitted<DraggedTissueAsFitted>.prepare().pierce(as_fitted, held);
+      laws::DraggedTissueMemory passive, as_fitted;
+      const ContactAtPuncture contact{Element{force}, force, energy, 100.0};
+      fitted<DraggedTissuePassive>.prepare().pierce(passive, contact);
+      fitted<DraggedTissueAsFitted>.prepare().pierce(as_fitted, contact);
       const double most = std::sqrt(2.0 * 220.0 * energy);
       EXPECT_NEAR(passive.element.elastic, std::min(force, most), 1e-12);
       EXPECT_EQ(as_fitted.element.elastic, force);

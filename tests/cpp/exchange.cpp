@@ -39,11 +39,11 @@ void expect_newest_and_whole() {
   }
 }
 
-TEST(Exchange, GivesNewestValuesWholeAndInOrder) { expect_newest_and_whole<1>(); }
+TEST(Exchange, ReadsAreConsistentNewestAndInOrder) { expect_newest_and_whole<1>(); }
 
-TEST(Exchange, KeepsAsManyAsItSays) { expect_newest_and_whole<2>(); }
+TEST(Exchange, KeepsTheStatedNumberOfValues) { expect_newest_and_whole<2>(); }
 
-TEST(Exchange, GivesNothingTwiceAndTheNewestOfSeveral) {
+TEST(Exchange, TakesTheNewestValueOnce) {
   Exchange<int> exchange{7};
   EXPECT_FALSE(exchange.take());
   EXPECT_EQ(exchange.taken(), 7);
@@ -55,7 +55,7 @@ TEST(Exchange, GivesNothingTwiceAndTheNewestOfSeveral) {
   EXPECT_EQ(exchange.taken(), 9);
 }
 
-TEST(Exchange, SeesATornValue) {
+TEST(Exchange, TestDetectsATornValue) {
   Checked value(1);
   value.words[300] = Checked(2).words[300];
   EXPECT_FALSE(value.whole());

@@ -43,7 +43,7 @@ TEST(FlightRecorder, KeepsTheLastCyclesInOrder) {
   EXPECT_EQ(recorder.written(), 11u);
 }
 
-TEST(FlightRecorder, KeepsEveryFieldAlsoWhatIsNoNumber) {
+TEST(FlightRecorder, KeepsEveryFieldIncludingNotANumber) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   FlightRecorder<2> recorder;
   Output output{.force = -2.0, .energy = 3.0, .reserve = 4.0};
@@ -71,7 +71,7 @@ TEST(FlightRecorder, KeepsEveryFieldAlsoWhatIsNoNumber) {
   }
 }
 
-TEST(FlightRecorder, IsReadWholeWhileTheLoopWrites) {
+TEST(FlightRecorder, ReadsAreConsistentWhileTheLoopWrites) {
   constexpr std::uint64_t cycles = 300000;
   static FlightRecorder<64> recorder;
   std::atomic<bool> ended{false};

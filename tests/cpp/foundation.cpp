@@ -26,7 +26,7 @@ TEST(Foundation, ForcesPerLengthScaleWithLengthAndModulus) {
   for (const auto reading : consistent) EXPECT_NEAR(scaled(reading, 3.0, 7.0), 21.0, 1e-11);
 }
 
-TEST(Foundation, ThePrintedFormulaDoesNot) {
+TEST(Foundation, PrintedFormulaDoesNotScale) {
   EXPECT_NEAR(scaled(FrictionReading::literal_mm, 3.0, 7.0), 63.0, 1e-10);
 }
 

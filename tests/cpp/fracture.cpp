@@ -11,12 +11,12 @@ laws::Fracture fracture(double recovered) {
   return {0.0776 / 0.7e-3, 0.7e-3, modulus, radius, recovered, 1e-6};
 }
 
-TEST(Fracture, HasTheClosedFormsOfToughnessAndSpreading) {
+TEST(Fracture, CrackAndSpreadingForcesAreTheClosedForms) {
   EXPECT_NEAR(fracture(0.0).spreading(), 0.0149, 5e-5);
   EXPECT_NEAR(fracture(0.0).prepare().steady(1e-3), 0.0776 + spreading, 1e-15);
 }
 
-TEST(Fracture, SpendsTheCrackOnceAndTheSpreadingOnEveryWayIn) {
+TEST(Fracture, CrackWorkIsSpentOnceAndSpreadingWorkOnEachInsertion) {
   for (const double recovered : {0.0, 0.4, 1.0}) {
     Edged<laws::Fracture> walk(fracture(recovered));
     const double way = 5e-3, back = recovered * spreading * way;
@@ -27,7 +27,7 @@ TEST(Fracture, SpendsTheCrackOnceAndTheSpreadingOnEveryWayIn) {
   }
 }
 
-TEST(Fracture, PushesOutOnTheWayOutByTheShareThatItRecovers) {
+TEST(Fracture, WithdrawalForceIsTheRecoveredShareOfSpreading) {
   for (const double recovered : {0.0, 0.4, 1.0}) {
     Edged<laws::Fracture> walk(fracture(recovered));
     walk.step(5e-3, 1.0);
@@ -38,13 +38,13 @@ TEST(Fracture, PushesOutOnTheWayOutByTheShareThatItRecovers) {
   }
 }
 
-TEST(Fracture, ReturnsNoEnergyOverAClosedPathWithSpreading) {
+TEST(Fracture, ClosedPathWithSpreadingReturnsNoEnergy) {
   for (const double recovered : {0.0, 0.4, 1.0})
     for (const double reach : {20e-6, 2e-6}) {
       Edged<laws::Fracture> start(fracture(recovered));
-      ASSERT_GE(least_closed_work(start, reach, 1e-3), -1e-3) << recovered;
+      ASSERT_GE(min_closed_work(start, reach, 1e-3), -1e-3) << recovered;
       go(start, 1e-3, 1e-3, 1e-6);
-      ASSERT_GE(least_closed_work(start, reach, 1e-3), -1e-3) << recovered;
+      ASSERT_GE(min_closed_work(start, reach, 1e-3), -1e-3) << recovered;
     }
 }
 

@@ -30,7 +30,7 @@ struct Pull {
 
 Guard<Wall> at_wall(const GuardSettings& settings) { return Guard(Wall{1000.0}, settings); }
 
-TEST(Guard, WithDefaultsTheForceIsTheEnginesOwn) {
+TEST(Guard, DefaultSettingsPassTheEngineForceThrough) {
   Insertion bare{std::span<const Layer>(paper())};
   Guard guard(bare);
   WilfulHand hand(-3e-3, 12e-3, 0.3, 20.0, 1);
@@ -52,21 +52,21 @@ TEST(Guard, ScalesMotionAndForceToTheDevice) {
 }
 
 TEST(Guard, ClampsBothWays) {
-  Guard guard = at_wall({.most_force = 2.0});
+  Guard guard = at_wall({.max_force = 2.0});
   EXPECT_DOUBLE_EQ(guard.step(1 * mm, no_velocity, ms).force, 1.0);
   const Output output = guard.step(5 * mm, no_velocity, ms);
   EXPECT_DOUBLE_EQ(output.force, 2.0);
   EXPECT_DOUBLE_EQ(output.sample.force, 5.0);
   EXPECT_TRUE(output.did.clamped);
-  Guard pulled(Pull{}, {.most_force = 2.0});
+  Guard pulled(Pull{}, {.max_force = 2.0});
   const Output pull = pulled.step(5 * mm, no_velocity, ms);
   EXPECT_DOUBLE_EQ(pull.force, -2.0);
   EXPECT_DOUBLE_EQ(pull.sample.force, -5.0);
   EXPECT_TRUE(pull.did.clamped);
 }
 
-TEST(Guard, SlewsUpAndDownAndCountsNoPause) {
-  Guard guard = at_wall({.most_slew = 100.0, .longest_cycle = 2 * ms});
+TEST(Guard, SlewRateHoldsBothWaysAndIgnoresPauses) {
+  Guard guard = at_wall({.max_slew = 100.0, .longest_cycle = 2 * ms});
   EXPECT_DOUBLE_EQ(guard.step(5 * mm, no_velocity, ms).force, 0.1);
   EXPECT_TRUE(guard.step(5 * mm, no_velocity, ms).did.slewed);
   EXPECT_DOUBLE_EQ(guard.step(5 * mm, no_velocity, 1.0).force,
@@ -74,8 +74,8 @@ TEST(Guard, SlewsUpAndDownAndCountsNoPause) {
   EXPECT_DOUBLE_EQ(guard.step(-5 * mm, no_velocity, ms).force, 0.3);
 }
 
-TEST(Guard, WithoutAMeasurementTheForceIsHeldAndFallsToZero) {
-  Guard guard = at_wall({.most_slew = 1.0, .stale_after = 2 * ms, .fall_time = 4 * ms});
+TEST(Guard, ForceIsHeldThenFallsToZeroWithoutMeasurement) {
+  Guard guard = at_wall({.max_slew = 1.0, .stale_after = 2 * ms, .fall_time = 4 * ms});
   for (int i = 0; i < 1000; ++i) guard.step(1 * mm, no_velocity, ms);
   const double expected[] = {1.0, 1.0, 0.75, 0.5, 0.25, 0.0, 0.0};  // however slow the slew
   for (int i = 0; i < 7; ++i) {
@@ -89,7 +89,7 @@ TEST(Guard, WithoutAMeasurementTheForceIsHeldAndFallsToZero) {
   EXPECT_TRUE(back.did.slewed);
 }
 
-TEST(Guard, ByDefaultNoMeasurementIsNoForce) {
+TEST(Guard, DefaultForceWithoutMeasurementIsZero) {
   Guard guard = at_wall({});
   EXPECT_DOUBLE_EQ(guard.step(1 * mm, no_velocity, ms).force, 1.0);
   EXPECT_EQ(guard.miss(1e-9).force, 0.0);
@@ -97,14 +97,14 @@ TEST(Guard, ByDefaultNoMeasurementIsNoForce) {
   EXPECT_EQ(guard.step(nan, no_velocity, ms).force, 0.0);
 }
 
-TEST(Guard, ATimeOfMinusZeroIsNone) {
+TEST(Guard, NegativeZeroDtIsInvalid) {
   Guard guard = at_wall({.stale_after = -0.0, .fall_time = -0.0});
   EXPECT_EQ(guard.miss(ms).force, 0.0);
   EXPECT_DOUBLE_EQ(guard.step(1 * mm, no_velocity, ms).force, 1.0);
   EXPECT_EQ(guard.miss(ms).force, 0.0);
 }
 
-TEST(Guard, WhatIsNoMeasurementIsRejectedAndHeldLikeAMissedOne) {
+TEST(Guard, InvalidMeasurementIsTreatedAsAMissedCycle) {
   const double infinite = std::numeric_limits<double>::infinity();
   const double bad[][3] = {{nan, 0.0, ms},     {infinite, 0.0, ms},     {-infinite, 0.0, ms},
                            {1 * mm, nan, ms},  {1 * mm, infinite, ms},  {1e300, 0.0, ms},
@@ -123,8 +123,8 @@ TEST(Guard, WhatIsNoMeasurementIsRejectedAndHeldLikeAMissedOne) {
   }
 }
 
-TEST(Guard, ALeapIsRejectedUntilTheTimeForItHasPassed) {
-  Guard guard = at_wall({.most_slew = 1e3, .stale_after = 1.0, .most_jump = 1 * mm});
+TEST(Guard, JumpIsRejectedUntilEnoughCyclesHavePassed) {
+  Guard guard = at_wall({.max_slew = 1e3, .stale_after = 1.0, .max_jump = 1 * mm});
   EXPECT_DOUBLE_EQ(guard.step(0.5 * mm, no_velocity, ms).force, 0.5);
   for (int i = 0; i < 3; ++i) {
     const Output output = guard.step(4.4 * mm, no_velocity, ms);
@@ -136,7 +136,7 @@ TEST(Guard, ALeapIsRejectedUntilTheTimeForItHasPassed) {
   EXPECT_DOUBLE_EQ(output.force, 1.5);  // slewed on the way back
 }
 
-TEST(Guard, AfterAGapTheEngineIsToldTheWholeTime) {
+TEST(Guard, EngineReceivesTheElapsedTimeAfterAGap) {
   Guard guard(Insertion(std::span<const Layer>(paper()), Limits{.max_speed = 0.1}), {.stale_after = 0.1});
   guard.step(1 * mm, no_velocity, ms);
   for (int i = 0; i < 9; ++i) guard.miss(ms);
@@ -146,14 +146,14 @@ TEST(Guard, AfterAGapTheEngineIsToldTheWholeTime) {
   EXPECT_NEAR(output.sample.velocity, 0.09, 1e-12);
 }
 
-TEST(Guard, AMissedCycleHasNoEvents) {
+TEST(Guard, MissedCycleReportsNoEvents) {
   Guard guard{Insertion(std::span<const Layer>(paper()))};
   guard.step(3.2 * mm, no_velocity, ms);
   EXPECT_TRUE(guard.step(3.3 * mm, no_velocity, ms).sample.punctured);
   EXPECT_FALSE(guard.miss(ms).sample.punctured);
 }
 
-TEST(Guard, AVelocityThatContradictsTheDepthIsTheEnginesToRefuse) {
+TEST(Guard, EngineRefusesVelocityThatContradictsDepth) {
   Guard guard(Insertion(std::span<const Layer>(paper()), Limits{.hold_time = 5 * ms}));
   for (int i = 0; i <= 300; ++i) guard.step(0.01 * mm * i, no_velocity, ms);
   const double force = guard.step(3.01 * mm, no_velocity, ms).force;
@@ -164,8 +164,8 @@ TEST(Guard, AVelocityThatContradictsTheDepthIsTheEnginesToRefuse) {
   }
 }
 
-TEST(Guard, APauseAReinsertionAtSpeedAndAWithdrawalStayInRange) {
-  const GuardSettings settings{.most_force = 0.2, .most_slew = 50.0, .longest_cycle = 2 * ms};
+TEST(Guard, ForceStaysInRangeThroughPauseFastReinsertionAndWithdrawal) {
+  const GuardSettings settings{.max_force = 0.2, .max_slew = 50.0, .longest_cycle = 2 * ms};
   Guard guard(Insertion(std::span<const Layer>(paper())), settings);
   double last = 0.0;
   const auto go = [&](double depth, double dt) {
@@ -183,7 +183,7 @@ TEST(Guard, APauseAReinsertionAtSpeedAndAWithdrawalStayInRange) {
   for (int i = 0; i < 20; ++i) EXPECT_EQ(go(-15 * mm + 0.9 * mm * i, ms).sample.status, Status::ok);
 }
 
-TEST(Guard, ResetForgetsForceEnergyAndTissue) {
+TEST(Guard, ResetClearsForceEnergyAndTissueMemory) {
   Insertion engine{std::span<const Layer>(paper())};
   Guard guard(engine, bounds(1)), fresh = guard;
   for (int i = 0; i < 1000; ++i) guard.step(0.01 * mm * i, no_velocity, ms);
@@ -198,14 +198,14 @@ TEST(Guard, ResetForgetsForceEnergyAndTissue) {
   }
 }
 
-TEST(Guard, AnEngineMayStayWithItsOwner) {
+TEST(Guard, GuardCanReferToAnEngineOfItsOwner) {
   Insertion engine{std::span<const Layer>(paper())};
   Guard<Insertion&> guard(engine);
   for (int i = 0; i < 1000; ++i) guard.step(0.01 * mm * i, no_velocity, ms);
   EXPECT_EQ(engine.pierced_layers(), 1u);
 }
 
-TEST(Guard, SettingsOutsideTheirRangesAreNamedAndGiveNoForce) {
+TEST(Guard, SettingOutsideItsRangeIsNamedAndGivesZeroForce) {
   for (const auto& row : GuardSettings::table)
     for (const double value : {nan, std::nextafter(row.low, -1e300), -1.0}) {
       GuardSettings settings;
@@ -220,32 +220,32 @@ TEST(Guard, SettingsOutsideTheirRangesAreNamedAndGiveNoForce) {
     }
 }
 
-TEST(Guard, NumbersThatDoNotGoTogetherAreRefusedWithTheReason) {
+TEST(Guard, ContradictorySettingsAreRefusedWithTheReason) {
   const std::pair<GuardSettings, const char*> cases[] = {
       {{.delay = 0.5}, "whole"},
-      {{.most_acceleration = 10.0}, "most_speed"},
-      {{.most_speed = 1.0}, "longest_cycle"},
-      {{.longest_cycle = 1e300, .most_speed = 1.0}, "further"},
-      {{.longest_cycle = ms, .most_speed = 1e300}, "further"},
-      {{.longest_cycle = ms, .most_speed = 1.0, .most_reserve = 1e-6}, "initial_reserve"},
-      {{.longest_cycle = ms, .most_speed = 1.0, .initial_reserve = 0.0}, "most_acceleration"}};
+      {{.max_acceleration = 10.0}, "max_speed"},
+      {{.max_speed = 1.0}, "longest_cycle"},
+      {{.longest_cycle = 1e300, .max_speed = 1.0}, "further"},
+      {{.longest_cycle = ms, .max_speed = 1e300}, "further"},
+      {{.longest_cycle = ms, .max_speed = 1.0, .max_reserve = 1e-6}, "initial_reserve"},
+      {{.longest_cycle = ms, .max_speed = 1.0, .initial_reserve = 0.0}, "max_acceleration"}};
   for (const auto& [settings, word] : cases) {
     ASSERT_FALSE(valid(settings)) << word;
     EXPECT_NE(std::string(first_fault(settings).reason).find(word), std::string::npos);
   }
   EXPECT_TRUE(valid(GuardSettings{}));
-  EXPECT_TRUE(valid(bounds(most_delay)));
+  EXPECT_TRUE(valid(bounds(max_delay)));
 }
 
-TEST(Guard, TheLargestBoundsHaveAFiniteBalanceHoweverLongNothingComes) {
-  Guard guard = at_wall({.most_force = 1e6, .longest_cycle = 1e3, .most_speed = 1e3});
+TEST(Guard, LargestBoundsKeepTheEnergyFiniteWithoutMeasurements) {
+  Guard guard = at_wall({.max_force = 1e6, .longest_cycle = 1e3, .max_speed = 1e3});
   for (int k = 0; k < 100000; ++k) {
     const Output output = k % 1000 ? guard.miss(1e9) : guard.step(1 * mm, no_velocity, 1e3);
     ASSERT_TRUE(std::isfinite(output.force) && std::isfinite(output.energy) && std::isfinite(output.reserve));
   }
 }
 
-TEST(Guard, DefaultsStandOnceInTheTable) {
+TEST(Guard, DefaultsMatchTheTable) {
   const GuardSettings defaults;
   for (const auto& row : GuardSettings::table) EXPECT_EQ(defaults.*row.member, row.initial) << row.name;
 }

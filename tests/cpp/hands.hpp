@@ -58,8 +58,8 @@ struct TrueEnergy {
 /// A hand that goes its own way, whatever the force: to random places, with bounded speed and acceleration.
 class WilfulHand {
  public:
-  WilfulHand(double from, double to, double most_speed, double most_acceleration, unsigned seed)
-      : generator_(seed), place_(from, to), v_(most_speed), a_(most_acceleration), depth_(from) {}
+  WilfulHand(double from, double to, double max_speed, double max_acceleration, unsigned seed)
+      : generator_(seed), place_(from, to), v_(max_speed), a_(max_acceleration), depth_(from) {}
   double depth() const { return depth_; }
   Stretch move(double time = cycle) {
     if (left_-- <= 0) choose();
@@ -169,8 +169,8 @@ inline std::vector<Layer> layered_as_fitted() {
 /// What the energy controller is told in these trials of a hand of 0.3 m/s and 20 m/s^2.
 inline GuardSettings bounds(int delay) {
   return {.longest_cycle = cycle,
-          .most_speed = 0.3,
-          .most_acceleration = 20.0,
+          .max_speed = 0.3,
+          .max_acceleration = 20.0,
           .delay = static_cast<double>(delay),
           .initial_reserve = 1e-5};
 }

@@ -93,7 +93,7 @@ TEST(Insertion, TravelAboveTheTissueLoadsNothing) {
   }
 }
 
-TEST(Insertion, ACutThatRecedesFromItsEntryReturnsNoMoreThanTheContactHeldAndNothingAbove) {
+TEST(Insertion, RetreatFromTheEntryReturnsNoMoreThanTheContactEnergy) {
   for (const double puncture : {0.0, 1e-6, 1e-3, 3e-3}) {
     const Model model{laws::Cone{116e3, paper::half_angle}, laws::PunctureDepth{puncture},
                       laws::Coulomb{0.0, 20e-6, 0.0}, laws::ConstantCutting{0.2, 5e-3}};
@@ -192,7 +192,7 @@ TEST(Insertion, SnapshotRestoresToTheBit) {
   EXPECT_EQ(std::memcmp(&first.force, &again.force, sizeof(double)), 0);
 }
 
-TEST(Insertion, ResetForgetsTheHole) {
+TEST(Insertion, ResetRemovesTheHole) {
   Insertion insertion(paper::model());
   paper::move(insertion, -1e-3, 6e-3);
   insertion.reset();
@@ -205,7 +205,7 @@ struct BadStep {
   Status status;
 };
 
-TEST(Insertion, BadInputGivesNoForceAndSaysWhy) {
+TEST(Insertion, InvalidInputGivesZeroForceAndAStatus) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinite = std::numeric_limits<double>::infinity();
   const BadStep bad[] = {{nan, 0, 1e-3, Status::not_finite},
@@ -230,7 +230,7 @@ TEST(Insertion, BadInputGivesNoForceAndSaysWhy) {
   }
 }
 
-TEST(Insertion, AFaultHoldsTheForceForABoundedTimeWhereAsked) {
+TEST(Insertion, FaultHoldsTheForceForAtMostHoldTime) {
   Insertion insertion(paper::model(), Limits{.hold_time = 3.5e-3});
   paper::move(insertion, -1e-3, 6e-3);
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -239,7 +239,7 @@ TEST(Insertion, AFaultHoldsTheForceForABoundedTimeWhereAsked) {
   EXPECT_EQ(held, 3);
 }
 
-TEST(Insertion, VelocityAfterAFaultIsThatOfTheTimePassed) {
+TEST(Insertion, VelocityAfterAFaultUsesTheElapsedTime) {
   Insertion insertion(paper::model());
   paper::move(insertion, -1e-3, 6e-3);
   for (int i = 0; i < 9; ++i) insertion.step(std::numeric_limits<double>::quiet_NaN(), 0.0, 1e-3);
@@ -251,14 +251,14 @@ TEST(Insertion, LimitsAreChecked) {
   EXPECT_EQ(insertion.step(1e-3, no_velocity, 1e-3).status, Status::invalid_parameter);
 }
 
-TEST(Insertion, AFirstStepIsNoFasterThanTheNeedle) {
+TEST(Insertion, FirstStepRespectsMaxSpeed) {
   Insertion insertion(paper::model(), Limits{.max_speed = 0.1});
   EXPECT_EQ(insertion.step(8e-3, 0.2, 1e-3).status, Status::outside_range);
   EXPECT_EQ(insertion.step(8e-3, -0.2, 1e-3).force, 0.0);
   EXPECT_EQ(insertion.step(8e-3, 0.05, 1e-3).status, Status::ok);
 }
 
-TEST(Insertion, AnInvalidModelNeverPushes) {
+TEST(Insertion, InvalidModelGivesZeroForce) {
   Insertion insertion(paper::model(-1.0));
   paper::move(insertion, -1e-3, 6e-3, 1e-4, [](const Sample& sample) {
     EXPECT_EQ(sample.status, Status::invalid_parameter);
@@ -266,7 +266,7 @@ TEST(Insertion, AnInvalidModelNeverPushes) {
   });
 }
 
-TEST(Insertion, EventsAreToldInTheirStepAlone) {
+TEST(Insertion, EventsAreReportedInOneStepOnly) {
   Insertion insertion(paper::model());
   std::vector<std::pair<char, double>> events;
   const auto see = [&](const Sample& sample) {
@@ -297,7 +297,7 @@ TEST(Insertion, LateralForceIsThatOfTheBevelsFace) {
             Status::invalid_parameter);
 }
 
-TEST(Insertion, AMemoryIsTakenBackByItsOwnModelAlone) {
+TEST(Insertion, MemoryIsRestoredOnlyByItsOwnModel) {
   Insertion insertion(paper::model()), other(paper::model(117e3));
   paper::move(insertion, -1e-3, 8e-3);
   Insertion::Saved saved = insertion.save();
@@ -311,7 +311,7 @@ TEST(Insertion, AMemoryIsTakenBackByItsOwnModelAlone) {
   EXPECT_FALSE(insertion.restore(saved));
 }
 
-TEST(Insertion, LimitsStandOnceAndAFaultIsNeverHeldForEver) {
+TEST(Insertion, LimitsMatchTheTableAndHoldTimeIsBounded) {
   for (const auto& row : Limits::table) EXPECT_EQ(Limits{}.*row.member, row.initial) << row.name;
   const double infinite = std::numeric_limits<double>::infinity();
   EXPECT_EQ(Insertion(paper::model(), Limits{.hold_time = infinite}).step(1e-3, no_velocity, 1e-3).status,

@@ -9,7 +9,7 @@ struct EveryLaw : ::testing::Test {};
 using AllLaws = AsTypes<Joined<Stiffness, Puncture, Friction, Cutting, Relaxation>::type>::type;
 TYPED_TEST_SUITE(EveryLaw, AllLaws);
 
-TYPED_TEST(EveryLaw, IsALawWithATableInOrder) {
+TYPED_TEST(EveryLaw, TableIsComplete) {
   static_assert(Law<TypeParam>);
   for (const auto& parameter : TypeParam::table) {
     EXPECT_LT(parameter.low, parameter.high) << parameter.name;
@@ -27,7 +27,7 @@ TYPED_TEST(EveryLaw, HasUnitsThatFollowLengthsAndStresses) {
     EXPECT_TRUE(std::isfinite(unit_factor(parameter.unit, s, m))) << parameter.unit;
 }
 
-TYPED_TEST(EveryLaw, RefusesWhatIsOutsideItsRange) {
+TYPED_TEST(EveryLaw, RefusesParametersOutsideTheirRanges) {
   EXPECT_EQ(first_invalid(middle<TypeParam>()), nullptr);
   for (const auto& parameter : TypeParam::table) {
     for (const double bad :
@@ -40,7 +40,7 @@ TYPED_TEST(EveryLaw, RefusesWhatIsOutsideItsRange) {
   }
 }
 
-TYPED_TEST(EveryLaw, SaysInWordsWhatContradictsWhat) {
+TYPED_TEST(EveryLaw, ContradictionNamesAParameter) {
   EXPECT_EQ(contradiction(middle<TypeParam>()), nullptr);
   if constexpr (requires(const TypeParam& law) { law.contradiction(); }) {
     // some numbers within their ranges do contradict each other, and the words name one of them
@@ -64,7 +64,7 @@ TYPED_TEST(EveryLaw, SaysInWordsWhatContradictsWhat) {
   }
 }
 
-TEST(Contradictions, AreThoseOfTheSources) {
+TEST(Contradictions, ContradictionsAreThoseOfTheSources) {
   EXPECT_NE(contradiction(laws::StickSlip{0.04, 0.04, 1.5e-3, 25.0, 200.0}), nullptr);
   EXPECT_NE(contradiction(laws::StickSlip{0.10, 0.04, 1.5e-3, 27.0, 200.0}), nullptr);  // c v_a > F_a
   EXPECT_EQ(contradiction(laws::StickSlip{0.10, 0.04, 1.5e-3, 25.0, 200.0}), nullptr);

@@ -39,7 +39,7 @@ double elastic_travel(const L& law) {
   return high;
 }
 
-TYPED_TEST(EveryCutting, IsFiniteAndPushesOutwardsWhateverTheMotionAndTheStep) {
+TYPED_TEST(EveryCutting, IsFiniteAndNeverPullsForAnyMotionAndStep) {
   std::mt19937_64 generator{2};
   for (const TypeParam& given : across<TypeParam>()) {
     Edged<TypeParam> walk(given);
@@ -57,7 +57,7 @@ TYPED_TEST(EveryCutting, IsFiniteAndPushesOutwardsWhateverTheMotionAndTheStep) {
   }
 }
 
-TYPED_TEST(EveryCutting, IsNothingWithoutContactWithTheCut) {
+TYPED_TEST(EveryCutting, IsZeroBehindTheCut) {
   for (const TypeParam& given : across<TypeParam>()) {
     Edged<TypeParam> walk(given);
     go(walk, 5e-3, speed, 1e-5);
@@ -78,7 +78,7 @@ TYPED_TEST(EveryCutting, DoesNotCutAnExistingHoleAgain) {
   EXPECT_EQ(walk.cut.front, front);
 }
 
-TYPED_TEST(EveryCutting, HasTheSteadyForceAsTheMeanOfALongWay) {
+TYPED_TEST(EveryCutting, MeanForceOverLongTravelIsTheSteadyForce) {
   const TypeParam given = middle<TypeParam>();
   // where the steady state is a swing of first order, its test is its own
   if constexpr (steps_exactly<TypeParam>)
@@ -89,7 +89,7 @@ TYPED_TEST(EveryCutting, HasTheSteadyForceAsTheMeanOfALongWay) {
     }
 }
 
-TYPED_TEST(EveryCutting, DoesNotDependOnTheStepOrSaysSo) {
+TYPED_TEST(EveryCutting, IsIndependentOfTheStepUnlessDeclaredFirstOrder) {
   if constexpr (steps_exactly<TypeParam>) {
     const TypeParam given = middle<TypeParam>();
     const double unit = largest_force(given);
@@ -131,13 +131,13 @@ TYPED_TEST(EveryCutting, DerivativeByDepthIsThatOfTheNextStep) {
   }
 }
 
-TYPED_TEST(EveryCutting, ReturnsNoEnergyOverAClosedPath) {
+TYPED_TEST(EveryCutting, ClosedPathReturnsNoEnergy) {
   const double travel = elastic_travel(middle<TypeParam>());
   for (const double reach : {20.0 * travel, 2.0 * travel}) {
     Edged<TypeParam> start(middle<TypeParam>());
-    ASSERT_GE(least_closed_work(start, reach, speed), -1e-3) << reach;
+    ASSERT_GE(min_closed_work(start, reach, speed), -1e-3) << reach;
     go(start, 3e-3, speed, 1e-6);  // and from within the cut
-    ASSERT_GE(least_closed_work(start, reach, speed), -1e-3) << reach;
+    ASSERT_GE(min_closed_work(start, reach, speed), -1e-3) << reach;
   }
 }
 

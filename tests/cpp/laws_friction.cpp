@@ -36,7 +36,7 @@ double elastic_travel(const L& law) {
   return high;
 }
 
-TYPED_TEST(EveryFriction, IsFiniteWhateverTheMotionAndTheStep) {
+TYPED_TEST(EveryFriction, IsFiniteForAnyMotionAndStep) {
   std::mt19937_64 generator{2};
   for (const TypeParam& given : across<TypeParam>()) {
     Shafted<TypeParam> walk(given);
@@ -51,7 +51,7 @@ TYPED_TEST(EveryFriction, IsFiniteWhateverTheMotionAndTheStep) {
   }
 }
 
-TYPED_TEST(EveryFriction, IsNothingWithoutEmbeddedLength) {
+TYPED_TEST(EveryFriction, IsZeroWithoutEmbeddedLength) {
   for (const TypeParam& given : across<TypeParam>()) {
     Shafted<TypeParam> walk(given);
     for (const double travel : random_travels(200)) {
@@ -75,13 +75,13 @@ TYPED_TEST(EveryFriction, SlidesAgainstTheMotion) {
     go(walk, -0.3 * length, speed, 1e-5);
     EXPECT_LT(walk.force(), 0.0);
     if constexpr (SlidesSteadily<typename TypeParam::Prepared>) {
-      const double embedded = walk.tip.depth - walk.law.surface(0.0, walk.bed.puncture);
+      const double embedded = walk.tip.depth - walk.law.surface(0.0, walk.extent.puncture);
       EXPECT_NEAR(walk.force(), walk.law.sliding(embedded, -speed), 1e-9 * sliding(given));
     }
   }
 }
 
-TYPED_TEST(EveryFriction, StartsBetweenTheUndeformedSurfaceAndThePunctureWhereItSlidesSteadily) {
+TYPED_TEST(EveryFriction, SteadySlidingStartsBetweenSurfaceAndPuncture) {
   if constexpr (SlidesSteadily<typename TypeParam::Prepared>)
     for (const TypeParam& law : across<TypeParam>()) {
       EXPECT_GE(law.prepare().surface(1e-3, 4e-3), 1e-3);
@@ -99,7 +99,7 @@ double disagreement(const Shafted<L>& start, double travel, double dt, int n) {
   return std::abs(coarse.force() - fine.force());
 }
 
-TYPED_TEST(EveryFriction, DoesNotDependOnTheStepOrSaysSo) {
+TYPED_TEST(EveryFriction, IsIndependentOfTheStepUnlessDeclaredFirstOrder) {
   const TypeParam given = middle<TypeParam>();
   const double unit = sliding(given);
   Shafted<TypeParam> walk(given);
@@ -112,7 +112,7 @@ TYPED_TEST(EveryFriction, DoesNotDependOnTheStepOrSaysSo) {
   }
 }
 
-TYPED_TEST(EveryFriction, ConvergesWithTheStepWhereItIsNotExact) {
+TYPED_TEST(EveryFriction, ConvergesWithTheStep) {
   if constexpr (!steps_exactly<TypeParam>) {
     const auto end = [](int n) {
       Shafted<TypeParam> walk(middle<TypeParam>());
@@ -126,7 +126,7 @@ TYPED_TEST(EveryFriction, ConvergesWithTheStepWhereItIsNotExact) {
   }
 }
 
-TYPED_TEST(EveryFriction, IsContinuousInDepthWhileTheLayerHoldsUnlessItBreaksLoose) {
+TYPED_TEST(EveryFriction, IsContinuousInDepthUnlessItBreaksLoose) {
   constexpr bool jumps = requires { TypeParam::breaks_loose; };
   const auto changes = [](int n) {
     Shafted<TypeParam> walk(usual<TypeParam>());
@@ -169,14 +169,14 @@ TYPED_TEST(EveryFriction, DerivativesAreThoseOfTheNextStep) {
   }
 }
 
-TYPED_TEST(EveryFriction, ReturnsNoEnergyOverAClosedPathUnlessItSaysSo) {
+TYPED_TEST(EveryFriction, ClosedPathReturnsNoEnergyUnlessDeclared) {
   if constexpr (is_passive<TypeParam>) {
     const TypeParam given = middle<TypeParam>();
     const double travel = elastic_travel(given);
     for (const double reach : {20.0 * travel, 2.0 * travel}) {
       Shafted<TypeParam> start(given);
       start.step(0.0, 1e6);  // a dimple that recovers has come to rest
-      ASSERT_GE(least_closed_work(start, reach, speed), -1e-3) << reach;
+      ASSERT_GE(min_closed_work(start, reach, speed), -1e-3) << reach;
     }
   }
 }

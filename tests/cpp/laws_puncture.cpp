@@ -9,7 +9,7 @@ struct EveryPuncture : ::testing::Test {};
 using PunctureLaws = AsTypes<Puncture>::type;
 TYPED_TEST_SUITE(EveryPuncture, PunctureLaws);
 
-TYPED_TEST(EveryPuncture, ComesAtADepthThatTheContactReaches) {
+TYPED_TEST(EveryPuncture, DepthIsReachedByTheContact) {
   for (const TypeParam& puncture : across<TypeParam>())
     with_each<Stiffness>([&](const auto& contact) {
       const auto prepared = contact.prepare();
@@ -21,7 +21,7 @@ TYPED_TEST(EveryPuncture, ComesAtADepthThatTheContactReaches) {
     });
 }
 
-TYPED_TEST(EveryPuncture, ComesNoDeeperInAStifferTissueAndScales) {
+TYPED_TEST(EveryPuncture, IsNoDeeperInStifferTissueAndScales) {
   const TypeParam puncture = middle<TypeParam>();
   with_each<Stiffness>([&](const auto& contact) {
     const double depth = puncture.puncture_depth(contact.prepare());
@@ -31,7 +31,7 @@ TYPED_TEST(EveryPuncture, ComesNoDeeperInAStifferTissueAndScales) {
   });
 }
 
-TYPED_TEST(EveryPuncture, BreaksAContactThatDidNotRelaxBeyondItsDepthAndNotBefore) {
+TYPED_TEST(EveryPuncture, ElasticContactBreaksAtThePunctureDepth) {
   const TypeParam puncture = middle<TypeParam>();
   with_each<Stiffness>([&](const auto& contact) {
     const auto elastic = contact.prepare();
@@ -43,7 +43,7 @@ TYPED_TEST(EveryPuncture, BreaksAContactThatDidNotRelaxBeyondItsDepthAndNotBefor
   });
 }
 
-TYPED_TEST(EveryPuncture, OfNothingIsASurfaceThatLetsThrough) {
+TYPED_TEST(EveryPuncture, ZeroThresholdGivesAnInterfaceWithoutResistance) {
   TypeParam puncture{};
   for (const auto& parameter : TypeParam::table) puncture.*parameter.member = 0.0;
   EXPECT_EQ(first_invalid(puncture), nullptr);
@@ -52,7 +52,7 @@ TYPED_TEST(EveryPuncture, OfNothingIsASurfaceThatLetsThrough) {
   EXPECT_TRUE(puncture.breaks(0.0, 0.0));
 }
 
-TEST(Puncture, ADepthStandsAForceIsReachedAndAnEnergyIsSpent) {
+TEST(Puncture, CriteriaAreDepthForceAndEnergy) {
   with_each<Stiffness>([](const auto& contact) {
     const auto prepared = contact.prepare();
     EXPECT_EQ(laws::PunctureDepth{3e-3}.puncture_depth(prepared), 3e-3);
@@ -61,7 +61,7 @@ TEST(Puncture, ADepthStandsAForceIsReachedAndAnEnergyIsSpent) {
   });
 }
 
-TEST(Puncture, TheEnergyOfTheConeAtThePapersDepthIsAThirdOfForceTimesDepth) {
+TEST(Puncture, ConeEnergyAtThePaperDepthIsAThirdOfForceTimesDepth) {
   const auto cone = laws::Cone{116e3, 15.0 * tips::degree}.prepare();
   const laws::PunctureEnergy third{cone.force(3.237e-3) * 3.237e-3 / 3.0};
   EXPECT_NEAR(third.puncture_depth(cone), 3.237e-3, 1e-14);

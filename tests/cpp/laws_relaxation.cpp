@@ -11,7 +11,7 @@ TYPED_TEST_SUITE(EveryRelaxation, RelaxationLaws);
 
 constexpr double far = std::numeric_limits<double>::infinity();
 
-TYPED_TEST(EveryRelaxation, GivesSharesThatAddUpAndFadeForAnyStep) {
+TYPED_TEST(EveryRelaxation, SharesAddUpToOneAndDecayForAnyStep) {
   for (const TypeParam& given : across<TypeParam>())
     for (double dt = 1e-300; dt < 1e7; dt *= 1e3) {
       const Relaxing relaxing = given.prepare().over(dt);
@@ -26,7 +26,7 @@ TYPED_TEST(EveryRelaxation, GivesSharesThatAddUpAndFadeForAnyStep) {
     }
 }
 
-TYPED_TEST(EveryRelaxation, StepsOfAHoldMultiplyAndThoseOfARampAdd) {
+TYPED_TEST(EveryRelaxation, HoldStepsMultiplyAndRampStepsAdd) {
   const auto law = middle<TypeParam>().prepare();
   for (const double dt : {1e-6, 1e-3, 1.0, 1e3}) {
     const Relaxing whole = law.over(dt), half = law.over(0.5 * dt);
@@ -37,7 +37,7 @@ TYPED_TEST(EveryRelaxation, StepsOfAHoldMultiplyAndThoseOfARampAdd) {
   }
 }
 
-TYPED_TEST(EveryRelaxation, LoadsTheSameInOneStepOrInMany) {
+TYPED_TEST(EveryRelaxation, LoadIsTheSameInOneStepOrInMany) {
   const auto law = middle<TypeParam>().prepare();
   std::mt19937_64 generator{3};
   Element coarse, fine;
@@ -69,7 +69,7 @@ TYPED_TEST(EveryRelaxation, SlipsAtItsLimitAndConvergesToSecondOrderAfter) {
   }
 }
 
-TYPED_TEST(EveryRelaxation, YieldsAtOnceAndOnlyBeyondItsLimits) {
+TYPED_TEST(EveryRelaxation, YieldsImmediatelyAndOnlyBeyondItsLimits) {
   const auto law = middle<TypeParam>().prepare();
   const Relaxing step = law.over(1e-2);
   Element element;
@@ -109,7 +109,7 @@ TEST(Prony, RampAndHoldAreTheClosedForms) {
   }
 }
 
-TEST(Prony, ASuddenLoadIsWholeAndAHoldEndsAtWhatLasts) {
+TEST(Prony, SuddenLoadIsElasticAndAHoldEndsAtTheLastingShare) {
   Element element;
   const auto law = laws::Prony{0.5, 1.0, 0.0, 5.0}.prepare();
   EXPECT_NEAR(element.load(1.0, -far, far, law.over(1e-12), false), 1.0, 1e-12);
@@ -117,7 +117,7 @@ TEST(Prony, ASuddenLoadIsWholeAndAHoldEndsAtWhatLasts) {
   EXPECT_NEAR(element.load(0.0, -far, far, law.over(1e3), false), 0.5, 1e-12);
 }
 
-TEST(Prony, ALoadThatFadedPullsBackWhenItIsTakenAwayUnlessItMayOnlyPush) {
+TEST(Prony, UnloadingARelaxedElementPullsUnlessLimitedToPushing) {
   const auto law = laws::Prony{0.5, 1.0, 0.0, 5.0}.prepare();
   for (const bool pushes : {false, true}) {
     Element element;
@@ -128,7 +128,7 @@ TEST(Prony, ALoadThatFadedPullsBackWhenItIsTakenAwayUnlessItMayOnlyPush) {
   }
 }
 
-TEST(Prony, AHoldAfterLongSlidingRelaxesFromTheSlidingForce) {
+TEST(Prony, HoldAfterSlidingRelaxesFromTheSlidingForce) {
   const auto law = laws::Prony{0.31, 0.7, 0.26, 5.0}.prepare();
   for (const int n : {1, 40}) {
     Element element;
@@ -139,7 +139,7 @@ TEST(Prony, AHoldAfterLongSlidingRelaxesFromTheSlidingForce) {
   }
 }
 
-TEST(Prony, TakingHoldAnewNeverGainsEnergy) {
+TEST(Prony, SlippingNeverGainsEnergy) {
   const auto law = laws::Prony{0.31, 0.7, 0.26, 5.0}.prepare();
   const auto stored = [&](const Element& element, const Relaxing& relaxing) {  // springs of stiffness 1
     double energy = relaxing.lasting * element.elastic * element.elastic;
@@ -158,7 +158,7 @@ TEST(Prony, TakingHoldAnewNeverGainsEnergy) {
   }
 }
 
-TEST(PronyAtRest, AnAdvanceRestoresAndAHoldFades) {
+TEST(PronyAtRest, AdvanceRestoresAndHoldRelaxes) {
   const auto law = laws::PronyAtRest{0.5, 1.0, 0.0, 5.0}.prepare();
   Element element;
   EXPECT_EQ(element.load(1.0, -far, far, law.over(10.0), true), 1.0);  // nothing fades on the way in

@@ -24,7 +24,7 @@ TYPED_TEST(EveryStiffness, StartsAtZeroAndRisesConvexly) {
   }
 }
 
-TYPED_TEST(EveryStiffness, SlopeEnergyAndInverseBelongToTheForce) {
+TYPED_TEST(EveryStiffness, SlopeEnergyAndInverseMatchTheForce) {
   for (const TypeParam& each : middles<TypeParam>()) {
     const auto law = each.prepare();
     EXPECT_EQ(law.energy(0.0), 0.0);
@@ -39,7 +39,7 @@ TYPED_TEST(EveryStiffness, SlopeEnergyAndInverseBelongToTheForce) {
   }
 }
 
-TYPED_TEST(EveryStiffness, GoesOnStraightBeyondItsReach) {
+TYPED_TEST(EveryStiffness, ContinuesLinearlyBeyondItsReach) {
   for (const TypeParam& given : cases<TypeParam>()) {
     const auto law = given.prepare();
     const double end = law.reach();
@@ -82,7 +82,7 @@ TEST(ConeCylinder, NeverExceedsTheConeAndEqualsItBeforeSaturation) {
   EXPECT_DOUBLE_EQ(wide.force(8e-3), cone.force(8e-3));
 }
 
-TEST(TipContact, KeepsItsAccuracyOfEveryTip) {
+TEST(TipContact, HasTheStatedAccuracyForEveryTip) {
   for (const laws::TipContact& law : middles<laws::TipContact>()) {
     const auto table = law.prepare();
     std::visit(
@@ -102,7 +102,7 @@ TEST(TipContact, KeepsItsAccuracyOfEveryTip) {
   }
 }
 
-TEST(TipContact, KeepsLessOfAProfileWithManyKnots) {
+TEST(TipContact, HasLowerAccuracyForAProfileWithManyKnots) {
   tips::Profile profile;
   profile.count = 32;
   for (int i = 0; i < 32; ++i) {
@@ -117,7 +117,7 @@ TEST(TipContact, KeepsLessOfAProfileWithManyKnots) {
   }
 }
 
-TEST(TipContact, OfAConeIsConeCylinder) {
+TEST(TipContact, WithAConeEqualsConeCylinder) {
   const auto table = laws::TipContact{1e5, 0.35e-3, tips::Cone{15.0 * tips::degree}}.prepare();
   const auto closed = laws::ConeCylinder{1e5, 15.0 * tips::degree, 0.35e-3}.prepare();
   for (double h = 1e-4; h < 8e-3; h *= 1.1) {
@@ -134,7 +134,7 @@ TEST(TipContact, RefusesAnImpossibleTip) {
   EXPECT_TRUE(valid(model));
 }
 
-TEST(PowerLaw, OfExponentTwoIsTheConeAndPowersOfLengthFollow) {
+TEST(PowerLaw, WithExponentTwoEqualsTheConeAndScalesWithLength) {
   const auto cone = laws::Cone{116e3, 15.0 * tips::degree}.prepare();
   const auto square = laws::PowerLaw{cone.force(1e-3), 2.0, 1e-3}.prepare();
   const auto paraboloid = laws::PowerLaw{0.1, 1.5, 1e-3}.prepare();
@@ -145,7 +145,7 @@ TEST(PowerLaw, OfExponentTwoIsTheConeAndPowersOfLengthFollow) {
   }
 }
 
-TEST(Polynomial, WithoutItsQuadraticPartIsALineAndElseAConeOnIt) {
+TEST(Polynomial, IsLinearPlusACone) {
   const auto line = laws::Polynomial{50.0, 0.0}.prepare();
   EXPECT_DOUBLE_EQ(line.force(2e-3), 0.1);
   EXPECT_DOUBLE_EQ(line.energy(2e-3), 1e-4);
@@ -155,7 +155,7 @@ TEST(Polynomial, WithoutItsQuadraticPartIsALineAndElseAConeOnIt) {
   EXPECT_DOUBLE_EQ(both.force(3e-3), 0.15 + cone.force(3e-3));
 }
 
-TEST(Exponential, TendsToALineOfStiffnessABAndDoublesOverItsFold) {
+TEST(Exponential, TendsToInitialStiffnessABAndDoublesOverTheFoldLength) {
   const auto straight = laws::Exponential{1e-3, 1e5}.prepare();  // a b = 100 N/m
   for (const double h : {1e-5, 1e-3, 1e-2}) {
     EXPECT_NEAR(straight.force(h), 100.0 * h, 1e-5 * 100.0 * h);

@@ -21,18 +21,18 @@ void expect_fault(const std::vector<Layer>& layers, std::size_t layer, const cha
   EXPECT_EQ(insertion.step(1e-3, no_velocity, 1e-3).force, 0.0);
 }
 
-TEST(FirstFault, FindsNoneInASoundStack) {
+TEST(FirstFault, ValidStackHasNoFault) {
   EXPECT_EQ(first_fault(std::vector{at(0.0), at(5e-3), at(9e-3)}).reason, nullptr);
 }
 
-TEST(FirstFault, IsAStackOfNoneOrOfNine) {
+TEST(FirstFault, RefusesZeroAndNineLayers) {
   expect_fault({}, 0, "layers");
   std::vector<Layer> nine;
   for (int i = 0; i < 9; ++i) nine.push_back(at(5e-3 * i));
   expect_fault(nine, 0, "layers");
 }
 
-TEST(FirstFault, IsATopOutOfPlace) {
+TEST(FirstFault, RefusesTopsOutOfOrder) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   expect_fault({at(1e-3)}, 0, "top");
   expect_fault({at(nan)}, 0, "top");
@@ -42,7 +42,7 @@ TEST(FirstFault, IsATopOutOfPlace) {
   expect_fault({at(0.0), at(1.5)}, 1, "top");
 }
 
-TEST(FirstFault, IsALayerThatPuncturesBelowTheNextTopUnlessBothStandAlone) {
+TEST(FirstFault, RefusesPunctureBelowTheNextTopUnlessLayersAddUp) {
   expect_fault({at(0.0, 6e-3), at(5e-3)}, 1, "top");
   std::vector<Layer> alone{at(0.0, 6e-3), at(5e-3)};
   for (Layer& layer : alone) {
@@ -54,7 +54,7 @@ TEST(FirstFault, IsALayerThatPuncturesBelowTheNextTopUnlessBothStandAlone) {
   expect_fault(alone, 1, "top");
 }
 
-TEST(FirstFault, IsALayerThatAddsUpAmongLayersThatEndAtTheNext) {
+TEST(FirstFault, RefusesMixingLayersThatAddUpWithLayersThatEnd) {
   for (const int dragged : {0, 1}) {
     std::vector<Layer> layers{at(0.0), at(5e-3)};
     layers[dragged].laws.friction = usual<laws::DraggedTissuePassive>();
@@ -63,7 +63,7 @@ TEST(FirstFault, IsALayerThatAddsUpAmongLayersThatEndAtTheNext) {
   }
 }
 
-TEST(FirstFault, IsTheCreepOfTheSurfaceWhereThereIsNoneOrCountedTwice) {
+TEST(FirstFault, RefusesSurfaceCreepBelowTheSurfaceOrCountedTwice) {
   std::vector<Layer> layers{at(0.0), at(5e-3)};
   layers[0].laws.friction = usual<laws::RelaxingSurface>();
   EXPECT_EQ(first_fault(layers).reason, nullptr);
@@ -74,7 +74,7 @@ TEST(FirstFault, IsTheCreepOfTheSurfaceWhereThereIsNoneOrCountedTwice) {
   expect_fault(layers, 0, "relaxation");
 }
 
-TEST(FirstFault, IsTheForceAtTheTipCountedTwice) {
+TEST(FirstFault, RefusesCuttingForceCountedTwice) {
   for (const Friction& friction :
        {Friction{usual<laws::DraggedTissuePassive>()}, Friction{usual<laws::DraggedTissueAsFitted>()}})
     for (const Cutting& cutting : each<Cutting>()) {
@@ -88,7 +88,7 @@ TEST(FirstFault, IsTheForceAtTheTipCountedTwice) {
     }
 }
 
-TEST(FirstFault, IsANumberOutsideItsRangeOrAgainstAnother) {
+TEST(FirstFault, RefusesParametersOutOfRangeOrContradictory) {
   std::vector<Layer> layers{at(0.0), at(5e-3)};
   layers[1].laws.friction = laws::Coulomb{-1.0, 20e-6, 0.0};
   expect_fault(layers, 1, "per_length");

@@ -124,12 +124,12 @@ double disagreement(const std::vector<double>& depths) {
   return largest / peak;
 }
 
-TEST(LayeredLaw, IsTheTextsStateUpdateOverInHoldAndOut) {
+TEST(LayeredLaw, EqualsTheSpecifiedUpdateOverInsertionHoldAndWithdrawal) {
   for (const double speed : {1e-3, 2e-3, 3e-3})
     EXPECT_LT(disagreement(in_hold_out(speed, 0.0)), 1e-9) << speed;
 }
 
-TEST(LayeredLaw, IsTheTextsStateUpdateOverNoisyMotionToo) {
+TEST(LayeredLaw, EqualsTheSpecifiedUpdateOverNoisyMotion) {
   for (const double speed : {1e-3, 2e-3, 3e-3})
     EXPECT_LT(disagreement(in_hold_out(speed, 2e-6)), 1e-9) << speed;
 }

@@ -16,7 +16,7 @@ Layer layer(double top, double friction, double cutting, double puncture) {
 }
 const std::array two_layers{layer(0.0, 18.6, 0.0776, 3.237e-3), layer(5e-3, 30.0, 0.12, 1e-3)};
 
-TEST(Layers, HaveTheForcesOfTheSpecification) {
+TEST(Layers, ForcesAreThoseOfTheSpecification) {
   Insertion insertion(two_layers);
   paper::move(insertion, -1e-3, 4e-3);
   EXPECT_NEAR(insertion.step(4e-3, no_velocity, 1e-3).force, 0.152, 1e-4);
@@ -27,7 +27,7 @@ TEST(Layers, HaveTheForcesOfTheSpecification) {
   EXPECT_EQ(insertion.pierced_layers(), 2u);
 }
 
-TEST(Layers, FeelTheCutOrTheNextContactWhicheverIsMore) {
+TEST(Layers, ForceIsTheLargerOfCutAndNextContact) {
   Insertion insertion(two_layers);
   const auto contact = usual<laws::Cone>().prepare();
   // 0.0776 N of contact lie below the interface where it punctures: both sides of the maximum are met
@@ -47,7 +47,7 @@ TEST(Layers, FeelTheCutOrTheNextContactWhicheverIsMore) {
   }
 }
 
-TEST(Layers, SayEachPunctureOnce) {
+TEST(Layers, EachPunctureIsReportedOnce) {
   Insertion insertion(two_layers);
   std::vector<double> punctures;
   paper::move(insertion, -1e-3, 9e-3, 1e-6, [&](const Sample& sample) {
@@ -60,7 +60,7 @@ TEST(Layers, SayEachPunctureOnce) {
   EXPECT_NEAR(punctures[1], 6e-3, 1.1e-6);
 }
 
-TEST(Layers, LetGoOneAfterTheOtherOnTheWayOut) {
+TEST(Layers, LayersReleaseOneAfterAnotherOnWithdrawal) {
   Insertion insertion(two_layers);
   paper::move(insertion, -1e-3, 9e-3);
   paper::move(insertion, 9e-3, 8.9e-3);  // over the elastic travel
@@ -71,7 +71,7 @@ TEST(Layers, LetGoOneAfterTheOtherOnTheWayOut) {
   });
 }
 
-TEST(Layers, CanBeEightAndNotNine) {
+TEST(Layers, EightLayersAreValidAndNineAreNot) {
   std::vector<Layer> stack;
   for (int i = 0; i < 9; ++i) stack.push_back(layer(5e-3 * i, 10.0 + i, 0.01 * (i + 1), 4e-3));
   Insertion nine(stack);
@@ -121,7 +121,7 @@ double largest_difference(Insertion one, Insertion many, double& peak) {
   return largest;
 }
 
-TEST(Layers, OfOneTissueWithoutThresholdsAreOneLayerForEveryLaw) {
+TEST(Layers, SplitTissueWithoutThresholdsEqualsOneLayerForEveryLaw) {
   for (const Model& model : every_combination()) {
     // their surfaces are their own
     if (stands_alone(model.friction) || std::holds_alternative<laws::RelaxingSurface>(model.friction))

@@ -41,7 +41,7 @@ constexpr bool all_plain = ((std::is_standard_layout_v<T> && std::is_trivial_v<T
 
 static_assert(
     all_trivially_copyable<Insertion, InsertionState, Insertion::Saved, Sample, Model, Layer, Limits, Bevel>);
-static_assert(all_plain<nf_number, nf_tip, nf_law, nf_layer, nf_settings, nf_fault, nf_sample, nf_output,
+static_assert(all_plain<nf_parameter, nf_tip, nf_law, nf_layer, nf_settings, nf_fault, nf_sample, nf_output,
                         Insertion::Saved>);
 static_assert(noexcept(std::declval<Insertion&>().step(0.0, 0.0, 0.0)));
 static_assert(noexcept(std::declval<Insertion&>().reset()));
@@ -166,16 +166,16 @@ std::vector<Layer> full_stack() {
   return {{0.0, model}, {5e-3, model}, {1e-2, model}, {1.5e-2, model}};
 }
 
-TEST(RealTime, NorDoTheyInFourLayersWithEveryKindOfMemory) {
+TEST(RealTime, FourLayersWithMemoryAllocateNothingAndStayFinite) {
   expect_sound(run(Insertion(full_stack()), RandomInput(1e-4), 1000000), "four layers");
 }
 
-TEST(RealTime, NorDoTheyThroughTheCFace) {
+TEST(RealTime, CInterfaceAllocatesNothingAndStaysFinite) {
   const std::vector<Layer> stack = full_stack();
   expect_sound(run(CInsertion(stack), RandomInput(1e-4), 1000000), "C");
 }
 
-TEST(RealTime, NorDoesAnyLawInEightLayersWhateverTheLimits) {
+TEST(RealTime, EveryLawInEightLayersAllocatesNothingForAnyLimits) {
   const double infinite = std::numeric_limits<double>::infinity();
   const Limits lenient{.max_speed = infinite, .velocity_slack = infinite};
   for (const Model& model : every_model())
@@ -192,7 +192,7 @@ Sample after_an_hour(const Model& model, double depth, int n) {
   return sample;
 }
 
-TEST(RealTime, AnHourOfHoldIsTheSameInOneStepAndInMany) {
+TEST(RealTime, HourOfHoldIsTheSameInOneStepAndInMany) {
   for (const Model& model : every_model()) {
     const bool exact =
         std::visit([]<class F, class C>(const F&, const C&) { return steps_exactly<F> && steps_exactly<C>; },
@@ -213,7 +213,7 @@ double reach_of(const Model& model) {
   return std::visit([](const auto& law) { return law.prepare().reach(); }, model.stiffness);
 }
 
-TEST(RealTime, AStepFromAboveIntoTheTissueIsAnInsertionAndOneOutOfItAnExit) {
+TEST(RealTime, OneStepFromAirIntoTissueIsAnInsertionAndOneOutAnExit) {
   for (const Model& model : every_model()) {
     Insertion insertion(eight_of(model), Limits{.max_speed = 1e9});
     EXPECT_EQ(insertion.step(-0.5, no_velocity, 1e-3).force, 0.0);
@@ -262,18 +262,18 @@ GuardSettings random_settings(std::mt19937_64& generator) {
   return settings;
 }
 
-TEST(RealTime, AGuardNeitherAllocatesNorExceedsItsClampWhateverItIsToldAndGiven) {
+TEST(RealTime, GuardAllocatesNothingAndKeepsItsClampForAnyInput) {
   const double infinite = std::numeric_limits<double>::infinity();
   const Limits lenient{.max_speed = infinite, .velocity_slack = infinite};
   const Insertion insertion(paper::model(), lenient);
-  const GuardSettings energetic{.most_force = 0.25,
-                                .most_slew = 500.0,
+  const GuardSettings energetic{.max_force = 0.25,
+                                .max_slew = 500.0,
                                 .stale_after = 2e-3,
                                 .fall_time = 10e-3,
                                 .longest_cycle = 2e-3,
-                                .most_speed = 0.5,
+                                .max_speed = 0.5,
                                 .delay = 2.0,
-                                .most_reserve = 0.01,
+                                .max_reserve = 0.01,
                                 .position_error = 1e-6};
   const double largest = guarded(Guard(insertion, energetic), RandomInput(), 1000000);
   EXPECT_LE(largest, 0.25);
@@ -281,13 +281,13 @@ TEST(RealTime, AGuardNeitherAllocatesNorExceedsItsClampWhateverItIsToldAndGiven)
   std::mt19937_64 generator(4);
   for (int i = 0; i < 200; ++i) {
     const GuardSettings settings = random_settings(generator);
-    EXPECT_LE(guarded(Guard(insertion, settings), RandomInput(1e-4), 5000), settings.most_force);
+    EXPECT_LE(guarded(Guard(insertion, settings), RandomInput(1e-4), 5000), settings.max_force);
   }
   EXPECT_EQ(allocations, 0);
   allocations = 0;
 }
 
-TEST(RealTime, TheArmedAllocatorSeesAnAllocation) {
+TEST(RealTime, AllocationCounterDetectsAnAllocation) {
   allocations = 0;
   armed = true;
   delete new int(1);

@@ -11,7 +11,7 @@ Model relaxing(const Relaxation& relaxation) {
 }
 const laws::Prony two_times{0.31, 0.7, 0.26, 5.0};
 
-TEST(RelaxingContact, FallsInAHoldToWhatLasts) {
+TEST(RelaxingContact, ForceRelaxesInAHoldToTheLastingShare) {
   for (const Stiffness& stiffness : each<Stiffness>())
     for (const Relaxation& relaxation :
          {Relaxation{two_times}, Relaxation{laws::PronyAtRest{0.31, 0.7, 0.26, 5.0}}}) {
@@ -26,7 +26,7 @@ TEST(RelaxingContact, FallsInAHoldToWhatLasts) {
     }
 }
 
-TEST(RelaxingContact, OfAConeAtConstantSpeedIsTheHereditaryIntegral) {
+TEST(RelaxingContact, ConeAtConstantSpeedIsTheHereditaryIntegral) {
   // F = C v^2 int_0^t G(t - s) 2 s ds; the closed form of one term is 2 g tau (t - tau (1 - exp(-t / tau)))
   const double v = 1e-3, t = 3.0, c = usual<laws::Cone>().prepare().coefficient;
   double expected = 0.43 * t * t;
@@ -57,7 +57,7 @@ TEST(RelaxingContact, NeverPulls) {
   }
 }
 
-TEST(RelaxingContact, GivesWayAtItsForceOrWorkLaterTheSlowerItIsPushed) {
+TEST(RelaxingContact, PuncturesDeeperAtLowerSpeed) {
   for (const Puncture& puncture :
        {Puncture{laws::PunctureForce{0.15}}, Puncture{laws::PunctureEnergy{1.5e-4}}}) {
     const auto depth = [&](double dt) {
@@ -77,7 +77,7 @@ TEST(RelaxingContact, GivesWayAtItsForceOrWorkLaterTheSlowerItIsPushed) {
   }
 }
 
-TEST(RelaxingContact, LeavesFrictionThatFadesInAHoldAndCuttingThatDoesNot) {
+TEST(RelaxingContact, FrictionRelaxesInAHoldAndCuttingDoesNot) {
   Insertion insertion(relaxing(two_times));
   paper::move(insertion, -1e-3, 10e-3);
   for (int i = 0; i < 100; ++i) insertion.step(10e-3, no_velocity, 1.0);

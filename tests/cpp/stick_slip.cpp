@@ -7,7 +7,7 @@ namespace {
 // v_a in (1, 3) mm/s; c takes the force from 0.04 N at v_a to 0.0776 N at 3 mm/s
 const laws::StickSlip paper{0.10, 0.04, 1.5e-3, (0.0776 - 0.04) / 1.5e-3, 200.0};
 
-TEST(StickSlip, SwingsAtOneMillimetreASecondWithThePeriodOfTheClosedForm) {
+TEST(StickSlip, OscillatesAtOneMillimetreASecondWithTheClosedFormPeriod) {
   const double period = 0.3 + 25.0666666666666667 / 200.0 * std::log(0.0725333333333333 / 0.0125333333333333);
   EXPECT_NEAR(period, 0.520, 5e-4);
   Edged<laws::StickSlip> walk(paper);
@@ -41,7 +41,7 @@ TEST(StickSlip, IsSteadyAtThreeMillimetresASecond) {
   EXPECT_NEAR(paper.mean_force(3e-3), 0.0776, 1e-15);
 }
 
-TEST(StickSlip, HasAMeanAtOneMillimetreASecondBelowThatAtThree) {
+TEST(StickSlip, MeanForceAtOneMillimetreASecondIsBelowThatAtThree) {
   EXPECT_NEAR(paper.mean_force(1e-3), 0.0665, 5e-5);
   Edged<laws::StickSlip> walk(paper);
   walk.step(5e-3, 5.0);
@@ -49,18 +49,18 @@ TEST(StickSlip, HasAMeanAtOneMillimetreASecondBelowThatAtThree) {
   EXPECT_NEAR(go(walk, way, 1e-3, 1e-6) / way, paper.mean_force(1e-3), 2e-4);
 }
 
-TEST(StickSlip, SkipsWholeCyclesAsFineSteppingGoesThroughThem) {
+TEST(StickSlip, SkippedCyclesEqualFineStepping) {
   for (const double v : {1e-5, 2e-4, 1e-3, 1.4e-3, 1.6e-3, 3e-3}) {
     Edged<laws::StickSlip> once(paper), fine(paper);
     const double time = 6e-3 / v;
     once.step(6e-3, time);
     for (int i = 0; i < 30000; ++i) fine.step(6e-3 / 30000, time / 30000);
     EXPECT_NEAR(once.force(), fine.force(), 1e-8) << v;
-    EXPECT_EQ(once.cut.running, fine.cut.running) << v;
+    EXPECT_EQ(once.memory.running, fine.memory.running) << v;
   }
 }
 
-TEST(StickSlip, SpendsWhatItsCrackSpends) {
+TEST(StickSlip, CrackWorkBalancesTipWork) {
   // work of the tip = that of the crack, the integral of F over its way, plus what the spring holds
   Edged<laws::StickSlip> walk(paper);
   double crack = 0.0, tip = 0.0;

@@ -24,7 +24,7 @@ Range range(const laws::StribeckCutting& law, double v, double dt = 1e-3) {
   return range;
 }
 
-TEST(StribeckCutting, HasTheCriticalSpeedWhereItsForceIsLeast) {
+TEST(StribeckCutting, CriticalSpeedIsTheMinimumOfTheForce) {
   const double critical = smooth.critical_speed();
   EXPECT_NEAR(critical, 1.20e-3, 5e-6);
   EXPECT_LT(smooth.steady_force(critical), smooth.steady_force(0.99 * critical));
@@ -34,7 +34,7 @@ TEST(StribeckCutting, HasTheCriticalSpeedWhereItsForceIsLeast) {
   EXPECT_EQ(damped.critical_speed(), 0.0);
 }
 
-TEST(StribeckCutting, SwingsAtOneMillimetreASecondAndIsSteadyAtThree) {
+TEST(StribeckCutting, OscillatesAtOneMillimetreASecondAndIsSteadyAtThree) {
   const Range slow = range(smooth, 1e-3), fast = range(smooth, 3e-3);
   EXPECT_NEAR(slow.least, 0.040, 1e-3);
   EXPECT_NEAR(slow.most, smooth.static_force, 1e-4);  // it sticks: no creep that starts it at 0.095 N
@@ -42,7 +42,7 @@ TEST(StribeckCutting, SwingsAtOneMillimetreASecondAndIsSteadyAtThree) {
   EXPECT_NEAR(fast.most, 0.0660, 5e-5);
 }
 
-TEST(StribeckCutting, SwingsBelowItsCriticalSpeedAndNotAbove) {
+TEST(StribeckCutting, OscillatesOnlyBelowTheCriticalSpeed) {
   const double critical = smooth.critical_speed();
   const Range below = range(smooth, 0.9 * critical), above = range(smooth, 1.5 * critical);
   EXPECT_GT(below.most - below.least, 0.02);
@@ -55,7 +55,7 @@ TEST(StribeckCutting, ConvergesToFirstOrderInItsSubSteps) {
   const auto end = [](int n) {
     Edged<laws::StribeckCutting> walk(smooth);
     walk.cut.front = -0.09 / smooth.stiffness;
-    walk.cut.speed = 3e-3;
+    walk.memory.speed = 3e-3;
     for (int i = 0; i < n; ++i) walk.step(3e-3 * 0.02 / n, 0.02 / n);
     return walk.force();
   };
@@ -63,19 +63,19 @@ TEST(StribeckCutting, ConvergesToFirstOrderInItsSubSteps) {
   EXPECT_NEAR(first / second, 2.0, 0.1);
 }
 
-TEST(StribeckCutting, HasACrackThatNeverClosesAndSpendsWhatTheTipGives) {
+TEST(StribeckCutting, CrackNeverClosesAndItsWorkBalancesTipWork) {
   Edged<laws::StribeckCutting> walk(smooth);
   double tip = 0.0, spent = 0.0, front = walk.cut.front;
   for (int i = 0; i < 400000; ++i) {
-    const double force = walk.force(), speed = walk.cut.speed;
+    const double force = walk.force(), speed = walk.memory.speed;
     walk.step(2e-8, 2e-5);
     ASSERT_GE(walk.cut.front, front);
     tip += 0.5 * (force + walk.force()) * 2e-8;
-    spent += 0.5 * (smooth.steady_force(speed) * (speed > 0.0) + smooth.steady_force(walk.cut.speed)) *
+    spent += 0.5 * (smooth.steady_force(speed) * (speed > 0.0) + smooth.steady_force(walk.memory.speed)) *
              (walk.cut.front - front);
     front = walk.cut.front;
   }
-  const double held = walk.force() * walk.force() / 400.0 + 1e-3 * walk.cut.speed * walk.cut.speed;
+  const double held = walk.force() * walk.force() / 400.0 + 1e-3 * walk.memory.speed * walk.memory.speed;
   EXPECT_NEAR(tip, spent + held, 0.01 * tip);
 }
 

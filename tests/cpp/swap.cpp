@@ -77,7 +77,7 @@ void expect_sound(const Seen& seen) {
 
 std::array<Layer, 1> one(const Model& model) { return {Layer{0.0, model}}; }
 
-TEST(Swap, AtTheRateOfAPlannerWithJitterEveryForceIsThatOfAValidModel) {
+TEST(Swap, EveryForceIsThatOfAValidModelAtPlannerRateWithJitter) {
   LiveInsertion live(one(between(0.5)));
   std::atomic<long> at{0};
   std::mt19937_64 generator{1};
@@ -92,7 +92,7 @@ TEST(Swap, AtTheRateOfAPlannerWithJitterEveryForceIsThatOfAValidModel) {
   EXPECT_EQ(live.refused(), 0u);
 }
 
-TEST(Swap, AsFastAsItCanWithInvalidModelsAmongThem) {
+TEST(Swap, EveryForceIsThatOfAValidModelAtFullRateWithInvalidModels) {
   LiveInsertion live(one(between(0.5)), 50e-3);
   std::atomic<long> at{0};
   std::atomic<std::uint32_t> kept_out{0};
@@ -107,7 +107,7 @@ TEST(Swap, AsFastAsItCanWithInvalidModelsAmongThem) {
   EXPECT_EQ(live.refused(), kept_out);
 }
 
-TEST(Swap, WithoutABlendTheForceJumps) {
+TEST(Swap, ForceJumpsWithoutABlend) {
   // the measure of the tests above is one that can fail
   LiveInsertion live(one(between(1.0)), 0.0);
   Seen seen;

@@ -42,7 +42,7 @@ namespace {
 
 std::array<Layer, 1> one(double modulus) { return {Layer{0.0, paper::model(modulus)}}; }
 
-TEST(SwapAllocation, TheLoopTakesNoHeap) {
+TEST(SwapAllocation, LoopDoesNotAllocate) {
   LiveInsertion live(one(100e3));
   const Writing writing([&, n = 0]() mutable { live.replace(one(++n % 3 ? 90e3 + 10e3 * (n % 3) : -1.0)); });
   double sum = 0.0;
@@ -56,7 +56,7 @@ TEST(SwapAllocation, TheLoopTakesNoHeap) {
   EXPECT_GT(live.refused(), 0u);
 }
 
-TEST(SwapAllocation, TheArmedAllocatorSeesAnAllocation) {
+TEST(SwapAllocation, AllocationCounterDetectsAnAllocation) {
   allocations = 0;
   armed = true;
   ::operator delete(::operator new(8));  // called, as a new expression may be left out

@@ -24,7 +24,7 @@ Sample rest(LiveInsertion& live, double depth, double time) {
 
 const double pressed = 2.0 / std::numbers::pi * std::tan(paper::half_angle) * 2e-3 * 2e-3;
 
-TEST(Blend, GoesEvenlyFromTheOldForceToTheNew) {
+TEST(Blend, ForceRisesLinearlyFromTheOldToTheNewModel) {
   for (const double blend : {5e-3, 10e-3, 80e-3}) {
     LiveInsertion live(one(paper::model(100e3)), blend);
     EXPECT_NEAR(go(live, -1e-3, 2e-3).force, 100e3 * pressed, 1e-12);
@@ -41,7 +41,7 @@ TEST(Blend, GoesEvenlyFromTheOldForceToTheNew) {
   }
 }
 
-TEST(Blend, OfNoTimeIsAtOnce) {
+TEST(Blend, ZeroBlendTimeSwitchesAtOnce) {
   for (const double blend : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     LiveInsertion live(one(paper::model(100e3)), blend);
     go(live, -1e-3, 2e-3);
@@ -50,7 +50,7 @@ TEST(Blend, OfNoTimeIsAtOnce) {
   }
 }
 
-TEST(Blend, TheNextModelWaitsAndOfThoseThatWaitTheNewestComes) {
+TEST(Blend, NewestWaitingModelFollowsTheBlend) {
   LiveInsertion live(one(paper::model(100e3)), 10e-3);
   go(live, -1e-3, 2e-3);
   live.replace(one(paper::model(110e3)));
@@ -63,7 +63,7 @@ TEST(Blend, TheNextModelWaitsAndOfThoseThatWaitTheNewestComes) {
   EXPECT_EQ(live.taken(), 2u);
 }
 
-TEST(Blend, IsNotMovedByWhatAStepRefuses) {
+TEST(Blend, RefusedStepDoesNotAdvanceTheBlend) {
   LiveInsertion live(one(paper::model(100e3)), 10e-3, Limits{.hold_time = 1.0});
   const double before = go(live, -1e-3, 2e-3).force;
   live.replace(one(paper::model(160e3)));
@@ -79,7 +79,7 @@ TEST(Blend, IsNotMovedByWhatAStepRefuses) {
               1e-12);  // the refused time counts, as it passed
 }
 
-TEST(Blend, LateralForceGoesWithTheCut) {
+TEST(Blend, LateralForceFollowsTheCuttingForce) {
   const Bevel bevel{20.0 * tips::degree, 0.1, 0.5};
   Model stronger = paper::model();
   stronger.cutting = laws::ConstantCutting{0.2, 20e-6};
@@ -89,7 +89,7 @@ TEST(Blend, LateralForceGoesWithTheCut) {
   EXPECT_NEAR(rest(live, 6e-3, 5e-3).lateral, before * (1.0 + 0.5 * (0.2 / paper::cutting - 1.0)), 1e-12);
 }
 
-TEST(Kept, AnIdenticalModelChangesNotOneBit) {
+TEST(Kept, IdenticalModelKeepsEveryBit) {
   for (const Model& model : every_model()) {
     LiveInsertion live(one(model));
     Insertion alone(model);
@@ -112,7 +112,7 @@ TEST(Kept, AnIdenticalModelChangesNotOneBit) {
   }
 }
 
-TEST(Kept, WhatHasRelaxedKeepsItsShare) {
+TEST(Kept, RelaxedShareIsKept) {
   Model model = paper::model(100e3);
   model.relaxation = laws::Prony{0.4, 0.5, 0.0, 5.0};
   LiveInsertion live(one(model), 0.0);
@@ -146,7 +146,7 @@ TEST(Kept, FrictionAtRestStaysWithinTheNewLimits) {
   EXPECT_NEAR(rest(live, 8.1e-3, 1.0).force, 5.0 * 8.1e-3 + cut, 1e-9);
 }
 
-TEST(Kept, TheHoleIsNotCutAgain) {
+TEST(Kept, ExistingHoleIsNotCutAgain) {
   for (const Cutting& first : each<Cutting>())
     for (const Cutting& second : each<Cutting>()) {
       Model model = paper::model();
@@ -170,7 +170,7 @@ TEST(Kept, TheHoleIsNotCutAgain) {
     }
 }
 
-TEST(KeptOut, AnInvalidModelLeavesTheOldAndSaysSo) {
+TEST(KeptOut, InvalidModelIsRefusedAndReportedAndTheOldOneKept) {
   Insertion alone(paper::model());
   LiveInsertion live(one(paper::model()));
   for (int i = 0; i < 1000; ++i) {
@@ -189,7 +189,7 @@ TEST(KeptOut, AnInvalidModelLeavesTheOldAndSaysSo) {
   EXPECT_FALSE(live.last_refused());
 }
 
-TEST(KeptOut, AnInsertionThatBeganInvalidCanBeMended) {
+TEST(KeptOut, ValidModelReplacesAnInvalidFirstOne) {
   LiveInsertion live(one(paper::model(-1.0)), 10e-3);
   EXPECT_EQ(live.step(-1e-3, no_velocity, 1e-3).status, Status::invalid_parameter);
   live.replace(one(paper::model(100e3)));

@@ -55,7 +55,7 @@ struct Replaced {
 
 const double sliding = paper::friction * 9e-3 + paper::cutting;
 
-TEST(Layers, AnInterfaceAddedWhereTheTipWentThroughIsPiercedAndTellsNothing) {
+TEST(Layers, InterfaceAddedAboveTheTipIsPiercedWithoutAnEvent) {
   for (const double indentation : {0.0, 1e-3, 5e-3}) {
     const Replaced replaced({at(0.0, 0.0)}, {at(0.0, 0.0), at(6e-3, indentation)});
     EXPECT_NEAR(replaced.force, sliding, 1e-12) << "the same tissue, in two layers";
@@ -64,20 +64,20 @@ TEST(Layers, AnInterfaceAddedWhereTheTipWentThroughIsPiercedAndTellsNothing) {
   }
 }
 
-TEST(Layers, OneAddedBelowTheTipIsPuncturedThere) {
+TEST(Layers, InterfaceAddedBelowTheTipIsPuncturedThere) {
   const Replaced replaced({at(0.0, 0.0)}, {at(0.0, 0.0), at(11e-3, 1e-3)});
   EXPECT_NEAR(replaced.force, sliding, 1e-12);
   EXPECT_EQ(replaced.on.punctures, 1);
 }
 
-TEST(Layers, ARemovedOneLeavesItsTissueToTheOneAbove) {
+TEST(Layers, RemovedLayerBecomesPartOfTheLayerAbove) {
   const Replaced replaced({at(0.0, 0.0), at(6e-3, 1e-3)}, {at(0.0, 0.0)});
   EXPECT_NEAR(replaced.force, sliding, 1e-12);
   EXPECT_EQ(replaced.in.punctures, 2);
   EXPECT_EQ(replaced.on.punctures, 0);
 }
 
-TEST(Layers, APiercedOneThatMovesAboveTheTipStaysPierced) {
+TEST(Layers, PiercedLayerMovedAboveTheTipStaysPierced) {
   for (const double top : {4e-3, 5.9e-3, 6.1e-3, 8.9e-3}) {
     const Replaced replaced({at(0.0, 0.0), at(6e-3, 1e-3)}, {at(0.0, 0.0), at(top, 1e-3)});
     EXPECT_NEAR(replaced.force, sliding, 1e-12) << top;
@@ -85,26 +85,26 @@ TEST(Layers, APiercedOneThatMovesAboveTheTipStaysPierced) {
   }
 }
 
-TEST(Layers, APiercedOneThatMovesBelowTheDeepestPointIsWholeAgain) {
+TEST(Layers, PiercedLayerMovedBelowTheDeepestPointIsIntactAgain) {
   const Replaced replaced({at(0.0, 0.0), at(6e-3, 1e-3)}, {at(0.0, 0.0), at(11e-3, 1e-3)});
   EXPECT_NEAR(replaced.force, sliding, 1e-12);
   EXPECT_EQ(replaced.on.punctures, 1);
 }
 
-TEST(Layers, AWholeOneThatMovesFarAboveTheTipWasPassed) {
+TEST(Layers, IntactLayerMovedFarAboveTheTipCountsAsPierced) {
   const Replaced replaced({at(0.0, 0.0), at(12e-3, 1e-3)}, {at(0.0, 0.0), at(6e-3, 1e-3)});
   EXPECT_NEAR(replaced.force, sliding, 1e-12);
   EXPECT_EQ(replaced.on.punctures, 0);
 }
 
-TEST(Layers, AWholeOneThatMovesJustAboveTheTipIsPressed) {
+TEST(Layers, IntactLayerMovedJustAboveTheTipIsDeformed) {
   const Replaced replaced({at(0.0, 0.0), at(12e-3, 1e-3)}, {at(0.0, 0.0), at(8.5e-3, 1e-3)});
   const double contact = 2.0 / std::numbers::pi * 116e3 * std::tan(paper::half_angle) * 0.5e-3 * 0.5e-3;
   EXPECT_NEAR(replaced.force, paper::friction * 8.5e-3 + std::max(contact, paper::cutting), 1e-12);
   EXPECT_EQ(replaced.on.punctures, 1);
 }
 
-TEST(Layers, OneThatIsPressedAndNowGivesWayEarlierTellsItOnce) {
+TEST(Layers, DeformedLayerWithAnEarlierPunctureReportsItOnce) {
   // pressed by 1 mm of 2 mm, then said to have given way after 0.5 mm
   const Replaced replaced({at(0.0, 0.0), at(8e-3, 2e-3)}, {at(0.0, 0.0), at(8e-3, 0.5e-3)});
   EXPECT_EQ(replaced.in.punctures, 1);
@@ -112,7 +112,7 @@ TEST(Layers, OneThatIsPressedAndNowGivesWayEarlierTellsItOnce) {
   EXPECT_NEAR(replaced.force, sliding, 1e-12);
 }
 
-TEST(Layers, AreTheSameIfTheirTopsAreNearestWhereTheirNumberChanges) {
+TEST(Layers, LayersAreMatchedByNearestTopsWhenTheirNumberChanges) {
   // pressed by 0.5 mm when another comes above and one below, and its top moves by 0.1 mm
   const Replaced replaced({at(0.0, 0.0), at(8.5e-3, 2e-3)},
                           {at(0.0, 0.0), at(5e-3, 1e-3), at(8.4e-3, 2e-3), at(11e-3, 1e-3)});
@@ -121,7 +121,7 @@ TEST(Layers, AreTheSameIfTheirTopsAreNearestWhereTheirNumberChanges) {
   EXPECT_EQ(replaced.on.punctures, 2);
 }
 
-TEST(Layers, MovingAtRandomEventsAreToldOnceAndNothingJumps) {
+TEST(Layers, RandomlyMovingLayersReportEventsOnceWithoutForceJumps) {
   std::mt19937_64 generator{1};
   std::uniform_real_distribution<double> noise{-0.2e-3, 0.2e-3};
   for (int trial = 0; trial < 50; ++trial) {

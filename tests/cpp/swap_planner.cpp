@@ -66,7 +66,7 @@ Error errors(double slowest, double fastest, double late) {
   return {std::sqrt(error.local), std::sqrt(error.held), error.largest_change};
 }
 
-TEST(Planner, TheLocalForceIsNearTheTruthWhereAHeldOneIsNot) {
+TEST(Planner, LocalForceIsCloserToTheTruthThanAHeldForce) {
   double steepest = 0.0;
   for (int i = 0; i < 60000; ++i)
     steepest = std::max(steepest, std::abs(Simulation::force(i * 1e-3 + 1e-3) - Simulation::force(i * 1e-3)));
@@ -80,7 +80,7 @@ TEST(Planner, TheLocalForceIsNearTheTruthWhereAHeldOneIsNot) {
   }
 }
 
-TEST(Planner, AlsoWhereTheFramesAreAFrameLate) {
+TEST(Planner, LocalForceIsCloserWithFramesOneFrameLate) {
   const Error error = errors(20.0, 60.0, 40e-3);
   RecordProperty("ratio", std::to_string(error.local / error.held));
   EXPECT_LT(error.local, 0.1 * error.held) << error.local << " " << error.held;

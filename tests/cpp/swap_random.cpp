@@ -18,7 +18,7 @@ class Draw {
   std::vector<Layer> stack() {
     for (;;) {
       std::vector<Layer> layers{{0.0, model()}};
-      for (std::size_t more = generator_() % most_layers; more > 0; --more)
+      for (std::size_t more = generator_() % max_layers; more > 0; --more)
         layers.push_back({layers.back().top + 10e-3 * unit(), model()});
       while (!layers.empty() && first_fault(layers).reason) layers.pop_back();
       if (!layers.empty()) return layers;
@@ -93,7 +93,7 @@ Seen run(unsigned seed, bool extreme, int steps) {
   return seen;
 }
 
-TEST(RandomStacks, OfUsualNumbersGiveUsualForces) {
+TEST(RandomStacks, TypicalParametersGiveTypicalForces) {
   for (unsigned seed = 0; seed < 40; ++seed) {
     const Seen seen = run(seed, false, 5000);
     EXPECT_TRUE(seen.finite) << seed;
@@ -104,7 +104,7 @@ TEST(RandomStacks, OfUsualNumbersGiveUsualForces) {
   }
 }
 
-TEST(RandomStacks, OfNumbersAtTheEndsOfTheirRangesStayFinite) {
+TEST(RandomStacks, ParametersAtTheEndsOfTheirRangesGiveFiniteForces) {
   for (unsigned seed = 0; seed < 80; ++seed) {
     const Seen seen = run(seed, true, 5000);
     EXPECT_TRUE(seen.finite) << seed;

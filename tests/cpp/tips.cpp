@@ -32,7 +32,7 @@ void with_every_tip(Visit visit) {
         tip);
 }
 
-TEST(EveryTip, IsTested) {
+TEST(EveryTip, EveryShapeIsInTheTestedList) {
   std::set<std::size_t> shapes;
   for (const Tip& tip : every_tip()) {
     EXPECT_TRUE(valid(tip));
@@ -84,7 +84,7 @@ TEST(EveryTip, SlopeIsTwiceTheRadiusAndTheEnergyIsTheIntegralOnAShank) {
           tip);
 }
 
-TEST(EveryTip, PressureCarriesTheForce) {
+TEST(EveryTip, PressureIntegratesToTheForce) {
   for (const Tip& tip : every_tip())
     for (const double h : {1e-4, 4e-3})  // before saturation and, where there is one, after
       std::visit(
@@ -103,7 +103,7 @@ TEST(EveryTip, PressureCarriesTheForce) {
           tip);
 }
 
-TEST(Pressure, OfConeParaboloidAndFlatIsTheirClosedForm) {
+TEST(Pressure, ConeParaboloidAndFlatAreTheClosedForms) {
   const tips::Cone cone{15.0 * tips::degree};
   const tips::Paraboloid paraboloid{1e-3};
   const tips::Flat flat{1e-3};
@@ -134,7 +134,7 @@ TEST(Limits, BluntTipsBecomeTheCone) {
   }
 }
 
-TEST(Limits, ASmallContactOfASphereIsThatOfAParaboloidAndOfAnOgiveThatOfItsApex) {
+TEST(Limits, SmallSphereContactEqualsParaboloidAndSmallOgiveContactItsApex) {
   const double R = 0.35e-3, a = 1e-5 * R;
   expect_same(tips::Sphere{R}.force(a), tips::Paraboloid{R}.force(a), 1e-9);
   expect_same(tips::Sphere{R}.depth(a), tips::Paraboloid{R}.depth(a), 1e-9);
@@ -144,7 +144,7 @@ TEST(Limits, ASmallContactOfASphereIsThatOfAParaboloidAndOfAnOgiveThatOfItsApex)
   expect_same(ogive.depth(a), apex.depth(a), 1e-4);
 }
 
-TEST(Limits, AnOgiveAsLongAsWideIsTheHemisphereUpToItsEnd) {
+TEST(Limits, OgiveAsLongAsWideEqualsTheHemisphere) {
   const tips::TangentOgive ogive{1e-3, 1e-3};
   const tips::Sphere sphere{1e-3};
   for (const double gap : {0.9, 0.3, 0.1, 1e-2, 1e-3}) {
@@ -157,7 +157,7 @@ TEST(Limits, AnOgiveAsLongAsWideIsTheHemisphereUpToItsEnd) {
     expect_same(contact_at_depth(ogive, h, 1.0).force, contact_at_depth(sphere, h, 1.0).force, 1e-11);
 }
 
-TEST(Limits, AContainedTipNeedsLessForce) {
+TEST(Limits, ContainedTipNeedsLessForce) {
   const double R = 0.35e-3;
   const tips::Cone cone{15.0 * tips::degree};
   const tips::BluntedCone rounded{15.0 * tips::degree, 5e-5, 0.0};
@@ -172,7 +172,7 @@ TEST(Limits, AContainedTipNeedsLessForce) {
   }
 }
 
-TEST(Profile, KnotsThatAreNoProfileAreRefusedByPlace) {
+TEST(Profile, InvalidKnotsAreRefusedByIndex) {
   tips::Profile profile{{0.0, 1e-4, 2e-4}, {0.0, 1e-4, 3e-4}, 3};
   EXPECT_EQ(profile.flaw().limit, nullptr);
   const auto flaw = [&](double& number, double value) {

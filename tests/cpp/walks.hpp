@@ -22,29 +22,30 @@ struct TipMotion {
 template <class L>
 struct Shafted {
   typename L::Prepared law;
-  Bed bed{0.0, 3e-3, std::numeric_limits<double>::infinity(), true};
+  LayerExtent extent{0.0, 3e-3, std::numeric_limits<double>::infinity(), true};
   TipMotion tip{3e-3, 3e-3};
   Shaft shaft{};
+  typename L::Prepared::Memory memory{};
   Relaxing relaxing{};
   double velocity = 0.0;
 
   /// In a layer pierced at `puncture` [m] by a contact that held `force` [N]: a cone's energy and slope.
   explicit Shafted(const L& given, double puncture = 3e-3, double force = 0.2)
       : law(given.prepare()),
-        bed{0.0, puncture, std::numeric_limits<double>::infinity(), true},
+        extent{0.0, puncture, std::numeric_limits<double>::infinity(), true},
         tip{puncture, puncture} {
-    law.pierce(shaft, {Element{force}, force, force * puncture / 3.0, 2.0 * force / puncture});
-    law.advance(shaft, tip.move(0.0, 0.0, 1e-15), bed, relaxing);
+    law.pierce(memory, {Element{force}, force, force * puncture / 3.0, 2.0 * force / puncture});
+    law.advance(shaft, memory, tip.move(0.0, 0.0, 1e-15), extent, relaxing);
   }
-  double scale() const { return bed.puncture; }
+  double scale() const { return extent.puncture; }
   void step(double travel, double dt) { step(travel, travel / dt, dt); }
   void step(double travel, double velocity_, double dt) {
     velocity = velocity_;
-    law.advance(shaft, tip.move(travel, velocity, dt), bed, relaxing);
+    law.advance(shaft, memory, tip.move(travel, velocity, dt), extent, relaxing);
   }
-  double force() const { return law.force(shaft, velocity); }
-  double by_depth() const { return law.by_depth(shaft, velocity); }
-  double by_velocity() const { return law.by_velocity(shaft, velocity); }
+  double force() const { return law.force(shaft, memory, velocity); }
+  double by_depth() const { return law.by_depth(shaft, memory, velocity); }
+  double by_velocity() const { return law.by_velocity(shaft, memory, velocity); }
 };
 
 /// Cutting from a puncture at depth 0 on.
@@ -53,11 +54,12 @@ struct Edged {
   typename L::Prepared law;
   TipMotion tip{};
   Cut cut{};
+  typename L::Prepared::Memory memory{};
 
-  explicit Edged(const L& given) : law(given.prepare()) { law.enter(cut, 0.0, -1.0); }
-  void step(double travel, double dt) { law.advance(cut, tip.move(travel, travel / dt, dt)); }
-  double force() const { return law.force(cut, tip.depth); }
-  double by_depth() const { return law.by_depth(cut, tip.depth); }
+  explicit Edged(const L& given) : law(given.prepare()) { law.enter(cut, memory, 0.0, -1.0); }
+  void step(double travel, double dt) { law.advance(cut, memory, tip.move(travel, travel / dt, dt)); }
+  double force() const { return law.force(cut, memory, tip.depth); }
+  double by_depth() const { return law.by_depth(cut, memory, tip.depth); }
 };
 
 /// Travels in and out [m], their sizes spread evenly over some decades up to `largest`; always the same.
@@ -106,7 +108,7 @@ double go(Walk& walk, double travel, double speed, double fine) {
 /// The least work over closed paths that start as `start` does: after each of some random travels of up to
 /// `reach` [m] straight back, over the work of a travel; the integral is good to 1e-3 of that.
 template <class Walk>
-double least_closed_work(const Walk& start, double reach, double speed) {
+double min_closed_work(const Walk& start, double reach, double speed) {
   constexpr int n = 30;
   const double fine = reach / 5000.0;
   Walk walk = start;

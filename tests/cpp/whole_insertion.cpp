@@ -61,7 +61,7 @@ struct WholeInsertion : ::testing::TestWithParam<Model> {
   }
 };
 
-TEST_P(WholeInsertion, PuncturesOnceHoldsLetsGoAndReturnsNoEnergy) {
+TEST_P(WholeInsertion, PuncturesOnceHoldsReleasesAndReturnsNoEnergy) {
   in(deepest);
   ASSERT_EQ(punctures, 1);
   for (int i = 0; i < 200; ++i) {

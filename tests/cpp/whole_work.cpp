@@ -36,7 +36,7 @@ Work cycle(const Model& model, double deepest) {
 constexpr double z1 = paper::puncture, z2 = 10e-3;
 constexpr double rounding = 2e-7;  // [J] half a step of 1 um at each jump of at most 0.4 N
 
-TEST(Work, OfDeformationIsTheEnergyOfTheContactAtThePuncture) {
+TEST(Work, DeformationWorkIsTheContactEnergyAtThePuncture) {
   for (const Stiffness& stiffness : each<Stiffness>())
     for (const Puncture& puncture : each<Puncture>()) {
       Model model = paper::model();
@@ -49,11 +49,11 @@ TEST(Work, OfDeformationIsTheEnergyOfTheContactAtThePuncture) {
     }
 }
 
-TEST(Work, OfTheConeIsTheClosedForm) {
+TEST(Work, ConeWorkIsTheClosedForm) {
   EXPECT_NEAR(cycle(paper::model(), z2).stiffness, 0.2073365956887147 * z1 / 3.0, rounding);
 }
 
-TEST(Work, OfFrictionIsThatOfBothWays) {
+TEST(Work, FrictionWorkIsThatOfBothStrokes) {
   Model model = paper::model();
   model.friction = laws::Coulomb{18.6, 1e-8, 0.0};
   const double both = 0.5 * 18.6 * (z2 * z2 - z1 * z1) + 0.5 * 18.6 * z2 * z2;
@@ -64,7 +64,7 @@ TEST(Work, OfFrictionIsThatOfBothWays) {
   EXPECT_NEAR(cycle(model, z2).friction, rated, 4e-7);
 }
 
-TEST(Work, OfCuttingIsThatOfTheAdvance) {
+TEST(Work, CuttingWorkIsThatOfTheAdvance) {
   Model model = paper::model();
   model.cutting = laws::ConstantCutting{0.0776, 1e-8};
   EXPECT_NEAR(cycle(model, z2).cutting, 0.0776 * (z2 - z1), rounding);
@@ -72,7 +72,7 @@ TEST(Work, OfCuttingIsThatOfTheAdvance) {
   EXPECT_EQ(cycle(model, z2).cutting, 0.0);
 }
 
-TEST(Work, OfFractureIsToughnessTimesAreaAndTheSpreadingThatIsNotRecovered) {
+TEST(Work, FractureWorkIsToughnessTimesAreaPlusUnrecoveredSpreading) {
   Model model = paper::model();
   for (const double recovered : {0.0, 0.4, 1.0}) {
     model.cutting = laws::Fracture{110.9, 0.7e-3, 154667.0, 0.35e-3, recovered, 1e-8};
@@ -82,7 +82,7 @@ TEST(Work, OfFractureIsToughnessTimesAreaAndTheSpreadingThatIsNotRecovered) {
   }
 }
 
-TEST(Work, OfACrackThatSticksAndSlipsIsTheIntegralOverItsWayLessWhatItHeld) {
+TEST(Work, StickSlipWorkIsTheIntegralOverTheCrackTravel) {
   for (const Cutting& cutting :
        {Cutting{usual<laws::StickSlip>()}, Cutting{usual<laws::StribeckCutting>()}}) {
     Model model = paper::model();
@@ -121,7 +121,7 @@ double random_cycle(const Model& model, unsigned seed) {
   return turned > 0.0 ? work / turned : 0.0;
 }
 
-TEST(Work, OverRandomClosedPathsIsNeverReturned) {
+TEST(Work, RandomClosedPathsReturnNoEnergy) {
   const auto passive = [](const Model& model) {
     return std::visit([]<class F, class R>(const F&, const R&) { return is_passive<F> && is_passive<R>; },
                       model.friction, model.relaxation);
@@ -162,7 +162,7 @@ double work_past_the_puncture(double spring, const Relaxation& relaxation, doubl
   return work;
 }
 
-TEST(Work, OfTissueOnASoftSpringIsNotReturnedInThePassiveFormAndIsInTheFittedOne) {
+TEST(Work, SoftSpringReturnsEnergyOnlyInTheFittedForm) {
   for (const double spring : {70.0, 75.0, 80.0}) {
     const Relaxation none = laws::NoRelaxation{};
     const double peak = 0.2073365956887147, over = 0.5 * peak * peak / spring - peak * z1 / 3.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// No more than this can a stack of layers push, whatever the motion: from the numbers of its laws,
-// generously. The tip lies within 1 m of the surface and is no faster than the engine allows.
+// Upper bound of the force of a stack of layers for any motion, from the parameters of its laws,
+// generously. The tip is within 1 m of the surface and is no faster than the engine allows.
 #pragma once
 
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layers as the C face takes them: laws and tips by name, numbers from the tables.
+// Layers as the C face takes them: laws and tips by name, parameters from the tables.
 #pragma once
 
 #include <deque>
@@ -22,8 +22,8 @@ class CLayers {
 
  private:
   template <class T>
-  static void name_numbers(const T& value, nf_number* numbers) {
-    for (const auto& parameter : T::table) *numbers++ = {parameter.name, value.*parameter.member};
+  static void name_parameters(const T& value, nf_parameter* parameters) {
+    for (const auto& parameter : T::table) *parameters++ = {parameter.name, value.*parameter.member};
   }
   nf_tip tip(const needleforce::tips::Profile& profile) {
     profiles_.push_back(profile);
@@ -33,7 +33,7 @@ class CLayers {
   template <class Shape>
   nf_tip tip(const Shape& shape) {
     nf_tip named{shape.name, {}, nullptr, nullptr, nullptr, 0};
-    name_numbers(shape, named.numbers);
+    name_parameters(shape, named.parameters);
     if constexpr (requires { shape.equivalence; })
       named.equivalence = needleforce::tips::bevel_equivalence_names[std::size_t(shape.equivalence)];
     return named;
@@ -43,7 +43,7 @@ class CLayers {
     return std::visit(
         [this](const auto& law) {
           nf_law named{law.name, {}, nullptr};
-          name_numbers(law, named.numbers);
+          name_parameters(law, named.parameters);
           if constexpr (requires { law.tip; }) {
             tips_.push_back(std::visit([this](const auto& shape) { return this->tip(shape); }, law.tip));
             named.tip = &tips_.back();

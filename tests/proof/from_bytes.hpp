@@ -123,7 +123,7 @@ Laws laws_of(Bytes& bytes) {
 /// One to eight layers, seldom none or nine.
 inline std::vector<Layer> layers(Bytes& bytes) {
   const std::size_t kind = bytes.take<std::uint8_t>();
-  const std::size_t count = kind == 255 ? 0 : kind == 254 ? most_layers + 1 : 1 + kind % most_layers;
+  const std::size_t count = kind == 255 ? 0 : kind == 254 ? max_layers + 1 : 1 + kind % max_layers;
   std::vector<Layer> stack(count);
   double top = 0.0;
   for (Layer& layer : stack) {
@@ -146,8 +146,8 @@ inline Bevel bevel(Bytes& bytes) { return bytes.below(2) == 0 ? Bevel{} : number
 inline GuardSettings guard_settings(Bytes& bytes) {
   if (bytes.below(2) == 0) return {};
   GuardSettings settings = numbers_of<GuardSettings>(bytes);
-  settings.delay = bytes.number(0.0, 0.0) + static_cast<double>(bytes.below(most_delay + 2));
-  if (bytes.below(2) == 0) settings.most_speed = settings.most_acceleration = unlimited;
+  settings.delay = bytes.number(0.0, 0.0) + static_cast<double>(bytes.below(max_delay + 2));
+  if (bytes.below(2) == 0) settings.max_speed = settings.max_acceleration = unlimited;
   return settings;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A fuzzer on models that are replaced while the loop runs: two stacks of any laws and numbers take turns.
-// Nothing that is not finite comes out, an invalid stack is kept out and told, free space has no force, and a
-// guard around it keeps its clamp.
+// Nothing that is not finite comes out, an invalid stack is refused and reported, free space has no force,
+// and a guard around it keeps its clamp.
 #include "motion.hpp"
 #include "needleforce/live.hpp"
 #include "trial.hpp"
@@ -26,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const double blend = bytes.number(0.0, 0.05);
   const std::vector<Layer> stacks[] = {from_bytes::layers(bytes), from_bytes::layers(bytes)};
   LiveInsertion live(stacks[0], blend);
-  Guard<LiveInsertion&> guard(live, {.most_force = clamp});
+  Guard<LiveInsertion&> guard(live, {.max_force = clamp});
   std::size_t turn = 0;
   std::uint32_t refused = 0;
   from_bytes::Motion motion;
@@ -37,7 +37,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     } else if (cycle.ask != from_bytes::Ask::step) {
       const auto& stack = stacks[++turn % 2];
       const bool kept_out = live.replace(stack).reason != nullptr;
-      require(kept_out == (first_fault(stack).reason != nullptr), "an invalid stack is kept out and told");
+      require(kept_out == (first_fault(stack).reason != nullptr), "an invalid stack is refused and reported");
       require(live.refused() == (refused += kept_out), "what was kept out is counted");
     } else {
       for (std::size_t i = 0; i < cycle.times; ++i)

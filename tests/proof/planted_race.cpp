@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two threads and one number without an order between them: the thread sanitizer must say so.
+// Two threads and one number without an order between them: the thread sanitizer must report it.
 #include <gtest/gtest.h>
 
 #include <thread>

@@ -54,7 +54,7 @@ class CFace {
         bevel.half_angle, bevel.friction_coefficient, bevel.face_share};
     nf_fault why{};
     insertion_ = nf_init(memory_.data(), nf_size(), named.data(), named.size(), &settings, &why);
-    require((insertion_ == nullptr) == (why.reason != nullptr), "who is refused is told why");
+    require((insertion_ == nullptr) == (why.reason != nullptr), "a refusal has a reason");
     keep();
   }
   bool made() const { return insertion_; }
@@ -84,7 +84,7 @@ class CFace {
   nf_insertion* insertion_ = nullptr;
 };
 
-/// What reaches the hand, of an engine of its own.
+/// The guarded force, of an engine of its own.
 class Hand {
  public:
   Hand(const Insertion& engine, const GuardSettings& settings) : guard_(engine, settings) {}
@@ -92,7 +92,7 @@ class Hand {
     const Output output = guard_.step(depth, velocity, dt);
     check(output);
     const bool bad = !std::isfinite(depth) || !(dt > 0.0) || std::isinf(dt);
-    require(!bad || !valid(guard_.settings()) || output.did.rejected, "the guard says what it rejects");
+    require(!bad || !valid(guard_.settings()) || output.did.rejected, "the guard reports what it rejects");
   }
   void miss(double dt) { check(guard_.miss(dt)); }
   void reset() { guard_.reset(); }
@@ -102,7 +102,7 @@ class Hand {
     for (const double number : {output.force, output.energy, output.reserve})
       require(std::isfinite(number), "every number of the guard is finite");
     const bool possible = valid(guard_.settings());
-    require(std::abs(output.force) <= (possible ? guard_.settings().most_force : 0.0),
+    require(std::abs(output.force) <= (possible ? guard_.settings().max_force : 0.0),
             "no force above the clamp");
   }
   Guard<Insertion> guard_;
@@ -140,14 +140,14 @@ class Trial {
   void step(double depth, double velocity, double dt) {
     const Sample sample = insertion_.step(depth, velocity, dt);
     require(same(sample, twin_.step(depth, velocity, dt)), "the same input gives the same bits");
-    require(same(sample, shadow_.step(depth, velocity, dt)), "a snapshot goes on as the engine does");
+    require(same(sample, shadow_.step(depth, velocity, dt)), "a snapshot continues as the engine does");
     if (valid_) require(same(sample, c_.step(depth, velocity, dt)), "C gives the bits of C++");
     check(sample);
     hand_.step(depth, velocity, dt);
     const bool bad = !std::isfinite(depth) || !std::isfinite(velocity) || !std::isfinite(dt) || !(dt > 0.0) ||
                      !(std::abs(depth) <= farthest);
-    require(!bad || sample.status != Status::ok, "bad input says so");
-    require(valid_ || sample.status == Status::invalid_parameter, "an invalid model says so");
+    require(!bad || sample.status != Status::ok, "bad input is reported");
+    require(valid_ || sample.status == Status::invalid_parameter, "an invalid model is reported");
     require(!(bad && limits_.hold_time == 0.0) || sample.force == 0.0, "bad input lets go");
   }
 

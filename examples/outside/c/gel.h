@@ -19,19 +19,19 @@
 
 static const nf_layer gel[] = {
     {.top = 0.0, /* m, where layer 1 begins below the undeformed surface */
-     .stiffness = {.name = "cone", .numbers = {
+     .stiffness = {.name = "cone", .parameters = {
          {"reduced_modulus", 117546.06040021202}, /* Pa, reduced modulus of needle and tissue */
          {"half_angle", 0.2617993877991494}, /* rad, angle between the needle's axis and the generator of the cone */
      }},
-     .puncture = {.name = "puncture_depth", .numbers = {
+     .puncture = {.name = "puncture_depth", .parameters = {
          {"depth", 0.003237}, /* m, depth of the tip at puncture; 0 is a surface without resistance */
      }},
-     .friction = {.name = "coulomb", .numbers = {
+     .friction = {.name = "coulomb", .parameters = {
          {"per_length", 18.6}, /* N/m, friction force per embedded length while sliding */
          {"presliding", 2e-05}, /* m, travel that takes the friction from nothing to sliding */
          {"dimple_ratio", 0.0}, /* 1, share of the puncture depth at which the surface stays: 0 undeformed, 1 deformed */
      }},
-     .cutting = {.name = "constant_cutting", .numbers = {
+     .cutting = {.name = "constant_cutting", .parameters = {
          {"force", 0.0776}, /* N, cutting force while the tip advances in fresh tissue */
          {"unloading", 2e-05}, /* m, travel away from the deepest cut over which the force falls to zero */
      }},

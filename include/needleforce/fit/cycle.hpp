@@ -18,7 +18,8 @@ struct Settings {
   bool free_saturation = false;                                 // h_s is sought
   std::size_t leave_out = 0;                                    // samples left out on each side of a step
   double puncture_low = -unlimited, puncture_high = unlimited;  // admissible puncture depths [m]
-  double margin = 40;  // punctures are told whose sum of squares is this many variances above the least
+  double margin =
+      40;  // punctures are reported if their sum of squares is at most this many variances above the smallest
 };
 
 enum class Outcome { found, not_finite, no_room };
@@ -31,7 +32,7 @@ struct CycleResult {
   std::size_t first = 0, last = 0;  // the punctures that were admitted
   Profile profile;
   double unconstrained_friction = 0;
-  double backtrack = 0;  // how far [m] a stroke went back on its way at most
+  double backtrack = 0;  // largest reverse travel [m] within a stroke
 };
 
 /// Rows of workspace that `fit_cycle` needs for n_in and n_out samples.

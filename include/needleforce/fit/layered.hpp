@@ -13,7 +13,7 @@
 
 namespace needleforce::fit {
 
-/// Numbers of one layer, as a log tells them; depths in the recording's own zero.
+/// Parameters of one layer as a log identifies them; depths in the recording's own zero.
 struct LayerNumbers {
   double coefficient;      ///< c [N/m^2], force c h^2 before the contact saturates
   double saturation;       ///< h_s [m]
@@ -30,7 +30,7 @@ struct RelaxationNumbers {
   double share_1, time_1, share_2, time_2;
 };
 
-/// c and h_s alone set the force; they stand here for a cone of 45 degrees, whose tangent is 1.
+/// Only c and h_s set the force; they are given here for a cone of 45 degrees, whose tangent is 1.
 inline laws::ConeCylinder contact_of(const LayerNumbers& layer) noexcept {
   constexpr double half = 0.5 * std::numbers::pi;
   return {half * layer.coefficient, 0.5 * half, layer.saturation / half};
@@ -45,7 +45,7 @@ Model laws_of(const LayerNumbers& layer, const RelaxationNumbers& fading) noexce
 
 /// Force (n,) [N] of one layer at `depth` [m] after steps of `dt` [s]; NaN throughout where the engine
 /// refuses the numbers. Layers of dragged tissue add up, so that a stack is the sum of its layers. `passive`
-/// chooses the form that returns no energy, else the one fitted to recordings.
+/// chooses the form that returns no energy, otherwise the one fitted to recordings.
 inline void layer_force(const LayerNumbers& layer, const RelaxationNumbers& fading, bool passive,
                         std::span<const double> depth, std::span<const double> dt, double* force) noexcept {
   const Model laws = passive ? laws_of<laws::DraggedTissuePassive, laws::Prony>(layer, fading)

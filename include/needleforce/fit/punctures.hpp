@@ -64,7 +64,7 @@ inline Candidate best_puncture(const Problem& p, const Candidate& start) noexcep
   return best;
 }
 
-/// The global optimum; `free` tells that the saturation depth is sought as well.
+/// The global optimum; `free`: the saturation depth is sought as well.
 inline Candidate search(const Problem& p, double saturation, bool free) noexcept {
   const std::span<const double> fixed(&saturation, 1);
   Candidate best = best_of_grid(p, free ? std::span<const double>(saturation_steps) : fixed);

@@ -25,7 +25,7 @@ using Pair = double __attribute__((vector_size(16)));
 
 inline Pair pair_at(const double* first) noexcept { return Pair{first[0], first[1]}; }
 
-/// u = (depth - centre) / half lies in [-1, 1] over the insertion: fourth powers then keep their digits.
+/// u = (depth - centre) / half is in [-1, 1] over the insertion: fourth powers then keep their digits.
 struct Scale {
   double centre = 0, half = 1;
 

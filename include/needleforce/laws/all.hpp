@@ -39,27 +39,36 @@ using Relaxation = std::variant<laws::NoRelaxation, laws::Prony, laws::PronyAtRe
 
 namespace detail {
 
-// one struct a family, so that the compiler names the law and what it lacks
+// one struct a family, so that the compiler names the law and what is missing
 template <class L>
 struct OffersStiffness {
-  static_assert(StiffnessLaw<L>, "a law on the list Stiffness lacks what StiffnessLaw in law.hpp asks");
+  static_assert(
+      StiffnessLaw<L>,
+      "a law on the list Stiffness does not have the functions that StiffnessLaw in law.hpp requires");
 };
 template <class L>
 struct OffersPuncture {
-  static_assert(PunctureLaw<L>, "a law on the list Puncture lacks what PunctureLaw in law.hpp asks");
+  static_assert(
+      PunctureLaw<L>,
+      "a law on the list Puncture does not have the functions that PunctureLaw in law.hpp requires");
 };
 template <class L>
 struct OffersFriction {
-  static_assert(FrictionLaw<L>, "a law on the list Friction lacks what FrictionLaw in law.hpp asks");
+  static_assert(
+      FrictionLaw<L>,
+      "a law on the list Friction does not have the functions that FrictionLaw in law.hpp requires");
 };
 template <class L>
 struct OffersCutting {
-  static_assert(CuttingLaw<L>, "a law on the list Cutting lacks what CuttingLaw in law.hpp asks");
+  static_assert(CuttingLaw<L>,
+                "a law on the list Cutting does not have the functions that CuttingLaw in law.hpp requires");
 };
 
 template <class L>
 struct OffersRelaxation {
-  static_assert(RelaxationLaw<L>, "a law on the list Relaxation lacks what RelaxationLaw in law.hpp asks");
+  static_assert(
+      RelaxationLaw<L>,
+      "a law on the list Relaxation does not have the functions that RelaxationLaw in law.hpp requires");
 };
 
 template <template <class> class Offers, class... L>

@@ -11,7 +11,7 @@
 
 namespace needleforce::laws {
 
-/// F = (2/pi) E_r tan(alpha) h^2: a rigid cone that goes on for ever, pressed into an elastic half-space.
+/// F = (2/pi) E_r tan(alpha) h^2: a rigid cone of infinite height, pressed into an elastic half-space.
 struct Cone {
   double reduced_modulus;
   double half_angle;

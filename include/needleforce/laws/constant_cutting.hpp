@@ -9,7 +9,7 @@
 namespace needleforce::laws {
 
 /// A constant force while the tip is at the deepest cut; it unloads elastically as the tip recedes and loads
-/// again on the way back, so noise at rest never switches it on and off and an existing hole is not cut
+/// again on return, so noise at rest never switches it on and off and an existing hole is not cut
 /// again.
 struct ConstantCutting {
   double force;
@@ -21,7 +21,7 @@ struct ConstantCutting {
   static constexpr const char* summary = "Constant cutting force at the deepest cut.";
   static constexpr const char* source = "sec. 2.3";
   static constexpr const char* validity =
-      "Steady cutting: at 1 mm/s the paper sees the force swing between 0.04 and 0.1 N.";
+      "Steady cutting: at 1 mm/s the force in the paper oscillates between 0.04 and 0.1 N.";
   static constexpr std::array<Parameter<ConstantCutting>, 2> table{{
       {&ConstantCutting::force, "force", "N", 0.0, 1e3, required, "f_c",
        "cutting force while the tip advances in fresh tissue", "sec. 2.3"},
@@ -30,17 +30,22 @@ struct ConstantCutting {
   }};
 
   struct Prepared {
+    using Memory = NoMemory;
     double full;        // the force at the deepest cut [N]
     double per_travel;  // 1 / unloading [1/m]
     double steady(double) const noexcept { return full; }
-    void enter(Cut& cut, double depth, double) const noexcept { cut.front = depth; }
-    void advance(Cut& cut, const Move& move) const noexcept { cut.front = std::max(cut.front, move.depth); }
+    void enter(Cut& cut, Memory&, double depth, double) const noexcept { cut.front = depth; }
+    void advance(Cut& cut, Memory&, const Move& move) const noexcept {
+      cut.front = std::max(cut.front, move.depth);
+    }
     /// The share of the force that is left `cut.front - depth` behind the deepest cut.
     double loaded(const Cut& cut, double depth) const noexcept {
       return std::max(0.0, 1.0 - (cut.front - depth) * per_travel);
     }
-    double force(const Cut& cut, double depth) const noexcept { return full * loaded(cut, depth); }
-    double by_depth(const Cut& cut, double depth) const noexcept {
+    double force(const Cut& cut, const Memory&, double depth) const noexcept {
+      return full * loaded(cut, depth);
+    }
+    double by_depth(const Cut& cut, const Memory&, double depth) const noexcept {
       return depth < cut.front && loaded(cut, depth) > 0.0 ? full * per_travel : 0.0;
     }
   };

@@ -33,6 +33,7 @@ struct Coulomb {
   }};
 
   struct Prepared {
+    using Memory = TractionMemory;
     double per_length;
     double stiffness;  // of the element per length [N/m^2]
     double dimple_ratio;
@@ -42,17 +43,21 @@ struct Coulomb {
     double sliding(double embedded, double v) const noexcept {
       return std::copysign(per_length, v) * embedded;
     }
-    void advance(Shaft& shaft, const Move& move, const Bed& bed, const Relaxing& relaxing) const noexcept {
-      shaft.traction =
-          shaft.element.drag(stiffness * move.below, -per_length, per_length, relaxing, move.advancing);
-      shaft.embed(bed, move.depth, surface(bed.top, bed.puncture));
+    void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
+                 const Relaxing& relaxing) const noexcept {
+      memory.traction =
+          memory.element.drag(stiffness * move.below, -per_length, per_length, relaxing, move.advancing);
+      shaft.embed(extent, move.depth, surface(extent.top, extent.puncture));
     }
-    void pierce(Shaft&, const Held&) const noexcept {}
-    double force(const Shaft& shaft, double) const noexcept { return shaft.traction * shaft.embedded; }
-    double by_depth(const Shaft& shaft, double) const noexcept {
-      return shaft.traction * shaft.growing + stiffness * shaft.element.stiffening * shaft.embedded;
+    void pierce(Memory&, const ContactAtPuncture&) const noexcept {}
+    double force(const Shaft& shaft, const Memory& memory, double) const noexcept {
+      return memory.traction * shaft.embedded;
     }
-    double by_velocity(const Shaft&, double) const noexcept { return 0.0; }
+    double by_depth(const Shaft& shaft, const Memory& memory, double) const noexcept {
+      return memory.traction * shaft.embedded_by_depth +
+             stiffness * memory.element.stiffening * shaft.embedded;
+    }
+    double by_velocity(const Shaft&, const Memory&, double) const noexcept { return 0.0; }
   };
   Prepared prepare() const noexcept { return {per_length, per_length / presliding, dimple_ratio}; }
 };

@@ -9,15 +9,33 @@
 
 namespace needleforce::laws {
 
-/// The layer that real recordings support: after the puncture the tissue hangs on the shaft by one spring k_t
-/// with a Coulomb limit, and its surface follows:
+/// Memory of the dragged tissue, the same in both forms of the law.
+struct DraggedTissueMemory {
+  Element element{};            ///< the tissue's spring [N]
+  double force = 0.0;           ///< [N]
+  double force_by_depth = 0.0;  ///< [N/m]
+  double peak = 0.0;            ///< force at puncture [N]
+
+  double held() const noexcept { return force; }
+  void take_over(const TakenOver& taken) noexcept {
+    element = Element{taken.held};
+    force = taken.held;
+  }
+  void release() noexcept {
+    element = Element{};
+    force = force_by_depth = 0.0;
+  }
+};
+
+/// The law that real recordings support: after the puncture one spring k_t with a Coulomb limit connects the
+/// tissue to the shaft, and its surface follows:
 ///
 ///     u = F_e / k_t        l = z - z_r - u        -f' l <= F <= f' l + (F_p - f' l)+ exp(-(z_max - z_1) /
 ///     delta)
 ///
-/// The rupture is gradual, and when the embedded length l is gone on the way out the layer lets go at once.
-/// `z_r` is the resting surface, a dimple that stays. Passive: the spring takes over no more energy than the
-/// contact held, which a force taken over as it is (as fitted to recordings) does not respect.
+/// The rupture is gradual, and when the embedded length l reaches zero on withdrawal the layer releases at
+/// once. `z_r` is the resting surface, a dimple that stays. Passive: the spring takes over no more energy
+/// than the contact held, which does not hold for a force taken over unchanged (as fitted to recordings).
 template <bool passive>
 struct DraggedTissue {
   double per_length;
@@ -28,7 +46,7 @@ struct DraggedTissue {
   static constexpr const char* name = passive ? "dragged_tissue" : "dragged_tissue_as_fitted";
   static constexpr Family family = Family::friction;
   static constexpr bool cuts = true;                   // its gradual rupture is the force at the tip
-  static constexpr bool stands_alone = true;           // layers add, wherever the tip of another stands
+  static constexpr bool stands_alone = true;           // layers add up wherever the tip is in the others
   static constexpr bool first_order = true;            // the surface follows the spring of the step before
   static constexpr bool may_return_energy = !passive;  // spring and contact need not hold the same energy
   static constexpr const char* summary =
@@ -56,52 +74,52 @@ struct DraggedTissue {
   }
 
   struct Prepared {
-    static constexpr bool own_surface =
-        true;  // it moves with the force, and may stand above the undeformed one
+    using Memory = DraggedTissueMemory;
+    // the surface moves with the force and may be above the undeformed one
+    static constexpr bool own_surface = true;
     double per_length, stiffness, per_rupture, resting_surface;
 
-    [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+    [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                                    const Relaxing& relaxing) const noexcept {
-      shaft.surface = bed.top + resting_surface + shaft.element.elastic / stiffness;
-      if (!bed.pierced) return;
-      const double length = move.depth - shaft.surface;
-      if (length <= 0.0 && move.withdrawing) return leave(shaft);
-      shaft.embedded = std::max(0.0, length);
+      shaft.surface = extent.top + resting_surface + memory.element.elastic / stiffness;
+      if (!extent.pierced) return;
+      // down to the tip, through all layers: layers of dragged tissue add up
+      shaft.embedded = embedded_length(move.depth, shaft.surface);
+      if (shaft.embedded == 0.0 && move.withdrawing) return memory.release();
       const double grip = per_length * shaft.embedded;
-      const double torn = std::exp(-(move.deepest - bed.puncture) * per_rupture);
-      const double high = grip + std::max(0.0, shaft.peak - grip) * torn;
-      shaft.traction = shaft.element.drag(stiffness * move.travel, -grip, high, relaxing, move.advancing);
-      shaft.growing = slope(shaft, grip, torn, move);
+      const double torn = std::exp(-(move.deepest - extent.puncture) * per_rupture);
+      const double high = grip + std::max(0.0, memory.peak - grip) * torn;
+      memory.force = memory.element.drag(stiffness * move.travel, -grip, high, relaxing, move.advancing);
+      memory.force_by_depth = slope(shaft, memory, grip, torn, move);
     }
-    void pierce(Shaft& shaft, const Held& held) const noexcept {
-      shaft.element = held.element;
-      shaft.peak = held.force;
-      if constexpr (passive) weaken(shaft.element, held);
+    void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {
+      memory.element = contact.element;
+      memory.peak = contact.force;
+      if constexpr (passive) weaken(memory.element, contact);
     }
-    double force(const Shaft& shaft, double) const noexcept { return shaft.traction; }
-    double by_depth(const Shaft& shaft, double) const noexcept { return shaft.growing; }
-    double by_velocity(const Shaft&, double) const noexcept { return 0.0; }
+    double force(const Shaft&, const Memory& memory, double) const noexcept { return memory.force; }
+    double by_depth(const Shaft&, const Memory& memory, double) const noexcept {
+      return memory.force_by_depth;
+    }
+    double by_velocity(const Shaft&, const Memory&, double) const noexcept { return 0.0; }
 
    private:
-    /// No more energy than the contact held: F_e^2 / 2 k_t <= U, and for what fades, where the contact is
-    /// stiffer than the spring, by the ratio of the two.
-    void weaken(Element& element, const Held& held) const noexcept {
-      const double most = std::sqrt(2.0 * stiffness * held.energy);
+    /// No more energy than the contact held: F_e^2 / 2 k_t <= U, and for the relaxing shares, where the
+    /// contact is stiffer than the spring, by the ratio of the two.
+    void weaken(Element& element, const ContactAtPuncture& contact) const noexcept {
+      const double most = std::sqrt(2.0 * stiffness * contact.energy);
       const double share = element.elastic > most ? most / element.elastic : 1.0;
-      const double fading = held.slope > stiffness ? std::sqrt(stiffness / held.slope) : 1.0;
+      const double relaxing = contact.slope > stiffness ? std::sqrt(stiffness / contact.slope) : 1.0;
       element.elastic *= share;
-      for (double& memory : element.memory) memory *= std::min(share, fading);
-    }
-    static void leave(Shaft& shaft) noexcept {
-      shaft.element = Element{};
-      shaft.embedded = shaft.traction = shaft.growing = 0.0;
+      for (double& memory : element.memory) memory *= std::min(share, relaxing);
     }
     /// d(force)/d(depth): the spring, or the limit it slides along.
-    double slope(const Shaft& shaft, double grip, double torn, const Move& move) const noexcept {
-      if (shaft.element.stiffening > 0.0) return stiffness * shaft.element.stiffening;
-      if (shaft.embedded <= 0.0 && shaft.traction <= 0.0) return 0.0;
-      if (shaft.traction < 0.0) return -per_length;
-      const double above = std::max(0.0, shaft.peak - grip) * torn;
+    double slope(const Shaft& shaft, const Memory& memory, double grip, double torn,
+                 const Move& move) const noexcept {
+      if (memory.element.stiffening > 0.0) return stiffness * memory.element.stiffening;
+      if (shaft.embedded <= 0.0 && memory.force <= 0.0) return 0.0;
+      if (memory.force < 0.0) return -per_length;
+      const double above = std::max(0.0, memory.peak - grip) * torn;
       const double tears = move.depth >= move.deepest ? above * per_rupture : 0.0;
       return per_length * (above > 0.0 ? 1.0 - torn : 1.0) - tears;
     }

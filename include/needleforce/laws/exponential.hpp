@@ -9,7 +9,7 @@
 namespace needleforce::laws {
 
 /// F = b (exp(a h) - 1), fitted to a tissue and a needle; a -> 0 with a b fixed is a linear spring. Beyond
-/// a h = 50 it goes on straight: a number for the loop, no prediction.
+/// a h = 50 it continues linearly: a value for the loop, no prediction.
 struct Exponential {
   double rate;
   double scale;
@@ -28,7 +28,7 @@ struct Exponential {
   }};
 
   struct Prepared {
-    double rate, scale, end;  // end: where it goes on straight [m]
+    double rate, scale, end;  // end: where it continues linearly [m]
     double reach() const noexcept { return end; }
     double force(double h) const noexcept {
       const double within = h < end ? h : end;

@@ -10,8 +10,8 @@
 namespace needleforce::laws {
 
 /// F = J a_c + (pi/4) E' R^2: the energy of the crack that the tip opens, and of holding the slit open for
-/// the shaft. The second part is a state: it acts on the way in, also in an existing hole, and of it the
-/// share `recovered` comes back on the way out as the slit closes behind the tip.
+/// the shaft. The second part is a state: it acts during insertion, also in an existing hole, and its
+/// share `recovered` is returned during withdrawal as the slit closes behind the tip.
 struct Fracture {
   double toughness;
   double crack_length;
@@ -40,7 +40,7 @@ struct Fracture {
       {&Fracture::recovered, "recovered", "1", 0.0, 1.0, 0.0, "Lambda",
        "share of the work of spreading that comes back on withdrawal", "Azar & Hayward 2008"},
       {&Fracture::unloading, "unloading", "m", 1e-9, 5e-2, 20e-6, "s_c",
-       "travel over which either force turns", "free: elastic unloading"},
+       "travel over which either force reverses", "free: elastic unloading"},
   }};
 
   /// Work of spreading over advance [N].
@@ -49,33 +49,38 @@ struct Fracture {
   }
 
   struct Prepared {
+    struct Memory {
+      double opened = 0.0;  ///< share of the slit that is open
+    };
+
     ConstantCutting::Prepared crack;
     double spread, recovered;
 
     double steady(double) const noexcept { return crack.full + spread; }
-    void enter(Cut& cut, double depth, double carried) const noexcept {
-      if (carried < 0.0) cut.entry = depth, cut.opened = 1.0;
+    void enter(Cut& cut, Memory& memory, double depth, double carried) const noexcept {
+      if (carried < 0.0) cut.entry = depth, memory.opened = 1.0;
       cut.front = depth;
     }
-    [[gnu::noinline]] void advance(Cut& cut, const Move& move) const noexcept {
-      crack.advance(cut, move);
-      cut.opened = std::clamp(cut.opened + move.travel * crack.per_travel, 0.0, 1.0);
+    [[gnu::noinline]] void advance(Cut& cut, Memory& memory, const Move& move) const noexcept {
+      NoMemory none;
+      crack.advance(cut, none, move);
+      memory.opened = std::clamp(memory.opened + move.travel * crack.per_travel, 0.0, 1.0);
     }
-    /// Between 0 above the entry and 1 in the hole, so that no work is won by going round it.
+    /// 0 above the entry and 1 in the hole, so that no closed path around it gains work.
     double inside(const Cut& cut, double depth) const noexcept {
       return std::clamp((depth - cut.entry) * crack.per_travel, 0.0, 1.0);
     }
-    double force(const Cut& cut, double depth) const noexcept {
+    double force(const Cut& cut, const Memory& memory, double depth) const noexcept {
       const double in = inside(cut, depth);
-      return crack.force(cut, depth) +
-             spread * (recovered * in + (1.0 - recovered) * std::min(cut.opened, in));
+      return crack.force(cut, {}, depth) +
+             spread * (recovered * in + (1.0 - recovered) * std::min(memory.opened, in));
     }
-    double by_depth(const Cut& cut, double depth) const noexcept {
+    double by_depth(const Cut& cut, const Memory& memory, double depth) const noexcept {
       const double in = inside(cut, depth);
       const double entering = in > 0.0 && in < 1.0 ? 1.0 : 0.0;
-      const double turning = cut.opened < in ? (cut.opened > 0.0 ? 1.0 : 0.0) : entering;
-      return crack.by_depth(cut, depth) +
-             spread * crack.per_travel * (recovered * entering + (1.0 - recovered) * turning);
+      const double opening = memory.opened < in ? (memory.opened > 0.0 ? 1.0 : 0.0) : entering;
+      return crack.by_depth(cut, {}, depth) +
+             spread * crack.per_travel * (recovered * entering + (1.0 - recovered) * opening);
     }
   };
   Prepared prepare() const noexcept {

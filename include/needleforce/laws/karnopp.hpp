@@ -13,8 +13,8 @@ namespace needleforce::laws {
 ///
 ///     v >= dv/2: C_p + b_p v        v <= -dv/2: C_n + b_n v        between: at most D_p, at least D_n
 ///
-/// In the band the source balances the other forces on the needle, which a prescribed motion does not know:
-/// an elastic element in series takes their place. The constants outwards are negative, so friction
+/// In the band the source balances the other forces on the needle, which a prescribed motion does not have:
+/// an elastic element in series replaces them. The constants outwards are negative, so friction
 /// dissipates.
 struct Karnopp {
   double coulomb_in;
@@ -65,6 +65,19 @@ struct Karnopp {
 };
 
 struct Karnopp::Prepared {
+  struct Memory : TractionMemory {
+    bool slides = false;
+
+    void take_over(const TakenOver& taken) noexcept {
+      TractionMemory::take_over(taken);
+      slides = false;
+    }
+    void release() noexcept {
+      TractionMemory::release();
+      slides = false;
+    }
+  };
+
   Karnopp law;
   double stiffness;  // of the element per length [N/m^2]
 
@@ -81,34 +94,36 @@ struct Karnopp::Prepared {
     return embedded *
            (std::signbit(v) ? law.coulomb_out + law.viscous_out * v : law.coulomb_in + law.viscous_in * v);
   }
-  /// The element alone, between limits that may have fallen below its force.
-  void load(Shaft& shaft, const Move& move, double least, double most,
+  /// Loads the element between limits that may have fallen below its force.
+  void load(Memory& memory, const Move& move, double low, double high,
             const Relaxing& relaxing) const noexcept {
-    shaft.element.yield(shaft.traction, least, most, relaxing);
-    shaft.traction = shaft.element.drag(stiffness * move.below, least, most, relaxing, move.advancing);
+    memory.element.yield(memory.traction, low, high, relaxing);
+    memory.traction = memory.element.drag(stiffness * move.below, low, high, relaxing, move.advancing);
   }
-  /// Sticks until the limit at rest is reached, whatever the needle's speed: it is the slip that has none.
-  /// Then slides until the needle rests or turns.
-  [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+  /// Sticks until the limit at rest is reached, at any speed of the needle: the slip has no speed then.
+  /// Then slides until the needle rests or reverses.
+  [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                                  const Relaxing& relaxing) const noexcept {
     const double v = move.velocity;
     const bool moves = inwards(v) || outwards(v);
-    shaft.slides = shaft.slides && moves && !(shaft.traction * v < 0.0);
-    if (!shaft.slides) {
-      const Shaft before = shaft;
-      load(shaft, move, law.static_out, law.static_in, relaxing);
-      if (moves && shaft.element.stiffening == 0.0) shaft = before, shaft.slides = true;
+    memory.slides = memory.slides && moves && !(memory.traction * v < 0.0);
+    if (!memory.slides) {
+      const Memory before = memory;
+      load(memory, move, law.static_out, law.static_in, relaxing);
+      if (moves && memory.element.stiffening == 0.0) memory = before, memory.slides = true;
     }
-    if (shaft.slides) load(shaft, move, low(v), high(v), relaxing);
-    shaft.embed(bed, move.depth, bed.top);
+    if (memory.slides) load(memory, move, low(v), high(v), relaxing);
+    shaft.embed(extent, move.depth, extent.top);
   }
-  void pierce(Shaft&, const Held&) const noexcept {}
-  double force(const Shaft& shaft, double) const noexcept { return shaft.traction * shaft.embedded; }
-  double by_depth(const Shaft& shaft, double) const noexcept {
-    return shaft.traction * shaft.growing + stiffness * shaft.element.stiffening * shaft.embedded;
+  void pierce(Memory&, const ContactAtPuncture&) const noexcept {}
+  double force(const Shaft& shaft, const Memory& memory, double) const noexcept {
+    return memory.traction * shaft.embedded;
   }
-  double by_velocity(const Shaft& shaft, double v) const noexcept {
-    if (shaft.element.stiffening > 0.0 || !shaft.slides) return 0.0;
+  double by_depth(const Shaft& shaft, const Memory& memory, double) const noexcept {
+    return memory.traction * shaft.embedded_by_depth + stiffness * memory.element.stiffening * shaft.embedded;
+  }
+  double by_velocity(const Shaft& shaft, const Memory& memory, double v) const noexcept {
+    if (memory.element.stiffening > 0.0 || !memory.slides) return 0.0;
     return shaft.embedded * (inwards(v) ? law.viscous_in : outwards(v) ? law.viscous_out : 0.0);
   }
 };

@@ -55,8 +55,9 @@ struct LuGre {
     return static_friction < coulomb ? "static_friction is below coulomb: the friction would rise with speed"
                                      : nullptr;
   }
-  /// Least sigma_2 [N s/m^2] with which velocity to force is passive (Barabanov & Ortega 2000, unconfirmed).
-  double least_passive_viscous() const noexcept {
+  /// Smallest sigma_2 [N s/m^2] with which velocity to force is passive (Barabanov & Ortega 2000,
+  /// unconfirmed).
+  double min_passive_viscous() const noexcept {
     return bristle_damping * (static_friction - coulomb) / coulomb;
   }
 
@@ -70,20 +71,31 @@ struct LuGre {
 };
 
 struct LuGre::Prepared {
+  struct Memory {
+    double elastic = 0.0;    ///< sigma_0 zeta [N/m]
+    double traction = 0.0;   ///< force per embedded length [N/m]
+    double limit = 0.0;      ///< g(v) at the last velocity [N/m]
+    double weakening = 0.0;  ///< dg/dv [N s/m^2]
+
+    double held() const noexcept { return traction; }
+    void take_over(const TakenOver& taken) noexcept { elastic = traction = taken.held; }
+    void release() noexcept { elastic = traction = 0.0; }
+  };
+
   LuGre law;
 
   double fall(double v) const noexcept {
     const double ratio = std::abs(v) / law.stribeck_speed;
     return std::exp(-(law.stribeck_exponent == 2.0 ? ratio * ratio : std::pow(ratio, law.stribeck_exponent)));
   }
-  /// g(v) [N/m], and dg/dv [N s/m^2], once a step: all that follows needs them.
-  void find_limit(Shaft& shaft, double v) const noexcept {
+  /// g(v) [N/m], and dg/dv [N s/m^2], once a step, for all that follows.
+  void find_limit(Memory& memory, double v) const noexcept {
     const double weaker = (law.static_friction - law.coulomb) * fall(v);
     const double ratio = std::abs(v) / law.stribeck_speed;
     const double steep = law.stribeck_exponent == 2.0 ? ratio : std::pow(ratio, law.stribeck_exponent - 1.0);
-    shaft.limit = law.coulomb + weaker;
-    // far beyond v_s the product is 0 times infinity
-    shaft.weakening =
+    memory.limit = law.coulomb + weaker;
+    // far above v_s the product would be 0 times infinity
+    memory.weakening =
         weaker > 0.0 ? std::copysign(law.stribeck_exponent * steep * weaker / law.stribeck_speed, -v) : 0.0;
   }
   double surface(double top, double) const noexcept { return top; }
@@ -91,40 +103,42 @@ struct LuGre::Prepared {
     const double limit = law.coulomb + (law.static_friction - law.coulomb) * fall(v);
     return embedded * (std::copysign(limit, v) + law.viscous * v);
   }
-  /// What is left of the bristles' way to sliding at velocity v: 1 - sigma_0 zeta sgn(v) / g(v).
-  double remaining(const Shaft& shaft, double v) const noexcept {
-    return 1.0 - std::copysign(shaft.element.elastic, v * shaft.element.elastic) / shaft.limit;
+  /// Remaining share of the bristles' deflection to sliding at velocity v: 1 - sigma_0 zeta sgn(v) / g(v).
+  double remaining(const Memory& memory, double v) const noexcept {
+    return 1.0 - std::copysign(memory.elastic, v * memory.elastic) / memory.limit;
   }
   /// The elastic part [N/m] after a travel [m].
-  double dragged(const Shaft& shaft, double travel) const noexcept {
-    const double slides = std::copysign(shaft.limit, travel);
-    const double left = std::exp(-law.bristle_stiffness * std::abs(travel) / shaft.limit);
-    return slides + (shaft.element.elastic - slides) * left;
+  double dragged(const Memory& memory, double travel) const noexcept {
+    const double slides = std::copysign(memory.limit, travel);
+    const double left = std::exp(-law.bristle_stiffness * std::abs(travel) / memory.limit);
+    return slides + (memory.elastic - slides) * left;
   }
-  [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+  [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                                  const Relaxing&) const noexcept {
-    find_limit(shaft, move.velocity);
-    shaft.element.elastic = dragged(shaft, move.below);
-    shaft.traction = traction(shaft, move.velocity);
-    shaft.embed(bed, move.depth, bed.top);
+    find_limit(memory, move.velocity);
+    memory.elastic = dragged(memory, move.below);
+    memory.traction = traction(memory, move.velocity);
+    shaft.embed(extent, move.depth, extent.top);
   }
-  void pierce(Shaft&, const Held&) const noexcept {}
-  /// Bristles that another law or other numbers bent hold no more than these.
-  void adopt(Shaft& shaft) const noexcept {
-    shaft.element.elastic = std::clamp(shaft.element.elastic, -law.static_friction, law.static_friction);
+  void pierce(Memory&, const ContactAtPuncture&) const noexcept {}
+  /// Bristles loaded by another law or by other parameters hold no more than static friction.
+  void adopt(Memory& memory) const noexcept {
+    memory.elastic = std::clamp(memory.elastic, -law.static_friction, law.static_friction);
   }
-  double traction(const Shaft& shaft, double v) const noexcept {
-    return shaft.element.elastic + (law.bristle_damping * remaining(shaft, v) + law.viscous) * v;
+  double traction(const Memory& memory, double v) const noexcept {
+    return memory.elastic + (law.bristle_damping * remaining(memory, v) + law.viscous) * v;
   }
-  double force(const Shaft& shaft, double) const noexcept { return shaft.traction * shaft.embedded; }
-  double by_depth(const Shaft& shaft, double v) const noexcept {
-    // bristles that bend on damp less: d(dzeta/dt)/dzeta = -sigma_0 |v| / g
-    const double bending = law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) / shaft.limit);
-    return shaft.traction * shaft.growing + bending * remaining(shaft, v) * shaft.embedded;
+  double force(const Shaft& shaft, const Memory& memory, double) const noexcept {
+    return memory.traction * shaft.embedded;
   }
-  double by_velocity(const Shaft& shaft, double v) const noexcept {
-    const double left = remaining(shaft, v);
-    const double weakened = (1.0 - left) * v * shaft.weakening / shaft.limit;
+  double by_depth(const Shaft& shaft, const Memory& memory, double v) const noexcept {
+    // bristles that bend further damp less: d(dzeta/dt)/dzeta = -sigma_0 |v| / g
+    const double bending = law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) / memory.limit);
+    return memory.traction * shaft.embedded_by_depth + bending * remaining(memory, v) * shaft.embedded;
+  }
+  double by_velocity(const Shaft& shaft, const Memory& memory, double v) const noexcept {
+    const double left = remaining(memory, v);
+    const double weakened = (1.0 - left) * v * memory.weakening / memory.limit;
     return (law.bristle_damping * (left + weakened) + law.viscous) * shaft.embedded;
   }
 };
@@ -132,17 +146,17 @@ struct LuGre::Prepared {
 inline LuGre::Prepared LuGre::prepare() const noexcept { return {*this}; }
 
 inline double LuGre::deflected(double deflection, double velocity, double dt) const noexcept {
-  Shaft shaft;
-  shaft.element.elastic = bristle_stiffness * deflection;
-  prepare().find_limit(shaft, velocity);
-  return prepare().dragged(shaft, velocity * dt) / bristle_stiffness;
+  Prepared::Memory memory;
+  memory.elastic = bristle_stiffness * deflection;
+  prepare().find_limit(memory, velocity);
+  return prepare().dragged(memory, velocity * dt) / bristle_stiffness;
 }
 
 inline double LuGre::traction(double deflection, double velocity) const noexcept {
-  Shaft shaft;
-  shaft.element.elastic = bristle_stiffness * deflection;
-  prepare().find_limit(shaft, velocity);
-  return prepare().traction(shaft, velocity);
+  Prepared::Memory memory;
+  memory.elastic = bristle_stiffness * deflection;
+  prepare().find_limit(memory, velocity);
+  return prepare().traction(memory, velocity);
 }
 
 }  // namespace needleforce::laws

@@ -19,11 +19,14 @@ struct NoCutting {
   static constexpr std::array<Parameter<NoCutting>, 0> table{};
 
   struct Prepared {
+    using Memory = NoMemory;
     double steady(double) const noexcept { return 0.0; }
-    void enter(Cut& cut, double depth, double) const noexcept { cut.front = depth; }
-    void advance(Cut& cut, const Move& move) const noexcept { cut.front = std::max(cut.front, move.depth); }
-    double force(const Cut&, double) const noexcept { return 0.0; }
-    double by_depth(const Cut&, double) const noexcept { return 0.0; }
+    void enter(Cut& cut, Memory&, double depth, double) const noexcept { cut.front = depth; }
+    void advance(Cut& cut, Memory&, const Move& move) const noexcept {
+      cut.front = std::max(cut.front, move.depth);
+    }
+    double force(const Cut&, const Memory&, double) const noexcept { return 0.0; }
+    double by_depth(const Cut&, const Memory&, double) const noexcept { return 0.0; }
   };
   Prepared prepare() const noexcept { return {}; }
 };

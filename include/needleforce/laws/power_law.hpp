@@ -20,7 +20,8 @@ struct PowerLaw {
   static constexpr const char* summary = "Free power of the depth, from flat punch to cone and beyond.";
   static constexpr const char* source = "Sneddon 1965, profiles c r^m with n = 1 + 1/m";
   static constexpr const char* validity =
-      "A profile that is a power of the radius for n up to 2; else the needle, tissue and speed of its fit.";
+      "A profile that is a power of the radius for n up to 2; otherwise the needle, tissue and speed of its "
+      "fit.";
   static constexpr std::array<Parameter<PowerLaw>, 3> table{{
       {&PowerLaw::reference_force, "reference_force", "N", 1e-9, 1e6, required, "F_1",
        "force at the depth h_1", "Sneddon 1965"},

@@ -31,14 +31,14 @@ struct PronySeries {
   static constexpr const char* source =
       only_at_rest ? "layered law; Fung 1993, sec. 7.6" : "Fung 1993, sec. 7.6, quasi-linear";
   static constexpr const char* validity =
-      only_at_rest ? "Motions in, hold, out. Which of the two holds, recordings at one speed cannot tell."
+      only_at_rest ? "Insertion, hold, withdrawal. Recordings at one speed cannot distinguish the two forms."
                    : "Holds and speeds between those it was fitted to.";
   static constexpr std::array<Parameter<PronySeries>, 4> table{{
       {&PronySeries::share_1, "share_1", "1", 0.0, 0.99, required, "g_1",
-       "share of the elastic force that fades with the first time constant", "Fung 1993"},
+       "share of the elastic force that relaxes with the first time constant", "Fung 1993"},
       {&PronySeries::time_1, "time_1", "s", 1e-6, 1e6, required, "tau_1", "first time constant", "Fung 1993"},
       {&PronySeries::share_2, "share_2", "1", 0.0, 0.99, 0.0, "g_2",
-       "share that fades with the second time constant; 0 for one alone", "Fung 1993"},
+       "share that relaxes with the second time constant; 0 for a single one", "Fung 1993"},
       {&PronySeries::time_2, "time_2", "s", 1e-6, 1e6, 5.0, "tau_2", "second time constant", "Fung 1993"},
   }};
 

@@ -11,7 +11,7 @@ namespace needleforce::laws {
 
 /// Coulomb friction whose depth origin is a surface that recovers: from the puncture depth z_1 it returns as
 /// exp(-t/tau) to where a flat punch of the needle's radius would hold it against the forces on the needle,
-/// z_res = (f_c + f' l) / k, l = z - z_res, never deeper than z_1; on the way out it is pulled up by -f' l /
+/// z_res = (f_c + f' l) / k, l = z - z_res, never deeper than z_1; on withdrawal it is pulled up by -f' l /
 /// k.
 struct RelaxingSurface {
   double per_length;
@@ -38,7 +38,8 @@ struct RelaxingSurface {
       {&RelaxingSurface::surface_stiffness, "surface_stiffness", "N/m", 1e-3, 1e9, required, "2 E_r R",
        "stiffness of the surface against the needle, a flat punch of its radius", "Sneddon 1965"},
       {&RelaxingSurface::tip_force, "tip_force", "N", 0.0, 1e3, 0.0, "f_c",
-       "force at the tip that holds the surface down beside friction", "Sneddon 1965, static balance"},
+       "force at the tip that holds the surface down in addition to friction",
+       "Sneddon 1965, static balance"},
   }};
 
   const char* contradiction() const noexcept {
@@ -48,6 +49,16 @@ struct RelaxingSurface {
   }
 
   struct Prepared {
+    struct Memory : TractionMemory {
+      double dimple = 1.0;                ///< share of the surface's dimple that has not recovered
+      double embedded_by_traction = 0.0;  ///< d(embedded) / d(traction) [m^2/N]
+
+      void take_over(const TakenOver& taken) noexcept {
+        TractionMemory::take_over(taken);
+        if (taken.pierced) dimple = taken.dimple;
+      }
+    };
+
     Coulomb::Prepared coulomb;
     double per_time, surface_stiffness, tip_force;
 
@@ -55,36 +66,37 @@ struct RelaxingSurface {
     struct Rest {
       double depth, by_depth, by_traction;
     };
-    /// Balance of the surface against what drags it: z_res = (f_c + p l) / k with l = z - z_res. On the way
-    /// out the traction p is negative, the tip no longer pushes, and the surface is pulled up.
-    Rest resting(const Bed& bed, double depth, double traction) const noexcept {
-      const double length = std::max(0.0, depth - bed.top), k = surface_stiffness + traction;
+    /// Balance of the surface against what drags it: z_res = (f_c + p l) / k with l = z - z_res. On
+    /// withdrawal the traction p is negative, the tip no longer pushes, and the surface is pulled up.
+    Rest resting(const LayerExtent& extent, double depth, double traction) const noexcept {
+      const double length = std::max(0.0, depth - extent.top), k = surface_stiffness + traction;
       const double push =
           coulomb.per_length > 0.0 ? std::clamp(traction / coulomb.per_length, 0.0, 1.0) : 1.0;
       const double rest = (tip_force * push + traction * length) / k;
-      if (bed.top + rest >= bed.puncture) return {bed.puncture, 0.0, 0.0};
+      if (extent.top + rest >= extent.puncture) return {extent.puncture, 0.0, 0.0};
       const double pushing = push > 0.0 && push < 1.0 ? tip_force / coulomb.per_length : 0.0;
-      return {bed.top + rest, length > 0.0 ? traction / k : 0.0, (pushing + length - rest) / k};
+      return {extent.top + rest, length > 0.0 ? traction / k : 0.0, (pushing + length - rest) / k};
     }
-    [[gnu::noinline]] void advance(Shaft& shaft, const Move& move, const Bed& bed,
+    [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                                    const Relaxing& relaxing) const noexcept {
-      coulomb.advance(shaft, move, bed, relaxing);
-      if (bed.pierced) shaft.dimple *= std::exp(-move.dt * per_time);
-      const Rest rest = resting(bed, move.depth, shaft.traction);
-      shaft.embed(bed, move.depth, rest.depth + (bed.puncture - rest.depth) * shaft.dimple);
-      const double recovered = shaft.embedded > 0.0 ? 1.0 - shaft.dimple : 0.0;
-      shaft.growing -= recovered * rest.by_depth;
-      shaft.giving = -recovered * rest.by_traction;
+      coulomb.advance(shaft, memory, move, extent, relaxing);
+      if (extent.pierced) memory.dimple *= std::exp(-move.dt * per_time);
+      const Rest rest = resting(extent, move.depth, memory.traction);
+      shaft.embed(extent, move.depth, rest.depth + (extent.puncture - rest.depth) * memory.dimple);
+      const double recovered = shaft.embedded > 0.0 ? 1.0 - memory.dimple : 0.0;
+      shaft.embedded_by_depth -= recovered * rest.by_depth;
+      memory.embedded_by_traction = -recovered * rest.by_traction;
     }
-    void pierce(Shaft&, const Held&) const noexcept {}
-    double force(const Shaft& shaft, double velocity) const noexcept {
-      return coulomb.force(shaft, velocity);
+    void pierce(Memory&, const ContactAtPuncture&) const noexcept {}
+    double force(const Shaft& shaft, const Memory& memory, double velocity) const noexcept {
+      return coulomb.force(shaft, memory, velocity);
     }
-    double by_depth(const Shaft& shaft, double velocity) const noexcept {
-      const double turning = coulomb.stiffness * shaft.element.stiffening;
-      return coulomb.by_depth(shaft, velocity) + shaft.traction * shaft.giving * turning;
+    double by_depth(const Shaft& shaft, const Memory& memory, double velocity) const noexcept {
+      const double loading = coulomb.stiffness * memory.element.stiffening;
+      return coulomb.by_depth(shaft, memory, velocity) +
+             memory.traction * memory.embedded_by_traction * loading;
     }
-    double by_velocity(const Shaft&, double) const noexcept { return 0.0; }
+    double by_velocity(const Shaft&, const Memory&, double) const noexcept { return 0.0; }
   };
   Prepared prepare() const noexcept {
     return {Coulomb{per_length, presliding, 0.0}.prepare(), 1.0 / recovery_time, surface_stiffness,

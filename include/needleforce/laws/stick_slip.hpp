@@ -39,7 +39,7 @@ struct StickSlip {
       {&StickSlip::damping, "damping", "N s/m", 1e-6, 1e6, required, "c",
        "force of the running crack over its speed", "sec. 2.3"},
       {&StickSlip::stiffness, "stiffness", "N/m", 1e-2, 1e6, 200.0, "k",
-       "stiffness of the tissue ahead of the tip; it sets the period and nothing else", "free"},
+       "stiffness of the tissue ahead of the tip; it sets the period only", "free"},
   }};
 
   const char* contradiction() const noexcept {
@@ -49,102 +49,115 @@ struct StickSlip {
     return nullptr;
   }
 
-  struct Prepared {
-    double break_force, arrest_force, arrest_speed, damping, stiffness;
-    double still;          ///< F_d, force of the running crack at no speed [N]
-    double time_constant;  ///< c / k: time constant of the running crack [s]
-
-    double running(double speed) const noexcept { return still + damping * speed; }
-    double stick_time(double speed) const noexcept {
-      return (break_force - arrest_force) / (stiffness * speed);
-    }
-    double slip_time(double speed) const noexcept {
-      const double aim = running(speed);
-      return time_constant * std::log((break_force - aim) / (arrest_force - aim));
-    }
-    /// The force of a long way at a speed [m/s]: the mean over a cycle, or the steady one.
-    double steady(double speed) const noexcept {
-      if (speed >= arrest_speed) return running(speed);
-      if (!(speed > 0.0)) return 0.5 * (break_force + arrest_force);
-      const double stick = stick_time(speed), slip = slip_time(speed), fall = break_force - arrest_force;
-      const double work =
-          0.5 * (break_force + arrest_force) * stick + running(speed) * slip + time_constant * fall;
-      return work / (stick + slip);
-    }
-
-    void enter(Cut& cut, double depth, double carried) const noexcept {
-      if (carried < 0.0) cut.running = true;  // the puncture's crack is just stopping
-      cut.front = depth - (carried < 0.0 ? arrest_force : carried) / stiffness;
-    }
-    /// A crack that sticks holds no more than breaks it, also where another law or other numbers loaded it.
-    void adopt(Cut& cut, double depth) const noexcept {
-      if (!cut.running) cut.front = std::max(cut.front, depth - break_force / stiffness);
-    }
-    [[gnu::noinline]] void advance(Cut& cut, const Move& move) const noexcept {
-      double force = stiffness * (move.depth - move.travel - cut.front);
-      double left = move.dt;
-      const double speed = move.travel / move.dt;
-      // a cycle has two events, whole cycles are skipped: the bound is never what ends this
-      for (int event = 0; event < 6 && left > 0.0; ++event)
-        cut.running ? run(cut, force, left, speed) : stick(cut, force, left, speed);
-      cut.front = move.depth - force / stiffness;
-    }
-    double force(const Cut& cut, double depth) const noexcept {
-      return std::max(0.0, stiffness * (depth - cut.front));
-    }
-    /// Of the tissue, also while the crack runs: it takes its time c / k to follow.
-    double by_depth(const Cut& cut, double depth) const noexcept {
-      return depth > cut.front ? stiffness : 0.0;
-    }
-
-   private:
-    void stick(Cut& cut, double& force, double& left, double speed) const noexcept {
-      const double time = speed > 0.0 ? (break_force - force) / (stiffness * speed) : left;
-      if (time >= left) {
-        force += stiffness * speed * left;
-        left = 0.0;
-        return;
-      }
-      force = std::max(force, break_force);
-      left -= std::max(0.0, time);
-      cut.running = true;
-      if (speed < arrest_speed) skip_cycles(left, speed);
-    }
-    void run(Cut& cut, double& force, double& left, double speed) const noexcept {
-      const double aim = running(speed);
-      const double time = aim >= arrest_force ? left
-                          : force > arrest_force
-                              ? time_constant * std::log((force - aim) / (arrest_force - aim))
-                              : 0.0;
-      if (time >= left) {
-        force += (force - aim) * std::expm1(-left / time_constant);  // does not cancel at small steps
-        left = 0.0;
-        return;
-      }
-      force = std::min(force, arrest_force);
-      left -= time;
-      cut.running = false;
-    }
-    void skip_cycles(double& left, double speed) const noexcept {
-      const double cycle = stick_time(speed) + slip_time(speed);
-      const double whole = std::min(left / cycle, 1e15);
-      left = std::max(0.0, left - cycle * static_cast<double>(static_cast<long long>(whole)));
-      left = std::min(left, cycle);
-    }
-  };
-  Prepared prepare() const noexcept {
-    return {break_force,        arrest_force,
-            arrest_speed,       damping,
-            stiffness,          arrest_force - damping * arrest_speed,
-            damping / stiffness};
-  }
   /// Time [s] the crack sticks in a cycle at a speed [m/s] below the arrest speed, and time it runs.
-  double stick_time(double speed) const noexcept { return prepare().stick_time(speed); }
-  double slip_time(double speed) const noexcept { return prepare().slip_time(speed); }
+  double stick_time(double speed) const noexcept;
+  double slip_time(double speed) const noexcept;
   /// Force [N] of a running crack at no speed, F_d = F_a - c v_a.
-  double still_force() const noexcept { return prepare().still; }
+  double still_force() const noexcept;
   /// Mean force [N] at a speed [m/s], over a cycle where it sticks and slips.
-  double mean_force(double speed) const noexcept { return prepare().steady(speed); }
+  double mean_force(double speed) const noexcept;
+
+  struct Prepared;
+  Prepared prepare() const noexcept;
 };
+
+struct StickSlip::Prepared {
+  struct Memory {
+    bool running = false;  ///< the crack runs; false while it sticks
+    void stop() noexcept { running = false; }
+  };
+
+  StickSlip law;
+  double still;          ///< F_d, force of the running crack at no speed [N]
+  double time_constant;  ///< c / k: time constant of the running crack [s]
+
+  double running(double speed) const noexcept { return still + law.damping * speed; }
+  double stick_time(double speed) const noexcept {
+    return (law.break_force - law.arrest_force) / (law.stiffness * speed);
+  }
+  double slip_time(double speed) const noexcept {
+    const double aim = running(speed);
+    return time_constant * std::log((law.break_force - aim) / (law.arrest_force - aim));
+  }
+  /// The force over a long travel at a speed [m/s]: the mean over a cycle, or the steady one.
+  double steady(double speed) const noexcept {
+    if (speed >= law.arrest_speed) return running(speed);
+    if (!(speed > 0.0)) return 0.5 * (law.break_force + law.arrest_force);
+    const double stick = stick_time(speed), slip = slip_time(speed),
+                 fall = law.break_force - law.arrest_force;
+    const double work =
+        0.5 * (law.break_force + law.arrest_force) * stick + running(speed) * slip + time_constant * fall;
+    return work / (stick + slip);
+  }
+
+  void enter(Cut& cut, Memory& memory, double depth, double carried) const noexcept {
+    if (carried < 0.0) memory.running = true;  // the puncture's crack is just stopping
+    cut.front = depth - (carried < 0.0 ? law.arrest_force : carried) / law.stiffness;
+  }
+  /// A crack that sticks holds no more than its breaking force, also if another law or other parameters
+  /// loaded it.
+  void adopt(Cut& cut, const Memory& memory, double depth) const noexcept {
+    if (!memory.running) cut.front = std::max(cut.front, depth - law.break_force / law.stiffness);
+  }
+  [[gnu::noinline]] void advance(Cut& cut, Memory& memory, const Move& move) const noexcept {
+    double force = law.stiffness * (move.depth - move.travel - cut.front);
+    double left = move.dt;
+    const double speed = move.travel / move.dt;
+    // a cycle has two events and complete cycles are skipped: the bound is never reached
+    for (int event = 0; event < 6 && left > 0.0; ++event)
+      memory.running ? run(memory, force, left, speed) : stick(memory, force, left, speed);
+    cut.front = move.depth - force / law.stiffness;
+  }
+  double force(const Cut& cut, const Memory&, double depth) const noexcept {
+    return std::max(0.0, law.stiffness * (depth - cut.front));
+  }
+  /// Of the tissue, also while the crack runs: it takes its time c / k to follow.
+  double by_depth(const Cut& cut, const Memory&, double depth) const noexcept {
+    return depth > cut.front ? law.stiffness : 0.0;
+  }
+
+ private:
+  void stick(Memory& memory, double& force, double& left, double speed) const noexcept {
+    const double time = speed > 0.0 ? (law.break_force - force) / (law.stiffness * speed) : left;
+    if (time >= left) {
+      force += law.stiffness * speed * left;
+      left = 0.0;
+      return;
+    }
+    force = std::max(force, law.break_force);
+    left -= std::max(0.0, time);
+    memory.running = true;
+    if (speed < law.arrest_speed) skip_cycles(left, speed);
+  }
+  void run(Memory& memory, double& force, double& left, double speed) const noexcept {
+    const double aim = running(speed);
+    const double time = aim >= law.arrest_force ? left
+                        : force > law.arrest_force
+                            ? time_constant * std::log((force - aim) / (law.arrest_force - aim))
+                            : 0.0;
+    if (time >= left) {
+      force += (force - aim) * std::expm1(-left / time_constant);  // does not cancel at small steps
+      left = 0.0;
+      return;
+    }
+    force = std::min(force, law.arrest_force);
+    left -= time;
+    memory.running = false;
+  }
+  void skip_cycles(double& left, double speed) const noexcept {
+    const double cycle = stick_time(speed) + slip_time(speed);
+    const double whole = std::min(left / cycle, 1e15);
+    left = std::max(0.0, left - cycle * static_cast<double>(static_cast<long long>(whole)));
+    left = std::min(left, cycle);
+  }
+};
+
+inline StickSlip::Prepared StickSlip::prepare() const noexcept {
+  return {*this, arrest_force - damping * arrest_speed, damping / stiffness};
+}
+inline double StickSlip::stick_time(double speed) const noexcept { return prepare().stick_time(speed); }
+inline double StickSlip::slip_time(double speed) const noexcept { return prepare().slip_time(speed); }
+inline double StickSlip::still_force() const noexcept { return prepare().still; }
+inline double StickSlip::mean_force(double speed) const noexcept { return prepare().steady(speed); }
 
 }  // namespace needleforce::laws

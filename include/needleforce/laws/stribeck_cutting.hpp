@@ -16,7 +16,7 @@ namespace needleforce::laws {
 ///     du/dt = V - v
 ///
 /// Steady cutting is unstable below V_c = v_s ln((F_s - F_k) / (c v_s)). Implicit Euler in sub-steps of at
-/// most 10 us while the crack runs and at most 256 of them: of the laws here the only one that costs
+/// most 10 us while the crack runs and at most 256 of them: the only law here that takes
 /// microseconds.
 struct StribeckCutting {
   double static_force;
@@ -36,7 +36,8 @@ struct StribeckCutting {
       "sec. 2.3, range of the cutting force; Stribeck 1902; free: mass and spring, the choice of this "
       "project";
   static constexpr const char* validity =
-      "Steps of the loop up to 2.5 ms at full resolution; its swing reaches F_s itself; with the paper's "
+      "Steps of the loop up to 2.5 ms at full resolution; its oscillation reaches F_s itself; with the "
+      "paper's "
       "range at 1 mm/s its force at 3 mm/s is 15 "
       "% low.";
   static constexpr std::array<Parameter<StribeckCutting>, 6> table{{
@@ -73,34 +74,40 @@ struct StribeckCutting {
 };
 
 struct StribeckCutting::Prepared {
+  struct Memory {
+    double speed = 0.0;  ///< of the crack's tip [m/s]; 0 while it sticks
+    void stop() noexcept { speed = 0.0; }
+  };
+
   StribeckCutting law;
 
   double steady(double speed) const noexcept { return law.steady_force(std::max(0.0, speed)); }
-  void enter(Cut& cut, double depth, double carried) const noexcept {
-    if (carried < 0.0) cut.speed = 0.0;
+  void enter(Cut& cut, Memory& memory, double depth, double carried) const noexcept {
+    if (carried < 0.0) memory.speed = 0.0;
     cut.front = depth - std::max(0.0, carried) / law.stiffness;
   }
-  /// A crack that sticks holds no more than breaks it, also where another law or other numbers loaded it.
-  void adopt(Cut& cut, double depth) const noexcept {
-    if (cut.speed == 0.0) cut.front = std::max(cut.front, depth - law.static_force / law.stiffness);
+  /// A crack that sticks holds no more than its breaking force, also if another law or other parameters
+  /// loaded it.
+  void adopt(Cut& cut, Memory& memory, double depth) const noexcept {
+    if (memory.speed == 0.0) cut.front = std::max(cut.front, depth - law.static_force / law.stiffness);
   }
-  [[gnu::noinline]] void advance(Cut& cut, const Move& move) const noexcept {
+  [[gnu::noinline]] void advance(Cut& cut, Memory& memory, const Move& move) const noexcept {
     const double last = law.stiffness * (move.depth - cut.front);
-    if (cut.speed == 0.0 && last <= law.static_force) return;  // it sticks
+    if (memory.speed == 0.0 && last <= law.static_force) return;  // it sticks
     const int steps = static_cast<int>(std::clamp(std::ceil(move.dt * 1e5), 1.0, 256.0));
     const double dt = move.dt / steps, travel = move.travel / steps, inertia = law.mass / dt;
     double depth = move.depth - move.travel;
     for (int i = 0; i < steps; ++i) {
       depth += travel;
-      const double push = inertia * cut.speed + law.stiffness * (depth - cut.front);
-      cut.speed = next_speed(cut.speed, push, inertia + law.stiffness * dt);
-      cut.front += cut.speed * dt;
+      const double push = inertia * memory.speed + law.stiffness * (depth - cut.front);
+      memory.speed = next_speed(memory.speed, push, inertia + law.stiffness * dt);
+      cut.front += memory.speed * dt;
     }
   }
-  double force(const Cut& cut, double depth) const noexcept {
+  double force(const Cut& cut, const Memory&, double depth) const noexcept {
     return std::max(0.0, law.stiffness * (depth - cut.front));
   }
-  double by_depth(const Cut& cut, double depth) const noexcept {
+  double by_depth(const Cut& cut, const Memory&, double depth) const noexcept {
     return depth > cut.front ? law.stiffness : 0.0;
   }
 
@@ -109,7 +116,8 @@ struct StribeckCutting::Prepared {
   /// resisting v + F_ss(v) = push.
   double next_speed(double speed, double push, double resisting) const noexcept {
     if (push <= law.static_force) return 0.0;
-    // Newton from the last speed, by halving where it would leave the bracket: bounded, and seldom four turns
+    // Newton from the last speed, by halving where it would leave the bracket: bounded, seldom more than four
+    // iterations
     const double per_speed = 1.0 / law.stribeck_speed;
     double low = 0.0, high = push / resisting;  // the force is positive
     double v = std::min(speed, high);
@@ -118,7 +126,7 @@ struct StribeckCutting::Prepared {
       const double excess = push - resisting * v - (law.kinetic_force + falling + law.damping * v);
       (excess > 0.0 ? low : high) = v;
       const double next = v + excess / (resisting + law.damping - falling * per_speed);
-      if (std::abs(next - v) <= 1e-8 * v) return next;  // its digits double in a turn: these are the last
+      if (std::abs(next - v) <= 1e-8 * v) return next;  // quadratic convergence: the last digits
       v = next > low && next < high ? next : 0.5 * (low + high);
     }
     return v;

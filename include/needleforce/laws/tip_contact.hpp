@@ -53,7 +53,7 @@ struct TipContact {
     std::array<double, capacity + 1> edge;  // u at the ends of the blocks [m^(1/2)]
     std::array<Polynomial, capacity> block;
     std::array<double, capacity + 1> stored;  // energy at the ends [J]
-    double last_force, last_slope;            // where F goes on straight [N], [N/m]
+    double last_force, last_slope;            // where F continues linearly [N], [N/m]
     int count;
 
     double reach() const noexcept { return std::numeric_limits<double>::infinity(); }
@@ -88,7 +88,7 @@ struct TipContact {
       return u * u;
     }
 
-    /// The block whose left edge lies at or below x, in a fixed number of steps.
+    /// The block whose left edge is at or below x, in a fixed number of steps.
     int find(const std::array<double, capacity + 1>& edges, double x) const noexcept {
       int k = 0;
       for (const int step : {32, 16, 8, 4, 2, 1})
@@ -171,7 +171,7 @@ struct TipContact {
       }
     const double end = sneddon::is_tangent<TipShape>() ? std::min(limit, shape.end() * (1.0 - 1e-9)) : limit;
     const double last = std::sqrt(sneddon::depth(shape, end));
-    // a flat face saturates at once: one block of any width says so
+    // a flat face saturates at once: one block of any width is exact
     u[n] = last > u[n - 1] ? last : u[n - 1] + std::sqrt(limit);
     return n;
   }

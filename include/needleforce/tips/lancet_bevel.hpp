@@ -12,12 +12,13 @@
 
 namespace needleforce::tips {
 
-/// Which cone stands for a bevel: the paper's own reading, or that of equal length, volume or bisected wedge.
+/// Which cone is equivalent to a bevel: the paper's own reading, or that of equal length, volume or bisected
+/// wedge.
 enum class BevelEquivalence { paper_half_angle, equal_length, equal_volume, wedge_bisector };
 inline constexpr std::array<const char*, 4> bevel_equivalence_names{"paper_half_angle", "equal_length",
                                                                     "equal_volume", "wedge_bisector"};
 
-/// A plane cut at the angle alpha to the axis, and the cone that stands for it: tan(alpha_eq) is tan(alpha)
+/// A plane cut at the angle alpha to the axis, and its equivalent cone: tan(alpha_eq) is tan(alpha)
 /// as the paper reads it, half of it at equal length, a third at equal volume, or tan(alpha/2).
 struct LancetBevel {
   double half_angle;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every tip shares: its words for angles, for a profile without end, and for numbers that do not fit
-// together.
+// What all tips share: degrees, the end of an infinite profile, and parameters that contradict each other.
 #pragma once
 
 #include <array>
@@ -11,13 +10,13 @@ namespace needleforce::tips {
 
 inline constexpr double degree = std::numbers::pi / 180.0;
 
-/// The end of a profile that goes on for ever.
+/// The end of an infinite profile.
 inline constexpr double endless = std::numeric_limits<double>::infinity();
 
 /// The radii where a profile's slope or curvature jumps; none.
 inline constexpr std::array<double, 0> no_breaks{};
 
-/// A number that lies in its own range and does not fit the others; `limit` nullptr is none.
+/// A parameter that is in its range and contradicts another; none if `limit` is nullptr.
 struct Flaw {
   const char* quantity = "";
   int index = -1;  ///< of the entry, where the quantity is a column

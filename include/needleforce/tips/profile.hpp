@@ -37,7 +37,7 @@ struct Profile {
                 "Give numbers in m."};
       if (!(radius[k] > radius[k - 1]))
         return {"radii", k, radius[k], "not beyond the one before: the slope would be vertical",
-                "Give radii that grow; the shank beyond the tip is told by its own radius."};
+                "Give radii that grow; the shank beyond the tip has a radius of its own."};
       if (!(rise[k] >= rise[k - 1]))
         return {"heights", k, rise[k], "below the one before: the profile is not monotone",
                 "Give heights above the apex that never fall."};

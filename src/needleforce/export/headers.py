@@ -157,7 +157,11 @@ def _law(family: str, law, tip_name: str) -> list[str]:
     if not numbers:
         return [f'.{family} = {{.name = "{law.name}"{tip}}},']
     # in the order of the members: C++ takes no other
-    return [f'.{family} = {{.name = "{law.name}", .numbers = {{', *(f"    {line}" for line in numbers), f"}}{tip}}},"]
+    return [
+        f'.{family} = {{.name = "{law.name}", .parameters = {{',
+        *(f"    {line}" for line in numbers),
+        f"}}{tip}}},",
+    ]
 
 
 def _c_numbers(value) -> list[str]:
@@ -170,7 +174,7 @@ def _tip(tip, name: str) -> list[str]:
         return _profile(tip, name)
     words = "".join(f', .{part} = "{getattr(tip, part)}"' for part in tip.parts)
     numbers = [f"    {line}" for line in _c_numbers(tip)]
-    return [f'static const nf_tip {name} = {{.name = "{tip.name}", .numbers = {{', *numbers, f"}}{words}}};"]
+    return [f'static const nf_tip {name} = {{.name = "{tip.name}", .parameters = {{', *numbers, f"}}{words}}};"]
 
 
 def _profile(tip, name: str) -> list[str]:

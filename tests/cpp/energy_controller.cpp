@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The energy controller: the true energy of the true motion, which it sees late, never falls below zero.
-#include "needleforce/passivity.hpp"
+#include "needleforce/energy_controller.hpp"
 
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ Outcome trial(const Engine& engine, double from, double to, const GuardSettings&
 
 GuardSettings told(int delay, double acceleration, double lent) {
   GuardSettings settings = bounds(delay);
-  settings.most_acceleration = acceleration;
+  settings.max_acceleration = acceleration;
   settings.initial_reserve = lent;
   return settings;
 }
@@ -78,7 +78,7 @@ void with_each_tissue(Visit visit) {
   visit("lugre", Insertion(lugre(), limits), -3e-3, 15e-3);
 }
 
-TEST(Passivity, AMillionStepsOfARandomHandGetNoMoreOutThanIn) {
+TEST(EnergyController, MillionRandomStepsExtractNoMoreEnergyThanTheyPutIn) {
   with_each_tissue([](const char* name, const auto& engine, double from, double to) {
     for (const int delay : delays) {
       const GuardSettings settings = bounds(delay);
@@ -90,7 +90,7 @@ TEST(Passivity, AMillionStepsOfARandomHandGetNoMoreOutThanIn) {
   });
 }
 
-TEST(Passivity, SpeedAloneIsEnoughToKnow) {
+TEST(EnergyController, SpeedBoundSufficesForTheEnergyGuarantee) {
   with_each_tissue([](const char* name, const auto& engine, double from, double to) {
     for (const int delay : delays) {
       const GuardSettings settings = told(delay, unlimited, 1e-5);
@@ -99,7 +99,7 @@ TEST(Passivity, SpeedAloneIsEnoughToKnow) {
   });
 }
 
-TEST(Passivity, WithABoundedAccelerationNothingNeedsToBeLent) {
+TEST(EnergyController, BoundedAccelerationNeedsNoInitialReserve) {
   with_each_tissue([](const char* name, const auto& engine, double from, double to) {
     for (const int delay : {0, 1, 2}) {
       const GuardSettings settings = told(delay, push, 0.0);
@@ -110,7 +110,7 @@ TEST(Passivity, WithABoundedAccelerationNothingNeedsToBeLent) {
   });
 }
 
-TEST(Passivity, WithoutAControllerASampledSpringReturnsMoreThanItGot) {
+TEST(EnergyController, SampledSpringWithoutControllerReturnsMoreThanItReceived) {
   for (const int delay : delays) {
     // a held force lags behind the motion by half a cycle and the delay: k tau times the squared speed [W]
     const Outcome outcome = trial(Wall{1000.0}, -2e-3, 4e-3, bounds(delay), 200000);
@@ -118,7 +118,7 @@ TEST(Passivity, WithoutAControllerASampledSpringReturnsMoreThanItGot) {
   }
 }
 
-TEST(Passivity, TheForceIsTheTissuesOwnWhereThereIsEnough) {
+TEST(EnergyController, ForceIsUnchangedWithEnoughReserve) {
   with_each_tissue([](const std::string& name, const auto& engine, double from, double to) {
     const bool gains = name.find("wall") < name.size() || name.find("whole") < name.size();
     for (const int delay : {0, 1, 2})
@@ -126,7 +126,7 @@ TEST(Passivity, TheForceIsTheTissuesOwnWhereThereIsEnough) {
   });
 }
 
-TEST(Passivity, AnInsertionAtASteadySpeedFeelsNoController) {
+TEST(EnergyController, SteadyInsertionIsUnchangedByTheController) {
   for (const int delay : {0, 1, 2})
     for (const double speed : {1e-3, 5e-3, 20e-3, 100e-3}) {
       Insertion bare{std::span<const Layer>(paper())};
@@ -139,7 +139,7 @@ TEST(Passivity, AnInsertionAtASteadySpeedFeelsNoController) {
     }
 }
 
-TEST(Passivity, LostMeasurementsAndAnUnevenClockCostNoPromise) {
+TEST(EnergyController, EnergyGuaranteeHoldsWithLostMeasurementsAndAnUnevenClock) {
   for (const int delay : delays) {
     std::mt19937 generator(3);
     int lost = 0;
@@ -157,7 +157,7 @@ TEST(Passivity, LostMeasurementsAndAnUnevenClockCostNoPromise) {
   }
 }
 
-TEST(Passivity, ACoarseEncoderIsAllowedFor) {
+TEST(EnergyController, EnergyGuaranteeHoldsWithACoarseEncoder) {
   const auto counts = [](double depth) { return 1e-5 * std::round(depth / 1e-5); };
   for (const int delay : delays)
     for (const double acceleration : {push, unlimited}) {
@@ -186,7 +186,7 @@ TrueEnergy taken(const GuardSettings& settings, int cycles) {
     force = next;
     if (generator() % 50 == 0) pushing = static_cast<int>(generator() % 20);
     const double wish = pushing-- > 0 && depth < 5e-3 ? pace : -std::copysign(pace, force);
-    const double most = settings.most_acceleration;
+    const double most = settings.max_acceleration;
     const double faster = std::clamp((wish - speed) / cycle, -most, most);
     // who may turn at once does so at the beginning of the cycle
     const Stretch stretch = most < unlimited ? Stretch{cycle, speed, faster} : Stretch{cycle, wish, 0.0};
@@ -201,7 +201,7 @@ TrueEnergy taken(const GuardSettings& settings, int cycles) {
   return worst;
 }
 
-TEST(Passivity, AHandThatOnlyTakesGetsWhatWasLentAndNoMore) {
+TEST(EnergyController, OneWayExtractionIsLimitedToTheInitialReserve) {
   for (const int delay : delays)
     for (const double acceleration : {unlimited, push})
       for (const double error : {0.0, 2e-5, 4e-4})
@@ -217,7 +217,7 @@ TEST(Passivity, AHandThatOnlyTakesGetsWhatWasLentAndNoMore) {
         }
 }
 
-TEST(Passivity, OnTheWayOutTheForceFallsWithoutTakingTurns) {
+TEST(EnergyController, WithdrawalForceFallsWithoutChatter) {
   for (const int delay : delays) {
     Guard guard(Wall{1000.0}, told(delay, unlimited, 1e-5));
     DelayLine depths(delay, 0.0);
@@ -249,14 +249,14 @@ double restless(Step step, int delay, TrueEnergy& energy) {
   return std::sqrt(squares / 1000);
 }
 
-TEST(Passivity, AHandleThatRestsAtAStiffWallIsDrivenByItOnlyWithoutAController) {
+TEST(EnergyController, HandleAtAStiffWallOscillatesOnlyWithoutController) {
   for (const int delay : {0, 2}) {
     // 2 N s/m is less than k T / 2 = 10 N s/m, which a sampled wall needs: Colgate & Schenkel 1997
     Wall wall{2e4};
     TrueEnergy bare, guarded;
     const double driven =
         restless([&](double x) { return wall.step(x, no_velocity, cycle).force; }, delay, bare);
-    Guard guard(wall, {.longest_cycle = cycle, .most_speed = 2.0, .delay = 1.0 * delay});
+    Guard guard(wall, {.longest_cycle = cycle, .max_speed = 2.0, .delay = 1.0 * delay});
     const double calmed =
         restless([&](double x) { return guard.step(x, no_velocity, cycle).force; }, delay, guarded);
     EXPECT_GT(driven, 0.05) << delay;
@@ -277,10 +277,10 @@ struct Turncoat {
   }
 };
 
-TEST(Passivity, AnActiveBurstGetsNoMoreThanTheReserveKept) {
+TEST(EnergyController, ActiveBurstExtractsNoMoreThanMaxReserve) {
   for (const double kept : {1e-3, unlimited}) {
     GuardSettings settings = told(0, push, 1e-5);
-    settings.most_reserve = kept;
+    settings.max_reserve = kept;
     Turncoat engine;
     Guard<Turncoat&> guard(engine, settings);
     WilfulHand hand(0.0, 20e-3, pace, push, 3);
@@ -305,7 +305,7 @@ TEST(Passivity, AnActiveBurstGetsNoMoreThanTheReserveKept) {
   }
 }
 
-TEST(Passivity, WhatLiesBeyondTheBoundsIsTold) {
+TEST(EnergyController, MotionBeyondTheBoundsIsReported) {
   EnergyController controller(bounds(0));
   controller.limit(0.0, 0.0, cycle);
   controller.limit(0.0, 0.01 * cycle, cycle);
@@ -317,7 +317,7 @@ TEST(Passivity, WhatLiesBeyondTheBoundsIsTold) {
   controller.limit(0.0, 0.34 * cycle, cycle);
   EXPECT_TRUE(controller.outside_bounds());  // 0.31 m/s
   GuardSettings settings = bounds(0);
-  settings.most_speed = 10.0;
+  settings.max_speed = 10.0;
   EnergyController faster(settings);
   for (const double depth : {0.0, 0.1, 0.2}) faster.limit(0.0, depth * cycle, cycle);
   EXPECT_FALSE(faster.outside_bounds());
@@ -325,7 +325,7 @@ TEST(Passivity, WhatLiesBeyondTheBoundsIsTold) {
   EXPECT_TRUE(faster.outside_bounds());  // 0.03 m/s in a millisecond
 }
 
-TEST(Passivity, TheBalanceIsTheSumOverHeldForces) {
+TEST(EnergyController, EnergyIsTheSumOverHeldForces) {
   EnergyController controller{GuardSettings{.delay = 1.0}};
   // held 2, 3, 5 N over travels of 1, -2, 4 mm, seen one cycle late
   const double forces[] = {2.0, 3.0, 5.0, 0.0, 0.0}, depths[] = {0.0, 0.0, 1e-3, -1e-3, 3e-3};

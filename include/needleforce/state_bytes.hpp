@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A memory as bytes that may leave the process, with what says whose they are.
+// A memory as bytes that may leave the process, with the version and the model that they belong to.
 #pragma once
 
 #include <array>
@@ -12,9 +12,9 @@
 
 namespace needleforce {
 
-/// Plain bytes of a state: version and size of what wrote it, the model it belongs to, a checksum.
+/// Plain bytes of a state: version and size of the program that wrote it, its model, a checksum.
 template <class State>
-struct SavedBytes {
+struct StateBytes {
   static_assert(std::is_trivially_copyable_v<State> && sizeof(State) % sizeof(std::uint64_t) == 0);
   std::uint64_t version, size, model;
   std::array<std::uint64_t, sizeof(State) / sizeof(std::uint64_t)> words;
@@ -40,16 +40,16 @@ constexpr std::uint64_t this_version() noexcept {
 
 /// A state as bytes. Wait-free.
 template <class State>
-SavedBytes<State> saved(const State& state, std::uint64_t model) noexcept {
-  using Bytes = SavedBytes<State>;
+StateBytes<State> state_bytes(const State& state, std::uint64_t model) noexcept {
+  using Bytes = StateBytes<State>;
   Bytes result{detail::this_version(), sizeof(Bytes), model, std::bit_cast<decltype(Bytes::words)>(state), 0};
   result.checksum = result.sum();
   return result;
 }
 
-/// True if these bytes were saved by this version, for this model, and are whole. Wait-free.
+/// True if these bytes were saved by this version, for this model, and are intact. Wait-free.
 template <class State>
-bool belongs(const SavedBytes<State>& bytes, std::uint64_t model) noexcept {
+bool belongs(const StateBytes<State>& bytes, std::uint64_t model) noexcept {
   return bytes.version == detail::this_version() && bytes.size == sizeof bytes && bytes.model == model &&
          bytes.checksum == bytes.sum();
 }

@@ -10,9 +10,9 @@ namespace needleforce {
 /// Calls `f` with the law that the variant holds. A chain of comparisons, the first of the list first: a loop
 /// takes the same branch every time, and the compiler sees through it.
 template <std::size_t index = 0, class F, class... L>
-[[gnu::always_inline]] inline decltype(auto) with_chosen(const std::variant<L...>& laws, F&& f) noexcept {
+[[gnu::always_inline]] inline decltype(auto) dispatch(const std::variant<L...>& laws, F&& f) noexcept {
   if constexpr (index + 1 < sizeof...(L)) {
-    if (laws.index() != index) return with_chosen<index + 1>(laws, f);
+    if (laws.index() != index) return dispatch<index + 1>(laws, f);
   }
   return f(*std::get_if<index>(&laws));
 }
