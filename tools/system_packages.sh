@@ -31,6 +31,8 @@ fi
 if [ ${#needed[@]} -gt 0 ]; then
   if [ "$(id -u)" = 0 ] && command -v apt-get > /dev/null; then
     echo "installing ${needed[*]}"
+    (while sleep 5; do echo "installing system packages, $SECONDS s"; done) &
+    trap 'kill $!' EXIT
     apt-get update -qq && apt-get install -y -qq --no-install-recommends "${needed[@]}" > /dev/null
   else
     echo "needleforce needs these system packages first: sudo apt-get install ${needed[*]}" >&2
