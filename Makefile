@@ -75,7 +75,7 @@ setup:  ## virtual environment, pinned packages, compiled core
 	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes .venv/.compiled .venv/.editable
 
 demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo/results.json
-	@$(BIN)/needleforce demo --out demo
+	@if [ -t 2 ]; then $(BIN)/needleforce demo --out demo; else $(WATCHED) "demo" --show -- $(BIN)/needleforce demo --out demo; fi
 
 test: setup test-cpp test-python  ## every test
 

@@ -26,7 +26,7 @@ class Job:
     """A running command: its output so far, and a few words on where it is."""
 
     def __init__(self, name: str):
-        self.name, self.output, self.words = name, [], "started"
+        self.name, self.output, self.words = name, [], "running"
         self.begin = self.printed = time.monotonic()
         self.packages = None
 
