@@ -5,110 +5,155 @@ BIN := .venv/bin
 CORE_SOURCES := $(shell find include bindings -type f) CMakeLists.txt pyproject.toml
 PYTHON_SOURCES := src tests benchmarks examples
 CXX_SOURCES := $(shell find include bindings integrations tests examples benchmarks -name '*.hpp' -o -name '*.cpp' -o -name '*.h' -o -name '*.c')
+CORE := build/python
 CXX_TESTS := build/cpp
 CXX_SANITIZED := build/sanitized
 # every test in which one thread speaks to another
 THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp
+# a line at least every five seconds
+WATCHED = $(PYTHON) tools/progress.py
+# names from requirements/, versions from constraints.txt. Python compiles what is imported when it is: all of it at once takes longer
+# than the rest of the installation.
+INSTALL = $(BIN)/pip install --disable-pip-version-check --no-compile --constraint constraints.txt
+NINJA = -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja
 MINUTES ?= 10
 FILE ?= tests/reference_values.json
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-cpp test-python proof proof-tools proof-effects proof-symbols proof-sanitizers proof-threads \
+# what runs side by side says so itself
+ifndef SIDE_BY_SIDE
+.NOTPARALLEL:
+endif
+.PHONY: help setup packages-and-core demo test test-cpp test-python proof proof-tools proof-effects proof-symbols proof-sanitizers proof-threads \
         proof-fuzz fuzz wasm bench bench-full lint format docs reference clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
 
-.venv/.packages: constraints.txt tools/system_packages.sh
+# Each stamp in .venv is newer than what it was made from. The two that take long, packages and compiler, run side by side.
+.venv/.made:
 	@PYTHON=$(PYTHON) tools/system_packages.sh core
-	@test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	@echo "setting up .venv (once)"
-	@$(BIN)/pip install --quiet --disable-pip-version-check --requirement constraints.txt
+	@test -x $(BIN)/python || $(WATCHED) "setting up .venv" -- $(PYTHON) -m venv .venv
 	@touch $@
 
-.venv/.core: .venv/.packages $(CORE_SOURCES)
-	@echo "compiling the core"
-	@$(BIN)/pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
+.venv/.build-packages: requirements/build.txt constraints.txt | .venv/.made
+	@$(WATCHED) "packages to compile with" -- $(INSTALL) --requirement requirements/build.txt
 	@touch $@
 
-setup: .venv/.core  ## virtual environment, pinned packages, compiled core
+.venv/.packages: requirements/run.txt .venv/.build-packages
+	@$(WATCHED) "packages to run with" -- $(INSTALL) --requirement requirements/run.txt
+	@touch $@
+
+.venv/.test-packages: requirements/tests.txt .venv/.packages
+	@$(WATCHED) "packages to test with" -- $(INSTALL) --requirement requirements/tests.txt
+	@touch $@
+
+.venv/.lint-packages: requirements/lint.txt .venv/.build-packages
+	@$(WATCHED) "formatters and linters" -- $(INSTALL) --requirement requirements/lint.txt
+	@touch $@
+
+# The compiled module and its stubs go into src/, where .gitignore has them.
+.venv/.compiled: $(CORE_SOURCES) .venv/.build-packages
+	@$(WATCHED) "configuring the core" -- $(BIN)/cmake -S . -B $(CORE) $(NINJA) -DNEEDLEFORCE_PYTHON=ON -DCMAKE_BUILD_TYPE=Release \
+	  -DPython_EXECUTABLE=$(CURDIR)/$(BIN)/python -Dnanobind_DIR=$$($(BIN)/python -m nanobind --cmake_dir)
+	@$(WATCHED) "compiling the core" -- $(BIN)/cmake --build $(CORE)
+	@$(BIN)/cmake --install $(CORE) --prefix src > /dev/null
+	@touch $@
+
+# The package is installed as a path to src/, its command and its version: a module that is new or moved is found at once.
+# An editable install that compiles would find only the modules that were there when it was made.
+.venv/.editable: pyproject.toml include/needleforce/version.hpp .venv/.packages
+	@$(INSTALL) --quiet --no-build-isolation --no-deps --config-settings=wheel.cmake=false --config-settings=editable.mode=inplace --editable .
+	@touch $@
+
+# where another checkout or a git clean took the compiled module away, it is put there again
+ifeq ($(wildcard src/needleforce/core.*),)
+.PHONY: .venv/.compiled
+endif
+
+setup:  ## virtual environment, pinned packages, compiled core
+	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes packages-and-core
+
+packages-and-core: .venv/.compiled .venv/.editable
+	@true
 
 demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo/results.json
-	@$(BIN)/needleforce demo --out demo
+	@if [ -t 2 ]; then $(BIN)/needleforce demo --out demo; else $(WATCHED) "demo" --show -- $(BIN)/needleforce demo --out demo; fi
 
 test: setup test-cpp test-python  ## every test
 
-test-cpp: .venv/.packages
+test-cpp: .venv/.build-packages
 	@PYTHON=$(PYTHON) tools/system_packages.sh tests
-	@mkdir -p $(CXX_TESTS)
-	@$(BIN)/cmake -S . -B $(CXX_TESTS) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DNEEDLEFORCE_TESTS=ON -DCMAKE_BUILD_TYPE=Release > $(CXX_TESTS).log 2>&1 \
-	  || (cat $(CXX_TESTS).log; false)
-	@$(BIN)/cmake --build $(CXX_TESTS) > $(CXX_TESTS).log 2>&1 || (cat $(CXX_TESTS).log; false)
-	@$(BIN)/ctest --test-dir $(CXX_TESTS) --output-on-failure
+	@$(WATCHED) "configuring the C++ tests" -- $(BIN)/cmake -S . -B $(CXX_TESTS) $(NINJA) -DNEEDLEFORCE_TESTS=ON -DCMAKE_BUILD_TYPE=Release
+	@$(WATCHED) "compiling the C++ tests" -- $(BIN)/cmake --build $(CXX_TESTS)
+	@$(WATCHED) "C++ tests" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_TESTS) --output-on-failure
 
-test-python: setup
-	@$(BIN)/python -m pytest -n auto --dist loadfile
+test-python: setup .venv/.test-packages
+	@$(BIN)/python -m pytest -n auto --dist loadfile --lines
 
 proof: proof-effects proof-symbols proof-sanitizers proof-threads proof-fuzz  ## the real-time claims, by compiler, sanitizers and fuzzer
 
-proof-tools: .venv/.packages
+proof-tools: .venv/.proof-packages
 	@PYTHON=$(PYTHON) tools/system_packages.sh proof
-	@$(BIN)/pip install --quiet --disable-pip-version-check --requirement tests/proof/requirements.txt
+
+.venv/.proof-packages: tests/proof/requirements.txt .venv/.build-packages
+	@$(WATCHED) "packages to prove with" -- $(INSTALL) --requirement tests/proof/requirements.txt
+	@touch $@
 
 proof-effects: proof-tools
-	@tests/proof/function_effects.sh
+	@$(WATCHED) "function effects" --show -- tests/proof/function_effects.sh
 
-proof-symbols: .venv/.packages
-	@tests/proof/symbols.sh
+proof-symbols: .venv/.made
+	@$(WATCHED) "symbols" --show -- tests/proof/symbols.sh
 
 # the energy controller's walks of a million steps are left to the fuzzer, which has the same sanitizers and runs faster
 proof-sanitizers: proof-tools
 	@mkdir -p $(CXX_SANITIZED)
-	@$(BIN)/cmake -S . -B $(CXX_SANITIZED) -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja -DNEEDLEFORCE_TESTS=ON \
+	@$(BIN)/cmake -S . -B $(CXX_SANITIZED) $(NINJA) -DNEEDLEFORCE_TESTS=ON \
 	  -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++-19 \
 	  -DCMAKE_CXX_FLAGS="-g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all" > $(CXX_SANITIZED).log 2>&1 \
 	  || (cat $(CXX_SANITIZED).log; false)
-	@$(BIN)/cmake --build $(CXX_SANITIZED) > $(CXX_SANITIZED).log 2>&1 || (cat $(CXX_SANITIZED).log; false)
-	@for tests in $(CXX_SANITIZED)/tests/cpp/*_tests; do $$tests --gtest_brief=1 --gtest_filter=-EnergyController.* > $(CXX_SANITIZED).log 2>&1 || { cat $(CXX_SANITIZED).log; exit 1; }; done
+	@$(WATCHED) "compiling with sanitizers" -- $(BIN)/cmake --build $(CXX_SANITIZED)
+	@for tests in $(CXX_SANITIZED)/tests/cpp/*_tests; do echo "sanitizers: $$tests"; $$tests --gtest_brief=1 --gtest_filter=-EnergyController.* > $(CXX_SANITIZED).log 2>&1 || { cat $(CXX_SANITIZED).log; exit 1; }; done
 	@echo "sanitizers: nothing found in the C++ tests"
 
 proof-threads: proof-tools
-	@tests/proof/threads.sh $(THREAD_TESTS)
+	@$(WATCHED) "threads" --show -- tests/proof/threads.sh $(THREAD_TESTS)
 
 proof-fuzz: proof-tools
-	@tests/proof/fuzz.sh 60 1
+	@$(WATCHED) "fuzz" --show -- tests/proof/fuzz.sh 60 1
 
 fuzz: proof-tools  ## MINUTES=10: the fuzzer alone, for longer
-	@tests/proof/fuzz.sh $$(($(MINUTES) * 60))
+	@$(WATCHED) "fuzz" --show -- tests/proof/fuzz.sh $$(($(MINUTES) * 60))
 
-wasm: .venv/.packages  ## the core for WebAssembly and its module, in build/wasm
+wasm: .venv/.made  ## the core for WebAssembly and its module, in build/wasm
 	@PYTHON=$(PYTHON) tools/system_packages.sh proof
 	@bindings/wasm/build.sh build/wasm
 
-bench: setup  ## the bars as ratios, measured in one run
-	@$(BIN)/pip install --quiet --disable-pip-version-check --requirement benchmarks/requirements.txt
+bench: setup .venv/.test-packages  ## the bars as ratios, measured in one run
+	@$(WATCHED) "packages to compare with" -- $(INSTALL) --requirement benchmarks/requirements.txt
 	@$(BIN)/python benchmarks/run.py $(BENCH)
 
 bench-full: BENCH = --full
 bench-full: bench  ## the same with the full counts of recordings
 
-lint: .venv/.packages  ## formatters and linters, changing nothing
+lint: .venv/.lint-packages  ## formatters and linters, changing nothing
 	@$(BIN)/ruff check $(PYTHON_SOURCES)
 	@$(BIN)/ruff format --check $(PYTHON_SOURCES)
 	@$(BIN)/clang-format --dry-run --Werror $(CXX_SOURCES)
 	@$(BIN)/codespell
 
-format: .venv/.packages  ## the same, changing files
+format: .venv/.lint-packages  ## the same, changing files
 	@$(BIN)/ruff check --fix $(PYTHON_SOURCES)
 	@$(BIN)/ruff format $(PYTHON_SOURCES)
 	@$(BIN)/clang-format -i $(CXX_SOURCES)
 
 docs: setup  ## the pages of docs/ as HTML in build/docs
-	@$(BIN)/pip install --quiet --disable-pip-version-check --requirement docs/requirements.txt
+	@$(WATCHED) "packages for the pages" -- $(INSTALL) --requirement docs/requirements.txt
 	@$(BIN)/sphinx-build -q -W docs build/docs && echo "build/docs/index.html"
 
 reference: setup  ## FILE=values.json through the public names: name, expected, got, pass
 	@$(BIN)/python tests/reference.py $(FILE)
 
 clean:  ## everything that was built, .venv included
-	@rm -rf .venv build demo docs/laws docs/api.md
+	@rm -rf .venv build demo docs/laws docs/api.md src/needleforce/core src/needleforce/core.*

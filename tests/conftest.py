@@ -4,6 +4,7 @@ import os
 import signal
 from pathlib import Path
 
+import progress_lines
 import pytest
 from hypothesis import settings
 
@@ -18,6 +19,14 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 
 ROOT = Path(__file__).resolve().parents[1]
 RECORDINGS = Path(os.environ.get("NEEDLEFORCE_RECORDINGS", ROOT.parent / "shared" / "data"))
+
+
+def pytest_addoption(parser):
+    parser.addoption("--lines", action="store_true", help="a line every five seconds instead of dots")
+
+
+def pytest_configure(config):
+    progress_lines.register(config)
 
 
 @pytest.fixture(scope="session")

@@ -31,7 +31,13 @@ fi
 if [ ${#needed[@]} -gt 0 ]; then
   if [ "$(id -u)" = 0 ] && command -v apt-get > /dev/null; then
     echo "installing ${needed[*]}"
-    apt-get update -qq && apt-get install -y -qq --no-install-recommends "${needed[@]}" > /dev/null
+    (while sleep 5; do echo "installing system packages, $SECONDS s"; done) &
+    clock=$!
+    trap 'kill $clock' EXIT
+    apt-get update -qq
+    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${needed[@]}" > /dev/null
+    kill $clock
+    trap - EXIT
   else
     echo "needleforce needs these system packages first: sudo apt-get install ${needed[*]}" >&2
     exit 1

@@ -10,12 +10,12 @@
 #include <cstring>
 #include <optional>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "module.hpp"
 #include "needleforce/sliding.hpp"
 #include "parameters.hpp"
+#include "sliding_force.hpp"
 
 namespace needleforce::python {
 
@@ -58,27 +58,6 @@ nb::dict run(Insertion& insertion, const Values& depth, const std::optional<Valu
     status[i] = static_cast<double>(sample.status);
   }
   return result;
-}
-
-// Vectorised as wide as the machine allows; values do not change (no FMA).
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
-[[gnu::target_clones("avx2", "default"), gnu::flatten]]
-#endif
-void sliding_force_wide(const Model& model, const double* depth, const double* velocity, double* force,
-                        std::size_t n) {
-  sliding_force(model, depth, velocity, force, n);
-}
-
-// A long array is bound by memory, of which one core alone does not get all: its second half goes to another.
-void sliding_force_long(const Model& model, const double* depth, const double* velocity, double* force,
-                        std::size_t n) {
-  constexpr std::size_t worthwhile = std::size_t{1} << 20;
-  if (n < worthwhile || std::thread::hardware_concurrency() < 2)
-    return sliding_force_wide(model, depth, velocity, force, n);
-  const std::size_t half = n / 2;
-  std::thread other([=, &model] { sliding_force_wide(model, depth, velocity, force, half); });
-  sliding_force_wide(model, depth + half, velocity ? velocity + half : nullptr, force + half, n - half);
-  other.join();
 }
 
 void bind_sample(nb::module_& module) {

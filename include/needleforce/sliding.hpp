@@ -44,6 +44,31 @@ void slide(const Sliding& sliding, const double* __restrict depth, const double*
   }
 }
 
+/// `sliding_force` for one contact law, which punctures at a depth `puncture` [m]. A function of its own, so
+/// that a caller who widens the loops can compile them law by law: all in one function take the compiler five
+/// times as long.
+template <class Contact>
+void slide_after(const Contact& pushed, double puncture, const Model& model, const double* __restrict depth,
+                 const double* __restrict velocity, double* __restrict force, std::size_t n) noexcept {
+  const auto shaft = prepare(model.friction);
+  const auto tip = prepare(model.cutting);
+  // one visit inside the other: the compiler sees through them, and widens the loops as far as its caller
+  // asks
+  const auto with_tip = [&](const auto& friction) {
+    std::visit(
+        [&](const auto& cut) {
+          const double surface = friction.surface(0.0, puncture);
+          slide(Sliding{pushed, friction, cut, puncture, surface}, depth, velocity, force, n);
+        },
+        tip);
+  };
+  std::visit(
+      [&]<class F>(const F& friction) {
+        if constexpr (SlidesSteadily<F>) with_tip(friction);
+      },
+      shaft);
+}
+
 }  // namespace detail
 
 /// True if the model has a force while sliding that needs no memory.
@@ -60,26 +85,8 @@ inline void sliding_force(const Model& model, const double* __restrict depth,
                           std::size_t n) noexcept {
   const auto contact = prepare(model.stiffness);
   const double puncture = puncture_depth(model.puncture, contact);
-  const auto shaft = prepare(model.friction);
-  const auto tip = prepare(model.cutting);
-  // one visit inside the other: the compiler sees through them, and widens the loops as far as its caller
-  // asks
-  const auto with_tip = [&](const auto& pushed, const auto& friction) {
-    std::visit(
-        [&](const auto& cut) {
-          const double surface = friction.surface(0.0, puncture);
-          detail::slide(detail::Sliding{pushed, friction, cut, puncture, surface}, depth, velocity, force, n);
-        },
-        tip);
-  };
   std::visit(
-      [&](const auto& pushed) {
-        std::visit(
-            [&]<class F>(const F& friction) {
-              if constexpr (SlidesSteadily<F>) with_tip(pushed, friction);
-            },
-            shaft);
-      },
+      [&](const auto& pushed) { detail::slide_after(pushed, puncture, model, depth, velocity, force, n); },
       contact);
 }
 

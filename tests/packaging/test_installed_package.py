@@ -2,9 +2,11 @@
 """Programs outside the tree, as a user writes them: find_package, pkg-config, a subdirectory."""
 
 import os
+import re
 import shutil
-from importlib.metadata import files
+import sys
 
+import nanobind
 import pytest
 from building import TOOLS, built, said
 
@@ -65,6 +67,10 @@ def test_their_headers_are_what_export_writes(root, path, language):
     assert (root / "examples" / "outside" / path).read_text() == header(model_source("paper").model, language, "gel")
 
 
-def test_a_wheel_has_none_of_this():
-    folders = {str(file).split("/")[0] for file in files("needleforce")}
-    assert "needleforce" in folders and not {"include", "lib", "lib64", "share"} & folders
+def test_a_wheel_has_none_of_this(root, tmp_path):
+    """What CMake installs for Python goes into the wheel: the module and its stubs."""
+    places = [f"-Dnanobind_DIR={nanobind.cmake_dir()}", f"-DPython_EXECUTABLE={sys.executable}"]
+    ninja = ["-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={TOOLS / 'ninja'}"]
+    said([TOOLS / "cmake", "-S", root, "-B", tmp_path, *ninja, "-DNEEDLEFORCE_PYTHON=ON", *places])
+    steps = (tmp_path / "cmake_install.cmake").read_text()
+    assert set(re.findall(r'INSTALL DESTINATION "\$\{CMAKE_INSTALL_PREFIX\}/?([^"]*)"', steps)) == {"needleforce"}
