@@ -94,7 +94,7 @@ def test_two_equally_frequent_motions_are_all_left_out(tmp_path):
     for repeat in range(4):
         nf.write(runs.run(800 + repeat, speed=5e-3 if repeat < 2 else 7e-3), tmp_path / f"gel_{repeat}.csv")
     (condition,) = campaign(tmp_path, pattern="{specimen}_{repeat}").conditions
-    assert condition.model is None and "none of them is the counts frequent" in condition.why
+    assert condition.model is None and "none of them is the most frequent" in condition.why
     assert all(one.has_parameters and one.left_out for one in condition.recordings)
 
 

@@ -18,32 +18,12 @@ MIN_DEVIATION_SHARE = 0.1  # of the median: a smaller deviation is not an outlie
 # repeats -> 99 % quantile of the largest deviation from the median in scaled MADs, for normal samples (200 000 each):
 # for few repeats the MAD is a poor estimate of the scatter
 _EVEN_QUANTILES = (
-    (4, 15.8),
-    (6, 10.0),
-    (8, 8.0),
-    (10, 6.9),
-    (12, 6.3),
-    (14, 5.9),
-    (20, 5.3),
-    (30, 4.8),
-    (50, 4.5),
-    (100, 4.3),
-)
+    (4, 15.8), (6, 10.0), (8, 8.0), (10, 6.9), (12, 6.3), (14, 5.9), (20, 5.3), (30, 4.8), (50, 4.5), (100, 4.3),
+)  # fmt: skip
 _ODD_QUANTILES = (
-    (5, 18.7),
-    (7, 10.7),
-    (9, 8.3),
-    (11, 7.0),
-    (13, 6.4),
-    (15, 5.9),
-    (21, 5.3),
-    (31, 4.8),
-    (51, 4.5),
-    (101, 4.3),
-)
-MIN_DISTANCE_RATIO = (
-    2.5  # ratio of the distance to its own condition to that of the other, and to the scatter of its own repeats
-)
+    (5, 18.7), (7, 10.7), (9, 8.3), (11, 7.0), (13, 6.4), (15, 5.9), (21, 5.3), (31, 4.8), (51, 4.5), (101, 4.3),
+)  # fmt: skip
+MIN_DISTANCE_RATIO = 2.5  # of the distance to its own condition to that of the other and to the scatter of its repeats
 MAX_DISTANCE_SCATTERS = 2.0  # scatters of the other condition within which a curve belongs to it
 MIN_DISTANCE_SHARE = 0.1  # of the peak of its own condition's mean: closer conditions cannot be distinguished
 MIN_OVERLAP_SHARE = 0.8  # of the longer of two curves, which the shorter one must cover

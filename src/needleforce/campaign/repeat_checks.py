@@ -22,16 +22,12 @@ DEPTH_FACTORS = {1000.0: "mm and m", 25.4: "mm and in", 10.0: "mm and cm"}
 OWN_FIELD = "Distinguish the two motions by a field, or record again."
 MAX_FORCE_DIFFERENCE = 0.2  # largest relative difference of the force between repeats in tissue
 MIN_CORRELATION = 0.9  # smallest correlation of two loading curves of the same shape
-MAX_SPEED_DIFFERENCE, MAX_TRAVEL_DIFFERENCE_M, MAX_HOLD_DIFFERENCE = (
-    0.05,
-    0.5e-3,
-    0.2,
-)  # [share], [m], [share] largest differences between repeats of one motion
+MAX_SPEED_DIFFERENCE = 0.05  # [share] between repeats of one motion
+MAX_TRAVEL_DIFFERENCE_M = 0.5e-3  # between repeats of one motion
+MAX_HOLD_DIFFERENCE = 0.2  # [share] between repeats of one motion
 MIN_HOLD_S = 0.2  # [s] a shorter stop is part of the reversal
 DROPPED_FORCE_SHARE = 0.8  # of its peak: a force that ends its stroke below has dropped, if not sharply
-SLOW_DROP_RATIO = (
-    1.2  # ratio of a drop's duration to that of a sudden drop behind the filter, and to that of its repeats
-)
+SLOW_DROP_RATIO = 1.2  # of a drop's duration to that of a filtered sudden drop and to that of its repeats
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,18 +135,16 @@ def _motion(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
         usual, unique = _usual(values, limits[quantity])
         for each, value in zip(repeats, values):
             if not unique or abs(value - usual) > limits[quantity]:
-                yield (
-                    each.name,
-                    Anomaly(
-                        kind="motion",
-                        quantity=quantity,
-                        value=float(value),
-                        usual=usual,
-                        unit=unit,
-                        sentence=_motion_sentence(quantity, float(value), usual, unit, unique),
-                        left_out=True,
-                    ),
+                anomaly = Anomaly(
+                    kind="motion",
+                    quantity=quantity,
+                    value=float(value),
+                    usual=usual,
+                    unit=unit,
+                    sentence=_motion_sentence(quantity, float(value), usual, unit, unique),
+                    left_out=True,
                 )
+                yield each.name, anomaly
 
 
 def _usual(values: np.ndarray, limit: float) -> tuple[float, bool]:
@@ -177,17 +171,15 @@ def _punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     with_one = sum(count > 0 for count in counts)
     for each, count in zip(repeats, counts):
         if count == 0 and 2 * with_one > len(repeats):
-            yield (
-                each.name,
-                Anomaly(
-                    kind="no_puncture",
-                    quantity="event_punctures",
-                    value=0.0,
-                    usual=float(np.median(counts)),
-                    unit="1",
-                    sentence=_no_puncture_sentence(each.summary, f"{with_one} of its {len(repeats) - 1} repeats"),
-                ),
+            anomaly = Anomaly(
+                kind="no_puncture",
+                quantity="event_punctures",
+                value=0.0,
+                usual=float(np.median(counts)),
+                unit="1",
+                sentence=_no_puncture_sentence(each.summary, f"{with_one} of its {len(repeats) - 1} repeats"),
             )
+            yield each.name, anomaly
 
 
 def _no_puncture_sentence(summary: RecordingSummary, others: str) -> str:
@@ -196,34 +188,26 @@ def _no_puncture_sentence(summary: RecordingSummary, others: str) -> str:
             f"Its force decreases without the sharp drop of a puncture, which {others} show: the puncture cannot be "
             "located, and the recording gives no parameters."
         )
-    return f"It has no puncture, but {others} have one. Check whether the needle entered an existing hole or missed \
-the tissue."
+    advice = "Check whether the needle entered an existing hole or missed the tissue."
+    return f"It has no puncture, but {others} have one. {advice}"
 
 
 def _close_punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     """A first puncture that may be two: an average of N samples spreads a sudden drop over N samples, 0.8 N from 10 %
     to 90 % of it."""
-    falls = [each.summary.drop_samples for each in repeats if np.isfinite(each.summary.drop_samples)]
-    for each in repeats if len(falls) > 2 else ():
-        length, drop_samples, usual = (
-            each.recording.card.filter_length,
-            each.summary.drop_samples,
-            float(np.median(falls)),
-        )
-        if length > 1 and drop_samples > SLOW_DROP_RATIO * max(0.8 * length, usual) and drop_samples < 2.0 * length:
-            sentence = (
-                f"Its first puncture may be two that are closer than the filter: the drop takes {drop_samples:.0f} "
+    drops = [each.summary.drop_samples for each in repeats if np.isfinite(each.summary.drop_samples)]
+    for each in repeats if len(drops) > 2 else ():
+        length, drop, usual = each.recording.card.filter_length, each.summary.drop_samples, float(np.median(drops))
+        if length > 1 and drop > SLOW_DROP_RATIO * max(0.8 * length, usual) and drop < 2.0 * length:
+            sentence = "Its first puncture may be two that are closer than the filter: the drop takes "
+            sentence += f"{drop:.0f} samples, that of its repeats {usual:.0f}, with an average of {length} samples. "
+            sentence += "Its puncture depth is uncertain."
+            anomaly = Anomaly(
+                kind="close_punctures",
+                quantity="puncture_depth",
+                value=drop,
+                usual=usual,
+                unit="1",
+                sentence=sentence,
             )
-            sentence += f"samples, that of its repeats {usual:.0f}, with an average of {length} samples. Its puncture "
-            sentence += "depth is uncertain."
-            yield (
-                each.name,
-                Anomaly(
-                    kind="close_punctures",
-                    quantity="puncture_depth",
-                    value=each.summary.drop_samples,
-                    usual=usual,
-                    unit="1",
-                    sentence=sentence,
-                ),
-            )
+            yield each.name, anomaly

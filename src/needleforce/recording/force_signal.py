@@ -8,7 +8,7 @@ from .recording import Note
 from .stream import Stream
 
 _LEADING_TRAVEL_SHARE = 0.02  # of the depth's range: the leading part of the recording
-_MIN_LEADING_SAMPLES = 20
+_MIN_LEADING_SAMPLES = 20  # of free travel
 _MAX_NOISE_SHARE = 0.05  # of the force's range: with more noise the leading part is not free travel
 _MAX_CHANGE_SHARE = 0.002  # of the force's range: largest difference between its earlier and later half
 _SIGNIFICANCE_SIGMA = 4.0  # standard errors

@@ -16,7 +16,7 @@ from .stream import Stream, constant_depth, read_stream
 from .text_layout import find_layout
 from .timestamps import timing_notes
 
-_DERIVATIVE_WINDOW = 0.05  # s: the change of depth over this time gives the velocity
+_DERIVATIVE_WINDOW_S = 0.05  # s: the change of depth over this time gives the velocity
 INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
 
 
@@ -64,7 +64,7 @@ def derivative(time: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, float]:
         The length of the window [s].
     """
     step = float(np.median(np.diff(time)))
-    half = min(max(1, round(0.5 * _DERIVATIVE_WINDOW / step)), (len(time) - 1) // 2)
+    half = min(max(1, round(0.5 * _DERIVATIVE_WINDOW_S / step)), (len(time) - 1) // 2)
     if half == 0:  # two samples
         return np.full(len(time), (depth[1] - depth[0]) / (time[1] - time[0])), step
     velocity = np.empty(len(time))

@@ -17,7 +17,7 @@ from .timestamps import put_in_order
 from .unit_guess import assign_units
 
 _MOTION = ("depth", "velocity")
-_MAX_SHARED_ROWS = 0.5  # of the smaller stream's rows: more rows with both mean one stream with missing values
+_MAX_SHARED_SHARE = 0.5  # of the smaller stream's rows: more rows with both mean one stream with missing values
 
 
 def split_motion(table: Table, cut_off: bool) -> Table | None:
@@ -35,7 +35,7 @@ def split_motion(table: Table, cut_off: bool) -> Table | None:
     motion = _present(table, moving, cut_off)
     both = np.count_nonzero(force & motion)
     counts = int(np.count_nonzero(force)), int(np.count_nonzero(motion))
-    if min(counts) - both < 2 or both > _MAX_SHARED_ROWS * min(counts):
+    if min(counts) - both < 2 or both > _MAX_SHARED_SHARE * min(counts):
         return None
     _check_third_stream(table, force | motion, cut_off)
     message = f"rows of force ({counts[0]}) and of motion ({counts[1]}) alternate in this file, each with its own times"
@@ -125,7 +125,7 @@ def read_stream(
 
 
 def _in_order_and_si(table: Table, units: Mapping[str, str]) -> tuple[Stream, str]:
-    """Sort a table without missing values and convert it to SI; also return the unit of its time."""
+    """Check the order of a table without missing values and convert it to SI; also return the unit of its time."""
     put_in_order(table)
     place = str(table.layout.path)
     if "depth" in table.values and np.ptp(table.values["depth"]) == 0.0:

@@ -17,9 +17,7 @@ from .text_layout import WHITESPACE, Layout
 
 _BLOCKS_PER_TASK = 4  # blocks hashed per task, because each change of thread costs time
 _PARALLEL_BYTES = 5 << 20  # bytes: larger files are parsed faster with low_memory, which uses several cores
-_CHUNKED_BYTES = (
-    1 << 28
-)  # bytes: larger files are parsed in chunks, so that memory holds little more than the used columns
+_CHUNKED_BYTES = 1 << 28  # larger files are parsed in chunks, so that memory holds little more than the used columns
 _CHUNK_ROWS = 500_000
 MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left out, with a note
 

@@ -160,10 +160,8 @@ def _cells(line: str, delimiter: str) -> list[str]:
 
 def _checked_line(line: str, number: int, path: Path) -> str:
     """Return the line unchanged. Raises InputError if a cell is too long for ``_cells``."""
-    if (
-        len(line) > _MAX_CELL_CHARS
-        and max(map(len, re.split('"' if '"' in line else r"[\s;,]", line))) > _MAX_CELL_CHARS
-    ):
+    separators = '"' if '"' in line else r"[\s;,]"
+    if len(line) > _MAX_CELL_CHARS and max(map(len, re.split(separators, line))) > _MAX_CELL_CHARS:
         place = f"{path}, line {number}"
         limit = f"at most {_MAX_CELL_CHARS} can be read"
         raise InputError(

@@ -35,9 +35,7 @@ def put_in_order(table: Table) -> None:
 def timing_notes(time: np.ndarray) -> list[Note]:
     """Notes on gaps (steps longer than three medians) and jitter of a strictly increasing time (n,) [s]."""
     steps = np.diff(time)
-    if (
-        steps.max() <= (1.0 + _UNEVEN_SHARE) * steps.min()
-    ):  # no step can be far from the median, which need not be computed
+    if steps.max() <= (1.0 + _UNEVEN_SHARE) * steps.min():  # then no step is far from the median
         return []
     median = float(np.median(steps))
     notes = []

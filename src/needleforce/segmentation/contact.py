@@ -102,9 +102,8 @@ def _onset(z: np.ndarray, f: np.ndarray, size: int, crossing: float) -> Onset | 
     found = _iterated_onset(z, f, length, crossing, min(clear, GOOD_BASELINE_BLOCKS))
     if found is None:
         return None
-    if (
-        peak - found.baseline < WEAK_FORCE_CROSSINGS * crossing * found.noise
-    ):  # a short start may have little noise by chance
+    # a short start may have little noise by chance
+    if peak - found.baseline < WEAK_FORCE_CROSSINGS * crossing * found.noise:
         return _iterated_onset(z, f, length, crossing, _free_blocks(f, 0.5 * (first + peak), length))
     after = f[found.high : found.high + int(np.argmax(f[found.high :])) + 1]
     back = first_run(after <= found.baseline + found.noise, length)

@@ -22,10 +22,7 @@ MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: nee
 MIN_RUPTURE_SAMPLES = 5  # minimum number of samples of a rupture
 BLOCKS_PER_RUPTURE = 10
 NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
-NO_EXIT_TENSION = (
-    "The needle is back at the contact depth, but no tension during withdrawal shows where it left the tissue: \
-there is no exit."
-)
+NO_EXIT_TENSION = "The needle is back at the contact depth, but no tension during withdrawal shows the exit."
 NOT_AT_BASELINE = "The needle is back at the contact depth, but the force is not at its baseline: no exit is found."
 WITHDRAWAL_INCOMPLETE = "The withdrawal ends below the contact depth: the recording is incomplete."
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given

@@ -16,9 +16,7 @@ from .topics import Collected
 from .writer import CARD, END
 
 _MESSAGE = struct.Struct("<HIQQ")  # channel, counter, times of arrival and of the device
-_MAX_ORPHAN_BYTES = (
-    64 << 20
-)  # bytes of messages kept until their channel is defined, which may be at the end of the file
+_MAX_ORPHAN_BYTES = 64 << 20  # messages kept until their channel is defined, which may be at the end of the file
 _OVERHEAD_BYTES = 100  # bytes of overhead of each of them
 _MAX_DEFINITIONS = 1 << 17  # schemas and channels: each has an identifier of 16 bits
 _NO_SCHEMA = 0  # identifier of a channel without schema
