@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line. Exit code 0: done; 1: no file could answer, said why; 2: wrong usage."""
+"""The command line. Exit code 0: done; 1: no file gave a result, with the reason for each; 2: wrong usage."""
 
 import sys
 
@@ -21,7 +21,7 @@ from .commands import (
 )
 
 app = typer.Typer(
-    help="The force of a needle in soft tissue: from mechanics to force, from recordings to mechanics.",
+    help="The force of a needle in soft tissue: simulate it, record it, and identify models from recordings.",
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
@@ -32,7 +32,7 @@ for command in (demo, simulate, identify, campaign, compare, indentation, conver
 
 @app.callback(invoke_without_command=True)
 def about(version: bool = typer.Option(False, "--version", help="Print the version.")) -> None:
-    """Options before the command."""
+    """Handle the options that precede the command."""
     if version:
         from .vocabulary import __version__
 
@@ -41,7 +41,7 @@ def about(version: bool = typer.Option(False, "--version", help="Print the versi
 
 
 def main() -> None:
-    """The entry point: an InputError is told in one line and never as a traceback."""
+    """Run the command line; an InputError is printed as one line, without a traceback."""
     from .errors import InputError
 
     try:

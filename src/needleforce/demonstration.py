@@ -1,20 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's experiment on the virtual rig, identified by the paper's procedure, beside the paper's table."""
+"""The paper's experiment on the virtual rig, identified by the paper's procedure and compared with its table."""
 
+import os
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from .identification import Fit, identify
 from .preset_files import preset
 from .recording import read
 from .rig import CUTTING_OSCILLATION, PAPER, paper_experiment
 
-SPEEDS = (3e-3, 1e-3)  # [m/s]; the table is that of the first, as the paper's Fig. 2
+SPEEDS = (3e-3, 1e-3)  # [m/s]; the table is for the first speed, as in the paper's Fig. 2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class TableRow:
-    """One line of the table, SI; None where there is no such number (yet)."""
+    """One row of the table in SI; None where a value is not available."""
 
     quantity: str
     unit: str
@@ -28,7 +31,17 @@ class TableRow:
 
 @dataclass(frozen=True, eq=False)
 class Demonstration:
-    """The table, the fit at 3 mm/s behind it, and the fit at 1 mm/s."""
+    """The result of ``demonstrate``.
+
+    Parameters
+    ----------
+    rows : tuple of TableRow
+        The paper's table with the true and the identified values.
+    fit : Fit
+        The fit at 3 mm/s, which gives the table.
+    slow : Fit
+        The fit at 1 mm/s, which gives the oscillation of the cutting force.
+    """
 
     rows: tuple[TableRow, ...]
     fit: Fit
@@ -36,16 +49,38 @@ class Demonstration:
 
     @property
     def table(self) -> list[dict]:
-        """The table as plain values."""
+        """The rows as dictionaries."""
         return [asdict(row) for row in self.rows]
 
 
-def demonstrate(folder, *, seed: int = 1, progress=None, **experiment) -> Demonstration:
-    """Simulates the campaign, writes it into ``folder``/recordings, reads the files back and identifies them.
+def demonstrate(
+    folder: str | os.PathLike,
+    *,
+    seed: int = 1,
+    progress: Callable[[Any, str], Any] | None = None,
+    **experiment: Any,
+) -> Demonstration:
+    """Simulate the paper's campaign, write it to files, read the files back and identify them.
 
-    The specimen has what the identified model does not know: contact that stops at the needle's radius, a dimple that
-    stays on the first pass, a spreading force, friction that grows beyond 12 mm, cutting that sticks and slips, the
-    filter. ``experiment`` goes to ``paper_experiment``; ``progress(iterable, text)`` wraps the work.
+    The simulated specimen has effects that the identified model omits: contact that ends at the needle's radius, a
+    dimple that remains in the first pass, a spreading force, friction that grows beyond 12 mm, stick–slip cutting, and
+    the sensor's filter.
+
+    Parameters
+    ----------
+    folder : str or os.PathLike
+        The recordings are written to its subfolder ``recordings``.
+    seed : int
+        Seed of the random numbers; the same seed gives the same files.
+    progress : callable, optional
+        ``progress(iterable, text)`` wraps the work, for a progress bar.
+    **experiment
+        Options of ``paper_experiment``.
+
+    Returns
+    -------
+    Demonstration
+        The table and the two fits.
     """
     progress = progress or (lambda work, text: work)
     recordings = Path(folder) / "recordings"
@@ -56,8 +91,8 @@ def demonstrate(folder, *, seed: int = 1, progress=None, **experiment) -> Demons
     return Demonstration(rows, *fits)
 
 
-def _identified(campaign, folder: Path, speed: float, progress) -> Fit:
-    """The paper's procedure on the files of one speed: its model, both passes, and the two bench tests."""
+def _identified(campaign: Any, folder: Path, speed: float, progress: Callable[[Any, str], Any]) -> Fit:
+    """Apply the paper's procedure to the files of one speed: its model, both passes, and the two bench tests."""
     runs = progress(campaign.runs, f"reading {1e3 * speed:g} mm/s")
     passes = [read(folder / f"{run.name}_force.csv") for run in runs]
     return identify(
@@ -75,15 +110,37 @@ def _rows(truth: dict, fit: Fit) -> tuple[TableRow, ...]:
     rows = []
     for quantity, (mean, sd) in PAPER.items():
         true, found = truth[quantity], fit.parameters[quantity]
-        rows.append(TableRow(quantity, true.unit, mean, sd, true.drawn, found.value, found.low, found.high))
+        rows.append(
+            TableRow(
+                quantity=quantity,
+                unit=true.unit,
+                paper=mean,
+                paper_sd=sd,
+                true=true.drawn,
+                identified=found.value,
+                low=found.low,
+                high=found.high,
+            )
+        )
     return tuple(rows)
 
 
 def _cutting_oscillation(truth: dict, fit: Fit) -> tuple[TableRow, ...]:
-    """The range of the cutting force at 1 mm/s; the truth is the law's, to the scale of the sites' cutting force."""
+    """The range of the cutting force at 1 mm/s; the true range is the law's, scaled by the sites' cutting force."""
     scale, rows = truth["cutting_force"].drawn / PAPER["cutting_force"][0], []
     for quantity, value in CUTTING_OSCILLATION.items():
         found = fit.parameters.get(quantity.removesuffix("_1mm_s"))
         identified = (None, None, None) if found is None else (found.value, found.low, found.high)
-        rows.append(TableRow(quantity, "N", value, None, scale * value, *identified))
+        rows.append(
+            TableRow(
+                quantity=quantity,
+                unit="N",
+                paper=value,
+                paper_sd=None,
+                true=scale * value,
+                identified=identified[0],
+                low=identified[1],
+                high=identified[2],
+            )
+        )
     return tuple(rows)

@@ -1,11 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one error a user can mend: what was wrong, how far, where, and what to do."""
+"""The error for input that a user can correct: quantity, value, limit, place and next step."""
 
 
 class InputError(ValueError):
-    """A quantity, its value, the limit it broke, the place, and the next step.
+    """An input is missing, out of range, inconsistent or not readable.
 
-    Every part is plain text and may be empty; the message is the parts joined, in that order.
+    The message joins the parts in this order: ``place: quantity is value, limit. next step``. Empty parts are left out.
+
+    Parameters
+    ----------
+    quantity : str
+        What is wrong, such as ``"unit of depth"``.
+    value : object
+        The value found.
+    limit : str
+        The limit that the value violates, or what is needed.
+    place : str
+        Where: a file with its line, a key path, or a function.
+    next_step : str
+        What to do, as a sentence.
     """
 
     def __init__(self, quantity: str, value: object = "", limit: str = "", place: str = "", next_step: str = ""):
@@ -14,12 +27,23 @@ class InputError(ValueError):
         super().__init__(self._message())
 
     def _message(self) -> str:
-        said = f"{self.quantity} is {self.value}" if self.value != "" else self.quantity
-        said += f", {self.limit}" if self.limit else ""
-        where = f"{self.place}: " if self.place else ""
-        return f"{where}{said}." + (f" {self.next_step}" if self.next_step else "")
+        problem = f"{self.quantity} is {self.value}" if self.value != "" else self.quantity
+        problem += f", {self.limit}" if self.limit else ""
+        prefix = f"{self.place}: " if self.place else ""
+        return f"{prefix}{problem}." + (f" {self.next_step}" if self.next_step else "")
 
     def at(self, place: str) -> "InputError":
-        """The same error, told from the outside: ``place`` goes before the place it has."""
+        """Return a copy of the error with an outer place added.
+
+        Parameters
+        ----------
+        place : str
+            Written before the place that the error already has.
+
+        Returns
+        -------
+        InputError
+            The new error.
+        """
         inner = f"{place}: {self.place}" if self.place else place
         return InputError(self.quantity, self.value, self.limit, inner, self.next_step)

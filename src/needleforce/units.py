@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Units at the edge: text such as ``mm/s`` and the exact factor to SI. Inside the package everything is SI."""
+"""Conversion of units given as text, such as ``mm/s``, to SI. Inside the package every value is SI."""
 
 import unicodedata
 from fractions import Fraction
@@ -10,7 +10,7 @@ import numpy as np
 
 from .errors import InputError
 
-# dimension -> symbol -> SI units in one of it, as exact decimal text; the SI unit itself comes first
+# dimension -> symbol -> factor to SI as exact decimal text; the SI unit itself comes first
 _FACTORS = {
     "time": {"s": "1", "ms": "1/1000", "us": "1/1000000", "ns": "1/1000000000", "min": "60"},
     "length": {"m": "1", "mm": "1/1000", "um": "1/1000000", "nm": "1/1000000000", "cm": "1/100", "in": "0.0254"},
@@ -20,7 +20,7 @@ _FACTORS = {
     "velocity": {"m/s": "1", "mm/s": "1/1000", "um/s": "1/1000000", "cm/s": "1/100", "mm/min": "1/60000"},
 }  # fmt: skip
 
-# other spellings, after _plain()
+# other spellings, as normalised by _plain()
 _SPELLINGS = {
     "time": {"sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "millisecond": "ms",
              "milliseconds": "ms", "usec": "us", "microseconds": "us", "nsec": "ns", "nanoseconds": "ns",
@@ -34,23 +34,33 @@ _SPELLINGS = {
 
 
 class Unit(NamedTuple):
-    """One unit: its symbol, and how many SI units it holds, as ``numerator / denominator``."""
+    """One unit: its symbol and its factor to SI, ``numerator / denominator``."""
 
     symbol: str
     numerator: float
     denominator: float
 
     def to_si(self, values: np.ndarray) -> np.ndarray:
-        """``values`` (n,) in SI. 1000 mm are exactly 1 m: a division by the whole number rounds once only."""
+        """Convert ``values`` (n,) to SI. 1000 mm give exactly 1 m: a division by an integer rounds only once."""
         values = values if self.numerator == 1.0 else values * self.numerator
         return values if self.denominator == 1.0 else values / self.denominator
 
 
 @lru_cache
 def find(text: str, dimension: str) -> Unit | None:
-    """The unit of a dimension (time, length, force, torque, velocity) that ``text`` spells, or None.
+    """Find the unit that a text names.
 
-    A leading minus turns the sign round: ``-N`` is what a sensor gives whose compression is negative.
+    Parameters
+    ----------
+    text : str
+        A unit such as ``mm``. A leading minus reverses the sign: ``-N`` for a sensor whose compression is negative.
+    dimension : str
+        ``time``, ``length``, ``force``, ``torque`` or ``velocity``.
+
+    Returns
+    -------
+    Unit or None
+        None for a text that is not a unit of this dimension.
     """
     sign = -1 if text.strip().startswith("-") else 1
     symbol = _symbol(text.strip().removeprefix("-"), dimension)
@@ -61,13 +71,33 @@ def find(text: str, dimension: str) -> Unit | None:
 
 
 def size(text: str, dimension: str) -> float | None:
-    """How many SI units a unit holds, as a sensor's own files spell it (``lbf-in``), or None."""
+    """The factor to SI of a unit in the spelling of sensor files (``lbf-in``), or None if it is unknown."""
     found = find(text.replace("-", ""), dimension)
     return None if found is None else float(found.to_si(1.0))
 
 
 def parse(text: str, dimension: str, quantity: str, place: str = "") -> Unit:
-    """As ``find``; raises InputError naming ``quantity`` and the known units where there is none."""
+    """Find the unit that a text names, or raise InputError.
+
+    Parameters
+    ----------
+    text, dimension : str
+        As for ``find``.
+    quantity : str
+        The quantity that the message names.
+    place : str
+        The place that the message names, such as a file.
+
+    Returns
+    -------
+    Unit
+        The unit.
+
+    Raises
+    ------
+    InputError
+        The text is not a unit of this dimension; the message lists the known units.
+    """
     found = find(text, dimension)
     if found is None:
         raise InputError(
@@ -75,7 +105,7 @@ def parse(text: str, dimension: str, quantity: str, place: str = "") -> Unit:
             repr(text),
             f"known are {', '.join(symbols(dimension))}",
             place,
-            f"Give one of them, as --unit {quantity}={symbols(dimension)[0].replace(' ', '')}.",
+            f"Give one of them, for example --unit {quantity}={symbols(dimension)[0].replace(' ', '')}.",
         )
     return found
 
@@ -86,7 +116,7 @@ def symbols(dimension: str) -> tuple[str, ...]:
 
 
 def _symbol(text: str, dimension: str) -> str | None:
-    """The table's symbol; the case counts first (mN is no MN), then spellings in lower case."""
+    """The symbol in the table: an exact match first, because mN differs from MN, then spellings in lower case."""
     exact = {_plain(symbol): symbol for symbol in _FACTORS[dimension]}
     plain = _plain(text)
     spelled = _SPELLINGS[dimension]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The words of phases and states, and the version, as they stand in the compiled core."""
+"""The names of phases and of status values, and the version, read from the compiled core."""
 
 from enum import StrEnum
 

@@ -21,10 +21,10 @@ from needleforce.acquisition.sources.sequence import WINDOW
 from needleforce.acquisition.sources.standard_input import StandardInput
 from needleforce.cli import app
 from needleforce.commands import record, rig
-from needleforce.commands.record import SHARE
+from needleforce.commands.record import DEFAULT_LIMIT_SHARE
 from needleforce.protocol.folder import SURFACE, UNSEEN
 from needleforce.recording.log import LogWriter
-from needleforce.recording.log.mcap_records import LARGEST
+from needleforce.recording.log.mcap_records import MAX_RECORD_BYTES
 from needleforce.rig.live.axis import LIMITS
 from needleforce.rig.live.sensor import BUFFERED, READINGS
 from needleforce.wire.axis_lines import LONGEST, RATE, SILENCE, range_line
@@ -112,14 +112,14 @@ def test_ports_range_and_requests_of_the_rig(page):
     [
         ("recording_live", f"flushed every {Settings.flush_every:g} s"),
         ("recording_live", f"by up to {WINDOW} records"),
-        ("recording_live", f"{SHARE:g} of the sensor's rating"),
+        ("recording_live", f"{DEFAULT_LIMIT_SHARE:g} of the sensor's rating"),
         ("protocols", f"in the {UNSEEN:g} s until its axis stops by itself, is within {1e3 * SURFACE:g} mm"),
         ("rig", f"nothing for {SILENCE:g} s"),
         ("rig", f"more than {LONGEST} characters"),
         ("rig", f"{RATE:g} times a second"),
         ("rig", f"{BUFFERED} records in a datagram"),
         ("rig", f"{READINGS} for each record"),
-        ("live_file", f"No record over {LARGEST >> 20} MiB"),
+        ("live_file", f"No record over {MAX_RECORD_BYTES >> 20} MiB"),
     ],
 )
 def test_figures_are_those_of_the_program(page, name, figure):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign with every fault in one file each, identified once for all tests."""
+"""A campaign with one file for every fault, identified once for all tests."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ import simulated_runs as runs
 import needleforce as nf
 from needleforce.campaign import Campaign, campaign
 
-# specimen -> its one bad file; the others of each specimen are sound
+# specimen -> its faulty file; the others of each specimen are valid
 FAULTS = {
     "sign": runs.wrong_sign,
     "pounds": lambda seed: runs.other_unit(seed, 1.0 / 4.4482),
@@ -25,13 +25,13 @@ FAULTS = {
     "outlier": lambda seed: runs.run(seed, puncture=4.5e-3),
     "label": lambda seed: runs.run(seed, factor=2.0),
 }
-BAD = 4  # the repeat that is bad
+BAD = 4  # the faulty repeat
 UNREADABLE = {"empty": "", "text": "these are\nno numbers\n", "depthless": "time_s,force_N\n0,0\n0.1,1\n0.2,2\n"}
 
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory) -> Path:
-    """Two or three sound repeats of each specimen and a bad one, and files that are no recordings."""
+    """Two or three valid repeats and a faulty one of each specimen, and files that are not recordings."""
     made, seed = tmp_path_factory.mktemp("simulated"), 0
     for specimen, fault in FAULTS.items():
         for repeat in (1, 2, 3, BAD) if specimen == "outlier" else (1, 2, BAD):

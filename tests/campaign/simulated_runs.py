@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Simulated repeats with small differences of specimen and noise, and every fault a campaign meets."""
+"""Simulated repeats with small differences of specimen and noise, and every kind of fault."""
 
 import dataclasses
 
@@ -56,7 +56,7 @@ def other_unit(seed: int, factor: float) -> nf.Recording:
 
 
 def millimetres(seed: int) -> nf.Recording:
-    """Depth in mm under a header that says m."""
+    """Depth in mm with a header in m."""
     one = run(seed)
     return changed(one, depth=1e3 * one.depth, velocity=1e3 * one.velocity)
 

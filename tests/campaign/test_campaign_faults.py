@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every kind of bad recording is named in words, and the fit goes on with the rest or says why it cannot."""
+"""Every kind of faulty recording is described, and the fit uses the others or states why it cannot."""
 
 import numpy as np
 import pytest
@@ -9,19 +9,19 @@ import needleforce as nf
 from needleforce.campaign import campaign
 
 BAD = 4
-# specimen -> kind, words that name quantity and values, and whether the pooled fit does without it
+# specimen -> kind, words of the sentence, and whether the pooled fit leaves it out
 NAMED = {
-    "sign": ("sign", ("wrong sign", "way in", "--unit force=-N"), True),
+    "sign": ("sign", ("wrong sign", "during insertion", "--unit force=-N"), True),
     "pounds": ("force_unit", ("another unit", "4.448 times smaller", "lbf and N"), True),
-    "millinewtons": ("force_unit", ("1000 times greater", "mN and N"), True),
-    "millimetres": ("depth_unit", ("travel of 18", "1000 times greater", "mm and m"), True),
-    "saturated": ("saturated", ("extreme of 0.15", "samples in a row", "up to the puncture"), True),
+    "millinewtons": ("force_unit", ("1000 times larger", "mN and N"), True),
+    "millimetres": ("depth_unit", ("travel of 18", "1000 times larger", "mm and m"), True),
+    "saturated": ("saturated", ("extreme of 0.15", "consecutive samples", "up to the puncture"), True),
     "speed": ("motion", ("speed is 6 mm/s", "repeats 5 mm/s"), True),
     "travel": ("motion", ("travel is 20 mm", "repeats 19 mm"), True),
     "hold": ("motion", ("hold is 2", "repeats 1"), True),
     "dropped": ("dropped", ("dropped", "longest gap is 0.4"), False),
     "drift": ("drift", ("baseline drifts", "before the contact", "after the exit"), False),
-    "unpierced": ("no_puncture", ("never punctures", "2 of its 2 repeats"), False),
+    "unpierced": ("no_puncture", ("has no puncture", "2 of its 2 repeats"), False),
     "close": ("close_punctures", ("closer than the filter", "average of 40"), False),
     "outlier": ("outlier", ("puncture indentation is 4.", "repeats, 3."), False),
     "label": ("label", ("label may be wrong", "condition double"), False),
@@ -32,34 +32,34 @@ NAMED = {
 def test_a_fault_is_named(by_file, specimen):
     kind, words, left_out = NAMED[specimen]
     one = by_file[f"{specimen}_{BAD}.csv"]
-    assert kind in [odd.kind for odd in one.anomalies]
-    said = " ".join(odd.sentence for odd in one.anomalies if odd.kind == kind)
-    assert all(word in said for word in words), said
+    assert kind in [anomaly.kind for anomaly in one.anomalies]
+    text = " ".join(anomaly.sentence for anomaly in one.anomalies if anomaly.kind == kind)
+    assert all(word in text for word in words), text
     assert one.left_out is left_out and not (left_out and one.pooled)
 
 
-def test_sound_recordings_are_not_called_odd(by_file):
-    odd = {file: one.why for file, one in by_file.items() if one.anomalies and f"_{BAD}" not in file}
-    assert set(odd) == {"stray.csv"}
+def test_valid_recordings_have_no_anomalies(by_file):
+    anomaly = {file: one.why for file, one in by_file.items() if one.anomalies and f"_{BAD}" not in file}
+    assert set(anomaly) == {"stray.csv"}
 
 
 @pytest.mark.parametrize("specimen", NAMED)
-def test_the_fit_goes_on_with_the_rest(by_specimen, specimen):
+def test_the_fit_uses_the_other_repeats(by_specimen, specimen):
     condition = by_specimen[specimen]
-    without = NAMED[specimen][2] or specimen == "unpierced"  # which has nothing to pool
+    without = NAMED[specimen][2] or specimen == "unpierced"  # which has no parameters to pool
     assert len(condition.recordings) - len(condition.pooled) == without and condition.model is not None
 
 
-def test_the_pooled_values_are_those_of_the_rest_alone(by_specimen, folder):
-    alone = nf.identify([nf.read(folder / f"sign_{repeat}.csv") for repeat in (1, 2)])
+def test_the_pooled_values_use_only_the_other_repeats(by_specimen, folder):
+    expected = nf.identify([nf.read(folder / f"sign_{repeat}.csv") for repeat in (1, 2)])
     pooled = by_specimen["sign"].parameters
     assert {name: (each.value, each.low, each.high) for name, each in pooled.items()} == {
-        name: (each.value, each.low, each.high) for name, each in alone.parameters.items()
+        name: (each.value, each.low, each.high) for name, each in expected.parameters.items()
     }
 
 
 def test_the_truth_is_found(by_specimen):
-    # the preset's friction per length, 18.6 N/m, and twice of it; specimens differ by 1 %
+    # the preset's friction per length, 18.6 N/m, and twice that; specimens differ by 1 %
     for specimen, factor in (("speed", 1.0), ("double", 2.0)):
         friction = by_specimen[specimen].parameters["friction_per_length"].value
         assert friction == pytest.approx(factor * nf.preset("paper").friction.per_length, rel=0.03)
@@ -67,18 +67,18 @@ def test_the_truth_is_found(by_specimen):
 
 def test_a_copy_counts_once(by_file, by_specimen):
     copy = by_file["double_4.csv"]
-    assert [odd.kind for odd in copy.anomalies] == ["copy"] and "double_2.csv" in copy.why and not copy.pooled
+    assert [anomaly.kind for anomaly in copy.anomalies] == ["copy"] and "double_2.csv" in copy.why and not copy.pooled
     assert len(by_specimen["double"].pooled) == 3
 
 
-def test_unreadable_files_stop_nothing(by_file):
+def test_unreadable_files_do_not_stop_the_campaign(by_file):
     words = {"double_5-empty.csv": "empty", "double_6-text.csv": "", "double_7-depthless.csv": "depth"}
     for file, word in words.items():
         one = by_file[file]
-        assert one.status == "unreadable" and not one.answers and one.why.startswith(file) and word in one.why
+        assert one.status == "unreadable" and not one.has_parameters and one.why.startswith(file) and word in one.why
 
 
-def test_a_file_that_is_not_there_is_told(folder):
+def test_a_missing_file_is_reported(folder):
     found = campaign([folder / "double_1.csv", folder / "double_9.csv"], pattern="{specimen}_{repeat}")
     gone = next(one for one in found.recordings if one.file == "double_9.csv")
     assert gone.status == "unreadable" and gone.why and found.conditions[0].model is not None
@@ -86,31 +86,31 @@ def test_a_file_that_is_not_there_is_told(folder):
 
 def test_a_file_of_no_condition_is_identified_by_itself(done):
     (stray,) = done.others
-    assert stray.file == "stray.csv" and stray.answers and not stray.pooled
+    assert stray.file == "stray.csv" and stray.has_parameters and not stray.pooled
     assert "{specimen}_{repeat}" in stray.why and "'_' before {repeat} in 'stray'" in stray.why
 
 
-def test_two_motions_of_equal_number_leave_no_usual_one(tmp_path):
+def test_two_equally_frequent_motions_are_all_left_out(tmp_path):
     for repeat in range(4):
         nf.write(runs.run(800 + repeat, speed=5e-3 if repeat < 2 else 7e-3), tmp_path / f"gel_{repeat}.csv")
     (condition,) = campaign(tmp_path, pattern="{specimen}_{repeat}").conditions
-    assert condition.model is None and "none of their motions is the usual one" in condition.why
-    assert all(one.answers and one.left_out for one in condition.recordings)
+    assert condition.model is None and "none of them is the most frequent" in condition.why
+    assert all(one.has_parameters and one.left_out for one in condition.recordings)
 
 
 def test_a_speed_that_its_label_contradicts(tmp_path):
     nf.write(runs.run(820), tmp_path / "gel_2.csv")
     (condition,) = campaign(tmp_path, pattern="{specimen}_{speed_mm_s}").conditions
-    (odd,) = condition.recordings[0].anomalies
-    assert odd.kind == "label" and "says 2 mm/s" in odd.sentence and "at 5 mm/s" in odd.sentence
+    (anomaly,) = condition.recordings[0].anomalies
+    assert anomaly.kind == "label" and "speed_mm_s is 2 mm/s" in anomaly.sentence and "at 5 mm/s" in anomaly.sentence
 
 
-def test_saturation_beyond_the_puncture_stays(tmp_path):
+def test_saturation_beyond_the_puncture_is_kept(tmp_path):
     one = runs.run(830)
     nf.write(runs.changed(one, force=np.minimum(one.force, 0.3)), tmp_path / "gel_1.csv")
     (condition,) = campaign(tmp_path, pattern="{specimen}_{repeat}").conditions
-    (odd,) = condition.recordings[0].anomalies
-    assert odd.kind == "saturated" and "beyond the puncture" in odd.sentence and not odd.left_out
+    (anomaly,) = condition.recordings[0].anomalies
+    assert anomaly.kind == "saturated" and "beyond the puncture" in anomaly.sentence and not anomaly.left_out
 
 
 def test_a_coarse_sensor_is_not_saturated(tmp_path):
@@ -125,7 +125,7 @@ def test_an_unknown_model_is_wrong_usage(folder):
         campaign(folder / "speed_1.csv", model="no such model")
 
 
-def test_numbers_that_are_no_insertion_are_told(tmp_path):
+def test_recordings_without_an_insertion_are_explained(tmp_path):
     random = np.random.default_rng(5)
     time = np.arange(0.0, 5.0, 0.01)
     depth = np.interp(time, [0.0, 2.0, 3.0, 5.0], [0.0, 0.02, 0.02, 0.0])
@@ -138,25 +138,25 @@ def test_numbers_that_are_no_insertion_are_told(tmp_path):
             nf.write(nf.Recording(time, still, 0.0 * time, force), tmp_path / f"{specimen}_{number}.csv")
     done = campaign(tmp_path, pattern="{specimen}_{repeat}")
     assert len(done.recordings) == 2 * len(forces)
-    assert all(one.why and not one.answers for one in done.recordings)
-    assert not any(odd.kind == "saturated" for one in done.recordings for odd in one.anomalies)
+    assert all(one.why and not one.has_parameters for one in done.recordings)
+    assert not any(anomaly.kind == "saturated" for one in done.recordings for anomaly in one.anomalies)
     done.report(tmp_path / "report.html")
     assert "NaN" not in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
-def test_only_the_recordings_of_one_condition_are_held(folder, monkeypatch):
+def test_only_the_recordings_of_one_condition_are_in_memory(folder, monkeypatch):
     import sys
     import weakref
 
-    module, alive, most = sys.modules["needleforce.campaign.campaign"], weakref.WeakSet(), []
+    module, alive, counts = sys.modules["needleforce.campaign.campaign"], weakref.WeakSet(), []
 
     def watched(*arguments, **options):
         recording = nf.read(*arguments, **options)
-        most.append(len(alive))
+        counts.append(len(alive))
         alive.add(recording)
         return recording
 
     monkeypatch.setattr(module, "read", watched)
     files = [folder / f"{specimen}_{repeat}.csv" for specimen in ("sign", "speed", "travel") for repeat in (1, 2, BAD)]
     campaign(files, pattern="{specimen}_{repeat}")
-    assert len(most) == 9 and max(most) <= 3
+    assert len(counts) == 9 and max(counts) <= 3

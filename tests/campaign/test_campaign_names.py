@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a file is of: by its name, a table, or its card; and which files a campaign is made of."""
+"""Labels of files from their name, a table or their card; and the files of a campaign."""
 
 import dataclasses
 
@@ -51,28 +51,28 @@ def test_names_are_read_from_their_end(pattern, name, expected):
         ("run_{specimen}_{repeat}", "gel_a_3.csv", "does not begin with 'run_'"),
         ("{specimen}_{repeat}_end", "gel_3.csv", "does not end with '_end'"),
         ("{rig}/{specimen}_{repeat}", "gel_3.csv", "fewer folders"),
-        ("{rig}/{specimen}_{repeat}", "a_b/gel.csv", "{repeat} would be 'b/gel', which holds a '/'"),
+        ("{rig}/{specimen}_{repeat}", "a_b/gel.csv", "{repeat} would be 'b/gel', which contains '/'"),
         (RIG, "dev__setup__blank_2024-06-06-11-14-40.csv", "no '_' before {repeat} in 'dev__setup__blank'"),
-        ("{rig}__{specimen}_{repeat}", "a_b__c.csv", "{repeat} would be 'b__c', which holds a '__'"),
+        ("{rig}__{specimen}_{repeat}", "a_b__c.csv", "{repeat} would be 'b__c', which contains '__'"),
     ],
 )
-def test_a_misfit_says_where(pattern, name, word):
+def test_a_mismatch_names_the_reason(pattern, name, word):
     assert fields(pattern, name) == {} and word in misfit(pattern, name)
 
 
 @pytest.mark.parametrize("pattern", ["gel", "{a}{b}", "{a}_{a}", "{a_{b}", "{}_{b}", "{file}_{status}", "{1}_{b}"])
-def test_a_pattern_that_tells_nothing_is_refused(pattern):
+def test_an_invalid_pattern_is_refused(pattern):
     with pytest.raises(nf.InputError) as error:
         name_pattern(pattern)
     assert pattern in str(error.value) or "{status}" in pattern
 
 
-def test_a_pattern_that_fits_no_file_names_both(tmp_path):
+def test_a_pattern_that_matches_no_file_is_named_with_an_example(tmp_path):
     (tmp_path / "gel-1.csv").write_text("")
     with pytest.raises(nf.InputError) as error:
         campaign(tmp_path, pattern="{specimen}_{repeat}")
-    said = str(error.value)
-    assert "{specimen}_{repeat}" in said and "gel-1.csv" in said and "no '_' before {repeat}" in said
+    message = str(error.value)
+    assert "{specimen}_{repeat}" in message and "gel-1.csv" in message and "no '_' before {repeat}" in message
 
 
 def named(tmp_path, *names: str) -> list[File]:
@@ -96,7 +96,7 @@ def test_folders_globs_and_lists_in_any_order(tmp_path):
         find_files(tmp_path / "c")
 
 
-def test_repeats_differ_in_what_names_a_repeat_alone(tmp_path):
+def test_repeats_differ_only_in_repeat_fields(tmp_path):
     files = named(tmp_path, "gel_2_1_monday.csv", "gel_2_2_friday.csv", "gel_10_1_friday.csv", "skin_2_1_friday.csv")
     labels, _ = label_files(files, "{specimen}_{speed}_{repeat}_{date}", None)
     groups = [[label.file.name for label in group] for group in grouped(labels, ("repeat", "date"))]
@@ -121,11 +121,11 @@ def test_pattern_then_mapping_then_card(tmp_path):
     }
     assert len(notes) == 1 and "gone.csv" in notes[0]
     why = next(label.why for label in labels if label.file.name == "bare.csv")
-    assert "{specimen}_{repeat}" in why and "the mapping does not name it" in why and "no card" in why
+    assert "{specimen}_{repeat}" in why and "it is not in the mapping" in why and "no card" in why
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet", "mcap"])
-def test_the_card_of_every_format_tells(tmp_path, ending):
+def test_the_card_of_every_format_gives_fields(tmp_path, ending):
     one = runs.run(1)
     carded = dataclasses.replace(one, card=dataclasses.replace(one.card, tissue="gel", needle="21 G"))
     path = nf.write(carded, tmp_path / f"carded.{ending}")
@@ -133,7 +133,7 @@ def test_the_card_of_every_format_tells(tmp_path, ending):
     assert label.fields == {"needle": "21 G", "tissue": "gel"}
 
 
-def test_a_card_of_a_live_recording_tells_speed_and_pass(tmp_path):
+def test_the_card_of_a_live_recording_gives_speed_and_pass(tmp_path):
     path = tmp_path / "run.mcap"
     LogWriter(path, {"tissue": "gel", "speed_mm_s": "3", "pass": "2", "site": "4"}).close({})
     (label,), _ = label_files([File(path.name, path)], None, None)
@@ -157,6 +157,6 @@ def test_a_wrong_mapping_is_refused(tmp_path, text, word):
         label_files([], None, tmp_path / "map.txt")
 
 
-def test_a_mapping_that_is_not_there(tmp_path):
+def test_a_missing_mapping_is_refused(tmp_path):
     with pytest.raises(nf.InputError, match="mapping"):
         label_files([], None, tmp_path / "gone.csv")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Table, JSON, report and command: the same bytes for the same files, whatever their order and place."""
+"""Table, JSON, report and command: the same bytes for the same files in any order and folder."""
 
 import json
 import random
@@ -22,7 +22,7 @@ FEW = ("speed_1.csv", "speed_2.csv", "speed_4.csv", "double_1.csv", "double_2.cs
 
 @pytest.fixture(scope="module")
 def few(folder, tmp_path_factory):
-    """A small campaign in a folder of its own."""
+    """A small campaign in a separate folder."""
     made = tmp_path_factory.mktemp("few")
     for name in FEW:
         shutil.copy(folder / name, made / name)
@@ -35,7 +35,7 @@ def outputs(done, place) -> list[bytes]:
     return [(place / "table.csv").read_bytes(), (place / "report.html").read_bytes(), done.to_json().encode()]
 
 
-def test_another_order_and_another_place_give_the_same_bytes(few, tmp_path):
+def test_order_and_folder_of_the_files_do_not_matter(few, tmp_path):
     first = outputs(campaign(few, pattern="{specimen}_{repeat}"), tmp_path)
     moved = tmp_path / "moved"
     shutil.copytree(few, moved)
@@ -55,7 +55,7 @@ def test_the_table_is_tidy_and_complete(done):
     for one in done.recordings:
         own = made[made.file == one.file].set_index("quantity")
         assert own.value["anomalies"] == len(one.anomalies) and bool(own.outlier["anomalies"]) == bool(one.anomalies)
-        if one.answers:
+        if one.has_parameters:
             assert own.value["cutting_force"] == one.parameters["cutting_force"].value
             assert {"event_contact_depth", "event_puncture_1_force", "speed", "travel", "hold"} <= set(own.index)
     pooled = made[(made.file == "") & (made.specimen == "speed")].set_index("quantity")
@@ -65,18 +65,18 @@ def test_the_table_is_tidy_and_complete(done):
     assert isinstance(made, pandas.DataFrame)
 
 
-def test_events_lie_between_their_limits(done):
+def test_events_are_within_their_bounds(done):
     made = done.table()
     events = made[made.quantity.str.fullmatch(r"event_(contact|exit|puncture_\d)_depth")]
-    told = events[events.status == "ok"]
-    assert len(told) > 60 and (told.low <= told.high).all()
-    assert ((told.low - 1e-4 <= told.value) & (told.value <= told.high + 1e-4)).all()
+    found = events[events.status == "ok"]
+    assert len(found) > 60 and (found.low <= found.high).all()
+    assert ((found.low - 1e-4 <= found.value) & (found.value <= found.high + 1e-4)).all()
 
 
-def test_an_odd_quantity_is_flagged_in_its_row(done):
+def test_an_anomalous_quantity_is_flagged_in_its_row(done):
     made = done.table().set_index(["file", "quantity"])
-    odd = {"speed": "speed", "travel": "travel", "drift": "drift", "outlier": "puncture_indentation"}
-    for specimen, quantity in (odd | {"unpierced": "event_punctures"}).items():
+    anomaly = {"speed": "speed", "travel": "travel", "drift": "drift", "outlier": "puncture_indentation"}
+    for specimen, quantity in (anomaly | {"unpierced": "event_punctures"}).items():
         row = made.loc[(f"{specimen}_4.csv", quantity)]
         assert row.outlier and row.why, (specimen, quantity)
     assert not made.loc[("speed_1.csv", "speed")].outlier
@@ -108,7 +108,7 @@ def test_parquet_without_pyarrow_names_the_extra(done, tmp_path, monkeypatch):
 
 
 class Page(HTMLParser):
-    """Ids, links within the page, and whatever is fetched from elsewhere."""
+    """Ids, links within the page, and external resources."""
 
     def __init__(self, text: str):
         super().__init__()
@@ -134,16 +134,16 @@ def test_the_report_shows_every_repeat_and_every_reason(done, tmp_path):
     assert page.lines == drawn - off_axes + sum(each.model is not None for each in done.conditions)
     for one in done.recordings:
         assert one.file in text
-        for odd in one.anomalies:
-            assert odd.sentence.split("'")[0] in text
+        for anomaly in one.anomalies:
+            assert anomaly.sentence.split("'")[0] in text
 
 
 def test_a_large_report_stays_small(done, tmp_path):
     import dataclasses
 
-    sound = [one for one in done.recordings if one.pooled and not one.anomalies]
+    valid = [one for one in done.recordings if one.pooled and not one.anomalies]
     one = next(each for each in done.conditions if each.model is not None)
-    renamed = [dataclasses.replace(sound[k % len(sound)], file=f"{k}.csv") for k in range(300)]
+    renamed = [dataclasses.replace(valid[k % len(valid)], file=f"{k}.csv") for k in range(300)]
     many = [
         dataclasses.replace(one, fields={"k": str(k)}, recordings=tuple(renamed[k : k + 5])) for k in range(0, 300, 5)
     ]
@@ -151,7 +151,7 @@ def test_a_large_report_stays_small(done, tmp_path):
     assert 100_000 < (tmp_path / "report.html").stat().st_size < 5_000_000
 
 
-def test_nothing_drawn_still_makes_a_report(folder, tmp_path):
+def test_a_report_without_curves_is_written(folder, tmp_path):
     nothing = campaign(folder / "double_5-empty.csv")
     nothing.report(tmp_path / "report.html")
     nothing.save_table(tmp_path / "table.csv")
@@ -170,7 +170,7 @@ def test_the_command(few, tmp_path):
     assert {each["name"] for each in document["conditions"]} == {"speed", "double"}
     assert sum(len(each["recordings"]) for each in document["conditions"]) + len(document["others"]) == len(FEW)
     assert table.stat().st_size > 1000 and report.stat().st_size > 5000
-    for word in ("moves differently", "double_5-empty.csv", "left out", "stray.csv"):
+    for word in ("has another motion", "double_5-empty.csv", "left out", "stray.csv"):
         assert word in done.stderr
 
 

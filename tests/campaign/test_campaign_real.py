@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A real campaign: 94 insertions by a robot, named by whoever recorded them."""
+"""A real campaign: 94 insertions by a robot, with the names of its authors."""
 
 import re
 from collections import Counter
@@ -25,12 +25,12 @@ def real(recordings, names):
 
 
 def counted(names) -> Counter:
-    """Repeats by everything before the last two fields, of names with six fields after the folders."""
+    """Repeats grouped by all but the last two fields, for names with six fields after the folders."""
     matches = (re.fullmatch(r"(.*__[^_]+_\d+_\d+_\d+)_\d+_[\d-]+\.csv", name) for name in names)
     return Counter(match[1] for match in matches if match)
 
 
-def test_every_file_is_accounted_for(real, names):
+def test_every_file_has_a_result(real, names):
     assert sorted(one.file for one in real.recordings) == names and len(names) == 94
     assert len(real.others) == len(names) - sum(counted(names).values())
     assert set(real.table().file) == {*names, ""}
@@ -50,24 +50,24 @@ def test_all_conditions_with_repeats_are_identified(real):
     assert all(each.model is not None for each in real.conditions if len(each.recordings) >= 3)
 
 
-def test_the_strokes_of_another_length_are_told(real):
-    # nine insertions at 15 degrees: the stage went in 25 mm in four of them, 30 mm in five
-    moved = [one for one in real.recordings if any(odd.kind == "motion" for odd in one.anomalies)]
+def test_strokes_of_another_length_are_reported(real):
+    # nine insertions at 15 degrees: the stage moved by 25 mm in four of them, by 30 mm in five
+    moved = [one for one in real.recordings if any(anomaly.kind == "motion" for anomaly in one.anomalies)]
     assert len(moved) == 4
     assert all(one.fields["angle_deg"] == "15" and one.left_out for one in moved)
-    assert {round(1e3 * one.seen["travel"].value) for one in moved} == {25}
+    assert {round(1e3 * one.measured["travel"].value) for one in moved} == {25}
 
 
-def test_sound_recordings_are_rarely_called_odd(real):
-    kinds = Counter(odd.kind for each in real.conditions for one in each.recordings for odd in one.anomalies)
-    assert set(kinds) <= {"motion", "no_puncture"}  # nothing else is wrong with these, to the eye
+def test_valid_recordings_rarely_have_anomalies(real):
+    kinds = Counter(anomaly.kind for each in real.conditions for one in each.recordings for anomaly in one.anomalies)
+    assert set(kinds) <= {"motion", "no_puncture"}  # no other fault is visible in these
     assert kinds["no_puncture"] <= 4
 
 
 def test_what_could_not_be_read_is_in_the_table(real):
     made = real.table()
-    told = made[(made.quantity == "anomalies") & (made.status == "unreadable")]
-    assert len(told) == 1 and "the needle must move" in told.iloc[0].why
+    unreadable = made[(made.quantity == "anomalies") & (made.status == "unreadable")]
+    assert len(unreadable) == 1 and "the needle must move" in unreadable.iloc[0].why
 
 
 @pytest.mark.parametrize(
@@ -79,19 +79,19 @@ def test_what_could_not_be_read_is_in_the_table(real):
         ("drift", lambda force: force + np.linspace(0.0, 0.1 * force.max(), len(force))),
     ],
 )
-def test_a_fault_put_into_a_real_recording_is_named(recordings, tmp_path, kind, spoil):
+def test_a_fault_added_to_a_real_recording_is_named(recordings, tmp_path, kind, spoil):
     files = sorted((recordings / "needle-insertion-rig").glob("dev__control-needle__skin_2_0_2_*.csv"))
     bad = files[1]
     one = nf.read(bad)
     nf.write(runs.changed(one, force=spoil(one.force)), tmp_path / bad.name)
     (condition,) = campaign([tmp_path / bad.name, *(each for each in files if each != bad)], pattern=PATTERN).conditions
-    named = {one.file.rsplit("/", 1)[-1]: [odd.kind for odd in one.anomalies] for one in condition.recordings}
+    named = {one.file.rsplit("/", 1)[-1]: [anomaly.kind for anomaly in one.anomalies] for one in condition.recordings}
     assert len(named) == 5 and condition.model is not None
     assert kind in named.pop(bad.name) and not any(named.values())
 
 
 def moved(real):
-    """Every even repeat put into every condition of another specimen: curves and files of each, as if so labelled."""
+    """Every even repeat labelled as every condition of another specimen: curves and files of each."""
     from needleforce.campaign.outliers import wrong_labels
 
     curves = {each.name: {one.file: one.curve for one in each.recordings} for each in real.conditions}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How often sound repeats are called odd, and when a curve is another condition's."""
+"""How often valid repeats have anomalies, and when a curve belongs to another condition."""
 
 import numpy as np
 import pytest
@@ -24,8 +24,8 @@ def found(values, **options) -> list[str]:
 
 
 @pytest.mark.parametrize("count", [4, 5, 6, 7, 9, 12, 17, 25, 40])
-def test_one_normal_sample_in_a_hundred_holds_an_outlier(count):
-    # independent of the table in the code: 40 000 samples of numpy's normal numbers; interpolated counts err a little
+def test_one_normal_sample_in_a_hundred_contains_an_outlier(count):
+    # independent of the table in the code: 40 000 normal samples; interpolated counts have a small error
     values = np.random.default_rng(count).normal(0.0, 1.0, (40_000, count))
     away = np.abs(values - np.median(values, axis=1, keepdims=True))
     farthest = away.max(axis=1) / (1.4826 * np.median(away, axis=1))
@@ -41,19 +41,19 @@ def test_too_few_repeats_have_no_outlier():
     assert found([1.0, 1.01, 5.0]) == []
 
 
-def test_what_its_own_interval_covers_is_none():
+def test_a_deviation_within_its_interval_is_not_an_outlier():
     assert found([1.0, 1.01, 0.99, 1.02, 1.5], half=0.6) == []
 
 
-def test_what_no_log_tells_is_none():
+def test_an_unidentifiable_parameter_is_not_an_outlier():
     assert found([1.0, 1.01, 0.99, 1.02, 1.5], identifiable=False) == []
 
 
-def test_a_tenth_is_no_matter_however_well_the_rest_agree():
+def test_a_deviation_below_ten_percent_is_not_an_outlier():
     assert found([1.0, 1.0, 1.0, 1.0, 1.09]) == [] and found([1.0, 1.0, 1.0, 1.0, 1.2]) == ["4.csv"]
 
 
-def test_a_bound_is_no_scatter():
+def test_values_at_a_bound_have_no_scatter():
     assert found([0.0, 0.0, 0.0, 0.0, 0.5]) == []
 
 
@@ -79,13 +79,13 @@ def test_a_swapped_label_is_found_and_nothing_else():
     assert list(named) == ["swapped.csv"] and "hard" in named["swapped.csv"].sentence
 
 
-def test_an_odd_curve_like_no_other_condition_has_no_wrong_label():
+def test_a_curve_unlike_all_conditions_has_no_wrong_label():
     soft, hard = curves(1.0, 5, 1), curves(2.0, 5, 2)
     soft["odd.csv"] = 1.5 * np.linspace(0.0, 1.0, 100) ** 2
     every = {"soft": soft, "hard": hard}
     assert not dict(wrong_labels(every, {name: list(each) for name, each in every.items()}))
 
 
-def test_conditions_that_are_alike_are_not_told_apart():
+def test_similar_conditions_are_not_distinguished():
     every = {str(seed): curves(1.0 + 1e-9 * seed, 3, seed) for seed in range(30)}
     assert not dict(wrong_labels(every, {name: list(each) for name, each in every.items()}))

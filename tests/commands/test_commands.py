@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command line as a user meets it: exit codes, files, and what is said."""
+"""The command line: exit codes, files and messages."""
 
 import json
 import subprocess
@@ -58,7 +58,7 @@ def test_identify_writes_estimates_and_draws(example, tmp_path):
     done = run("identify", example, "--csv", tmp_path / "estimates.csv", "--draws", tmp_path / "draws.csv")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "estimates.csv").read_text().startswith("recording,quantity,value,low,high,unit,")
-    assert len((tmp_path / "draws.csv").read_text().splitlines()) == 1 + 2 * 4000  # pooled, and of the one recording
+    assert len((tmp_path / "draws.csv").read_text().splitlines()) == 1 + 2 * 4000  # pooled, and of the recording
     refused = run("identify", example, "--draws", tmp_path / "draws.txt")
     assert refused.returncode == 2 and "ends in none of .csv, .json" in refused.stderr
 
@@ -87,7 +87,7 @@ BAD_FILES = {
 
 
 @pytest.mark.parametrize("name", BAD_FILES)
-def test_what_cannot_be_answered_is_told(name, tmp_path):
+def test_recordings_without_parameters_are_explained(name, tmp_path):
     path = tmp_path / "run.csv"
     path.write_text(BAD_FILES[name])
     done = run("identify", path, "--report", tmp_path / "r.html", "--save", tmp_path / "m.toml")
@@ -109,7 +109,7 @@ def test_no_puncture_and_cut_off(tmp_path):
     assert json.loads(done.stdout)["recordings"][0]["status"] == "incomplete"
 
 
-def test_depth_that_decreases_inwards_is_said_and_the_flag_mends_it(tmp_path):
+def test_a_depth_that_decreases_inwards_is_reported_and_corrected_by_the_option(tmp_path):
     recording = nf.simulate(nf.preset("paper"), nf.Motion.insert(start=-2e-3, speed=3e-3, depth=10e-3, hold=1.0))
     rows = np.column_stack([recording.time, -recording.depth, recording.force])
     np.savetxt(tmp_path / "up.csv", rows, delimiter=",", header="time_s,depth_m,force_N", comments="")
@@ -119,7 +119,7 @@ def test_depth_that_decreases_inwards_is_said_and_the_flag_mends_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "arguments, said",
+    "arguments, message",
     [
         (["identify"], "Missing argument"),
         (["identify", "x.csv", "--column", "fz"], "force=fz"),
@@ -129,9 +129,9 @@ def test_depth_that_decreases_inwards_is_said_and_the_flag_mends_it(tmp_path):
         (["magic"], "magic"),
     ],
 )
-def test_wrong_usage(arguments, said, tmp_path):
+def test_wrong_usage(arguments, message, tmp_path):
     done = run(*arguments, cwd=tmp_path)
-    assert done.returncode == 2 and said in done.stderr
+    assert done.returncode == 2 and message in done.stderr
     assert not list(tmp_path.iterdir())
 
 
@@ -151,7 +151,7 @@ def test_simulate_then_identify(tmp_path):
     assert found["stiffness_coefficient"] == pytest.approx(2 / np.pi * 117546.06 * np.tan(np.radians(15)), rel=1e-3)
 
 
-def test_compare_laws_and_presets_speak_json(example):
+def test_compare_laws_and_presets_write_json(example):
     rows = json.loads(run("compare", example, "--models", "paper,cone_cylinder", "--json", "-").stdout)
     assert {row["model"] for row in rows} == {"paper", "cone_cylinder"} and rows[0]["bic"] <= rows[1]["bic"]
     everything = json.loads(run("compare", example, "--json", "-").stdout)
@@ -174,7 +174,7 @@ def test_laws_for_a_needle_come_with_a_verdict():
     assert next(row["verdict"] for row in rows if row["law"] == "cone") == "scaling law only"
 
 
-def test_named_models_references_and_published_values_speak_json():
+def test_named_models_references_and_published_values_write_json():
     models = json.loads(run("laws", "--models", "--json", "-").stdout)
     assert {"paper", "okamura", "maurin", "azar", "layered"} <= {model["name"] for model in models}
     references = json.loads(run("laws", "--citations", "--json", "-").stdout)
@@ -193,13 +193,13 @@ def test_named_models_references_and_published_values_speak_json():
         (["laws", "--needle", "physical"], ["scaling law only"]),
     ],
 )
-def test_tables_show_what_they_are_for(arguments, words):
+def test_tables_show_their_content(arguments, words):
     done = run(*arguments)
     assert done.returncode == 0 and all(word in done.stdout for word in words)
 
 
 @pytest.mark.parametrize(
-    "arguments, said",
+    "arguments, message",
     [
         (["laws", "--needle", "nowhere.toml"], "nowhere.toml"),
         (["laws", "--tissue", "paper"], "[tissue]"),
@@ -207,12 +207,12 @@ def test_tables_show_what_they_are_for(arguments, words):
         (["laws", "--needle", "paper", "--depth-mm", "0"], "depth"),
     ],
 )
-def test_a_case_that_cannot_be_judged_is_refused(arguments, said):
+def test_an_invalid_case_is_refused(arguments, message):
     done = run(*arguments)
-    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+    assert done.returncode == 2 and message in done.stderr and "Traceback" not in done.stderr
 
 
-def test_simulate_tells_what_is_unverified_and_outside(tmp_path):
+def test_simulate_reports_unverified_values_and_violated_ranges(tmp_path):
     done = run("simulate", "--preset", "okamura_liver", "--citations", "-o", tmp_path / "run.csv")
     assert done.returncode == 0 and "Unverified" in done.stderr and "831542" in done.stdout
     assert "831542" not in run("simulate", "--preset", "okamura_liver", "-o", tmp_path / "run.csv").stdout
@@ -257,7 +257,7 @@ def test_usage_is_refused_before_anything_is_written(example, tmp_path, argument
     assert (tmp_path / "run.csv").read_bytes() == example.read_bytes()
 
 
-def test_an_old_file_stands_when_the_new_one_fails(example, tmp_path):
+def test_an_old_file_is_kept_when_the_new_one_fails(example, tmp_path):
     (tmp_path / "mine.toml").write_text("precious")
     done = run("identify", tmp_path / "absent.csv", "--save", tmp_path / "mine.toml")
     assert done.returncode == 1 and (tmp_path / "mine.toml").read_text() == "precious"
@@ -285,7 +285,7 @@ def test_one_bad_second_pass_does_not_stop_the_rest(tmp_path):
     assert found["cutting_force"] == pytest.approx(0.0776, abs=2e-3)
 
 
-def test_demo_speaks_json(tmp_path):
+def test_demo_writes_json(tmp_path):
     done = run("demo", "--out", tmp_path / "demo", "--json", "-")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == json.loads((tmp_path / "demo" / "results.json").read_text())

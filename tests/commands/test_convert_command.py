@@ -1,4 +1,4 @@
-"""Recordings from one format to another: the numbers stay, and so does what is identified."""
+"""Conversion between formats changes neither the values nor the identified parameters."""
 
 import shutil
 
@@ -21,7 +21,7 @@ def convert(*arguments):
 
 
 @pytest.mark.parametrize("ending", ["csv", "parquet", "mcap"])
-def test_what_is_identified_stays(insertion, tmp_path, ending):
+def test_conversion_does_not_change_the_identified_parameters(insertion, tmp_path, ending):
     target = tmp_path / f"again.{ending}"
     done = convert(insertion, "-o", target)
     assert done.exit_code == 0 and "1592 samples" in done.stderr
@@ -34,7 +34,7 @@ def test_what_is_identified_stays(insertion, tmp_path, ending):
         np.testing.assert_allclose(found[name].value, estimate.value, rtol=1e-6)
 
 
-def test_columns_and_units_are_asked_for_as_elsewhere(tmp_path):
+def test_columns_and_units_are_options_of_convert(tmp_path):
     path = tmp_path / "odd.csv"
     rows = "".join(f"{10 * k},{0.1 * k:.3f},{0.01 * k:.3f}\n" for k in range(100))
     path.write_text("clock,weg,kraft\n" + rows)
@@ -44,14 +44,14 @@ def test_columns_and_units_are_asked_for_as_elsewhere(tmp_path):
     np.testing.assert_allclose(nf.read(tmp_path / "out.parquet").depth[-1], 9.9e-3)
 
 
-def test_what_cannot_be_read_leaves_no_file(tmp_path):
+def test_an_unreadable_file_leaves_no_output(tmp_path):
     path = tmp_path / "broken.csv"
     path.write_text("time,depth\n1,2\n")
     done = convert(path, "-o", tmp_path / "out.csv")
     assert done.exit_code == 1 and "force" in done.stderr and not (tmp_path / "out.csv").exists()
 
 
-@pytest.mark.parametrize("name, says", [("out.xls", "known endings"), ("insertion.csv", "is also read")])
-def test_a_target_that_is_none_is_refused(insertion, tmp_path, name, says):
+@pytest.mark.parametrize("name, message", [("out.xls", "known endings"), ("insertion.csv", "is also read")])
+def test_an_invalid_target_is_refused(insertion, tmp_path, name, message):
     done = convert(insertion, "-o", tmp_path / name)
-    assert isinstance(done.exception, InputError) and says in str(done.exception)
+    assert isinstance(done.exception, InputError) and message in str(done.exception)

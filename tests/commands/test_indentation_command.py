@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce indentation`` on a file whose truth is known, and on wrong usage."""
+"""``needleforce indentation`` on a file with known parameters, and on wrong usage."""
 
 import json
 import math
@@ -18,7 +18,7 @@ DEPTH, E_R, CONTACT = np.linspace(-2e-3, 1.5e-3, 500), 2e4, 0.1234e-3
 
 @pytest.fixture
 def file(tmp_path):
-    """An approach in micrometres, outwards, and a retraction that lags."""
+    """An indentation in micrometres, positive outwards, and a retraction with hysteresis."""
     force = E_R * 4 / 3 * math.sqrt(1e-3) * np.maximum(DEPTH - CONTACT, 0.0) ** 1.5
     force += 3e-3 + 1e-4 * np.random.default_rng(17).normal(size=len(DEPTH))
     rows = np.column_stack([np.r_[DEPTH, DEPTH[::-1]] * -1e6, np.r_[force, 0.5 * force[::-1]]])
@@ -42,39 +42,39 @@ def test_the_command(file, more):
     values = {each["name"]: each for each in found["parameters"]}
     assert values["young_modulus"]["low"] <= 0.75 * E_R <= values["young_modulus"]["high"]
     assert values["contact_depth"]["value"] == pytest.approx(CONTACT, abs=2e-6)
-    assert ("approach ends at the deepest" in done.stderr) == (not more)
+    assert ("indentation ends at the deepest" in done.stderr) == (not more)
 
 
 @pytest.mark.parametrize(
-    "arguments, code, said",
+    "arguments, code, message",
     [
-        ([*READING, *SPHERE, "--segment", "segment=7"], 1, "never 7, it has 0"),
+        ([*READING, *SPHERE, "--segment", "segment=7"], 1, "never 7, it contains 0"),
         ([*READING, *SPHERE, "--segment", "part=0"], 1, "the columns are time_s, segment"),
         ([*READING[:4], *SPHERE], 1, "give --depth-inwards decreasing"),
         ([*SPHERE], 1, "no column holds the depth"),
     ],
 )
-def test_a_file_that_cannot_answer(file, arguments, code, said):
+def test_a_file_without_result_exits_with_1(file, arguments, code, message):
     done = CliRunner().invoke(app, ["indentation", str(file), *arguments])
     assert done.exit_code == code
-    assert re.search(said, done.stderr), done.stderr
+    assert re.search(message, done.stderr), done.stderr
 
 
 @pytest.mark.parametrize(
-    "arguments, said",
+    "arguments, message",
     [
         ([], "--needle with a file"),
         (["--tip", "ball"], "known are cone"),
         (["--tip", "cone"], "Give --half-angle-deg"),
-        (["--tip", "cone", "--half-angle-deg", "25", "--radius-um", "1"], "no tip asked for"),
+        (["--tip", "cone", "--half-angle-deg", "25", "--radius-um", "1"], "no selected tip"),
         ([*SPHERE, "--baseline", "bent"], "known are none"),
         ([*SPHERE, "--poisson-ratio", "0.6"], "poisson_ratio is 0.6"),
         ([*SPHERE, "--segment", "approach"], "quantity=name"),
     ],
 )
-def test_wrong_usage(file, arguments, said):
+def test_wrong_usage(file, arguments, message):
     done = CliRunner().invoke(app, ["indentation", str(file), *READING, *arguments])
-    assert isinstance(done.exception, nf.InputError) and said in str(done.exception)
+    assert isinstance(done.exception, nf.InputError) and message in str(done.exception)
 
 
 def test_a_needle_brings_its_tip_and_shank(file, tmp_path):

@@ -39,13 +39,13 @@ def test_a_layered_fit_from_files_to_a_preset(repeats, tmp_path):
     done = run("identify", *repeats, "--model", "layered", "--layers", 2, "--json", out["json"], "--report",
                out["html"], "--save", out["toml"], "--csv", out["csv"])  # fmt: skip
     assert done.returncode == 0, done.stderr
-    for said in ("identified, layer 1", "identified, layer 2", "all layers", "choice of layers", "chosen"):
-        assert said in done.stdout, said
+    for words in ("identified, layer 1", "identified, layer 2", "all layers", "choice of layers", "chosen"):
+        assert words in done.stdout, words
     assert "The number of layers was given" in done.stderr.replace("\n", " ")
     document = json.loads(out["json"].read_text())
     assert document["settings"]["evidence"][0]["choice"] == "2 layers"
     assert document["quality"]["nrmse"] < 0.03
-    # what is dragged out of all layers together: the sum of the specimen's 140 and 70 N/m
+    # total drag of all layers: the sum of the specimen's 140 and 70 N/m
     found = {row["name"]: row["value"] for row in document["parameters"]}
     friction = found["friction_per_length"] + found["layer_2_friction_per_length"]
     assert friction == pytest.approx(210.0, rel=0.15)
@@ -54,7 +54,7 @@ def test_a_layered_fit_from_files_to_a_preset(repeats, tmp_path):
     assert 'id="figure-layers"' in out["html"].read_text()
 
 
-def test_layers_are_refused_where_they_mean_nothing(repeats):
+def test_layers_are_refused_for_other_models(repeats):
     for arguments in (("--layers", 2), ("--model", "layered", "--layers", 4)):
         done = run("identify", repeats[0], *arguments)
         assert done.returncode == 2 and "layers" in done.stderr and "Traceback" not in done.stderr

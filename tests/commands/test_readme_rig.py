@@ -1,4 +1,4 @@
-"""The README's recording from the virtual rig, on free ports."""
+"""The README's recording with the virtual rig, on free ports."""
 
 import os
 import re
@@ -11,7 +11,7 @@ TOOLS = Path(sys.executable).parent
 READY = r"ready: sensor (\S+), axis (\S+), page (\S+)"
 
 
-def said(line: str, folder: Path) -> str:
+def output_of(line: str, folder: Path) -> str:
     path = {"PATH": f"{TOOLS}{os.pathsep}/usr/bin{os.pathsep}/bin"}
     command = shlex.split(line, comments=True)
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=path, timeout=100)
@@ -32,9 +32,9 @@ def test_the_readme_records_an_insertion_and_identifies_it(root, tmp_path):
                                 ("http://127.0.0.1:49154/netftapi2.xml", page)):  # fmt: skip
                 assert shown in record
                 record = record.replace(shown, real)
-            assert "insertion.mcap: done" in said(record, tmp_path)
+            assert "insertion.mcap: done" in output_of(record, tmp_path)
         finally:
             process.terminate()
     for name in re.findall(r"src/\S+", identify):
         identify = identify.replace(name, str(root / name))
-    assert "puncture_force" in said(identify, tmp_path)
+    assert "puncture_force" in output_of(identify, tmp_path)

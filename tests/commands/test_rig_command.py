@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce rig`` from outside: its line of ports, its end, what it refuses."""
+"""``needleforce rig`` as a process: its printed ports, its end, invalid options."""
 
 import re
 import signal
@@ -13,7 +13,7 @@ COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()", "ri
 FREE = ["--sensor-port", "0", "--axis-port", "0", "--page-port", "0"]
 
 
-def test_it_tells_its_ports_serves_and_ends_with_ctrl_c():
+def test_it_prints_its_ports_and_ends_with_ctrl_c():
     with subprocess.Popen([*COMMAND, *FREE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             ready = process.stdout.readline()
@@ -39,7 +39,7 @@ def test_it_ends_after_its_duration():
 
 
 @pytest.mark.parametrize(
-    "options, said",
+    "options, message",
     [
         (["--fault", "gone=1"], "There are lost, "),
         (["--fault", "lost=2"], "fault lost is 2.0, outside 0 to 1"),
@@ -50,10 +50,10 @@ def test_it_ends_after_its_duration():
         (["--filter-length", "0"], "filter_length"),
     ],
 )
-def test_what_it_refuses(options, said, monkeypatch, capsys):
+def test_invalid_options_exit_with_2(options, message, monkeypatch, capsys):
     from needleforce.cli import main
 
     monkeypatch.setattr(sys, "argv", ["needleforce", "rig", *FREE, *options])
     with pytest.raises(SystemExit) as ended:
         main()
-    assert ended.value.code == 2 and said in capsys.readouterr().err
+    assert ended.value.code == 2 and message in capsys.readouterr().err

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A small insertion in plain formulae, and its file in any dress."""
+"""A small insertion in closed form, and its file in several layouts."""
 
 import numpy as np
 
 
 def insertion(rate=100.0, speed=2e-3, start=-5e-3, deep=20e-3, stiffness=40.0, noise=0.0, seed=1):
-    """Time [s], depth [m], force [N]: in at constant speed, force = stiffness * depth below the surface, and out."""
+    """Time [s], depth [m], force [N] of insertion and withdrawal; the force is stiffness * depth below the surface."""
     turn = (deep - start) / speed
     time = np.arange(0.0, 2.0 * turn, 1.0 / rate)
     depth = deep - speed * np.abs(time - turn)

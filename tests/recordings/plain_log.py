@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A plain insertion written as a live recording, with numbers that a test can say by itself."""
+"""A simple insertion written as a live recording, with values that a test can compute."""
 
 from needleforce.recording.log import LogWriter
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files cut short, damaged, or made to do harm."""
+"""Truncated, damaged and malicious files."""
 
 import io
 import random
@@ -29,7 +29,7 @@ def bench(root):
 
 
 def records(content: bytes):
-    """Place, operation code and length of each record of a sound file, as the format has them."""
+    """Offset, operation code and length of each record of a valid file, parsed from the format."""
     at = len(MAGIC)
     while at + 9 <= len(content) - len(MAGIC):
         code, length = struct.unpack_from("<BQ", content, at)
@@ -38,7 +38,7 @@ def records(content: bytes):
 
 
 def counts(content: bytes) -> int:
-    """How many wrenches the chunks and bare messages of ``content`` hold, by another reader."""
+    """The number of wrenches in the chunks and messages of ``content``, by another reader."""
     reader = NonSeekingReader(io.BytesIO(content))
     return sum(1 for _, channel, _ in reader.iter_messages() if channel.topic == "/needle/wrench")
 
@@ -60,11 +60,11 @@ def test_a_truncated_file_is_read_up_to_its_last_complete_record(bench, tmp_path
         assert log.complete == (cut >= footer + 9)
 
 
-def test_a_file_shorter_than_its_first_bytes_is_none(tmp_path):
+def test_a_file_shorter_than_the_magic_bytes_is_refused(tmp_path):
     path = tmp_path / "run.mcap"
     for cut in range(8):
         path.write_bytes(MAGIC[:cut])
-        with pytest.raises(nf.InputError, match="no MCAP file"):
+        with pytest.raises(nf.InputError, match="not an MCAP file"):
             read_log(path)
 
 
@@ -74,7 +74,7 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_read(tmp_path):
     content = bytearray(path.read_bytes())
     chunks = [(at, length) for at, code, length in records(bytes(content)) if code == 6]
     assert len(chunks) == 5
-    at, length = chunks[0]  # it also holds the definitions of all topics
+    at, length = chunks[0]  # it also contains the definitions of all topics
     content[at + 9 + length - 10] ^= 0xFF
     path.write_bytes(content)
     log = read_log(path)
@@ -130,7 +130,7 @@ HARM = {
 
 
 @pytest.mark.parametrize("harm", HARM)
-def test_what_is_made_to_do_harm_takes_no_memory(tmp_path, harm):
+def test_malicious_files_use_little_memory(tmp_path, harm):
     path = tmp_path / "harm.mcap"
     path.write_bytes(MAGIC + HARM[harm]() + MAGIC)
     code = """
@@ -148,8 +148,8 @@ print(len(log.wrench), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - befo
     assert grown < 220 * 1024  # kB: the largest record three times over
 
 
-def test_a_chunk_whose_check_sum_is_right_is_read(tmp_path):
-    """What the tests above refuse is refused for what is wrong with it, not for being made by hand."""
+def test_a_chunk_with_a_correct_checksum_is_read(tmp_path):
+    """The files above are refused for their faults, not because a test wrote them."""
     path = tmp_path / "run.mcap"
     plain_log.write(path)
     content = path.read_bytes()

@@ -89,14 +89,14 @@ def write_foreign(path, topics, little_endian=True):
 
 
 @pytest.mark.parametrize("little_endian", [True, False])
-def test_another_recorders_file_goes_by_its_headers(path, little_endian):
+def test_the_headers_of_another_recorder_give_the_times(path, little_endian):
     write_foreign(path, TOPICS, little_endian)
     recording = nf.read(path, baseline=False)
     number = np.arange(400)
     assert recording.force.tolist() == (3.0 * number).tolist()
     np.testing.assert_allclose(recording.time, number * 1e-3, atol=1e-9)
     np.testing.assert_allclose(recording.depth, number * 1e-6, atol=1e-12)
-    assert any("headers" in said for said in recording.card.assumptions)
+    assert any("headers" in sentence for sentence in recording.card.assumptions)
 
 
 @pytest.mark.parametrize("plugin", StoragePlugin)
@@ -117,11 +117,11 @@ def test_a_bag_without_its_parts_is_refused(tmp_path):
     (bag / "metadata.yaml").write_text("{[")
     with pytest.raises(nf.InputError, match="bag is not readable"):
         read_log(bag)
-    with pytest.raises(nf.InputError, match=r"no ROS 2 bag.*metadata\.yaml"):
+    with pytest.raises(nf.InputError, match=r"not a ROS 2 bag.*metadata\.yaml"):
         read_log(tmp_path)
 
 
-def test_a_missing_rosbags_is_told_with_what_to_install(tmp_path, monkeypatch):
+def test_a_missing_rosbags_names_the_package_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "rosbags.rosbag2", None)
     bag = tmp_path / "bag"
     bag.mkdir()
@@ -130,10 +130,10 @@ def test_a_missing_rosbags_is_told_with_what_to_install(tmp_path, monkeypatch):
         read_log(bag)
 
 
-def test_two_topics_of_one_type_must_be_told_apart(path):
+def test_two_topics_of_one_type_need_a_choice(path):
     second = {"/ft2/wrench": lambda at, n: foreign_wrench(at, (0.0, 0.0, 7.0 * n, 0.0, 0.0, 0.0))}
     write_foreign(path, TOPICS | second)
-    with pytest.raises(nf.InputError, match=r"ambiguous, there are /ft/wrench, /ft2/wrench.*--column force=/ft/wrench"):
+    with pytest.raises(nf.InputError, match=r"available: /ft/wrench, /ft2/wrench.*--column force=/ft/wrench"):
         nf.read(path)
     recording = nf.read(path, columns={"force": "/ft2/wrench"}, baseline=False)
     assert recording.force.tolist() == [7.0 * n for n in range(400)]
@@ -144,7 +144,7 @@ def test_a_state_of_many_joints_needs_the_name_of_one(path):
         "/joint_states": lambda at, n: foreign_state(at, {"a": 0.0, "needle": 2e-6 * n, "c": 1.0}, velocity=False)
     }
     write_foreign(path, TOPICS | joints)
-    with pytest.raises(nf.InputError, match=r"not named, it has a, c, needle.*--column depth=/joint_states:a"):
+    with pytest.raises(nf.InputError, match=r"not named, available: a, c, needle.*--column depth=/joint_states:a"):
         nf.read(path)
     for choice in ("needle", "/joint_states:needle"):
         recording = nf.read(path, columns={"depth": choice}, baseline=False)
@@ -154,20 +154,20 @@ def test_a_state_of_many_joints_needs_the_name_of_one(path):
         nf.read(path, columns={"depth": "elbow"})
 
 
-def test_the_height_of_a_pose_is_a_depth_that_may_count_outwards(path):
+def test_the_height_of_a_pose_may_decrease_inwards(path):
     write_foreign(path, {"/ft/wrench": TOPICS["/ft/wrench"], "/tip": lambda at, n: foreign_pose(at, 0.3 - 1e-6 * n)})
     recording = nf.read(path, inwards="decreasing", baseline=False)
     np.testing.assert_allclose(recording.depth, 1e-6 * np.arange(400) - 0.3, atol=1e-12)
 
 
-def test_a_wrench_without_a_header_goes_by_its_arrival(path):
+def test_a_wrench_without_a_header_uses_its_arrival_time(path):
     def bare(at, n):
         return foreign_wrench(at, (0.0, 0.0, float(n), 0.0, 0.0, 0.0)).wrench
 
     write_foreign(path, TOPICS | {"/ft/wrench": bare})
     recording = nf.read(path, baseline=False)
     arrival = np.sort([at for topic, _, at in foreign_messages(TOPICS) if topic == "/ft/wrench"])
-    assert any("arrival" in said for said in recording.card.assumptions)
+    assert any("arrival" in sentence for sentence in recording.card.assumptions)
     np.testing.assert_allclose(recording.time, (arrival - arrival[0]) / 1e9, atol=1e-9)
     assert len(recording) == 400
 
@@ -178,7 +178,7 @@ def test_a_log_without_wrenches_is_refused(path):
         nf.read(path)
 
 
-def test_a_joint_whose_name_is_damaged_once_is_no_second_joint(path):
+def test_one_damaged_joint_name_is_ignored(path):
     def joints(at, n):
         return foreign_state(at, {"needlf" if n == 100 else "needle": 2e-6 * n})
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Logs as recordings: our own, those of other recorders, and recordings written as logs."""
+"""Logs read as recordings: of this package, of other recorders, and recordings written as logs."""
 
 import hashlib
 
@@ -25,7 +25,7 @@ def path(tmp_path):
     return tmp_path / "run.mcap"
 
 
-def test_an_insertion_comes_back_in_si_on_one_clock(path):
+def test_an_insertion_is_read_in_si_on_one_clock(path):
     plain_log.write(path)
     recording = nf.read(path, baseline=False)
     number = np.arange(497)  # up to the last state of the axis
@@ -40,10 +40,10 @@ def test_an_insertion_comes_back_in_si_on_one_clock(path):
     assert nf.read(path, filter_length=7).card.filter_length == 7
 
 
-def test_the_axial_axis_is_an_assumption_only_where_nobody_says_it(path, tmp_path):
+def test_the_axial_axis_is_assumed_only_if_it_is_not_given(path, tmp_path):
     plain_log.write(path)
     assert "axial" in read_log(path).card
-    assert not any("along the needle" in said for said in nf.read(path).card.assumptions)
+    assert not any("along the needle" in sentence for sentence in nf.read(path).card.assumptions)
     plain = tmp_path / "plain.mcap"
     log = LogWriter(plain, {})
     for number in range(100):
@@ -51,13 +51,13 @@ def test_the_axial_axis_is_an_assumption_only_where_nobody_says_it(path, tmp_pat
         log.wrench(number, at, at, at, (0, 0, float(number), 0, 0, 0))
         log.state(number, at, at, at, 1e-6 * number, 1e-3)
     log.close({})
-    said = "the force along the needle is fz of the sensor"
-    assert said in nf.read(plain).card.assumptions
-    assert said not in nf.read(plain, columns={"force": "fz"}).card.assumptions
+    sentence = "the force along the needle is fz of the sensor"
+    assert sentence in nf.read(plain).card.assumptions
+    assert sentence not in nf.read(plain, columns={"force": "fz"}).card.assumptions
 
 
-def test_two_clocks_that_drift_apart_are_brought_together(path):
-    """Sensor 50 ppm fast from any zero, axis 200 ppm slow from another; packets come late by chance."""
+def test_two_drifting_clocks_are_aligned(path):
+    """Sensor 50 ppm fast from any zero, axis 200 ppm slow from another; packets arrive with random delays."""
     chance, count, log = np.random.default_rng(3), 20_000, LogWriter(path, {})
     late = chance.exponential(200e3, (count, 2)).astype(int).tolist()
     for number in range(count):
@@ -77,7 +77,7 @@ def test_two_clocks_that_drift_apart_are_brought_together(path):
     np.testing.assert_allclose(drifts, [-50.0, 200.0], atol=2.0)
 
 
-def test_counters_wrap_and_late_and_doubled_packets_are_put_right(path):
+def test_wrapped_late_and_duplicated_packets_are_sorted(path):
     log = LogWriter(path, {})
     order = [0, 1, 2, 5, 3, 4, 6, 6, *range(7, 300)]
     for number in order:
@@ -97,7 +97,7 @@ def test_lost_packets_are_counted_with_the_longest_gap(path):
     assert note.count == 5 and "5 of 500 wrenches (1 %)" in note.message and "4 ms" in note.message
 
 
-def test_a_sensor_that_begins_anew_goes_on(path):
+def test_a_restarted_sensor_continues(path):
     log = LogWriter(path, {})
     for number in range(600):
         at = plain_log.START + number * 1_000_000
@@ -122,7 +122,7 @@ def test_the_marked_bias_is_removed_from_all_axes(path):
     assert nf.read(path, baseline=False).force[0] == 0.0
 
 
-def test_a_bias_that_is_none_is_not_removed(path):
+def test_an_invalid_bias_is_not_removed(path):
     log = plain_log.write(path, close=False)
     for wrong in ([1.0], None, ["a"] * 6, [float("nan")] * 6):
         log.mark(plain_log.START, "bias", wrench=wrong)
@@ -138,7 +138,7 @@ def test_wrenches_with_a_fault_are_left_out(path):
     recording = nf.read(path, baseline=False)
     assert recording.force.tolist() == [1e-3 * n for n in range(497) if n not in (10, 120)]
     assert kinds(recording)["status"].count == 2 and "saturated" in kinds(recording)["status"].message
-    assert "lost" not in kinds(recording)  # they came
+    assert "lost" not in kinds(recording)  # they arrived
 
 
 @pytest.mark.parametrize(
@@ -151,14 +151,14 @@ def test_wrenches_with_a_fault_are_left_out(path):
         ({"units": {"force": "mN"}}, lambda n: 1e-3 * n / 1000.0),
     ],
 )
-def test_axis_sign_and_unit_of_the_force_can_be_said(path, options, expected):
+def test_axis_sign_and_unit_of_the_force_can_be_given(path, options, expected):
     plain_log.write(path)
     recording = nf.read(path, baseline=False, **options)
     assert recording.force.tolist() == [expected(n) for n in range(497)]
 
 
 @pytest.mark.parametrize(
-    "options, told",
+    "options, message",
     [
         ({"columns": {"force": "tx"}}, "known are fx, fy, fz"),
         ({"columns": {"force": "/nowhere"}}, "/needle/wrench"),
@@ -168,13 +168,13 @@ def test_axis_sign_and_unit_of_the_force_can_be_said(path, options, expected):
         ({"units": {"depth": "N"}}, "unit of depth"),
     ],
 )
-def test_options_that_do_not_fit_are_refused(path, options, told):
+def test_invalid_options_are_refused(path, options, message):
     plain_log.write(path)
-    with pytest.raises(nf.InputError, match=told):
+    with pytest.raises(nf.InputError, match=message):
         nf.read(path, **options)
 
 
-def test_without_an_axis_the_motion_comes_from_its_own_file(path, tmp_path):
+def test_without_an_axis_the_motion_is_read_from_another_file(path, tmp_path):
     log = LogWriter(path, {})
     for number in range(500):
         at = number * 1_000_000
@@ -199,7 +199,7 @@ def recording_of(start=0.0):
 
 
 @pytest.mark.parametrize("start", [0.0, -3.25, 1234.5])
-def test_a_recording_written_as_a_log_comes_back(path, start):
+def test_a_recording_written_as_a_log_is_read_unchanged(path, start):
     given = recording_of(start)
     assert write_log(given, path) == path
     again = nf.read(path, baseline=False)
@@ -218,7 +218,7 @@ def test_the_same_recording_gives_the_same_bytes(tmp_path):
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
-def test_a_log_is_written_whole_or_not_at_all(path):
+def test_a_log_is_written_atomically(path):
     path.write_text("mine")
     bad = recording_of()
     bad.force[3] = np.nan
@@ -227,7 +227,7 @@ def test_a_log_is_written_whole_or_not_at_all(path):
     assert path.read_text() == "mine" and [each.name for each in path.parent.iterdir()] == ["run.mcap"]
 
 
-def test_nothing_heavy_is_loaded_before_it_is_needed():
+def test_large_packages_are_imported_only_when_needed():
     import subprocess
     import sys
 

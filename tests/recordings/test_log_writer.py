@@ -44,7 +44,7 @@ def test_rosbags_decodes_every_message_by_the_schemas_in_the_file(tmp_path):
     log = plain_log.write(path, close=False)
     log.mark(plain_log.START, "phase", name="insertion é")
     log.close({})
-    store = get_typestore(Stores.EMPTY)  # it knows no message but those of the file
+    store = get_typestore(Stores.EMPTY)  # it contains only the messages of the file
     with Reader(path) as reader:
         for connection in reader.connections:
             store.register(get_types_from_msg(connection.msgdef.data, connection.msgtype))
@@ -72,12 +72,12 @@ def test_nothing_is_overwritten(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["nowhere/run.mcap", "", "a\0b"])
-def test_a_file_that_cannot_be_made_is_refused(tmp_path, name):
+def test_a_file_that_cannot_be_created_is_refused(tmp_path, name):
     with pytest.raises(nf.InputError):
         LogWriter(tmp_path / name, {})
 
 
-def test_what_is_closed_stays(tmp_path):
+def test_a_closed_file_does_not_change(tmp_path):
     path = tmp_path / "run.mcap"
     log = plain_log.write(path)
     before = path.read_bytes()
@@ -92,8 +92,8 @@ def run(code: str, *arguments, **options):
     return subprocess.Popen([sys.executable, "-c", head + textwrap.dedent(code), *map(str, arguments)], **options)
 
 
-def test_a_full_disk_keeps_what_was_there(tmp_path):
-    """A limit on the file's size is told to a program as a full disk is: a write that goes no further."""
+def test_a_full_disk_keeps_complete_records(tmp_path):
+    """A limit on the file's size acts like a full disk: a write fails."""
     path = tmp_path / "run.mcap"
     code = """
         import resource
@@ -106,17 +106,17 @@ def test_a_full_disk_keeps_what_was_there(tmp_path):
             print(error)
         """
     process = run(code, path, stdout=subprocess.PIPE, text=True)
-    said = process.communicate(timeout=60)[0]
-    kept = int(said.split("; ")[1].split()[0])
+    message = process.communicate(timeout=60)[0]
+    kept = int(message.split("; ")[1].split()[0])
     log = read_log(path)
-    assert "ended early" in said and str(path) in said
+    assert "ended early" in message and str(path) in message
     assert not log.complete and path.stat().st_size <= 60_000
     assert len(log.wrench) + len(log.axis) >= kept > 500
-    assert "cut_off" not in {note.kind for note in log.notes}  # the record that did not fit is taken back
+    assert "cut_off" not in {note.kind for note in log.notes}  # the record that did not fit is removed
     assert [tuple(each) for each in log.wrench.values] == [plain_log.wrench(n) for n in range(len(log.wrench))]
 
 
-def test_a_full_disk_at_the_beginning_leaves_no_file(tmp_path):
+def test_a_full_disk_at_the_start_leaves_no_file(tmp_path):
     path = tmp_path / "run.mcap"
     code = """
         import resource
@@ -125,12 +125,12 @@ def test_a_full_disk_at_the_beginning_leaves_no_file(tmp_path):
         plain_log.write(sys.argv[1])
         """
     process = run(code, path, stderr=subprocess.PIPE, text=True)
-    assert "not begun" in process.communicate(timeout=60)[1]
+    assert "not started" in process.communicate(timeout=60)[1]
     assert not path.exists()
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_kill_leaves_everything_up_to_the_last_flush(tmp_path, seed):
+def test_flushed_data_survive_a_kill(tmp_path, seed):
     path = tmp_path / "run.mcap"
     code = """
         from needleforce.recording.log import LogWriter

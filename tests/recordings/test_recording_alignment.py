@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A device's clock from times of arrival: against a linear programme, and counts of coverage over simulated delays."""
+"""Alignment from arrival times: compared with a linear program, and coverage for simulated delays."""
 
 import numpy as np
 import pytest
@@ -10,14 +10,14 @@ from needleforce.recording.alignment import LiveAlignment, align
 
 
 def sleeping(random, count, step):
-    """A sender that wakes every 10 to 60 ms and then sends what it has, each with an exponential way."""
+    """A sender that wakes every 10 to 60 ms and then sends what it has, each with an exponential delay."""
     wakes = np.cumsum(random.uniform(0.01, 0.06, int(count * step / 0.01) + 10))
     sent = np.arange(count) * step
     return wakes[np.searchsorted(wakes, sent)] - sent + random.exponential(1e-4, count)
 
 
 def busy(random, count, step):
-    """A reader that is kept away for up to 60 ms, about once in 200 ms, and quick otherwise."""
+    """A reader that is blocked for up to 60 ms, about once in 200 ms, and fast otherwise."""
     delays = random.exponential(5e-5, count)
     for at in np.flatnonzero(random.random(count) < step / 0.2):
         held = int(random.uniform(0.0, 0.06) / step) + 1
@@ -26,7 +26,7 @@ def busy(random, count, step):
 
 
 def spells(random, count, step):
-    """A machine that is busy half of the time, for seconds on end: each way takes 2 ms more."""
+    """A computer that is busy half of the time, for seconds: each delay is 2 ms longer."""
     at, delays = 0, random.exponential(1e-4, count)
     while at < count:
         quiet, loaded = (random.exponential(0.5, 2) / step).astype(int) + 1
@@ -59,7 +59,7 @@ def recorded(random, delays, seconds, rate, drift):
 @pytest.mark.parametrize("seconds, rate, drift", [(5, 100, 2e-4), (5, 1000, -2e-4), (60, 200, 2e-4)])
 @pytest.mark.parametrize("delays", DELAYS)
 def test_the_clock_is_within_its_uncertainty(delays, seconds, rate, drift):
-    """At both ends, in at least 95 of 100 recordings; 88 is what a true 95 % falls below in 3 of 1000."""
+    """At both ends, in at least 95 of 100 recordings; a true 95 % gives fewer than 88 in 3 of 1000 cases."""
     random, within = np.random.default_rng(7), 0
     for _ in range(100):
         device, truth, arrival = recorded(random, delays, seconds, rate, drift)
@@ -70,7 +70,7 @@ def test_the_clock_is_within_its_uncertainty(delays, seconds, rate, drift):
 
 @pytest.mark.parametrize("delays", DELAYS)
 def test_the_uncertainty_is_not_much_larger_than_needed(delays):
-    """It is below the delays themselves: a whole recording says more than its middle sample."""
+    """It is below the delays themselves: a complete recording contains more information than its middle sample."""
     device, _, arrival = recorded(np.random.default_rng(3), delays, 20, 1000, 1e-4)
     late = arrival - arrival[0] - 1.0001 * (device - device[0])
     assert align(device, arrival).uncertainty < max(np.median(late - late.min()), 1.5e-4)
@@ -79,7 +79,7 @@ def test_the_uncertainty_is_not_much_larger_than_needed(delays):
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("delays", ["exponential", "gamma 3", "heavy tail"])
 def test_the_line_is_that_of_the_linear_programme(delays, seed):
-    """Below all points, with the least sum of distances: scipy's linprog over slope and height."""
+    """Below all points, with the smallest sum of distances: scipy's linprog over slope and offset."""
     device, truth, arrival = recorded(np.random.default_rng(seed), delays, 2, 60, 3e-4)
     x, y = device - 3.0, arrival - truth
     solved = linprog([-x.sum(), -len(x)], np.column_stack([x, np.ones_like(x)]), y * 1e3, bounds=(None, None))
@@ -101,7 +101,7 @@ def test_exact_arrivals_give_the_clock_to_rounding():
 
 
 @pytest.mark.parametrize("count", [1, 2, 19])
-def test_few_samples_tell_no_rate(count):
+def test_few_samples_determine_no_rate(count):
     device, arrival = np.arange(count) * 0.01, 5.0 + np.arange(count) * 0.01 + 0.002
     arrival[-1] -= 0.001
     found = align(device, arrival)
@@ -109,19 +109,19 @@ def test_few_samples_tell_no_rate(count):
     assert found.offset == pytest.approx(5.001, abs=1e-12)
 
 
-def test_one_stamp_for_all_tells_no_rate():
+def test_equal_stamps_determine_no_rate():
     found = align(np.full(50, 2.0), np.linspace(3.0, 3.1, 50))
     assert (found.rate, found.offset, found.uncertainty) == (1.0, 1.0, np.inf)
 
 
-def test_a_gap_does_no_harm():
+def test_a_gap_is_harmless():
     device, truth, arrival = recorded(np.random.default_rng(8), "gamma 2", 30, 500, 2e-4)
     left = (device < 6.0) | (device > 28.0)
     found = align(device[left], arrival[left])
     assert np.abs(found.host(device) - truth).max() <= found.uncertainty
 
 
-def test_a_clock_that_is_set_on_the_way_shows_in_the_uncertainty():
+def test_a_clock_set_during_the_recording_enlarges_the_uncertainty():
     device, truth, arrival = recorded(np.random.default_rng(8), "exponential", 10, 500, 0.0)
     moved = np.where(device > 8.0, 0.5, 0.0)
     found = align(device, arrival + moved)
@@ -138,7 +138,7 @@ def test_a_restart_is_refused_with_its_sample():
     "device, arrival",
     [([], []), ([0.0, 1.0], [0.0]), ([0.0, np.nan], [0.0, 1.0]), ([0.0, 1.0], [0.0, np.inf])],
 )
-def test_what_is_no_clock_is_refused(device, arrival):
+def test_invalid_clocks_are_refused(device, arrival):
     with pytest.raises(InputError):
         align(device, arrival)
 
@@ -155,7 +155,7 @@ def test_live_stamps_are_causal_and_close_to_the_clock(delays, drift):
     assert np.abs(stamps - truth)[settled].max() < 2e-3
     assert (
         np.abs(stamps - truth)[device > device[0] + 1.0].max() < 15e-3
-    )  # a sleeping sender's least delays, 3 ms of drift
+    )  # minimum delays of a sleeping sender, 3 ms of drift
 
 
 def test_live_stamps_use_nothing_from_the_future():

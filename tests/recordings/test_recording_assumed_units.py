@@ -11,22 +11,22 @@ TIME, DEPTH, FORCE = insertion()
 
 @pytest.mark.parametrize("time_unit, times", [("s", 1.0), ("ms", 1e3), ("us", 1e6)])
 @pytest.mark.parametrize("depth_unit, depths", [("m", 1.0), ("mm", 1e3)])
-def test_the_only_plausible_units_are_taken_and_told(file, time_unit, times, depth_unit, depths):
+def test_the_only_plausible_units_are_assumed_and_noted(file, time_unit, times, depth_unit, depths):
     run = read(file(text({"time": np.round(TIME * times, 6), "pz": DEPTH * depths, "fz": FORCE})))
     np.testing.assert_allclose(run.time, TIME, atol=1e-9)
     np.testing.assert_allclose(run.depth, DEPTH, atol=1e-12)
-    told = " ".join(run.card.assumptions)
-    for sentence in (f"time is taken to be in {time_unit}", f"depth is taken to be in {depth_unit}", "in N"):
-        assert sentence in told
+    sentences = " ".join(run.card.assumptions)
+    for sentence in (f"time is assumed to be in {time_unit}", f"depth is assumed to be in {depth_unit}", "in N"):
+        assert sentence in sentences
 
 
-def test_a_velocity_without_unit_is_measured_by_the_depth(file):
+def test_the_unit_of_a_velocity_follows_from_the_depth(file):
     velocity = np.gradient(DEPTH, TIME)
     run = read(file(text({"time_s": TIME, "depth_mm": DEPTH * 1e3, "velocity": velocity * 1e3, "force_N": FORCE})))
     np.testing.assert_allclose(run.velocity, velocity, atol=1e-15)
 
 
-def test_two_plausible_units_are_asked_for(file):
+def test_two_plausible_units_need_a_choice(file):
     """A step of 0.1 is 10 Hz in seconds and 10 kHz in milliseconds, and 0.25 mm/s become 0.25 m/s."""
     depth = 2.5e-5 * np.minimum(np.arange(200.0), 100.0)
     rows = {"time": 0.1 * np.arange(200.0), "depth_m": depth, "force_N": depth}
@@ -37,7 +37,7 @@ def test_two_plausible_units_are_asked_for(file):
     assert read(file(text(rows)), units={"time": "ms"}).rate == pytest.approx(10e3)
 
 
-def test_no_plausible_unit_is_asked_for(file):
+def test_no_plausible_unit_needs_a_choice(file):
     with pytest.raises(InputError, match=r"unit of time and depth is unknown.*none of.*--unit time=us --unit depth=mm"):
         read(file(text({"time": TIME * 1e9, "pz": DEPTH, "fz": FORCE})))
 
@@ -49,10 +49,10 @@ def test_a_force_too_large_for_newtons(file):
     np.testing.assert_allclose(read(file(text(rows)), units={"force": "mN"}).force, FORCE, rtol=1e-12, atol=1e-15)
 
 
-def test_a_given_unit_wins_over_the_header_and_is_told(file):
+def test_a_given_unit_overrides_the_header_and_is_noted(file):
     run = read(file(text({"time_s": TIME, "depth_m": DEPTH, "force_N": FORCE * 1e3})), units={"force": "mN"})
     np.testing.assert_allclose(run.force, FORCE, rtol=1e-12, atol=1e-15)
-    assert "force is read in mN, as asked for, though its header says N" in run.card.assumptions
+    assert "force is read in mN, as given, although its header states N" in run.card.assumptions
 
 
 def test_an_unknown_unit_in_a_header(file):
@@ -60,7 +60,7 @@ def test_an_unknown_unit_in_a_header(file):
         read(file(text({"time_s": TIME, "depth_m": DEPTH, "force [V]": FORCE})))
 
 
-def test_a_torque_without_unit_is_left_out_and_told(file):
+def test_a_torque_without_unit_is_left_out_with_a_note(file):
     rows = {"time_s": TIME, "depth_m": DEPTH, "fz": FORCE, "fx": FORCE / 10, "tx": FORCE}
     run = read(file(text(rows)))
     assert list(run.axes) == ["fx"]

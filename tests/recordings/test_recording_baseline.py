@@ -10,7 +10,7 @@ TIME, DEPTH, FORCE = insertion(rate=1000.0, noise=5e-3)
 
 
 @pytest.mark.parametrize("offset", [0.05, -0.05, 2.0])
-def test_a_bias_is_removed_and_told(file, offset):
+def test_a_bias_is_removed_with_a_note(file, offset):
     path = file(text({"time_s": TIME, "depth_m": DEPTH, "force_N": FORCE + offset}))
     run = read(path)
     lead = 250  # samples within 2 % of 25 mm at 2 mm/s
@@ -20,13 +20,13 @@ def test_a_bias_is_removed_and_told(file, offset):
     np.testing.assert_array_equal(read(path, baseline=False).force, FORCE + offset)
 
 
-def test_a_zeroed_sensor_stays_as_it_is():
+def test_the_force_of_a_zeroed_sensor_is_unchanged():
     removed = [bias(DEPTH, insertion(rate=1000.0, noise=5e-3, seed=seed)[2])[0] for seed in range(50)]
     assert removed == [0.0] * 50
 
 
-def test_noise_behind_an_average_filter_is_seldom_taken_for_a_bias():
-    """Fifty correlated samples are hardly one: of 200 recordings without bias at most 1 in 20 loses its mean."""
+def test_filtered_noise_rarely_counts_as_a_bias():
+    """Fifty correlated samples count as about one: of 200 recordings without bias at most 1 in 20 is changed."""
     kernel, taken = np.full(50, 1 / 50), 0
     for seed in range(200):
         noise = np.convolve(np.random.default_rng(seed).normal(0.0, 0.03, len(TIME) + 49), kernel, "valid")
@@ -35,12 +35,12 @@ def test_noise_behind_an_average_filter_is_seldom_taken_for_a_bias():
 
 
 @pytest.mark.parametrize("start", [0.0, 2e-3, 10e-3])
-def test_a_recording_that_starts_in_contact_is_left_alone(start):
+def test_no_bias_is_removed_from_a_recording_that_starts_in_contact(start):
     _, depth, force = insertion(rate=1000.0, start=start, noise=2e-3)
     assert bias(depth, force)[0] == 0.0
 
 
-def test_a_withdrawal_alone_is_left_alone():
+def test_no_bias_is_removed_from_a_withdrawal_only():
     out = TIME > 12.4
     assert bias(DEPTH[out], FORCE[out])[0] == 0.0
 

@@ -16,24 +16,24 @@ def run_at(file, time, depth=DEPTH, force=FORCE):
     return read(file(text({"time_s": time, "depth_m": depth, "force_N": force})))
 
 
-def test_an_even_clock_is_not_mentioned(file):
+def test_a_uniform_clock_has_no_note(file):
     assert not {"gap", "jitter", "repeated_time"} & notes(run_at(file, TIME)).keys()
 
 
-def test_gaps_are_told_with_the_longest(file):
+def test_gaps_are_noted_with_the_longest(file):
     time = TIME + 0.05 * (np.arange(len(TIME)) >= 300) + 0.03 * (np.arange(len(TIME)) >= 700)
     gap = notes(run_at(file, time))["gap"]
     assert gap.count == 2
     assert "longest of 60 ms at 2.99 s" in gap.message
 
 
-def test_jitter_is_told(file):
+def test_jitter_is_noted(file):
     time = TIME + 1e-3 * (np.arange(len(TIME)) % 2)  # steps of 11 and 9 ms; TIME itself has steps of 10
     jitter = notes(run_at(file, time * 1.0 + 5e-4 * (np.arange(len(TIME)) % 4 == 1)))["jitter"]
     assert jitter.count > 0.2 * len(TIME)
 
 
-def test_repeated_stamps_are_averaged_and_told(file):
+def test_repeated_stamps_are_averaged_with_a_note(file):
     time, force = TIME.copy(), FORCE.copy()
     time[401] = time[400]
     force[400:402] = 1.0, 3.0

@@ -40,7 +40,7 @@ def test_common_headers_are_recognised(headers, found):
     assert {quantity: column.index for quantity, column in chosen.items()} == found
 
 
-def test_given_headers_win_over_recognised_ones():
+def test_given_headers_override_recognised_ones():
     chosen = choose(["time", "fz", "load", "pz"], ALL, {"force": "load"}, "")
     assert chosen["force"].index == 2
 

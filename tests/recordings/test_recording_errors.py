@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every error says quantity, value, limit, place and next step."""
+"""Every error states quantity, value, limit, place and next step."""
 
 import os
 
@@ -33,21 +33,21 @@ def with_values(**values):
         (GOOD[0] + "\n" + GOOD[1] + "\n", "number of samples is 1, at least 2 are needed"),
         (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "run.csv: file is binary.*Export the recording as CSV"),
         (GOOD[0].encode("utf-16"), "file is binary.*UTF-8"),
-        ("\n".join(GOOD[1:]), "header is missing, the first line holds numbers: '0.0,-0.005.*time_s,depth_mm"),
+        ("\n".join(GOOD[1:]), "header is missing, the first line contains numbers: '0.0,-0.005.*time_s,depth_mm"),
         ("force_N\n1\n2\n", "number of columns is 1, time, depth and force are needed"),
         (changed(7, "0.1,abc,0.0"), r"run.csv, line 7: depth \(column 'depth_m'\) is 'abc', a number is needed"),
-        (changed(7, "0.1,-0.005"), "run.csv, line 7: number of cells is 2, the header has 3.*Mend or remove"),
+        (changed(7, "0.1,-0.005"), "run.csv, line 7: number of cells is 2, the header has 3.*Correct or remove"),
         (changed(7, "0.1,-0.005,0.0,5"), "run.csv, line 7: number of cells is 4, the header has 3"),
-        (changed(7, "0,1,-0,005,0,0"), "line 7: number of cells is 6.*Decimal commas need semicolons"),
+        (changed(7, "0,1,-0,005,0,0"), "line 7: number of cells is 6.*With decimal commas"),
         (changed(7, "0.1,-0.005,inf"), r"line 7: force \(column 'force_N'\) is infinite, in 1 rows"),
-        (changed(4, "-3.0,-0.005,0"), "line 4: time is -3 after 0.02, it must not run backwards.*1 times"),
+        (changed(4, "-3.0,-0.005,0"), "line 4: time is -3 after 0.02, it must not decrease.*1 times"),
         (with_values(depth_m=0 * DEPTH + 2), r"depth \(column 'depth_m'\) is constant at 2, the needle must move"),
         (with_values(depth_m=-DEPTH), "depth is decreasing from 0.005 to -0.02 m while the force grows by 0.[78].* N.*"
                                       "give --depth-inwards decreasing"),
         (text({"time_s": TIME, "depth_m": DEPTH}), "no column holds the force.*'depth_m'.*--column force=NAME"),
         (text({"time_s": TIME, "fz": FORCE}), "no column holds the depth.*--column depth=NAME, or .*--motion FILE"),
-        (with_values(fz=FORCE), "force is ambiguous, 'force_N' and 'fz' both fit.*--column force=force_N"),
-        (with_values().replace("depth_m", "force_N", 1), "column 'force_N' is there 2 times, each used header must"),
+        (with_values(fz=FORCE), "force is ambiguous, 'force_N' and 'fz' match.*--column force=force_N"),
+        (with_values().replace("depth_m", "force_N", 1), "column 'force_N' is present 2 times, each used header must"),
         (text({"time_s": 0 * TIME, "depth_m": DEPTH, "force_N": FORCE}), "number of samples is 1, at least 2"),
         (text({"time_s": TIME, "speed_m_s": DEPTH, "force_N": FORCE}), "depth at the first sample is unknown.*start_d"),
         ("# start_depth_m: deep\n" + text({"time_s": TIME, "velocity_m_s": DEPTH, "force_N": FORCE}),
@@ -65,23 +65,23 @@ def test_too_many_missing_values_are_refused_with_the_first_line(file):
         read(file(with_values(force_N=force)))
 
 
-def test_few_missing_values_are_left_out_and_told(file):
+def test_few_missing_values_are_left_out_with_a_note(file):
     run = read(file(changed(7, "0.1,-0.005,")))
     assert len(run) == len(TIME) - 1
     (note,) = [note for note in run.notes if note.kind == "missing"]
     assert note.count == 1 and "line 7" in note.message
 
 
-def test_a_last_line_that_is_cut_off_is_left_out_and_told(file):
+def test_a_truncated_last_line_is_left_out_with_a_note(file):
     run = read(file("\n".join([*GOOD[:-1], "9.9,0.01"])))
     assert len(run) == len(TIME) - 1
     assert "cut_off" in [note.kind for note in run.notes]
 
 
-def test_another_axis_with_holes_is_left_out_and_told(file):
+def test_an_axis_with_missing_values_is_left_out_with_a_note(file):
     run = read(file(with_values(fx_N=np.where(TIME > 1.0, np.nan, 0.0))))
     assert len(run) == len(TIME) and "fx" not in run.axes
-    assert any(note.kind == "left_out" and "fx lacks" in note.message for note in run.notes)
+    assert any(note.kind == "left_out" and "fx has" in note.message for note in run.notes)
 
 
 def test_lines_are_counted_with_comments_and_left_out_rows(file):
@@ -90,7 +90,7 @@ def test_lines_are_counted_with_comments_and_left_out_rows(file):
         read(file(content))
 
 
-def test_surplus_cells_are_found_among_columns_nobody_needs(file):
+def test_surplus_cells_are_found_among_unused_columns(file):
     lines = [line + ",a,b" for line in GOOD]
     lines[6] += ",c"
     with pytest.raises(InputError, match="line 7: number of cells is 6, the header has 5"):
@@ -100,11 +100,11 @@ def test_surplus_cells_are_found_among_columns_nobody_needs(file):
 def test_missing_files_and_folders(tmp_path):
     with pytest.raises(InputError, match=r"none.csv: file is missing.*Check the name"):
         read(tmp_path / "none.csv")
-    with pytest.raises(InputError, match=r"file is a folder.*Name the files"):
+    with pytest.raises(InputError, match=r"file is a folder.*Name a file"):
         read(tmp_path)
 
 
-def test_wrong_words(file):
+def test_unknown_names_are_refused(file):
     path = file(text(COLUMNS))
     with pytest.raises(InputError, match="column for the force is 'fq', the columns are 'time_s'"):
         read(path, columns={"force": "fq"})
@@ -116,27 +116,27 @@ def test_wrong_words(file):
         read(path, inwards="down")
 
 
-def test_depth_that_decreases_inwards_is_turned_round_when_asked(file):
+def test_a_depth_that_decreases_inwards_is_reversed_on_request(file):
     run = read(file(with_values(depth_m=-DEPTH)), inwards="decreasing")
     np.testing.assert_array_equal(run.depth, DEPTH)
     assert run.velocity[100] == pytest.approx(2e-3)
 
 
-def test_a_withdrawal_alone_is_no_insertion_backwards(file):
+def test_a_withdrawal_only_is_not_a_reversed_insertion(file):
     out = TIME >= 12.5
     run = read(file(text({"time_s": TIME[out], "depth_m": DEPTH[out], "force_N": FORCE[out]})))
     assert run.velocity[10] == pytest.approx(-2e-3)
 
 
-def test_a_force_with_the_other_sign_is_told_and_turned_by_its_unit(file):
+def test_a_reversed_force_is_noted_and_corrected_by_its_unit(file):
     path = file(with_values(force_N=-FORCE))
     assert any(note.kind == "sign" and "--unit force=-N" in note.message for note in read(path).notes)
     np.testing.assert_array_equal(read(path, units={"force": "-N"}).force, FORCE)
 
 
-def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
+def test_a_pipe_is_refused_without_blocking(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
-    with pytest.raises(InputError, match="no plain file"):
+    with pytest.raises(InputError, match="not a regular file"):
         read(tmp_path / "pipe.csv")
     with pytest.raises(InputError, match="null"):
         read("a\0b.csv")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Single-sample spikes are told and stay; peaks, punctures, steps and noise are none."""
+"""Single-sample spikes are noted and kept; peaks, punctures, steps and noise are not spikes."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def spiked(*samples, height=1000.0):
 
 @pytest.mark.parametrize("height", [0.8, -0.8, 5.0, -1000.0, 1e6])
 @pytest.mark.parametrize("sample", [1, 300, 1251, 2498])
-def test_a_spike_is_told_and_stays(file, sample, height):
+def test_a_spike_is_noted_and_kept(file, sample, height):
     """The force spans 1.04 N; the spike is the only sample that was changed."""
     force = spiked(sample, height=height)
     path = file(with_force(force))
@@ -39,30 +39,30 @@ def test_a_spike_is_told_and_stays(file, sample, height):
 def test_several_spikes_are_counted_and_the_largest_is_named(file):
     (note,) = glitches_of(file(with_force(spiked(0, 50, 900, 2499))))
     assert note.count == 4
-    assert "4 spikes" in note.message and "told, not removed" in note.message
+    assert "4 spikes" in note.message and "not removed" in note.message
 
 
 @pytest.mark.parametrize(
     "force",
     [
         FORCE,
-        np.where(DEPTH > 5e-3, 0.0, FORCE),  # a fall from a peak to nothing within one sample
-        np.where(np.arange(len(TIME)) == len(TIME) - 1, 1.0, 0.0),  # the first sample of a contact, then cut off
-        np.round(FORCE),  # a coarse sensor that flickers between two digits
+        np.where(DEPTH > 5e-3, 0.0, FORCE),  # a drop from a peak to zero within one sample
+        np.where(np.arange(len(TIME)) == len(TIME) - 1, 1.0, 0.0),  # the first sample of a contact at the end
+        np.round(FORCE),  # a coarse sensor that alternates between two digits
         np.where(np.arange(len(TIME)) % 97 == 0, 1.0, np.arange(len(TIME)) % 89 < 2),
         np.random.default_rng(3).standard_t(3, len(TIME)),  # noise with heavy tails
         1e-3 * (np.arange(len(TIME)) % 2),
     ],
 )
-def test_what_is_no_glitch(file, force):
+def test_features_that_are_not_glitches(file, force):
     assert not glitches_of(file(with_force(force)))
 
 
-def test_two_samples_are_no_spike_of_one(file):
+def test_a_spike_of_two_samples_is_not_a_glitch(file):
     assert not glitches_of(file(with_force(spiked(300, 301))))
 
 
-def test_recordings_of_others_have_none(recordings):
+def test_real_recordings_have_no_glitches(recordings):
     read_ones = 0
     for path in (recordings / "needle-insertion-rig").glob("*.csv"):
         try:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Cards, cells and options that nobody writes by mistake are refused in words, with their line."""
+"""Malicious cards, cells and options are refused with a message and their line."""
 
 import hashlib
 
@@ -16,12 +16,12 @@ TABLE = text({"time_s": TIME, "depth_m": DEPTH, "force_N": FORCE})
 
 @pytest.mark.parametrize("length", ["nan", "inf", "1e400", "2.7", "0", "-5", "1e300", "many", "9" * 5000])
 def test_a_filter_length_in_the_card_is_a_whole_number(file, length):
-    with pytest.raises(InputError, match=r"run.csv, line 3: filter_length in the file's card is .* is needed\. Mend"):
+    with pytest.raises(InputError, match=r"run.csv, line 3: filter_length in the file's card is .* needed\. Correct"):
         read(file(f"# needle: a\n\n# filter_length: {length}\n{TABLE}"))
 
 
 @pytest.mark.parametrize("length", ["50", "50.0", "5e1"])
-def test_a_whole_number_of_samples_may_be_written_in_any_way(file, length):
+def test_an_integer_filter_length_may_have_any_notation(file, length):
     assert read(file(f"# filter_length: {length}\n{TABLE}")).card.filter_length == 50
 
 
@@ -74,7 +74,7 @@ def test_the_filter_length_given_is_a_whole_number(file, length):
 
 
 @pytest.mark.parametrize(
-    ("header", "told"),
+    ("header", "expected"),
     [
         ("time_s,depth_m,force_N", None),
         ("time_s,depth_nm,force_N", "a travel of 2.5e-11 m"),
@@ -82,15 +82,15 @@ def test_the_filter_length_given_is_a_whole_number(file, length):
         ("time_min,depth_m,force_N", "a rate of 0.833 Hz"),
     ],
 )
-def test_stated_units_that_make_no_needle_are_told(file, header, told):
+def test_implausible_stated_units_are_noted(file, header, expected):
     """25 mm at 2 mm/s and 50 Hz, under headers with other units."""
     notes = [note.message for note in read(file(TABLE.replace("time_s,depth_m,force_N", header))).notes]
     found = [message for message in notes if message.startswith("the stated units give")]
-    assert not found if told is None else told in found[0]
+    assert not found if expected is None else expected in found[0]
 
 
 def test_millimetres_under_a_header_in_metres(file):
-    """25 mm read as 25 m, at 2 m/s: told, by the header's unit and by one given."""
+    """25 mm read as 25 m, at 2 m/s: noted for the header's unit and for a given one."""
     rows = text({"time_s": TIME, "depth_m": 1e3 * DEPTH, "force_N": FORCE})
     (note,) = [note for note in read(file(rows)).notes if note.kind == "implausible"]
     assert "a travel of 25 m and a speed of 2 m/s" in note.message and "--unit depth=mm" in note.message
@@ -100,20 +100,20 @@ def test_millimetres_under_a_header_in_metres(file):
     assert "a speed of 2 m/s" in next(note.message for note in read(file(fast)).notes if note.kind == "implausible")
 
 
-def test_the_time_of_a_force_on_its_own_may_lack_its_unit(file):
+def test_the_time_of_a_separate_force_file_needs_no_unit(file):
     motion = file(text({"time_s": TIME, "depth_m": DEPTH}), "motion.csv")
     run = read(file(text({"time": TIME, "force_N": FORCE})), motion=motion)
     np.testing.assert_array_equal(run.depth, DEPTH)
 
 
 @pytest.mark.parametrize("rows", [3, 200_000])
-def test_the_hash_is_that_of_the_whole_file(file, rows):
+def test_the_hash_covers_the_complete_file(file, rows):
     content = "time_s,depth_m,force_N\n" + "".join(f"{i / 1000},{i * 1e-6},0.0\n" for i in range(rows))
     for text_ in (content, content + "\n\n# the end\n"):
         assert read(file(text_)).card.sha256 == hashlib.sha256(text_.encode()).hexdigest()
 
 
-def test_arrays_are_one_s_own(file):
+def test_arrays_are_writable_and_independent(file):
     run = read(file(TABLE))
     run.force[:] += 1.0
     run.depth[0] = run.time[0] = 7.0

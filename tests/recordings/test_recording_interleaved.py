@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Force and pose in one table, each in rows and with times of its own."""
+"""Force and pose in one table, each with its own rows and times."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ MOVED = np.arange(-0.0073, 12.1, 0.031)  # of the pose
 
 
 def force_at(time):
-    return 0.3 * time + 0.01 * np.abs(time - 5.0)  # one rounding on every machine, alone and in an array
+    return 0.3 * time + 0.01 * np.abs(time - 5.0)  # the same rounding on every machine, for a scalar and an array
 
 
 def depth_at(time):
@@ -44,27 +44,27 @@ def kinds(recording):
 
 
 @pytest.mark.parametrize("late", [0.0, 0.009, 0.04])
-def test_each_stream_is_what_it_was(file, late):
+def test_each_stream_keeps_its_values(file, late):
     got = run(file(table(force_rows(), pose_rows(), late=late)))
     assert got.time.tolist() == CLOCK.tolist()
     np.testing.assert_array_equal(got.force, force_at(CLOCK))
     np.testing.assert_array_equal(got.axes["fx"], -CLOCK)
     np.testing.assert_allclose(got.depth, depth_at(CLOCK), atol=1e-15)
-    told = kinds(got)["interleaved"]
-    assert f"force ({len(CLOCK)})" in told.message and f"motion ({len(MOVED)})" in told.message
+    note = kinds(got)["interleaved"]
+    assert f"force ({len(CLOCK)})" in note.message and f"motion ({len(MOVED)})" in note.message
     assert not {"outside_motion", "missing", "left_out"} & set(kinds(got))
 
 
-def test_it_is_the_same_as_two_files(file):
+def test_one_file_equals_two_files(file):
     got = run(file(table(force_rows(), pose_rows())))
-    alone = file(table(force_rows()).replace("Pose Z", "nothing"), "force.csv")
-    beside = file(table(pose_rows()).replace("Force", "nothing"), "pose.csv")
-    two = read(alone, motion=beside, columns={"motion.depth": "Pose Z (mm)"}, baseline=False)
+    force_file = file(table(force_rows()).replace("Pose Z", "nothing"), "force.csv")
+    pose_file = file(table(pose_rows()).replace("Force", "nothing"), "pose.csv")
+    two = read(force_file, motion=pose_file, columns={"motion.depth": "Pose Z (mm)"}, baseline=False)
     for name in ("time", "depth", "velocity", "force"):
         np.testing.assert_array_equal(getattr(got, name), getattr(two, name))
 
 
-def test_what_lies_outside_the_motion_is_told(file):
+def test_samples_outside_the_motion_are_noted(file):
     moved = MOVED[(MOVED > 1.0) & (MOVED < 11.0)]
     got = run(file(table(force_rows(), pose_rows(moved))))
     within = CLOCK[(CLOCK >= moved[0]) & (CLOCK <= moved[-1])]
@@ -72,7 +72,7 @@ def test_what_lies_outside_the_motion_is_told(file):
     assert kinds(got)["outside_motion"].count == len(CLOCK) - len(within)
 
 
-def test_depth_that_counts_the_other_way_is_turned(file):
+def test_a_reversed_depth_is_corrected(file):
     got = run(file(table(force_rows(), pose_rows()).replace("Force Z (N)", "Force Z (-N)")), inwards="decreasing")
     np.testing.assert_allclose(got.depth, -depth_at(CLOCK), atol=1e-15)
     np.testing.assert_array_equal(got.force, -force_at(CLOCK))
@@ -85,7 +85,7 @@ def test_a_velocity_is_integrated_from_its_start(file):
     np.testing.assert_allclose(got.depth, -4e-3 + 1e-3 * (CLOCK**2 - MOVED[0] ** 2), atol=1e-15)
 
 
-def test_a_time_without_unit_is_settled_by_the_motion_for_both(file):
+def test_the_unit_of_time_of_both_streams_follows_from_the_motion(file):
     moved = MOVED.copy()
     moved[0] = 0.0
     text = table(force_rows(), pose_rows(moved)).splitlines()
@@ -94,7 +94,7 @@ def test_a_time_without_unit_is_settled_by_the_motion_for_both(file):
     np.testing.assert_allclose(got.time, CLOCK, rtol=1e-12)
 
 
-def test_rows_with_both_count_in_both_streams(file):
+def test_rows_with_both_quantities_belong_to_both_streams(file):
     shared = MOVED[::10]
     both = [(t, f"{t!r},{-t!r},{float(force_at(t))!r},{float(1e3 * depth_at(t))!r}") for t in shared.tolist()]
     got = run(file(table(force_rows(), both, pose_rows(np.setdiff1d(MOVED, shared)))))
@@ -119,12 +119,12 @@ def test_an_empty_stream_is_missing(file, streams):
         run(file(table(*streams)))
 
 
-def test_streams_that_do_not_meet_are_refused(file):
+def test_streams_that_do_not_overlap_are_refused(file):
     with pytest.raises(InputError, match=r"times of the motion is .* the force runs from 0 to"):
         run(file(table(force_rows(CLOCK[CLOCK < 1.0]), pose_rows(MOVED[MOVED > 2.0]))))
 
 
-def test_time_backwards_within_a_stream_is_refused_with_its_line(file):
+def test_a_decreasing_time_within_a_stream_is_refused_with_its_line(file):
     lines = table(force_rows(), pose_rows()).splitlines()
     own = [k for k, line in enumerate(lines) if line.endswith(",") and k]
     lines[own[50]], lines[own[51]] = lines[own[51]], lines[own[50]]
@@ -132,23 +132,23 @@ def test_time_backwards_within_a_stream_is_refused_with_its_line(file):
         run(file("\n".join(lines) + "\n"))
 
 
-def test_holes_in_a_slower_column_are_no_second_stream(file):
+def test_missing_values_in_a_slower_column_are_not_a_second_stream(file):
     depths = [repr(float(1e3 * depth_at(t))) if k % 3 == 0 else "" for k, t in enumerate(CLOCK.tolist())]
     lines = [f"{t!r},0,{float(force_at(t))!r},{depth}" for t, depth in zip(CLOCK.tolist(), depths)]
     with pytest.raises(InputError, match=r"800 of 1200 rows.*slower clock"):
         run(file("\n".join([HEADER, *lines]) + "\n"))
 
 
-def test_holes_at_random_are_no_second_stream(file):
+def test_random_missing_values_are_not_a_second_stream(file):
     draw = np.random.default_rng(5)
-    whole = [(repr(t), repr(float(force_at(t))), repr(float(1e3 * depth_at(t)))) for t in CLOCK.tolist()]
-    holed = [(t, *(cell if draw.random() > 0.1 else "" for cell in cells)) for t, *cells in whole]
-    lines = [f"{t},0,{force},{depth}" for t, force, depth in holed]
+    complete = [(repr(t), repr(float(force_at(t))), repr(float(1e3 * depth_at(t)))) for t in CLOCK.tolist()]
+    incomplete = [(t, *(cell if draw.random() > 0.1 else "" for cell in cells)) for t, *cells in complete]
+    lines = [f"{t},0,{force},{depth}" for t, force, depth in incomplete]
     with pytest.raises(InputError, match="missing or not a number"):
         run(file("\n".join([HEADER, *lines]) + "\n"))
 
 
-def test_a_last_line_cut_off_is_left_out(file):
+def test_a_truncated_last_line_is_left_out(file):
     got = run(file(table(force_rows(), pose_rows()) + "12.0999,0"))
     assert len(got) == len(CLOCK) and kinds(got)["cut_off"].count == 1
 

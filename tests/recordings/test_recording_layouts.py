@@ -20,7 +20,7 @@ COLUMNS = {"time_s": TIME, "depth_mm": DEPTH * 1e3, "force_N": FORCE}
         {"above": "\ufeff# x\r\n", "end": "\r\n", "delimiter": ";", "decimal": ","},
     ],
 )  # fmt: skip
-def test_every_dress_holds_the_same_numbers(file, dress):
+def test_every_layout_gives_the_same_values(file, dress):
     run = read(file(text(COLUMNS, **dress)))
     np.testing.assert_array_equal(run.time, TIME)
     np.testing.assert_allclose(run.depth, DEPTH, rtol=1e-15)
@@ -40,7 +40,7 @@ def test_comments_and_blank_lines_between_the_rows(file):
     np.testing.assert_array_equal(run.force, FORCE)
 
 
-def test_text_in_a_column_nobody_needs(file):
+def test_text_in_an_unused_column_is_accepted(file):
     lines = [line + f",run {i}" for i, line in enumerate(text(COLUMNS).splitlines())]
     np.testing.assert_array_equal(read(file("\n".join(lines))).force, FORCE)
 
@@ -51,9 +51,9 @@ def test_a_header_in_latin_1(file):
     np.testing.assert_allclose(run.time, TIME, rtol=1e-15)
 
 
-def test_a_large_file_is_read_in_parts(file, monkeypatch):
-    monkeypatch.setattr("needleforce.recording.table._LARGE", 0)
-    monkeypatch.setattr("needleforce.recording.table._ROWS_AT_ONCE", 77)
+def test_a_large_file_is_read_in_chunks(file, monkeypatch):
+    monkeypatch.setattr("needleforce.recording.table._CHUNKED_BYTES", 0)
+    monkeypatch.setattr("needleforce.recording.table._CHUNK_ROWS", 77)
     np.testing.assert_array_equal(read(file(text(COLUMNS))).force, FORCE)
 
 

@@ -12,12 +12,12 @@ TIME = np.arange(0.5, 19.5, 1e-3)  # of the force
 
 
 def speed(time):
-    """[m/s]: up for 5 s at 0.6 mm/s², then steady, then back: linear in pieces that meet the 60 Hz clock."""
+    """[m/s]: 5 s at 0.6 mm/s², then constant, then back: piecewise linear with corners on the 60 Hz clock."""
     return np.interp(time, [0.0, 5.0, 10.0, 15.0, 20.0], [0.0, 3e-3, 3e-3, -3e-3, -3e-3])
 
 
 def depth(time):
-    """Its integral by hand [m], from -10 mm."""
+    """Its analytic integral [m], from -10 mm."""
     t = np.asarray(time)
     up = 3e-4 * t**2
     steady = 7.5e-3 + 3e-3 * (t - 5.0)
@@ -47,21 +47,21 @@ def test_depth_is_the_exact_integral_on_the_forces_clock(tmp_path):
 
 def test_motion_and_start_given_by_the_caller(tmp_path, file):
     _, motion = two_files(tmp_path)
-    alone = file(text({"t_s": TIME, "fz_N": FORCE}), "alone.csv")
-    np.testing.assert_allclose(read(alone, motion=motion, start_depth=-10e-3).depth, depth(TIME), atol=1e-15)
+    force_file = file(text({"t_s": TIME, "fz_N": FORCE}), "alone.csv")
+    np.testing.assert_allclose(read(force_file, motion=motion, start_depth=-10e-3).depth, depth(TIME), atol=1e-15)
     with pytest.raises(InputError, match=r"motion.csv: depth at the first sample is unknown"):
-        read(alone, motion=motion)
+        read(force_file, motion=motion)
 
 
 def test_a_motion_with_its_own_columns_and_units(file):
-    alone = file(text({"t_s": TIME, "fz_N": FORCE}), "alone.csv")
+    force_file = file(text({"t_s": TIME, "fz_N": FORCE}), "alone.csv")
     motion = file(text({"tick": CLOCK * 1e3, "stage": depth(CLOCK) * 1e3}), "stage.csv")
-    run = read(alone, motion=motion, columns={"motion.time": "tick", "motion.depth": "stage"},
+    run = read(force_file, motion=motion, columns={"motion.time": "tick", "motion.depth": "stage"},
                units={"motion.time": "ms", "motion.depth": "mm"})  # fmt: skip
     np.testing.assert_allclose(run.depth, depth(TIME), atol=6e-4 * (1 / 60.0) ** 2 / 4)  # chord of a parabola
 
 
-def test_force_outside_the_motion_is_left_out_and_told(tmp_path):
+def test_force_outside_the_motion_is_left_out_with_a_note(tmp_path):
     force, motion = two_files(tmp_path, start_depth=-10e-3)
     late = CLOCK >= 1.0
     write_columns({"time": CLOCK[late], "velocity": speed(CLOCK[late])}, motion, start_depth=float(depth(1.0)))
@@ -70,7 +70,7 @@ def test_force_outside_the_motion_is_left_out_and_told(tmp_path):
     assert [note.count for note in run.notes if note.kind == "outside_motion"] == [500]
 
 
-def test_clocks_that_do_not_meet(tmp_path):
+def test_clocks_that_do_not_overlap_are_refused(tmp_path):
     force, motion = two_files(tmp_path)
     write_columns({"time": CLOCK + 100.0, "velocity": speed(CLOCK)}, motion, start_depth=0.0)
     with pytest.raises(InputError, match=r"times of the motion is 100 to 120 s, the force runs from 0.5 to 19.499 s"):
@@ -84,10 +84,10 @@ def test_depth_from_a_velocity_in_the_same_file(file):
     assert "depth is the integral of the velocity" in " ".join(run.card.assumptions)
 
 
-def test_a_speed_without_sign_takes_it_from_the_depth(file):
+def test_a_speed_gets_the_sign_of_the_change_of_depth(file):
     rows = {"time_s": TIME, "depth_m": depth(TIME), "speed_m_s": np.abs(speed(TIME)), "force_N": FORCE}
     run = read(file(text(rows)))
-    turn = np.abs(TIME - 12.5) < 0.05  # the difference over 50 ms turns within it
+    turn = np.abs(TIME - 12.5) < 0.05  # the reversal within the window of 50 ms
     np.testing.assert_allclose(run.velocity[~turn], speed(TIME)[~turn], atol=1e-15)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings as Parquet: exact, like CSV in all that can be asked, and refused in words."""
+"""Recordings as Parquet: exact, with the options of CSV, and refused with a message."""
 
 import datetime
 import decimal
@@ -29,7 +29,7 @@ def stored(tmp_path):
 
 
 def awkward(size=500):
-    """Numbers that no short decimal holds, an axis, and a card with everything in it."""
+    """Values without a short decimal form, an axis, and a complete card."""
     draw = np.random.default_rng(7)
     time = np.cumsum(draw.uniform(1e-4, 1e-2, size))
     force = np.cumsum(draw.exponential(0.01, size)) * np.pi
@@ -41,13 +41,13 @@ def awkward(size=500):
 def test_written_and_read_is_the_same_bit_for_bit_as_from_csv(tmp_path):
     run = awkward()
     back = read(write(run, tmp_path / "run.parquet"), baseline=False)
-    beside = read(write(run, tmp_path / "run.csv"), baseline=False)
+    from_csv = read(write(run, tmp_path / "run.csv"), baseline=False)
     for name in NAMES:
         assert getattr(back, name).tobytes() == getattr(run, name).tobytes()
     assert back.axes["fx"].tobytes() == run.axes["fx"].tobytes() and set(back.axes) == {"fx"}
     for name in ("needle", "tissue", "rig", "filter_length", "assumptions"):
         assert getattr(back.card, name) == getattr(run.card, name)
-    assert back.notes == beside.notes and Note("sign", "of life", 3) in back.notes
+    assert back.notes == from_csv.notes and Note("sign", "of life", 3) in back.notes
 
 
 def test_any_tool_reads_what_is_written(tmp_path):
@@ -59,14 +59,14 @@ def test_any_tool_reads_what_is_written(tmp_path):
     assert (frame["force_N"].to_numpy() == run.force).all()
 
 
-def test_same_data_same_bytes_and_no_part_left(tmp_path):
+def test_same_data_give_same_bytes_and_no_temporary_file(tmp_path):
     run = awkward()
     assert write(run, tmp_path / "a.parquet").read_bytes() == write(run, tmp_path / "b.parquet").read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.parquet", "b.parquet"]
 
 
 @pytest.mark.parametrize("value, match", [(np.nan, "force is not finite"), (np.inf, "force is not finite")])
-def test_what_no_reader_would_take_is_not_written(tmp_path, value, match):
+def test_invalid_values_are_not_written(tmp_path, value, match):
     force = FORCE.copy()
     force[5] = value
     with pytest.raises(InputError, match=match):
@@ -102,9 +102,9 @@ def test_other_types_names_units_and_columns(stored):
     np.testing.assert_allclose(run.force, FORCE, atol=1e-12)
 
 
-def test_a_unit_is_assumed_or_asked_for_as_in_text(stored):
+def test_units_are_assumed_or_required_as_in_text_files(stored):
     run = read(stored({"time": TIME * 1e6, "pz": DEPTH * 1e3, "fz": FORCE}))
-    assert any("time is taken to be in us" in sentence for sentence in run.card.assumptions)
+    assert any("time is assumed to be in us" in sentence for sentence in run.card.assumptions)
     np.testing.assert_allclose(run.time, TIME, atol=1e-12)
     with pytest.raises(InputError, match="--column depth=NAME"):
         read(stored({"time": TIME, "way": DEPTH, "force": FORCE}))
@@ -142,19 +142,19 @@ def test_nulls_are_missing_values(stored):
     ],
     ids=["text", "decimal", "truth", "struct", "list"],
 )
-def test_what_is_no_number_is_refused_with_its_column(stored, values):
+def test_a_column_without_numbers_is_refused_by_name(stored, values):
     with pytest.raises(InputError, match=r"force \(column 'fz'\) is of type .*a column of numbers is needed"):
         read(stored({"time_s": TIME, "depth_m": DEPTH, "fz": values}))
 
 
-def test_time_that_runs_back_is_told_with_its_row(stored):
+def test_a_decreasing_time_is_refused_with_its_row(stored):
     time = TIME.copy()
     time[200] = 0.0
     with pytest.raises(InputError, match="row 201: time is 0 after"):
         read(stored({"time_s": time, "depth_m": DEPTH, "force_N": FORCE}))
 
 
-def test_a_motion_beside_a_force_may_be_parquet_too(stored):
+def test_a_motion_file_may_be_parquet(stored):
     clock = np.arange(-0.01, TIME[-1] + 0.1, 0.05)
     depth = np.interp(clock, TIME, DEPTH)
     motion = stored({"time_s": clock, "depth_m": depth}, "motion.parquet")
@@ -167,12 +167,12 @@ def test_a_file_without_rows_is_refused(stored):
         read(stored({"time_s": TIME[:0], "depth_m": DEPTH[:0], "force_N": FORCE[:0]}))
 
 
-def test_damaged_files_are_refused_or_read_and_never_otherwise(tmp_path):
+def test_damaged_files_are_refused_or_read_without_other_errors(tmp_path):
     run = awkward(300)
-    whole = write(run, tmp_path / "whole.parquet").read_bytes()
+    complete = write(run, tmp_path / "whole.parquet").read_bytes()
     draw, path, refused = np.random.default_rng(3), tmp_path / "run.parquet", 0
     for number in range(400):
-        data = bytearray(whole)
+        data = bytearray(complete)
         if number % 4 == 0:
             del data[int(draw.integers(4, len(data))) :]
         else:
@@ -184,8 +184,8 @@ def test_damaged_files_are_refused_or_read_and_never_otherwise(tmp_path):
         except InputError as error:
             assert "run.parquet" in str(error)
             refused += 1
-        else:  # what a checksum covers is never other numbers
+        else:  # data with a checksum are never read as other values
             assert len(back) == len(run)
-            for name in NAMES:  # damage may hide a column: then it is made of the others
+            for name in NAMES:  # damage may hide a column, which is then computed from the others
                 assert name == "velocity" or (getattr(back, name) == getattr(run, name)).all()
     assert refused > 250

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings of others; expected values come from the README beside them."""
+"""Published recordings; expected values are those of their README."""
 
 import numpy as np
 import pytest
@@ -36,8 +36,8 @@ def test_given_units_and_assumed_ones_are_the_same(recordings):
     for name in ("time", "depth", "velocity", "force"):
         np.testing.assert_array_equal(getattr(given, name), getattr(assumed, name))
     assert list(given.axes) == ["fx", "fy", "tx"]
-    told = " ".join(assumed.card.assumptions)
-    assert "time is taken to be in us" in told and "depth is taken to be in mm" in told
+    sentences = " ".join(assumed.card.assumptions)
+    assert "time is assumed to be in us" in sentences and "depth is assumed to be in mm" in sentences
 
 
 def test_a_static_recording_has_constant_depth(recordings):

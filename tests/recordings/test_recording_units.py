@@ -8,7 +8,7 @@ from needleforce.units import find, parse
 
 @pytest.mark.parametrize(
     "text, dimension, si",
-    [  # NIST SP 811, appendix B: exact but for the digits given
+    [  # NIST SP 811, appendix B: exact to the digits given
         ("lbf", "force", 4.4482216152605), ("kgf", "force", 9.80665), ("gf", "force", 9.80665e-3),
         ("mN", "force", 1e-3), ("kN", "force", 1e3), ("in", "length", 0.0254), ("µm", "length", 1e-6),
         ("μm", "length", 1e-6), ("us", "time", 1e-6), ("min", "time", 60.0), ("N·mm", "torque", 1e-3),
@@ -21,15 +21,15 @@ def test_one_unit_in_si(text, dimension, si):
 
 
 def test_prefixes_keep_their_case():
-    assert find("MN", "force") is None  # meganewton is no millinewton
+    assert find("MN", "force") is None  # a meganewton is not a millinewton
     assert find("Ms", "time") is None
 
 
-def test_a_length_is_no_force():
+def test_a_unit_of_length_is_not_a_unit_of_force():
     assert find("mm", "force") is None
 
 
-def test_dividing_by_whole_numbers_rounds_once():
+def test_conversion_by_an_integer_rounds_once():
     microseconds = np.arange(0, 10**6, 9973, dtype=float)
     assert (find("us", "time").to_si(microseconds) == microseconds / 1e6).all()
 

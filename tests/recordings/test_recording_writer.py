@@ -15,7 +15,7 @@ NAMES = ("time", "depth", "velocity", "force")
 
 @st.composite
 def recordings(draw):
-    """Any finite values that are an insertion: time and depth increase, force does not fall."""
+    """Random finite values of an insertion: time and depth increase, force does not decrease."""
     size = draw(st.integers(2, 30))
     time = np.cumsum(draw(arrays(float, size, elements=st.floats(1e-6, 10.0))))
     depth = np.cumsum(draw(arrays(float, size, elements=st.floats(1e-9, 1e-2)))) - draw(st.floats(0.0, 1.0))
@@ -54,7 +54,7 @@ def test_the_file_is_plain(run, tmp_path):
     assert lines[3] == b"0.01,1e-05,0.001,0.0033333333333333335"
 
 
-def test_same_data_same_bytes(run, tmp_path):
+def test_same_data_give_same_bytes(run, tmp_path):
     assert write(run, tmp_path / "a.csv").read_bytes() == write(run, tmp_path / "b.csv").read_bytes()
 
 
@@ -65,7 +65,7 @@ def test_a_second_reading_and_writing_adds_nothing(run, tmp_path):
     assert {note.kind for note in twice.notes} == {note.kind for note in once.notes} | {"origin"}
 
 
-def test_nothing_is_left_half_written(run, tmp_path, monkeypatch):
+def test_a_failed_write_leaves_the_old_file(run, tmp_path, monkeypatch):
     target = tmp_path / "run.csv"
     target.write_text("before")
 
@@ -87,12 +87,12 @@ def test_nothing_is_left_half_written(run, tmp_path, monkeypatch):
         ({"axes": {"sparkle": np.zeros(1000)}}, "axis is 'sparkle', known are"),
     ],
 )
-def test_what_is_no_recording_is_not_written(run, tmp_path, change, message):
+def test_invalid_recordings_are_not_written(run, tmp_path, change, message):
     with pytest.raises(InputError, match=message):
         write(Recording(**(vars(run) | change)), tmp_path / "run.csv")
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_that_is_not_there(run, tmp_path):
+def test_a_missing_folder_is_refused(run, tmp_path):
     with pytest.raises(InputError, match="file is not written"):
         write(run, tmp_path / "none" / "run.csv")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Insertions in closed form, with the numbers of the one-layer experiment the models start from."""
+"""Insertions in closed form, with the parameters of the paper's one-layer experiment."""
 
 import numpy as np
 
@@ -11,14 +11,14 @@ PEAK, FRICTION, CUTTING = 0.2101, 18.6, 0.0776  # [N], [N/m], [N]
 
 
 def travel(speed: float, depth: float, hold: float, withdraw: bool, rate: float, rest: float) -> np.ndarray:
-    """Depth [m] at ``rate`` [Hz]: rest, in to ``depth``, hold, out again, rest."""
+    """Depth [m] at ``rate`` [Hz]: rest, insertion to ``depth``, hold, withdrawal, rest."""
     times = np.cumsum([0.0, rest, depth / speed, hold, depth / speed if withdraw else 0.0, rest if withdraw else 0.0])
     depths = [0.0, 0.0, depth, depth, 0.0 if withdraw else depth, 0.0 if withdraw else depth]
     return np.interp(np.arange(0.0, times[-1], 1.0 / rate), times, depths)
 
 
 def tissue_force(depth: np.ndarray) -> np.ndarray:
-    """The force [N] of one pass: a cone, then friction and cutting; friction alone at rest and outwards."""
+    """The force [N] of one pass: a cone, then friction and cutting; only friction at rest and during withdrawal."""
     indentation = np.maximum(depth - CONTACT, 0.0)
     inwards = np.diff(depth, append=depth[-1]) > 0
     outwards = np.diff(depth, append=depth[-1]) < 0
@@ -48,7 +48,7 @@ def paper_insertion(
 
 
 def part(run: Recording, first: int, last: int) -> Recording:
-    """The samples from ``first`` up to ``last`` as a recording of their own."""
+    """The samples from ``first`` up to ``last`` as a recording."""
     cut = slice(first, last)
     return Recording(run.time[cut], run.depth[cut], run.velocity[cut], run.force[cut], card=run.card)
 

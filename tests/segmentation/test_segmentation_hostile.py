@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whatever a recording holds, segmentation answers; only its own options can be refused."""
+"""Segmentation raises no error for any recording; only its options can be refused."""
 
 import warnings
 
@@ -19,12 +19,12 @@ def noise_free(friction=FRICTION, depth=20e-3, rate=100.0, back=-1.0):
     inside = np.maximum(z - CONTACT, 0.0)
     pierced, inwards = np.maximum.accumulate(z) > PUNCTURE, np.diff(z, append=z[-1]) >= 0
     force = np.where(pierced, friction * inside * np.where(inwards, 1, -1), PEAK * (inside / (PUNCTURE - CONTACT)) ** 2)
-    whole = Recording(time, z, np.gradient(z, time), force)
-    return part(whole, 0, len(z) - int(np.argmax(z[::-1] > back)))
+    complete = Recording(time, z, np.gradient(z, time), force)
+    return part(complete, 0, len(z) - int(np.argmax(z[::-1] > back)))
 
 
-def test_a_simulation_cut_anywhere_is_answered():
-    """510 of the cuts lie in the withdrawal; a sum of squares slightly below zero broke 92 of them."""
+def test_a_truncated_simulation_has_a_status():
+    """510 of the truncated recordings end in the withdrawal; a sum of squares below zero once failed for 92 of them."""
     run = nf.simulate(nf.preset("physical"), nf.Motion.insert(-4e-3, 3e-3, 16e-3), 100.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -34,7 +34,7 @@ def test_a_simulation_cut_anywhere_is_answered():
 
 
 def test_a_needle_that_rests_while_the_force_rises():
-    """The depth of the fit does not move: nothing is divided by it."""
+    """The depth in the fit is constant: there is no division by its range."""
     z = np.r_[np.zeros(300), np.linspace(0, 1e-2, 100)]
     force = np.r_[np.zeros(100), np.linspace(0, 1, 300)]
     with warnings.catch_warnings():
@@ -43,7 +43,7 @@ def test_a_needle_that_rests_while_the_force_rises():
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_random_recordings_are_answered(seed):
+def test_random_recordings_raise_no_error(seed):
     random = np.random.default_rng(seed)
     count = int(random.integers(0, 400))
     time = np.cumsum(random.exponential(0.01, count) + 1e-6)
@@ -60,39 +60,39 @@ def test_a_time_that_does_not_increase_is_unreadable(time):
     assert events.status == "unreadable" and "time does not increase" in events.notes[0]
 
 
-def test_without_friction_a_whole_recording_is_whole():
-    """No pull shows where the needle leaves: that is said, and nothing of a recording cut off."""
+def test_a_complete_recording_without_friction_is_complete():
+    """No tension shows the exit: that is noted, and the recording is not called incomplete."""
     for friction in (0.0, 1e-3):
         events = segment(noise_free(friction))
         assert events.status == "ok" and len(events.punctures) == 1
-        assert not any("cut off" in note for note in events.notes)
+        assert not any("incomplete" in note for note in events.notes)
         if events.exit is None:
-            assert "no pull" in events.notes[-1]
+            assert "no tension" in events.notes[-1]
         else:
             assert events.exit.depth == pytest.approx(CONTACT, abs=0.5e-3)
     assert segment(noise_free(0.0)).exit is None
 
 
-def test_a_withdrawal_that_ends_inside_is_cut_off():
+def test_a_withdrawal_that_ends_in_tissue_is_incomplete():
     events = segment(noise_free(0.0, back=CONTACT + 2e-3))
     assert events.status == "incomplete" and "ends below the contact depth" in events.notes[-1]
 
 
-def test_a_force_that_stays_away_is_told_apart():
+def test_a_force_that_does_not_return_to_its_baseline_is_incomplete():
     run = noise_free(0.0)
     run.force[len(run) // 2 :] = 0.5 * PEAK
     events = segment(run)
     assert events.status == "incomplete" and "not at its baseline" in events.notes[-1]
 
 
-def test_one_spike_is_named_where_no_contact_is_seen():
+def test_a_spike_is_named_if_no_contact_is_found():
     run = paper_insertion(rate=100.0)
     run.force[250] = 5000.0
     events = segment(run)
     assert events.status == "no_contact"
     assert "spike" in events.notes[0] and "5000 N at 2.5 s" in events.notes[0]
     run.force[:] = 0.0
-    assert "never leaves its baseline" in segment(run).notes[0]
+    assert "never exceeds the noise" in segment(run).notes[0]
 
 
 @pytest.mark.parametrize(

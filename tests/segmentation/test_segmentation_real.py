@@ -16,7 +16,7 @@ from needleforce.recording import read
 from needleforce.segmentation import segment
 
 TABLE = Path(__file__).with_name("eye_readings.csv")
-READING = 0.15  # [mm] half a grid step, and the width of the line
+READING = 0.15  # [mm] half a grid step plus the width of the line
 
 
 def rows():
@@ -35,13 +35,13 @@ def depths(text):
 
 
 def near(depth, readings):
-    """A peak may lie 0.4 mm before the edge that the eye read, and hardly after it."""
+    """A peak may be up to 0.4 mm before the edge that was read by eye, and hardly after it."""
     return any(-0.4 <= depth - each <= READING for each in readings)
 
 
 @pytest.fixture(scope="module", params=[1, 0], ids=["odd", "even"])
 def half(request, recordings):
-    """Eye reading, recording and events of every file of one half that can be read."""
+    """Eye reading, recording and events of every readable file of one half."""
     found = []
     for row in rows():
         if repeat(row["recording"]) % 2 != request.param:
@@ -64,7 +64,7 @@ def test_the_table_has_every_file(recordings):
     assert {row["recording"] for row in rows()} == files
 
 
-def test_contact_is_where_the_eye_saw_it(half):
+def test_contact_agrees_with_the_eye_reading(half):
     errors = []
     for row, run, events in half:
         assert (events.contact is None) == (not row["contact"]), row["recording"]
@@ -79,7 +79,7 @@ def test_contact_is_where_the_eye_saw_it(half):
     assert np.mean(np.array(errors) < 4 * READING) > 0.9
 
 
-def test_punctures_are_those_the_eye_calls_so(half):
+def test_punctures_agree_with_the_eye_readings(half):
     missed, false, wanted = [], [], 0
     for row, _, events in half:
         sharp, soft = depths(row["punctures"]), depths(row["doubtful"])
@@ -92,7 +92,7 @@ def test_punctures_are_those_the_eye_calls_so(half):
     assert len(false) <= 0.03 * wanted, false
 
 
-def test_exit_lies_between_the_last_step_and_the_return_to_the_baseline(half):
+def test_exit_is_between_the_last_step_and_the_return_to_the_baseline(half):
     outside = []
     for row, run, events in half:
         if not row["contact"]:

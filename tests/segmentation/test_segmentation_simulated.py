@@ -7,12 +7,12 @@ from closed_form import CONTACT, CUTTING, FRICTION, PEAK, PUNCTURE, joined, pape
 
 from needleforce.segmentation import segment
 
-SLOPE = 2 * PEAK / (PUNCTURE - CONTACT)  # [N/m] just before the puncture: what half a filter's delay costs
+SLOPE = 2 * PEAK / (PUNCTURE - CONTACT)  # [N/m] just before the puncture: for the error by half the filter's delay
 DROP = PEAK - FRICTION * (PUNCTURE - CONTACT) - CUTTING
 
 
 def crossing(run, depth):
-    """The last sample before ``depth`` on the way in."""
+    """The last sample before ``depth`` in the insertion stroke."""
     return int(np.argmax(run.depth > depth)) - 1
 
 
@@ -25,7 +25,7 @@ def check_order(run, events):
 @pytest.mark.parametrize("speed", [1e-3, 3e-3])
 @pytest.mark.parametrize("length", [1, 10, 50])
 @pytest.mark.parametrize("noise", [0.2e-3, 1e-3, 3e-3, 5e-3])
-def test_events_are_where_they_were_put(speed, length, noise):
+def test_events_agree_with_the_closed_form(speed, length, noise):
     """Contact: 0.2 mm at the noise of a good sensor, 0.4 mm at 5 mN where the first 0.5 mm are below the noise."""
     run = paper_insertion(speed=speed, noise=noise, length=length)
     events = segment(run)
@@ -46,8 +46,8 @@ def test_events_are_where_they_were_put(speed, length, noise):
     check_order(run, events)
 
 
-def test_the_interval_holds_contact_and_puncture_over_many_seeds():
-    """3 sd on the early side and 5 sd on the late one: a miss in 50 seeds would already be one too many."""
+def test_the_interval_contains_contact_and_puncture_for_many_seeds():
+    """3 sd on the early side and 5 sd on the late one: none of 50 seeds may fail."""
     for seed in range(50):
         run = paper_insertion(speed=3e-3, noise=3e-3, seed=seed)
         events = segment(run)
@@ -78,8 +78,8 @@ def test_small_and_large_forces(scale):
 
 @pytest.mark.parametrize("drift", [-20e-3, 20e-3])
 @pytest.mark.parametrize("withdraw", [True, False])
-def test_a_slow_drift_is_no_contact(drift, withdraw):
-    """A tenth of the peak over the recording; without a withdrawal nothing tells how much of it there was."""
+def test_a_slow_drift_is_not_a_contact(drift, withdraw):
+    """10 % of the peak over the recording; without a withdrawal the drift is not identifiable."""
     run = paper_insertion(withdraw=withdraw, extra=lambda t, z: drift * t / t[-1])
     assert segment(run).contact.depth == pytest.approx(CONTACT, abs=0.2e-3 if withdraw else 0.4e-3)
     if withdraw:
@@ -87,8 +87,8 @@ def test_a_slow_drift_is_no_contact(drift, withdraw):
 
 
 @pytest.mark.parametrize("period", [0.5e-3, 1e-3, 2e-3])
-def test_a_stage_that_swings_is_no_contact(period):
-    """5 mN, as measured stages do, beside a peak of 0.2 N: the contact is less certain, and says so."""
+def test_an_oscillating_stage_is_not_a_contact(period):
+    """5 mN, as measured on stages, with a peak of 0.2 N: the contact is less certain, and its bounds show it."""
     run = paper_insertion(extra=lambda t, z: 5e-3 * np.sin(2 * np.pi * z / period))
     events = segment(run)
     assert len(events.punctures) == 1
@@ -115,7 +115,7 @@ def test_without_hold_there_is_no_hold():
 
 
 def second_pass(seed=2):
-    """Friction alone, on a needle that follows its own hole."""
+    """Only friction, for a needle that follows its own hole."""
     run = paper_insertion(seed=seed, scale=0.0)
     moving = np.sign(np.diff(run.depth, append=run.depth[-1]))
     run.force[:] += FRICTION * np.maximum(run.depth - CONTACT, 0.0) * np.where(moving < 0, -1.0, 1.0)
@@ -147,7 +147,7 @@ def test_two_passes_in_one_recording():
         ((37_000, 40_000), "ok", 1),
     ],
 )
-def test_a_recording_cut_off_keeps_what_it_has(ends, status, punctures):
+def test_a_truncated_recording_keeps_its_events(ends, status, punctures):
     for end in ends:
         run = part(paper_insertion(), 0, end)
         events = segment(run)
@@ -155,7 +155,7 @@ def test_a_recording_cut_off_keeps_what_it_has(ends, status, punctures):
         assert end == 0 or check_order(run, events) is None
 
 
-def test_a_needle_that_rests_on_its_way_is_not_pierced_by_relaxation():
+def test_relaxation_during_a_stop_is_not_a_puncture():
     run = paper_insertion(withdraw=False, hold=0.0)
     at = crossing(run, PUNCTURE - 1e-3)
     rest = np.full(5000, at)

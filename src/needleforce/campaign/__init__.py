@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Campaigns: many recordings of many conditions, identified together, each accounted for."""
+"""Campaigns: many recordings of several conditions, identified together, with a result for every recording."""
 
 from .anomaly import Anomaly
 from .campaign import campaign

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a folder of recordings to a campaign: every condition identified, every recording accounted for."""
+"""``campaign``: identify every condition in a folder of recordings, with a result for every recording."""
 
 import dataclasses
 import os
@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from ..core import Needle
 from ..errors import InputError
 from ..recording import read
 from .anomaly import INVALIDATING, Anomaly
-from .condition import Read, condition
+from .condition import LoadedFile, condition
 from .conditions import Label, grouped, label_files
 from .labels import REPEATS, find_files
 from .outliers import wrong_labels
@@ -26,7 +27,7 @@ def campaign(
     pattern: str | None = None,
     mapping: str | os.PathLike | None = None,
     model: str | None = None,
-    needle=None,
+    needle: Needle | None = None,
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
     inwards: str = "increasing",
@@ -34,72 +35,104 @@ def campaign(
     repeats: Collection[str] = REPEATS,
     progress: Progress | None = None,
 ) -> Campaign:
-    """Identifies every condition of a campaign. The same files give the same result, in whatever order they come.
+    """Identify every condition of a campaign.
 
-    ``source`` is a folder, a glob, or a list of files, folders and globs. What a file is of comes from its name by
-    ``pattern``, such as ``"{specimen}_{speed_mm_s}_{repeat}"``, else from ``mapping``, a CSV table with a column
-    ``file`` and any others, else from the card in the file. Files with equal fields, but for those in ``repeats``, are
-    repeats of one condition; a file that nothing assigns to one is identified by itself.
+    The result does not depend on the order of the files. Each file is read once, and only the arrays of one condition
+    are in memory at a time. A file that cannot be read or identified is part of the result, with its status.
 
-    ``model`` and ``needle`` go to ``identify``, ``columns``, ``units``, ``inwards`` and ``filter_length`` to ``read``;
-    ``progress(iterable, text)`` wraps the work over files. Each file is read once, and only the arrays of one condition
-    are held at a time. A file that cannot be read, or cannot answer, is kept with its status and stops nothing.
+    Parameters
+    ----------
+    source : str, os.PathLike or iterable of them
+        A folder, a glob, or a list of files, folders and globs.
+    pattern : str, optional
+        Pattern of the file names, such as ``"{specimen}_{speed_mm_s}_{repeat}"``, from which the fields of a file are
+        read.
+    mapping : str or os.PathLike, optional
+        CSV table with a column ``file`` and one column for each field, for files that do not match the pattern. Without
+        either, the fields are read from the card in the file.
+    model : str, optional
+        Name of the model, as for ``identify``.
+    needle : Needle, optional
+        The needle, as for ``identify``.
+    columns, units, inwards, filter_length
+        As for ``read``.
+    repeats : collection of str
+        Fields in which repeats of one condition differ. Files with equal other fields are repeats of one condition; a
+        file without fields is identified by itself.
+    progress : callable, optional
+        ``progress(iterable, text)`` wraps the work over files, for a progress bar.
 
-    Raises InputError for a source without files, a pattern that fits none of them, a mapping that cannot be read and an
-    unknown model.
+    Returns
+    -------
+    Campaign
+        The conditions and the recordings without condition.
+
+    Raises
+    ------
+    InputError
+        A source without files, a pattern that matches none of them, a mapping that cannot be read, or an unknown model.
     """
     labels, notes = label_files(find_files(source), pattern, mapping)
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
-    found = list(_conditions(grouped(labels, repeats), repeats, options, model, needle, progress))
+    groups = grouped(labels, repeats)
+    found = list(_conditions(groups, repeats, options, model=model, needle=needle, progress=progress))
     conditions = _with_wrong_labels([each for each in found if each.recordings[0].fields])
     others = [each.recordings[0] for each in found if not each.recordings[0].fields]
-    whys = {label.file.name: label.why for label in labels}
-    return Campaign(tuple(conditions), tuple(_of_none(each, whys[each.file]) for each in others), tuple(notes))
+    reasons = {label.file.name: label.why for label in labels}
+    without = tuple(_without_condition(each, reasons[each.file]) for each in others)
+    return Campaign(tuple(conditions), without, tuple(notes))
 
 
 def _conditions(
-    groups: list[list[Label]], repeats: Collection[str], options: dict, model, needle, progress: Progress | None
+    groups: list[list[Label]],
+    repeats: Collection[str],
+    options: dict[str, Any],
+    *,
+    model: str | None,
+    needle: Needle | None,
+    progress: Progress | None,
 ) -> Iterator[Condition]:
-    """One condition after the other; the files of each are dropped before the next is read."""
+    """One condition after the other; the recordings of each are released before the next is read."""
     files = [(label, label is group[-1]) for group in groups for label in group]
-    held: list[Read] = []
+    loaded: list[LoadedFile] = []
     for label, last in progress(files, "identifying") if progress else files:
-        held.append(_read(label, options))
+        loaded.append(_load(label, options))
         if last:
-            yield condition(held, label.condition(repeats), model, needle)
-            held = []
+            yield condition(loaded, label.condition(repeats), model, needle)
+            loaded = []
 
 
-def _read(label: Label, options: dict) -> Read:
+def _load(label: Label, options: dict[str, Any]) -> LoadedFile:
     try:
-        return Read(label, read(label.file.path, **options))
+        return LoadedFile(label, read(label.file.path, **options))
     except (InputError, OSError) as error:
-        return Read(label, None, str(error))
+        return LoadedFile(label, None, str(error))
 
 
 def _with_wrong_labels(conditions: list[Condition]) -> list[Condition]:
-    """The conditions with what only a look at all of them shows."""
+    """The conditions with anomalies of labels, which are found only by comparing all conditions."""
     curves = {each.name: {one.file: one.curve for one in each.recordings if _comparable(one)} for each in conditions}
     pooled = {
         each.name: [one.file for one in each.recordings if one.pooled and _comparable(one)] for each in conditions
     }
-    with np.errstate(all="ignore"):  # a distance to numbers too large for a force is no distance
-        odd = dict(wrong_labels(curves, pooled))
+    with np.errstate(all="ignore"):  # values too large for a force give distances that are not finite
+        mislabelled = dict(wrong_labels(curves, pooled))
     return [
-        dataclasses.replace(each, recordings=tuple(_with(one, odd.get(one.file)) for one in each.recordings))
+        dataclasses.replace(each, recordings=tuple(_with(one, mislabelled.get(one.file)) for one in each.recordings))
         for each in conditions
     ]
 
 
 def _comparable(one: RecordingResult) -> bool:
-    """A force of another sign, unit or range is no one's curve."""
+    """Whether the loading curve can be compared: it exists, and its sign, unit and range are valid."""
     return len(one.curve) > 0 and not any(each.kind in INVALIDATING for each in one.anomalies)
 
 
-def _of_none(one: RecordingResult, why: str) -> RecordingResult:
-    oddity = Anomaly("no_condition", "", float("nan"), float("nan"), "", why)
-    return dataclasses.replace(one, anomalies=(*one.anomalies, oddity), pooled=False)
+def _without_condition(one: RecordingResult, reason: str) -> RecordingResult:
+    nan = float("nan")
+    anomaly = Anomaly(kind="no_condition", quantity="", value=nan, usual=nan, unit="", sentence=reason)
+    return dataclasses.replace(one, anomalies=(*one.anomalies, anomaly), pooled=False)
 
 
-def _with(one: RecordingResult, oddity: Anomaly | None) -> RecordingResult:
-    return one if oddity is None else dataclasses.replace(one, anomalies=(*one.anomalies, oddity))
+def _with(one: RecordingResult, anomaly: Anomaly | None) -> RecordingResult:
+    return one if anomaly is None else dataclasses.replace(one, anomalies=(*one.anomalies, anomaly))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which files a campaign is made of, and what is known of each: fields read from its name by a pattern such as
+"""The files of a campaign and their fields, read from the names by a pattern such as
 ``{specimen}_{speed_mm_s}_{repeat}``, or from a CSV table with a column ``file``."""
 
 import csv
@@ -9,36 +9,37 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import NoReturn
 
 from ..errors import InputError
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
-_EXAMPLE = "Write for example {specimen}_{speed_mm_s}_{repeat}."
-_NEXT = "Give a CSV table with a column file, and one column for each field."
+_EXAMPLE = "Give for example {specimen}_{speed_mm_s}_{repeat}."
+_NEXT = "Give a CSV table with a column named file and one column for each field."
 COLUMNS = ("file", "pooled", "status", "quantity", "value", "low", "high", "unit", "identifiable", "outlier", "why")
-"""The table's own columns: a field of the same name would hide one."""
+"""Columns of the campaign's table, which cannot be names of fields."""
 REPEATS = ("repeat", "date", "file", "time", "run")
-"""Fields in which repeats of one condition differ."""
+"""Default fields in which repeats of one condition differ."""
 
 
 @dataclass(frozen=True, order=True)
 class File:
-    """A file by its ``name``: its path below the folder that all files share, with ``/`` on every system."""
+    """A file; ``name`` is its path relative to the common folder of all files, with ``/`` on every system."""
 
     name: str
     path: Path
 
 
 def find_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> list[File]:
-    """The files of a folder (with its subfolders), of a glob, or of a list of files, folders and globs; each once.
+    """The files of a folder (with its subfolders), of a glob, or of a list of files, folders and globs, sorted by name.
 
-    Of a folder only those with one of ``EXTENSIONS`` count; a file that is named counts whatever it is called, so that
-    one that is not there is told with the rest. Sorted by name. Raises InputError where a folder or glob holds none.
+    From a folder only files with one of ``EXTENSIONS`` are used; a file that is given by its name is always used, so
+    that a missing one is part of the result. Raises InputError if a folder or glob contains no file.
     """
     given = [source] if isinstance(source, str | os.PathLike) else list(source)
     paths = sorted({Path(os.path.abspath(path)) for each in given for path in _expanded(each)})
     if not paths:
-        raise InputError("source", "empty", "nothing to identify", next_step="Give a folder, a glob or files.")
+        raise InputError("source", "empty", "no file to identify", next_step="Give a folder, a glob or files.")
     common = Path(os.path.commonpath([path.parent for path in paths]))
     return sorted(File(path.relative_to(common).as_posix(), path) for path in paths)
 
@@ -47,24 +48,24 @@ def _expanded(given: str | os.PathLike) -> list[Path]:
     path, text = Path(given), os.fspath(given)
     if path.is_dir():
         found = [each for each in path.rglob("*") if each.suffix.lower() in EXTENSIONS and _visible(each, path)]
-        return found or _refuse(text, f"a folder without recordings: {', '.join(EXTENSIONS)} are looked for")
+        return found or _refuse(text, f"a folder without recordings ({', '.join(EXTENSIONS)})")
     if path.exists() or not glob.has_magic(text):
         return [path]
     found = [Path(each) for each in glob.glob(text, recursive=True) if Path(each).is_file()]
-    return found or _refuse(text, "a pattern that no file fits")
+    return found or _refuse(text, "no file matches this glob")
 
 
 def _visible(path: Path, folder: Path) -> bool:
     return path.is_file() and not any(part.startswith(".") for part in path.relative_to(folder).parts)
 
 
-def _refuse(text: str, why: str):
-    raise InputError("source", repr(text), why, next_step="Check the place, or name the files themselves.")
+def _refuse(text: str, reason: str) -> NoReturn:
+    raise InputError("source", repr(text), reason, next_step="Check the folder, or name the files.")
 
 
 @dataclass(frozen=True)
 class NamePattern:
-    """The ``fields`` of a pattern, the text before each of them in ``between``, and the text after the last one."""
+    """A pattern: its ``fields``, the text before each of them (``between``), and the text after the last one."""
 
     text: str
     fields: tuple[str, ...]
@@ -72,16 +73,16 @@ class NamePattern:
     after: str
 
     def read(self, name: str) -> tuple[dict[str, str], str]:
-        """The fields in a file's name below the campaign's folder, and why there are none: one of the two is empty.
+        """The fields in a file's name, and the reason if it does not match: one of the two is empty.
 
-        Names are read from their end: a field goes back to the last separator of its kind, and the first field takes
-        what is left, separators and all. A ``_`` within a ``__`` is no ``_`` where the pattern has both, and no field
-        but the first holds a separator longer than the one before it. The ending of a file need not be in the pattern;
-        a pattern with folders is held against as many of the file's.
+        Names are read from the end: a field extends back to the last separator of its kind, and the first field is the
+        remainder, including separators. A ``_`` within ``__`` is not a separator ``_`` if the pattern has both, and
+        only the first field may contain a separator longer than the one before it. The file's ending may be omitted
+        from the pattern; a pattern with folders is compared with the same number of the file's folders.
         """
         rest = _comparable(name, self.text)
         if rest is None:
-            return {}, f"it lies in fewer folders than {self.text}"
+            return {}, f"it is in fewer folders than {self.text} has"
         if not rest.endswith(self.after):
             return {}, f"'{rest}' does not end with '{self.after}'"
         rest, found = rest.removesuffix(self.after), {}
@@ -108,26 +109,27 @@ class NamePattern:
         if not value:
             return f"{{{field}}} would be empty"
         longer = (each for each in self.between[1:] if len(each) > len(separator) and each in value)
-        held = next(longer, "/" if "/" in value else "")
-        return f"{{{field}}} would be '{value}', which holds a '{held}'" if held else ""
+        contained = next(longer, "/" if "/" in value else "")
+        return f"{{{field}}} would be '{value}', which contains '{contained}'" if contained else ""
 
 
 def name_pattern(text: str) -> NamePattern:
-    """The pattern that ``text`` spells. Raises InputError for one without fields, or whose fields cannot be told
-    apart."""
+    """Parse a pattern. Raises InputError for a pattern without fields, or without a separator between two fields."""
     pieces = re.split(r"\{([^{}]*)\}", text)
     fields, literals = tuple(pieces[1::2]), pieces[0::2]
     if not fields or any("{" in literal or "}" in literal for literal in literals):
-        raise InputError("name pattern", repr(text), "fields stand in braces", next_step=_EXAMPLE)
+        limit = "it needs at least one field in braces"
+        raise InputError("name pattern", repr(text), limit, next_step=_EXAMPLE)
     if "" in literals[1:-1]:
-        where = fields[literals.index("", 1)]
-        raise InputError("name pattern", repr(text), f"nothing parts {{{where}}} from the field before it")
+        field = fields[literals.index("", 1)]
+        limit = f"there is no separator between {{{field}}} and the field before it"
+        raise InputError("name pattern", repr(text), limit, next_step="Add a separator, such as _.")
     check_fields(fields, f"name pattern {text!r}")
     return NamePattern(text, fields, tuple(literals[:-1]), literals[-1])
 
 
 def _comparable(name: str, pattern: str) -> str | None:
-    """As much of a file's name as the pattern speaks of; None if that is more than it has."""
+    """The end of a file's path with as many folders as the pattern; None if the path has fewer."""
     path = PurePosixPath(name)
     parts = path.parts if path.suffix and pattern.endswith(path.suffix) else (*path.parts[:-1], path.stem)
     wanted = pattern.count("/") + 1
@@ -135,7 +137,7 @@ def _comparable(name: str, pattern: str) -> str | None:
 
 
 def _last(text: str, separator: str, separators: tuple[str, ...]) -> int:
-    """Where the last ``separator`` in ``text`` stands that is no part of a longer one; -1 if there is none."""
+    """The index of the last ``separator`` in ``text`` that is not part of a longer one; -1 if there is none."""
     longer = {each for each in separators if separator in each and each != separator}
     for each in sorted(longer, key=len, reverse=True):
         text = text.replace(each, "\0" * len(each))
@@ -143,10 +145,10 @@ def _last(text: str, separator: str, separators: tuple[str, ...]) -> int:
 
 
 def read_mapping(path: str | os.PathLike) -> dict[str, dict[str, str]]:
-    """File name, as it stands in the table -> its fields, those that are not empty.
+    """Read a mapping: file name as given in the table -> its fields that are not empty.
 
-    Comma, semicolon or tab between the columns. Raises InputError for a table without the column ``file``, a row of
-    another length, or a file in two rows.
+    Columns are separated by comma, semicolon or tab. Raises InputError for a table without the column ``file``, a row
+    with another number of cells, or a file in two rows.
     """
     place, rows = str(path), _rows(Path(path))
     head = [cell.strip() for cell in rows[0][1]] if rows else []
@@ -156,17 +158,18 @@ def read_mapping(path: str | os.PathLike) -> dict[str, dict[str, str]]:
     found: dict[str, dict[str, str]] = {}
     for line, cells in rows[1:]:
         if len(cells) != len(head):
-            raise InputError("row", f"{len(cells)} cells", f"the header has {len(head)}", f"{place}, line {line}")
+            limit = f"the header has {len(head)}"
+            raise InputError("number of cells", len(cells), limit, f"{place}, line {line}", "Correct the row.")
         fields = {name: cell.strip() for name, cell in zip(head, cells)}
         name = fields.pop("file").replace("\\", "/").removeprefix("./")
         if name in found:
-            raise InputError("file", repr(name), "stands in two rows", f"{place}, line {line}", "Keep one of the two.")
+            raise InputError("file", repr(name), "is in two rows", f"{place}, line {line}", "Keep one of the two.")
         found[name] = {field: value for field, value in fields.items() if value}
     return found
 
 
 def row_of(mapping: dict[str, dict[str, str]], file: File) -> str | None:
-    """The file as the table names it: by its whole name, the end of its path, or either without the ending."""
+    """The file's name in the table: its full path, the end of its path, or either without the ending."""
     name = PurePosixPath(file.path.as_posix())
     for path in (name, name.with_suffix("")):
         parts = path.parts
@@ -178,24 +181,25 @@ def row_of(mapping: dict[str, dict[str, str]], file: File) -> str | None:
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    """The rows that hold something, with their lines."""
+    """The rows that are not empty, with their line numbers."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError("mapping", "not read", str(getattr(error, "strerror", error)), str(path), _NEXT) from None
+        raise InputError("mapping", "not readable", str(getattr(error, "strerror", error)), str(path), _NEXT) from None
     head = text.split("\n", 1)[0]
     reader = csv.reader(text.splitlines(), delimiter=max(",;\t", key=head.count))
     return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
 
 
 def check_fields(names: Iterable[str], place: str) -> None:
-    """Raises InputError for a field without a proper name, named twice, or named like a column of the table."""
-    seen = set()
+    """Raise InputError for an invalid field name, one that occurs twice, or one that is a column of the table."""
+    found = set()
     for name in names:
         if not re.fullmatch(r"[^\W\d][\w -]*", name):
-            raise InputError("field", repr(name), "a name of letters, digits and _ is needed", place)
+            limit = "a name of letters, digits and _ that starts with a letter is needed"
+            raise InputError("field", repr(name), limit, place, "Rename it.")
         if name in COLUMNS:
-            raise InputError("field", repr(name), "the table has a column of this name", place, "Name it otherwise.")
-        if name in seen:
-            raise InputError("field", repr(name), "stands there twice", place, "Give each field its own name.")
-        seen.add(name)
+            raise InputError("field", repr(name), "the table has a column of this name", place, "Rename it.")
+        if name in found:
+            raise InputError("field", repr(name), "occurs twice", place, "Give each field its own name.")
+        found.add(name)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The result of a campaign: recordings, conditions and the whole; as one tidy table, and as JSON."""
+"""The result of a campaign: recordings and conditions, as objects, as one tidy table, and as JSON."""
 
 import dataclasses
 import json
@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,15 +21,42 @@ from .anomaly import Anomaly
 from .labels import COLUMNS
 from .summary import Trace
 
+if TYPE_CHECKING:
+    import pandas
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class RecordingResult:
-    """What became of one recording. ``file`` is its name below the campaign's folder.
+    """The result of one recording.
 
-    ``pooled`` says whether the condition's parameters rest on it too; ``seen`` are motion, forces and events as seen,
-    ``parameters`` its own fit; ``shown`` its curve to draw, ``curve`` its loading curve to compare, None or empty
-    where it could not be read. ``notes`` are what segmentation and fit said, or why it could not be read; ``reading``
-    is what reading said.
+    Parameters
+    ----------
+    file : str
+        Path relative to the campaign's folder.
+    fields : dict
+        The label: field -> text.
+    status : Status
+        Status of the recording.
+    notes : tuple of str
+        Notes of segmentation and fit, or why the file could not be read.
+    reading : tuple of str
+        Notes made while reading.
+    anomalies : tuple of Anomaly
+        Its anomalies.
+    pooled : bool
+        Whether the pooled parameters of the condition use it.
+    events : Events
+        Its events and phases.
+    measured : dict
+        Quantities measured without a model: motion, forces and events.
+    parameters : dict
+        Parameters of its own fit, empty if there is none.
+    quality : Quality or None
+        Quality of its own fit.
+    shown : Trace or None
+        Its curve for drawing, None if it could not be read.
+    curve : (m,) array
+        Its loading curve [N] for comparison, empty if it could not be read or is too short.
     """
 
     file: str
@@ -39,36 +67,52 @@ class RecordingResult:
     anomalies: tuple[Anomaly, ...] = ()
     pooled: bool = False
     events: Events = field(default_factory=Events)
-    seen: dict[str, Estimate] = field(default_factory=dict)
+    measured: dict[str, Estimate] = field(default_factory=dict)
     parameters: dict[str, Estimate] = field(default_factory=dict)
     quality: Quality | None = None
     shown: Trace | None = None
     curve: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     @property
-    def answers(self) -> bool:
-        """Whether it has parameters of its own."""
+    def has_parameters(self) -> bool:
+        """Whether its own fit has parameters."""
         return bool(self.parameters)
 
     @property
     def left_out(self) -> bool:
-        """Whether the pooled fit does without it because of something odd."""
+        """Whether the pooled fit does not use it because of an anomaly."""
         return any(each.left_out for each in self.anomalies)
 
     @property
     def why(self) -> str:
-        """What is odd in it, in sentences; where it gave no parameters, why."""
-        said = [each.sentence for each in self.anomalies]
-        explained = self.answers or any(each.kind == "no_puncture" for each in self.anomalies)
-        return " ".join(said if explained else [*said, *self.notes])
+        """Its anomalies in sentences and, if it has no parameters, the reason."""
+        sentences = [each.sentence for each in self.anomalies]
+        explained = self.has_parameters or any(each.kind == "no_puncture" for each in self.anomalies)
+        return " ".join(sentences if explained else [*sentences, *self.notes])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Condition:
-    """Repeats of one condition: the ``fields`` they share, pooled ``parameters`` and the ``model`` they make.
+    """The repeats of one condition and their pooled fit.
 
-    Where there is none, ``why`` says so. ``shown`` is the model along the motion of the repeat with the median
-    residual.
+    Parameters
+    ----------
+    fields : dict
+        The fields that the repeats share.
+    recordings : tuple of RecordingResult
+        All repeats.
+    parameters : dict
+        Pooled parameters.
+    model : Model or None
+        The identified model; None if there is none, then ``why`` gives the reason.
+    quality : Quality or None
+        Quality of the pooled fit.
+    why : str
+        Why there is no model, otherwise empty.
+    warnings : tuple of str
+        Warnings of the fit.
+    shown : Trace or None
+        The model along the motion of the repeat with the median residual.
     """
 
     fields: dict[str, str]
@@ -87,13 +131,23 @@ class Condition:
 
     @property
     def pooled(self) -> tuple[RecordingResult, ...]:
-        """The recordings that its parameters rest on."""
+        """The recordings used for the pooled parameters."""
         return tuple(each for each in self.recordings if each.pooled)
 
 
 @dataclass(frozen=True, eq=False)
 class Campaign:
-    """Every condition, the ``others`` (recordings that nothing assigns to a condition, each by itself), and notes."""
+    """The result of a campaign.
+
+    Parameters
+    ----------
+    conditions : tuple of Condition
+        All conditions.
+    others : tuple of RecordingResult
+        Recordings that belong to no condition, each identified by itself.
+    notes : tuple of str
+        Notes on the campaign, such as rows of the mapping without a file.
+    """
 
     conditions: tuple[Condition, ...]
     others: tuple[RecordingResult, ...] = ()
@@ -104,34 +158,59 @@ class Campaign:
         """Every recording, by condition."""
         return (*(each for condition in self.conditions for each in condition.recordings), *self.others)
 
-    def table(self):
-        """One tidy pandas table: a row for each recording and quantity, and for each condition and quantity."""
+    def table(self) -> "pandas.DataFrame":
+        """Make one tidy table.
 
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each recording and quantity, and for each condition and quantity, in SI.
+        """
         return _tidy(self)
 
-    def save_table(self, path) -> None:
-        """Writes the table as CSV, or as Parquet where the file's name ends so (needs pyarrow)."""
+    def save_table(self, path: str | os.PathLike) -> None:
+        """Write the table as Parquet (``.parquet``, needs pyarrow) or otherwise as CSV.
 
+        Parameters
+        ----------
+        path : str or os.PathLike
+            The file.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written, or pyarrow is missing.
+        """
         _save_table(self, path)
 
     def to_json(self) -> str:
-        """The outcome as JSON text."""
-
+        """Return the result as JSON text; values that are not finite are null."""
         return _document(self)
 
-    def report(self, path) -> None:
-        """Writes one HTML file that opens offline."""
+    def report(self, path: str | os.PathLike) -> None:
+        """Write the report as one HTML file that needs no network.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+            The file.
+
+        Raises
+        ------
+        InputError
+            The file cannot be written.
+        """
         from ..report import write_campaign_report
 
         write_campaign_report(self, path)
 
 
-def _tidy(campaign: Campaign):
-    """A pandas DataFrame in SI: the fields of the conditions, then ``COLUMNS``; pooled values have no ``file``.
+def _tidy(campaign: Campaign) -> "pandas.DataFrame":
+    """A DataFrame in SI: the fields of the conditions, then ``COLUMNS``; pooled values have no ``file``.
 
-    Each recording has a row ``anomalies`` with their number, which also says why it gave nothing; its own parameters
-    are named as in ``Fit.parameters``; what was seen without a model are speed, travel, hold, forces, and events from
-    ``event_contact_depth`` to ``event_exit_depth``.
+    Each recording has a row ``anomalies`` with their number and the reason if it has no parameters. Its own parameters
+    are named as in ``Fit.parameters``; quantities measured without a model are speed, travel, hold, forces, and events
+    from ``event_contact_depth`` to ``event_exit_depth``.
     """
     import pandas
 
@@ -144,10 +223,7 @@ def _tidy(campaign: Campaign):
 
 
 def _save_table(campaign: Campaign, path: str | os.PathLike) -> None:
-    """Writes the table whole: Parquet for a name that ends so, else CSV.
-
-    Raises InputError where it cannot be written, and for Parquet without pyarrow.
-    """
+    """Write the table atomically: Parquet for a name with that ending, otherwise CSV."""
     target, made = Path(path), _tidy(campaign)
     if target.suffix.lower() == ".parquet":
         _save_parquet(made, target)
@@ -157,12 +233,12 @@ def _save_table(campaign: Campaign, path: str | os.PathLike) -> None:
 
 
 def check_table(path: str | os.PathLike) -> None:
-    """Raises InputError, before any work, for a Parquet file without pyarrow."""
+    """Raise InputError for a Parquet file if pyarrow is missing; called before any work."""
     if Path(path).suffix.lower() == ".parquet":
         pyarrow_for(path)
 
 
-def _save_parquet(made, target: Path) -> None:
+def _save_parquet(made: "pandas.DataFrame", target: Path) -> None:
     pyarrow = pyarrow_for(target)
     buffer = pyarrow.BufferOutputStream()
     pyarrow.parquet.write_table(pyarrow.Table.from_pandas(made, preserve_index=False), buffer)
@@ -182,25 +258,25 @@ def _condition_rows(condition: Condition) -> Iterator[dict]:
 
 def _recording_rows(one: RecordingResult) -> Iterator[dict]:
     shared = one.fields | {"file": one.file, "pooled": one.pooled, "status": str(one.status)}
-    said: dict[str, str] = {}
-    for odd in one.anomalies:
-        said[odd.quantity] = f"{said.get(odd.quantity, '')} {odd.sentence}".strip()
+    sentences: dict[str, str] = {}
+    for anomaly in one.anomalies:
+        sentences[anomaly.quantity] = f"{sentences.get(anomaly.quantity, '')} {anomaly.sentence}".strip()
     count = Estimate("anomalies", float(len(one.anomalies)), "1", float("nan"), float("nan"))
     yield shared | _row(count, {"anomalies": one.why}, flagged=bool(one.anomalies))
-    for estimate in (*one.seen.values(), *one.parameters.values()):
-        yield shared | _row(estimate, said, flagged=estimate.name in said)
+    for estimate in (*one.measured.values(), *one.parameters.values()):
+        yield shared | _row(estimate, sentences, flagged=estimate.name in sentences)
 
 
-def _row(estimate: Estimate, said: dict[str, str], flagged: bool) -> dict:
+def _row(estimate: Estimate, sentences: dict[str, str], flagged: bool) -> dict:
     return {
         "quantity": estimate.name, "value": estimate.value, "low": estimate.low, "high": estimate.high,
         "unit": estimate.unit, "identifiable": estimate.identifiable, "outlier": flagged,
-        "why": said.get(estimate.name, ""),
+        "why": sentences.get(estimate.name, ""),
     }  # fmt: skip
 
 
 def _document(campaign: Campaign) -> str:
-    """The whole outcome; numbers that are not finite become null."""
+    """The complete result as JSON text; values that are not finite become null."""
     document = {
         "conditions": [_condition_document(each) for each in campaign.conditions],
         "others": [_recording_document(each) for each in campaign.others],
@@ -228,8 +304,8 @@ def _recording_document(one: RecordingResult) -> dict:
         "fields": one.fields,
         "status": str(one.status),
         "pooled": one.pooled,
-        "anomalies": [dataclasses.asdict(odd) for odd in one.anomalies],
-        "seen": _estimates(one.seen),
+        "anomalies": [dataclasses.asdict(anomaly) for anomaly in one.anomalies],
+        "seen": _estimates(one.measured),
         "parameters": _estimates(one.parameters),
         "quality": _plain(one.quality),
         "notes": list(one.notes),
@@ -241,5 +317,5 @@ def _estimates(estimates: dict[str, Estimate]) -> list[dict]:
     return [dataclasses.asdict(each) for each in estimates.values()]
 
 
-def _plain(value) -> dict | None:
+def _plain(value: Quality | None) -> dict | None:
     return None if value is None else dataclasses.asdict(value)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One file for each command; each has a ``NAME`` and a ``run``. They only call what a script could call."""
+"""One module for each command, with a ``NAME`` and a ``run``. Commands use only functions that a script can call."""

@@ -1,17 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce campaign``: a folder of recordings in, a model for each condition out."""
+"""``needleforce campaign``: identify a model for each condition in a folder of recordings."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, check_usage
-from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
+from .files import COLUMN_HELP, FILTER_HELP, INWARDS_HELP, NEEDLE_HELP, UNIT_HELP, check_usage
+from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, table, write_json
+
+if TYPE_CHECKING:
+    from ..campaign import Campaign, Condition
 
 NAME = "campaign"
-PATTERN_HELP = "What the names of the files say, as {specimen}_{speed_mm_s}_{repeat}."
-MAPPING_HELP = "CSV table with a column file, and a column for each field."
+PATTERN_HELP = "Fields in the file names, such as {specimen}_{speed_mm_s}_{repeat}."
+MAPPING_HELP = "CSV table with a column named file and one column for each field."
 SHOWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 
 
@@ -19,17 +22,17 @@ def run(
     source: Annotated[list[str], typer.Argument(help="Folders, globs or files.", show_default=False)],
     pattern: Annotated[str | None, typer.Option(help=PATTERN_HELP)] = None,
     mapping: Annotated[Path | None, typer.Option(help=MAPPING_HELP)] = None,
-    model: Annotated[str | None, typer.Option(help="A model for all conditions, as in identify.")] = None,
-    needle: Annotated[Path | None, typer.Option(help="TOML file with a section needle, such as a preset.")] = None,
+    model: Annotated[str | None, typer.Option(help="Model for all conditions, as for identify.")] = None,
+    needle: Annotated[Path | None, typer.Option(help=NEEDLE_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
-    filter_length: Annotated[int | None, typer.Option(help="Samples in the force's average filter.")] = None,
-    table: Annotated[Path | None, typer.Option(help="Write one tidy table: .csv, or .parquet.")] = None,
-    report: Annotated[Path | None, typer.Option(help="Write a report as one HTML file.")] = None,
+    filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
+    table: Annotated[Path | None, typer.Option(help="Write all results as one table, .csv or .parquet.")] = None,
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
 ) -> None:
-    """Identify every condition of a campaign: hundreds of recordings, each accounted for."""
+    """Identify every condition of a campaign of recordings, with a result for every recording."""
     from ..campaign import campaign
     from ..campaign.labels import find_files
     from ..campaign.result import check_table
@@ -46,11 +49,11 @@ def run(
     done = campaign(source, **options, **reading)
     _write(done, table, report, json)
     _show(done, quiet=json == "-")
-    if not any(one.answers for one in done.recordings):
+    if not any(one.has_parameters for one in done.recordings):
         raise typer.Exit(1)
 
 
-def _write(done, table: Path | None, report: Path | None, json: str | None) -> None:
+def _write(done: "Campaign", table: Path | None, report: Path | None, json: str | None) -> None:
     if json is not None:
         write_json(done.to_json(), json)
     for path, write in ((table, done.save_table), (report, done.report)):
@@ -59,7 +62,7 @@ def _write(done, table: Path | None, report: Path | None, json: str | None) -> N
             say(f"written: {path}")
 
 
-def _show(done, quiet: bool) -> None:
+def _show(done: "Campaign", quiet: bool) -> None:
     for sentence in done.notes:
         say(f"note: {sentence}")
     for one in done.recordings:
@@ -74,9 +77,9 @@ def _show(done, quiet: bool) -> None:
         table("conditions", columns, [_row(each, shown) for each in done.conditions])
 
 
-def _row(condition, shown: list[str]) -> list[str]:
+def _row(condition: "Condition", shown: list[str]) -> list[str]:
     from ..display.quantities import quantity
 
     values = [condition.parameters.get(name) for name in shown]
-    told = ["-" if e is None else str(quantity(e.value, e.low, e.high, e.unit)) for e in values]
-    return [condition.name, f"{len(condition.pooled)}/{len(condition.recordings)}", *told]
+    cells = ["-" if e is None else str(quantity(e.value, e.low, e.high, e.unit)) for e in values]
+    return [condition.name, f"{len(condition.pooled)}/{len(condition.recordings)}", *cells]

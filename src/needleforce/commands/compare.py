@@ -1,25 +1,29 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce compare``: models side by side on the same recordings."""
+"""``needleforce compare``: several models fitted to the same recordings."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, good, read_all, screen_recordings
+from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, read_all, readable, screen_recordings
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
+
+if TYPE_CHECKING:
+    from ..identification.compare import ModelRow
 
 NAME = "compare"
 MODELS_HELP = (
     "Names of models, separated by commas: paper (quadratic), cone_cylinder, power_law, okamura or simone "
-    "(second-order polynomial), maurin (exponential), and layered, layered_as_fitted, which take a minute or two each. "
-    "all is every one of them."
+    "(second-order polynomial), maurin (exponential), layered and layered_as_fitted (one to two minutes each); "
+    "or all for all of them."
 )
 
 
 def run(
-    files: Annotated[list[Path], typer.Argument(help="Recordings: repeats of one condition.", show_default=False)],
+    files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
     models: Annotated[str, typer.Option(help=MODELS_HELP)] = "paper,cone_cylinder,power_law,okamura,maurin",
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
@@ -27,7 +31,8 @@ def run(
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help="Write table and figure as one HTML file.")] = None,
 ) -> None:
-    """Fit several models to the same recordings: BIC of the loading curve, and repeats foretold from the others."""
+    """Fit several models to the same recordings and compare the BIC of the loading curve and the error of predicting
+    held-out repeats."""
     import dataclasses
 
     import needleforce as nf
@@ -39,9 +44,9 @@ def run(
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")
-    if not good(done):
+    if not readable(done):
         raise typer.Exit(1)
-    rows = nf.compare(good(done), names_of(models), progress=progress)
+    rows = nf.compare(readable(done), names_of(models), progress=progress)
     write_json([dataclasses.asdict(row) for row in rows], json)
     if report is not None:
         write_comparison(rows, report, files=[file for file, each in done if not isinstance(each, nf.InputError)])
@@ -52,18 +57,18 @@ def run(
 
 
 def names_of(models: str) -> list[str]:
-    """The models named; of ``all`` each loading curve once and the layered ones."""
+    """The models in a comma-separated list; ``all`` means each loading curve once and the layered models."""
     from ..identification.models import COMPARED, LAYERED
 
     return [*COMPARED, *LAYERED] if models.strip() == "all" else [name.strip() for name in models.split(",")]
 
 
-def _show(rows, quiet: bool) -> None:
+def _show(rows: "Sequence[ModelRow]", quiet: bool) -> None:
     from ..report.models_page import MODELS, floor_words, model_rows
 
     if quiet:
         return
-    table("models, best first; ÷: over the floor, the mean of the other repeats", MODELS, model_rows(rows))
+    table("models, best first; ÷: error relative to the mean of the other repeats", MODELS, model_rows(rows))
     say(floor_words(rows))
     for row in rows:
         for sentence in row.notes:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce convert``: a recording of any format as one of ours."""
+"""``needleforce convert``: a recording of any supported format written as CSV, Parquet or MCAP."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, read_all
+from .files import COLUMN_HELP, FILTER_HELP, INWARDS_HELP, START_DEPTH_HELP, UNIT_HELP, read_all
 from .output import check_outputs, say
 
 NAME = "convert"
@@ -15,23 +15,26 @@ ENDINGS = (".csv", ".parquet", ".mcap")
 
 
 def run(
-    file: Annotated[Path, typer.Argument(help="CSV, Parquet, MCAP, or the folder of a ROS 2 bag.")],
+    file: Annotated[Path, typer.Argument(help="CSV, Parquet or MCAP file, or the folder of a ROS 2 bag.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .csv, .parquet or .mcap.")],
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
-    motion: Annotated[Path | None, typer.Option(help="A file with velocity or depth on its own clock.")] = None,
-    start_depth_mm: Annotated[
-        float | None, typer.Option(help="Depth at the start of a motion file with velocity.")
-    ] = None,
-    filter_length: Annotated[int | None, typer.Option(help="Samples in the force's average filter.")] = None,
+    motion: Annotated[Path | None, typer.Option(help="File with velocity or depth on its own clock.")] = None,
+    start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
+    filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
 ) -> None:
-    """Read a recording and write it again: SI, units and card with it, biases removed, streams joined."""
+    """Convert a recording to one file in SI units with its card; bias removed, force and motion on one clock."""
     import needleforce as nf
 
     check_outputs([output], [file, motion])
     if output.suffix.lower() not in ENDINGS:
-        raise InputError("--output", repr(str(output)), f"known endings are {', '.join(ENDINGS)}")
+        raise InputError(
+            "--output",
+            repr(str(output)),
+            f"known endings are {', '.join(ENDINGS)}",
+            next_step="Give a file name with one of them.",
+        )
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
     ((_, recording),) = read_all([file], column, unit, [motion] if motion else [], **options)

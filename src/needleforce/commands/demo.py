@@ -1,22 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce demo``: the paper reproduced."""
+"""``needleforce demo``: the paper's experiment reproduced in simulation."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 
+if TYPE_CHECKING:
+    from ..demonstration import TableRow
+
 NAME = "demo"
 
 
 def run(
-    out: Annotated[Path, typer.Option(help="Folder for the recordings, report.html and results.json.")] = Path("demo"),
-    seed: Annotated[int, typer.Option(help="Same seed, same bytes.")] = 1,
+    out: Annotated[Path, typer.Option(help="Folder for recordings, report.html and results.json.")] = Path("demo"),
+    seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 1,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
 ) -> None:
-    """Reproduce the paper: simulate its experiment, identify it by its procedure, and compare with its table."""
+    """Reproduce the paper: simulate its experiment, identify it by the paper's procedure, compare with its table."""
     from ..demonstration import demonstrate
     from ..report import write_report
 
@@ -25,22 +28,21 @@ def run(
     write_json(done.table, str(out / "results.json"))
     write_json(done.table, json)
     for _ in progress([None], "writing the report"):
-        write_report(done.fit, out / "report.html", title="The paper's experiment, reproduced", table=_told(done.table))
+        write_report(
+            done.fit, out / "report.html", title="The paper's experiment, reproduced", table=_labelled(done.table)
+        )
     if json != "-":
         table(
             "the paper's experiment at 3 mm/s: five sites, two insertions each",
             ["quantity", "paper", "true", "identified, 95 % interval", "bias"],
             [_cells(row) for row in done.rows],
         )
-    say(
-        "true is the mean that the five simulated sites really had; the bias is the procedure's, "
-        "not noise: the specimen has a"
-    )
-    say("saturating contact, a dimple, a spreading force and a filter that the paper's model does not know.")
+    say("true: mean over the five simulated sites. bias: systematic error of the paper's procedure, because the")
+    say("specimen has a saturating contact, a dimple, a spreading force and a filter that the paper's model omits.")
     say(f"{out / 'report.html'}   {out / 'results.json'}   {out / 'recordings'}")
 
 
-def _cells(row) -> list[str]:
+def _cells(row: "TableRow") -> list[str]:
     from ..display.quantities import quantity
 
     sd = row.paper_sd or float("nan")
@@ -52,7 +54,6 @@ def _cells(row) -> list[str]:
     return [row.quantity, str(paper), str(quantity(row.true, None, None, row.unit)), str(identified), bias]
 
 
-def _told(table: list[dict]) -> list[dict]:
-    """The table for people: what is not there says that it is still to come."""
-    open_ends = ("true", "identified")
-    return [row | {key: "not yet" for key in open_ends if row["identified"] is None} for row in table]
+def _labelled(table: list[dict]) -> list[dict]:
+    """The table for the report: values that are not available are shown as "not yet"."""
+    return [row | {key: "not yet" for key in ("true", "identified") if row["identified"] is None} for row in table]

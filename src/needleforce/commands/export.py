@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce export``: a model as a C++ or C header of constants, for a controller that reads no files."""
+"""``needleforce export``: a model as a C++ or C header of constants, for a controller without file access."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,17 +9,19 @@ import typer
 from .output import check_outputs, say
 
 NAME = "export"
-MODEL_HELP = "JSON of identify, a preset file, or the name of a shipped preset."
-NAME_HELP = "Name of the constant; without it that of the file or preset."
+MODEL_HELP = "JSON written by identify, a preset file, or the name of a shipped preset."
+NAME_HELP = "Name of the constant; default: the name of the file or preset."
 
 
 def run(
     model: Annotated[str, typer.Argument(help=MODEL_HELP, show_default=False)],
-    language: Annotated[str, typer.Option(help="c++ or c.")] = "c++",
+    language: Annotated[str, typer.Option(help="Language of the header: c++ or c.")] = "c++",
     name: Annotated[str | None, typer.Option(help=NAME_HELP)] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="The header; without it it is printed.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Header file to write; default: print it.")
+    ] = None,
 ) -> None:
-    """Write a model as a C++ or C header of constants, so that a controller reads no file."""
+    """Write a model as a C++ or C header of constants, for a controller without file access."""
     from ..export import header, identifier, model_source
     from ..files import atomic_write
 

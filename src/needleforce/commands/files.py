@@ -1,31 +1,43 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a command: read one by one, a bad one reported and left out; anomalies reported, and left out where
-the rest can be used without them."""
+"""Reading of the files of a command: an unreadable file is reported and left out, as is a recording with invalid values
+if others remain."""
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from .output import pairs, progress, say
 
-COLUMN_HELP = "Which column is which, as force=fz; repeat it."
-UNIT_HELP = "The unit of a column, as time=us; repeat it."
-INWARDS_HELP = "Whether depth increases or decreases inwards."
+if TYPE_CHECKING:
+    from ..campaign import Anomaly
+    from ..recording import Recording
+
+COLUMN_HELP = "Column of a quantity, such as force=fz; may be repeated."
+UNIT_HELP = "Unit of a quantity, such as time=us; may be repeated."
+INWARDS_HELP = "Whether depth is increasing or decreasing during insertion."
 MOTION_HELP = (
-    "A file with velocity or depth on its own clock, one for each file, second passes after the others; repeat it."
+    "File with velocity or depth on its own clock; repeated once for each recording, those of second passes last."
 )
+START_DEPTH_HELP = "Depth at the first sample of a motion file with velocity."
+FILTER_HELP = "Samples in the average filter of the force."
+NEEDLE_HELP = "TOML file with a needle, such as a preset file."
+
+ReadFiles = list[tuple[Path, "Recording | InputError"]]
 
 
-def read_all(files: Sequence[Path], column: list[str], unit: list[str], motion: Sequence[Path] = (), **options):
-    """(file, Recording or InputError) for each file, in order; ``options`` go to ``nf.read`` as they are."""
+def read_all(
+    files: Sequence[Path], column: list[str], unit: list[str], motion: Sequence[Path] = (), **options: Any
+) -> ReadFiles:
+    """(file, Recording or InputError) for each file, in order; ``options`` are passed to ``nf.read``."""
     import needleforce as nf
 
     options |= {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
     check_usage(options)
     motions = list(motion) or [None] * len(files)
     if len(motions) != len(files):
-        raise InputError("--motion", len(motions), f"do not pair with {len(files)} files",
-                         next_step="Give one for each file, in the same order.")  # fmt: skip
+        raise InputError("number of --motion files", len(motions), f"there are {len(files)} recordings",
+                         next_step="Give one for each recording, in the same order.")  # fmt: skip
     done = []
     for file, its_motion in progress(list(zip(files, motions)), "reading"):
         try:
@@ -36,7 +48,7 @@ def read_all(files: Sequence[Path], column: list[str], unit: list[str], motion: 
 
 
 def check_usage(options: dict) -> None:
-    """What is wrong for every file is wrong usage, not an unreadable file."""
+    """Check the options that apply to every file; an error is wrong usage, not an unreadable file."""
     from ..recording.columns import QUANTITIES, dimension
     from ..units import parse
 
@@ -45,7 +57,7 @@ def check_usage(options: dict) -> None:
         for quantity in options[option]:
             if quantity not in known:
                 limit = f"known are {', '.join(sorted(known))}"
-                raise InputError(f"--{option.removesuffix('s')}", repr(quantity), limit)
+                raise InputError(f"quantity of --{option.removesuffix('s')}", repr(quantity), limit)
     for quantity, unit in options["units"].items():
         parse(unit, dimension(quantity.removeprefix("motion.")), quantity)
     if options["inwards"] not in ("increasing", "decreasing"):
@@ -54,34 +66,34 @@ def check_usage(options: dict) -> None:
         raise InputError("--filter-length", options["filter_length"], "must be at least 1")
 
 
-def good(done) -> list:
+def readable(done: ReadFiles) -> list["Recording"]:
     """The recordings that could be read."""
     return [recording for _, recording in done if not isinstance(recording, InputError)]
 
 
-def screen_recordings(done: list) -> list:
-    """(file, Recording or InputError) for each file as before, with an InputError for one left out.
+def screen_recordings(done: ReadFiles) -> ReadFiles:
+    """(file, Recording or InputError) for each file, with an InputError for each recording that is left out.
 
-    Left out are forces that are not what was measured (wrong sign, another unit, saturated up to the puncture), as long
-    as another file stays. Other anomalies are told: another motion is no fault for a model that runs along it.
+    Recordings with an invalid force (wrong sign, another unit, saturated up to the puncture) are left out if another
+    file remains. Other anomalies are printed only: a different motion is not a fault for a model that follows it.
     """
-    from ..campaign.anomaly import INVALIDATING
+    from ..campaign.anomaly import INVALIDATING, Anomaly
     from ..campaign.checks import check_recordings
     from ..campaign.repeat_checks import OWN_FIELD
 
     named = [(str(file), each) for file, each in done if not isinstance(each, InputError)]
-    bad = {}
+    invalid: dict[str, Anomaly] = {}
     for name, found in check_recordings(named).items():
-        for oddity in found:
-            if oddity.left_out and oddity.kind in INVALIDATING:
-                bad.setdefault(name, oddity)
-            elif oddity.kind != "no_puncture":  # its status says so
-                say(f"{name}: {oddity.sentence.removesuffix(OWN_FIELD).rstrip()}")
-    if len(bad) == len(named):
+        for anomaly in found:
+            if anomaly.left_out and anomaly.kind in INVALIDATING:
+                invalid.setdefault(name, anomaly)
+            elif anomaly.kind != "no_puncture":  # reported by the status
+                say(f"{name}: {anomaly.sentence.removesuffix(OWN_FIELD).rstrip()}")
+    if len(invalid) == len(named):
         return done
-    return [(file, _left_out(str(file), bad[str(file)]) if str(file) in bad else each) for file, each in done]
+    return [(file, _left_out(str(file), invalid[str(file)]) if str(file) in invalid else each) for file, each in done]
 
 
-def _left_out(file: str, oddity) -> InputError:
-    sentence = oddity.sentence.removesuffix(".")
+def _left_out(file: str, anomaly: "Anomaly") -> InputError:
+    sentence = anomaly.sentence.removesuffix(".")
     return InputError("recording", "left out of the fit", sentence[0].lower() + sentence[1:], file)

@@ -1,51 +1,64 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce identify``: recordings in, an identified force model out."""
+"""``needleforce identify``: identify a force model from recordings."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import InputError
-from .files import COLUMN_HELP, INWARDS_HELP, MOTION_HELP, UNIT_HELP, read_all, screen_recordings
-from .output import JSON_HELP, check_outputs, progress, say, table, write_json
+from .files import (
+    COLUMN_HELP,
+    FILTER_HELP,
+    INWARDS_HELP,
+    MOTION_HELP,
+    NEEDLE_HELP,
+    START_DEPTH_HELP,
+    UNIT_HELP,
+    ReadFiles,
+    read_all,
+    screen_recordings,
+)
+from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
+
+if TYPE_CHECKING:
+    from ..identification import Fit, RecordingFit
+    from ..identification.estimates import Estimate
 
 NAME = "identify"
 MODEL_HELP = (
-    "paper, cone_cylinder, power_law, okamura (or simone) or maurin; without it, paper or cone_cylinder, by the BIC of "
-    "the loading curve. layered (passive) or layered_as_fitted: whole cycles of layers that drag the tissue along, "
-    "rupture and relax, from repeats with a hold and a withdrawal; takes half a minute."
+    "paper, cone_cylinder, power_law, okamura (or simone), or maurin; default: paper or cone_cylinder, by the BIC of "
+    "the loading curve. layered (passive) or layered_as_fitted: complete cycles of layers that are dragged along, "
+    "rupture and relax, from repeats with hold and withdrawal (half a minute)."
 )
-LAYERS_HELP = "Layers of a layered model, 1 to 3; without it, the fewest that foretell repeats left out as well as any."
+LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
 
 
 def run(
-    files: Annotated[list[Path], typer.Argument(help="Recordings: repeats of one condition.", show_default=False)],
+    files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
     second_pass: Annotated[
-        list[Path], typer.Option(help="Second insertion at the same site, one for each file; repeat it.")
+        list[Path], typer.Option(help="Second insertion at the same site; repeated once for each file.")
     ] = [],  # noqa: B006
-    needle: Annotated[Path | None, typer.Option(help="TOML file with a section needle, such as a preset.")] = None,
+    needle: Annotated[Path | None, typer.Option(help=NEEDLE_HELP)] = None,
     model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None,
     layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
     motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = [],  # noqa: B006
-    start_depth_mm: Annotated[
-        float | None, typer.Option(help="Depth at the start of a motion file with velocity.")
-    ] = None,
-    filter_length: Annotated[int | None, typer.Option(help="Samples in the force's average filter.")] = None,
-    bending: Annotated[Path | None, typer.Option(help="CSV of cantilever readings of the needle.")] = None,
-    tension: Annotated[Path | None, typer.Option(help="CSV of a tension curve of the tissue.")] = None,
+    start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
+    filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
+    bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None,
+    tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    report: Annotated[Path | None, typer.Option(help="Write a report as one HTML file.")] = None,
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
     save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None,
-    csv: Annotated[Path | None, typer.Option(help="Write every estimate as a CSV table.")] = None,
-    draws: Annotated[Path | None, typer.Option(help="Write 4000 draws of what was identified, .csv or .json.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write all estimates as a CSV table.")] = None,
+    draws: Annotated[
+        Path | None, typer.Option(help="Write 4000 draws of the identified parameters, .csv or .json.")
+    ] = None,
 ) -> None:
-    """Identify a force model from recordings, with events, parameters and intervals."""
-    import needleforce as nf
-
+    """Identify a force model from recordings: events, parameters and their 95 % intervals."""
     from ..identification.export import check_draws_target
     from ..preset_files.build import read_needle
 
@@ -57,9 +70,9 @@ def run(
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
     done = screen_recordings(read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options))
     seconds = read_all(second_pass, column, unit, motion[len(files) :], **options)
-    _tell(done + seconds)
+    _print_assumptions(done + seconds)
     given = {"model": model, "layers": layers, "needle": body, "bending": bending, "tension": tension}
-    fit = _identified(nf, done, seconds, **given, progress=progress)
+    fit = _identified(done, seconds, **given, progress=progress)
     _write(fit, json, report, save)
     _write_tables(fit, csv, draws)
     _show(fit, quiet=json == "-")
@@ -67,35 +80,36 @@ def run(
         raise typer.Exit(1)
 
 
-def _identified(nf, done, seconds, **options):
-    """The fit of what could be read; a first pass stays without its second if that is unreadable."""
+def _identified(done: ReadFiles, seconds: ReadFiles, **options: Any) -> "Fit":
+    """The fit of the readable recordings; a first pass with an unreadable second pass is used without it."""
+    from ..identification import identify
     from ..identification.result import with_unreadable
 
     if seconds and len(seconds) != len(done):
-        raise nf.InputError(
-            "--second-pass",
+        raise InputError(
+            "number of --second-pass files",
             len(seconds),
-            f"do not pair with {len(done)} files",
-            next_step="Give one for each file, in the same order.",
+            f"there are {len(done)} first passes",
+            next_step="Give one for each first pass, in the same order.",
         )
-    kept = [k for k, (_, recording) in enumerate(done) if not isinstance(recording, nf.InputError)]
+    kept = [k for k, (_, recording) in enumerate(done) if not isinstance(recording, InputError)]
     firsts = [done[k][1] for k in kept]
-    others = [None if isinstance(seconds[k][1], nf.InputError) else seconds[k][1] for k in kept] if seconds else []
-    unread = [(str(file), problem) for file, problem in done + seconds if isinstance(problem, nf.InputError)]
-    return with_unreadable(nf.identify(firsts, second_pass=others, **options) if firsts else None, unread)
+    others = [None if isinstance(seconds[k][1], InputError) else seconds[k][1] for k in kept] if seconds else []
+    unreadable = [(str(file), problem) for file, problem in done + seconds if isinstance(problem, InputError)]
+    return with_unreadable(identify(firsts, second_pass=others, **options) if firsts else None, unreadable)
 
 
-def _tell(done) -> None:
-    """What was assumed, once for all files that assume the same; what could not be read."""
-    said: dict[str, int] = {}
+def _print_assumptions(done: ReadFiles) -> None:
+    """Print each assumption once, with the number of files that share it."""
+    counts: dict[str, int] = {}
     for _, recording in done:
         for sentence in getattr(getattr(recording, "card", None), "assumptions", ()):
-            said[sentence] = said.get(sentence, 0) + 1
-    for sentence, count in said.items():
+            counts[sentence] = counts.get(sentence, 0) + 1
+    for sentence, count in counts.items():
         say(f"assumed: {sentence}" + (f" ({count} files)" if count > 1 else ""))
 
 
-def _write(fit, json, report, save) -> None:
+def _write(fit: "Fit", json: str | None, report: Path | None, save: Path | None) -> None:
     write_json(fit.to_json(), json)
     if report is not None:
         fit.report(report)
@@ -104,10 +118,10 @@ def _write(fit, json, report, save) -> None:
         fit.save(save)
         say(f"model: {save}")
     elif save is not None:
-        say(f"{save}: not written, there is no model")
+        say(f"{save}: not written, because no model was identified")
 
 
-def _write_tables(fit, csv, draws) -> None:
+def _write_tables(fit: "Fit", csv: Path | None, draws: Path | None) -> None:
     if csv is not None:
         fit.to_csv(csv)
         say(f"estimates: {csv}")
@@ -122,7 +136,7 @@ def _write_tables(fit, csv, draws) -> None:
         say(f"draws: {draws}")
 
 
-def _show(fit, quiet: bool) -> None:
+def _show(fit: "Fit", quiet: bool) -> None:
     for each in fit.recordings:
         if not each.parameters:
             say(f"{each.file}: {each.status}: " + " ".join(each.notes))
@@ -134,15 +148,15 @@ def _show(fit, quiet: bool) -> None:
         _show_evidence(fit.settings)
     ratio = None if fit.settings is None else fit.settings.lateral_over_axial_force
     if ratio is not None:
-        say(f"lateral forces: {100 * ratio:.0f} % of the axial one")
+        say(f"lateral forces: {100 * ratio:.0f} % of the axial force")
     for warning in fit.warnings:
         say(f"warning: {warning}")
     for bias in fit.two_pass.biases if fit.two_pass else ():
         say(f"two passes: {bias}")
 
 
-def _show_parameters(fit) -> None:
-    """One table, of several layers one each with the names within the layer."""
+def _show_parameters(fit: "Fit") -> None:
+    """Print one table of parameters, or one for each layer with the names within the layer."""
     from ..display.quantities import quantity
     from ..report.words import by_layer
 
@@ -169,12 +183,12 @@ def _show_evidence(settings) -> None:
     say(f"choice: {evidence_words(settings)}")
 
 
-def _yes(estimate) -> str:
+def _yes(estimate: "Estimate") -> str:
     return "yes" if estimate.identifiable else "no"
 
 
-def _spread(estimate) -> str:
-    """The scatter between repeats and the error within a run, in the unit that the value would be shown in."""
+def _spread(estimate: "Estimate") -> str:
+    """The standard deviations between repeats and within a run, in the unit of the printed value."""
     from ..display.quantities import quantity
 
     spreads = (estimate.between_repeats_sd, estimate.within_run_sd)
@@ -183,7 +197,7 @@ def _spread(estimate) -> str:
     return ", ".join(f"{each.half_width or '0'} {each.unit}".strip() for each in shown)
 
 
-def _events(each) -> list[str]:
+def _events(each: "RecordingFit") -> list[str]:
     events = each.events
     place = [f"{1e3 * event.depth:.2f} mm" if event is not None else "-" for event in (events.contact, events.exit)]
     punctures = ", ".join(f"{1e3 * p.depth:.2f} mm {p.force:.3g} N" for p in events.punctures) or "-"

@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce indentation``: the modulus of a specimen from an indentation curve, for one tip or several."""
+"""``needleforce indentation``: the modulus of a specimen from an indentation curve, for one or several tips."""
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
 import typer
 
 from ..errors import InputError
 from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, read_all
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
 
+if TYPE_CHECKING:
+    from ..identification.indentation import TipFit
+    from ..recording import Recording
+
 NAME = "indentation"
-SEGMENT_HELP = "Only the rows where a column has a value, as segment=0; else all up to the deepest."
+SEGMENT_HELP = "Use the rows in which a column has a value, such as segment=0; default: all rows up to the deepest one."
 SHAPES = {
     "cone": ("Cone", "half_angle"),
     "paraboloid": ("Paraboloid", "radius"),
@@ -22,25 +28,27 @@ SHAPES = {
     "blunted_cone": ("BluntedCone", "half_angle", "radius"),
     "truncated_cone": ("TruncatedCone", "half_angle", "radius"),
 }
-NUMBERS = {"half_angle": "--half-angle-deg", "radius": "--radius-um"}
-TIP_HELP = f"{', '.join(SHAPES)}; repeat it to compare. With --half-angle-deg and --radius-um, as the shape needs."
+DIMENSION_OPTIONS = {"half_angle": "--half-angle-deg", "radius": "--radius-um"}
+TIP_HELP = f"{', '.join(SHAPES)}; may be repeated. Needs --half-angle-deg or --radius-um, depending on the shape."
 
 
 def run(
-    file: Annotated[Path, typer.Argument(help="A file with one approach.", show_default=False)],
+    file: Annotated[Path, typer.Argument(help="File with one indentation.", show_default=False)],
     tip: Annotated[list[str], typer.Option(help=TIP_HELP)] = [],  # noqa: B006
     half_angle_deg: Annotated[float | None, typer.Option(help="Half angle of a cone.")] = None,
-    radius_um: Annotated[float | None, typer.Option(help="Radius of a tip, of its cap or of its flat.")] = None,
-    needle: Annotated[Path | None, typer.Option(help="TOML file with a needle: its tip on its shank.")] = None,
-    poisson_ratio: Annotated[float | None, typer.Option(help="Of the specimen: gives its Young modulus too.")] = None,
-    baseline: Annotated[str, typer.Option(help="Force without contact: none, constant or line.")] = "constant",
+    radius_um: Annotated[float | None, typer.Option(help="Radius of the tip, of its cap, or of its flat end.")] = None,
+    needle: Annotated[Path | None, typer.Option(help="TOML file with a needle: use its tip and shank.")] = None,
+    poisson_ratio: Annotated[float | None, typer.Option(help="Of the specimen, to compute its Young modulus.")] = None,
+    baseline: Annotated[
+        str, typer.Option(help="Model of the force before contact: none, constant or line.")
+    ] = "constant",
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
     segment: Annotated[str | None, typer.Option(help=SEGMENT_HELP)] = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
 ) -> None:
-    """Fit modulus, contact depth and baseline to an indentation curve, for one tip or several."""
+    """Fit modulus, contact depth and baseline to an indentation curve, for one or several tips."""
     from ..identification import compare_tips
     from ..identification.indentation import checked_options
 
@@ -62,8 +70,8 @@ def run(
         raise typer.Exit(1)
 
 
-def _approach(recording, file: Path, wanted: dict[str, str]):
-    """Depth and force of the rows asked for."""
+def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str, str]) -> tuple[np.ndarray, np.ndarray]:
+    """Depth and force of the selected rows."""
     if isinstance(recording, InputError):
         raise recording
     for sentence in (*recording.card.assumptions, *(note.message for note in recording.notes)):
@@ -72,26 +80,30 @@ def _approach(recording, file: Path, wanted: dict[str, str]):
         used = _rows(file, *next(iter(wanted.items())), len(recording))
     else:
         used = slice(int(recording.depth.argmax()) + 1)
-        say(f"assumed: the approach ends at the deepest of {len(recording)} samples, number {used.stop}")
+        say(f"assumed: the indentation ends at the deepest of {len(recording)} samples, number {used.stop}")
     return recording.depth[used], recording.force[used]
 
 
-def _rows(file: Path, name: str, value: str, count: int):
-    """Where the column ``name`` has ``value``; InputError names the columns seen."""
+def _rows(file: Path, name: str, value: str, count: int) -> np.ndarray:
+    """Whether the column ``name`` has ``value``, (n,); InputError if there is no such column or value."""
     import pandas as pd
 
     frame = pd.read_csv(file, sep=None, engine="python", comment="#", skipinitialspace=True, dtype=str)
     if name not in frame:
-        raise InputError("--segment", repr(name), f"the columns are {', '.join(map(str, frame.columns))}")
+        limit = f"the columns are {', '.join(map(str, frame.columns))}"
+        raise InputError("column of --segment", repr(name), limit, next_step="Give one of them.")
     if len(frame) != count:
-        raise InputError("rows with all values", count, f"the file has {len(frame)}", next_step="Mend the others.")
+        limit = f"the file has {len(frame)} rows"
+        advice = "Correct or remove the other rows."
+        raise InputError("number of rows with all values", count, limit, next_step=advice)
     used = (frame[name].str.strip() == value).to_numpy()
     if not used.any():
-        raise InputError(f"column {name!r}", f"never {value}", f"it has {', '.join(frame[name].unique()[:8])}")
+        limit = f"it contains {', '.join(frame[name].unique()[:8])}"
+        raise InputError(f"column {name!r}", f"never {value}", limit, next_step="Give one of its values.")
     return used
 
 
-def _document(row) -> dict:
+def _document(row: "TipFit") -> dict:
     fit = row.fit
     return {
         "tip": repr(fit.tip),
@@ -105,7 +117,7 @@ def _document(row) -> dict:
     }
 
 
-def _show(rows, quiet: bool) -> None:
+def _show(rows: "Sequence[TipFit]", quiet: bool) -> None:
     for row in rows:
         for note in row.fit.notes:
             say(f"{row.fit.tip!r}: {note}")
@@ -123,7 +135,7 @@ def _show(rows, quiet: bool) -> None:
             for e in row.fit.parameters.values()
         ]
         more = f", BIC {row.more_than_best:.1f} more than the best" if len(rows) > 1 else ""
-        apart = "" if row.distinguishable or not more else ", not told apart from it"
+        apart = "" if row.distinguishable or not more else ", not distinguishable from it"
         title = f"{row.fit.tip!r}, residual {row.fit.residual_rms:.3g} N" + (more + apart) * (row is not rows[0])
         table(title, ["quantity", "value", "95 % interval", "unit", "identifiable", "how"], shown)
 
@@ -131,37 +143,42 @@ def _show(rows, quiet: bool) -> None:
 def tips_of(
     shapes: list[str], half_angle_deg: float | None, radius_um: float | None, needle: Path | None
 ) -> tuple[list, float | None]:
-    """The tips asked for, and the radius [m] of their shank, None without one. Raises InputError for wrong usage."""
+    """The selected tips and the radius [m] of their shank, None without one. Raises InputError for wrong usage."""
     from ..core import tips
     from ..preset_files.build import read_needle
 
     if bool(shapes) == (needle is not None):
-        raise InputError("tip", next_step="Give --tip, or --needle with a file that has one.")
+        limit = "exactly one of the two is needed"
+        advice = "Give --tip, or --needle with a file that contains a tip."
+        raise InputError("--tip and --needle", "", limit, next_step=advice)
     given = {
         "half_angle": None if half_angle_deg is None else math.radians(half_angle_deg),
         "radius": None if radius_um is None else radius_um / 1e6,
     }
-    _known(shapes, given)
+    _check_tips(shapes, given)
     if needle is not None:
         body = read_needle(needle)
         if body.tip is None:
             raise InputError("needle.tip", "missing", place=needle.name, next_step="Add a section [needle.tip].")
         return [body.tip], body.radius
-    return [getattr(tips, SHAPES[shape][0])(*_numbers(shape, given)) for shape in shapes], None
+    return [getattr(tips, SHAPES[shape][0])(*_dimensions(shape, given)) for shape in shapes], None
 
 
-def _known(shapes: list[str], given: dict[str, float | None]) -> None:
-    """InputError for a shape that is not known, and for a number that no shape takes."""
+def _check_tips(shapes: list[str], given: dict[str, float | None]) -> None:
+    """Raise InputError for an unknown shape, and for a dimension that no selected shape has."""
     for shape in shapes:
         if shape not in SHAPES:
-            raise InputError("--tip", repr(shape), f"known are {', '.join(SHAPES)}", next_step="Others: --needle.")
+            advice = "Give one of them, or another tip in a file with --needle."
+            raise InputError("--tip", repr(shape), f"known are {', '.join(SHAPES)}", next_step=advice)
     for name, value in given.items():
         if value is not None and not any(name in SHAPES[shape] for shape in shapes):
-            raise InputError(NUMBERS[name], "given", "no tip asked for has such a number", next_step="Leave it out.")
+            raise InputError(
+                DIMENSION_OPTIONS[name], "given", "no selected tip has this dimension", next_step="Leave it out."
+            )
 
 
-def _numbers(shape: str, given: dict[str, float | None]) -> list[float]:
+def _dimensions(shape: str, given: dict[str, float | None]) -> list[float]:
     for name in SHAPES[shape][1:]:
         if given[name] is None:
-            raise InputError(f"{name} of the {shape}", "missing", next_step=f"Give {NUMBERS[name]}.")
+            raise InputError(f"{name} of the {shape}", "missing", next_step=f"Give {DIMENSION_OPTIONS[name]}.")
     return [given[name] for name in SHAPES[shape][1:]]

@@ -1,40 +1,44 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce laws``: every law with its parameters, ranges, units and sources; those that hold; named models."""
+"""``needleforce laws``: all laws with their parameters, ranges, units and sources; applicable laws; named models."""
 
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from .output import JSON_HELP, check_outputs, table, write_json
+
+if TYPE_CHECKING:
+    from ..core import Needle, Tissue
 
 NAME = "laws"
 COLUMNS = ["law", "part", "parameter", "unit", "range", "default", "meaning", "source"]
 
 
 def run(
-    models: Annotated[bool, typer.Option("--models", help="List the named models in place of the laws.")] = False,
+    models: Annotated[bool, typer.Option("--models", help="List the named models instead of the laws.")] = False,
     citations: Annotated[bool, typer.Option("--citations", help="List the full references behind the laws.")] = False,
-    needle: Annotated[str | None, typer.Option(help="A needle's file or a preset: which laws hold for it.")] = None,
-    tissue: Annotated[str | None, typer.Option(help="A tissue's file or a preset; else that of --needle.")] = None,
-    indentation_mm: Annotated[float | None, typer.Option(help="Depth of the tip at the puncture.")] = None,
-    depth_mm: Annotated[float | None, typer.Option(help="How deep the tip goes.")] = None,
+    needle: Annotated[str | None, typer.Option(help="Needle file or preset: check the laws for it.")] = None,
+    tissue: Annotated[str | None, typer.Option(help="Tissue file or preset; default: the tissue of --needle.")] = None,
+    indentation_mm: Annotated[float | None, typer.Option(help="Indentation at the puncture.")] = None,
+    depth_mm: Annotated[float | None, typer.Option(help="Largest depth of the tip.")] = None,
     thickness_mm: Annotated[float | None, typer.Option(help="Thickness of the specimen.")] = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
 ) -> None:
-    """List every law with its parameters, ranges, units and sources, or which of them hold for a needle and tissue."""
+    """List all laws with their parameters, ranges, units and sources, or check them for a needle and tissue."""
     check_outputs([json], [needle, tissue])
     lengths = {"indentation": indentation_mm, "depth": depth_mm, "thickness": thickness_mm}
     if models:
-        _tell("named models", *_models(), json)
+        _print("named models", *_models(), json)
     elif citations:
-        _tell("references", *_references(), json)
+        _print("references", *_references(), json)
     elif any(value is not None for value in (needle, tissue, *lengths.values())):
-        _tell("which laws hold", *_holding(needle, tissue, lengths), json)
+        _print("validity of the laws", *_applicable(needle, tissue, lengths), json)
     else:
-        _tell("laws", *_laws(), json)
+        _print("laws", *_laws(), json)
 
 
-def _tell(title: str, columns: list[str], rows: list[list[str]], document: list, json: str | None) -> None:
+def _print(title: str, columns: list[str], rows: list[list[str]], document: list, json: str | None) -> None:
     write_json(document, json)
     if json != "-":
         table(title, columns, rows)
@@ -58,7 +62,7 @@ def _models() -> tuple:
     from ..models.named_models import NAMED_MODELS
 
     named = list(NAMED_MODELS.values())
-    columns = ["model", *FAMILIES, "what it is", "source"]
+    columns = ["model", *FAMILIES, "summary", "source"]
     return columns, [[m.name, *m.choice.values(), m.summary, m.source] for m in named], [asdict(m) for m in named]
 
 
@@ -71,7 +75,7 @@ def _references() -> tuple:
     return ["key", "reference"], [[work.key, str(work)] for work in cited], document
 
 
-def _holding(needle: str | None, tissue: str | None, lengths: dict[str, float | None]) -> tuple:
+def _applicable(needle: str | None, tissue: str | None, lengths: dict[str, float | None]) -> tuple:
     from ..models.applicability import applicable_laws
 
     in_metres = {name: None if length is None else 1e-3 * length for name, length in lengths.items()}
@@ -81,33 +85,34 @@ def _holding(needle: str | None, tissue: str | None, lengths: dict[str, float | 
     return keys, rows, [dict(zip(keys, row)) for row in rows]
 
 
-def _file(name_or_path: str):
+def _file(name_or_path: str) -> str | Path:
     from ..preset_files.presets import FOLDER, presets
 
     return FOLDER / f"{name_or_path}.toml" if name_or_path in presets() else name_or_path
 
 
-def _needle(name_or_path: str | None):
+def _needle(name_or_path: str | None) -> "Needle | None":
     from ..preset_files.build import read_needle
 
     return None if name_or_path is None else read_needle(_file(name_or_path))
 
 
-def _tissue(name_or_path: str | None, beside: str | None):
+def _tissue(name_or_path: str | None, needle: str | None) -> "Tissue | None":
+    """The tissue of its own file or preset, otherwise of the needle's, None without either."""
     from ..preset_files.build import read_tissue
 
     if name_or_path is not None:
         return read_tissue(_file(name_or_path))
-    return None if beside is None else read_tissue(_file(beside), required=False)
+    return None if needle is None else read_tissue(_file(needle), required=False)
 
 
-def _described(law) -> dict:
+def _described(law: type) -> dict:
     about = {key: getattr(law, key) for key in ("name", "family", "summary", "source", "validity")}
     return about | {"parameters": law.table()}
 
 
-def _rows(law) -> list[list[str]]:
-    """One row for each parameter; a law without has one row of its own."""
+def _rows(law: type) -> list[list[str]]:
+    """One row for the law and one for each of its parameters."""
     first = [[law.name, law.family, "", "", "", "", law.summary, law.source]]
     return first + [["", "", *_parameter(row)] for row in law.table()]
 

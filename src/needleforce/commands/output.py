@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What every command prints with: tables, JSON, progress on standard error."""
+"""Output of the commands: tables and JSON on standard output, messages and progress on standard error."""
 
 import json
 import sys
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from ..files import atomic_write, checked_target, json_safe
 
-JSON_HELP = "Also write the result as JSON; - for standard output."
+JSON_HELP = "Write the result as JSON to this file; - for standard output."
+REPORT_HELP = "Write a report as one HTML file."
+EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
 
 
 def table(title: str, columns: list[str], rows: list[list[str]]) -> None:
-    """Prints a table on standard output; cells are plain text, never markup."""
+    """Print a table on standard output; cells are plain text, not markup."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -25,12 +29,12 @@ def table(title: str, columns: list[str], rows: list[list[str]]) -> None:
 
 
 def say(text: str) -> None:
-    """One line on standard error."""
+    """Print one line on standard error."""
     print(text, file=sys.stderr)
 
 
-def progress(work, text: str):
-    """``work`` with a bar on standard error, gone when it is done; nothing where no one watches."""
+def progress(work: Iterable[Any], text: str) -> Iterable[Any]:
+    """Wrap ``work`` with a progress bar on standard error, removed at the end; no bar if it is not a terminal."""
     if not sys.stderr.isatty():
         return work
     from rich.console import Console
@@ -39,8 +43,8 @@ def progress(work, text: str):
     return track(list(work), description=text, console=Console(stderr=True), transient=True)
 
 
-def write_json(document, path: str | None) -> None:
-    """Writes a document where one is asked for; text is written as it is."""
+def write_json(document: Any, path: str | None) -> None:
+    """Write a document, or JSON text, to a file, to standard output for ``-``, or nowhere for None."""
     if path is None:
         return
     text = document if isinstance(document, str) else json.dumps(json_safe(document), indent=2, allow_nan=False)
@@ -52,7 +56,7 @@ def write_json(document, path: str | None) -> None:
 
 
 def check_outputs(outputs: list, inputs: list = []) -> None:  # noqa: B006
-    """Refuses, before any work, an output that cannot be written, that is an input, or that is named twice."""
+    """Raise InputError, before any work, for an output that cannot be written, is an input, or is named twice."""
     from ..errors import InputError
 
     taken = {Path(path).resolve(): "read" for path in inputs if path is not None}
@@ -66,7 +70,7 @@ def check_outputs(outputs: list, inputs: list = []) -> None:  # noqa: B006
 
 
 def pairs(options: list[str], option: str) -> dict[str, str]:
-    """``force=fz`` options as a dictionary."""
+    """Options such as ``force=fz`` as a dictionary."""
     from ..errors import InputError
 
     for text in options:
@@ -75,9 +79,10 @@ def pairs(options: list[str], option: str) -> dict[str, str]:
                 f"--{option}",
                 repr(text),
                 "not of the form quantity=name",
-                next_step=f"Write for example --{option} " + ("force=fz." if option == "column" else "time=us."),
+                next_step=f"Write for example --{option} {EXAMPLES.get(option, 'time=us')}.",
             )
     found = dict(text.split("=", 1) for text in options)
     if len(found) < len(options):
-        raise InputError(f"--{option}", ", ".join(options), "names a quantity twice", next_step="Keep one of the two.")
+        limit = "a quantity is given twice"
+        raise InputError(f"--{option}", ", ".join(options), limit, next_step="Keep one of the two.")
     return found

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce presets``: every shipped parameter set with its source and doubts, and published single values."""
+"""``needleforce presets``: all shipped parameter sets with their sources and doubts, and published single values."""
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from .output import JSON_HELP, check_outputs, table, write_json
 
+if TYPE_CHECKING:
+    from ..models.model import Layer, Model
+
 NAME = "presets"
-PUBLISHED_HELP = "List published values that make no complete model in place of the presets."
+PUBLISHED_HELP = "List published single values, which form no complete model, instead of the presets."
 
 
 def run(
@@ -46,25 +49,25 @@ def _published() -> tuple:
     return "published values", columns, rows, document
 
 
-def _row(model, names: tuple[str, ...]) -> list[str]:
+def _row(model: "Model", names: tuple[str, ...]) -> list[str]:
     doubts = str(len(model.doubts))
     return [model.name, " or ".join(names), model.summary, model.reference, doubts, _state(model)]
 
 
-def _state(model) -> str:
+def _state(model: "Model") -> str:
     return "unverified" if model.unverified else "verified"
 
 
-def _described(model) -> dict:
+def _described(model: "Model") -> dict:
     first, *deeper = [_laws(layer) for layer in model.layers]
     about = {"name": model.name, "summary": model.summary, "reference": model.reference}
     doubts = {"doubts": list(model.doubts), "unverified": list(model.unverified), "citations": list(model.citations)}
     return about | doubts | first | ({"layers": deeper} if deeper else {})
 
 
-def _laws(layer) -> dict:
+def _laws(layer: "Layer") -> dict:
     from ..models.laws import FAMILIES
 
     laws = {part: getattr(layer, part) for part in FAMILIES}
-    told = {part: {"law": law.name, **law.parameters()} for part, law in laws.items()}
-    return told | ({"top": layer.top} if layer.top else {})
+    described = {part: {"law": law.name, **law.parameters()} for part, law in laws.items()}
+    return described | ({"top": layer.top} if layer.top else {})

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce rig``: the virtual rig on the network, until Ctrl-C."""
+"""``needleforce rig``: the virtual rig as network servers, until Ctrl-C."""
 
 from contextlib import suppress
 from typing import Annotated
@@ -15,20 +15,25 @@ NAME = "rig"
 
 def run(
     preset: Annotated[
-        str | None, typer.Option(help="A preset or preset file as tissue; else the paper's phantom.")
+        str | None, typer.Option(help="Preset or preset file of the tissue; default: the paper's phantom.")
     ] = None,
-    seed: Annotated[int, typer.Option(help="Sites, sensor, noise and faults are drawn from it.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the sites, the sensor, the noise and the faults.")] = 1,
     sensor_port: Annotated[int, typer.Option(help="UDP port of the sensor, 0 for any free one.")] = SENSOR_PORT,
     axis_port: Annotated[int, typer.Option(help="TCP port of the axis, 0 for any free one.")] = AXIS_PORT,
     page_port: Annotated[int, typer.Option(help=f"HTTP port of {PAGE}, 0 for any free one.")] = AXIS_PORT + 1,
     listen: Annotated[
-        str, typer.Option(help="Address to listen at; beyond this computer, anybody may drive.")
+        str, typer.Option(help="Address to listen on; other than 127.0.0.1, anyone in the network can move the axis.")
     ] = "127.0.0.1",
-    filter_length: Annotated[int, typer.Option(help="Samples of the sensor's average filter at 1 kHz.")] = 10,
-    fault: Annotated[list[str] | None, typer.Option(help="As lost=0.05; repeat it. docs/rig.md has all.")] = None,
-    duration_s: Annotated[float | None, typer.Option(min=0.0, help="End after so long; else Ctrl-C ends it.")] = None,
+    filter_length: Annotated[int, typer.Option(help="Samples in the sensor's average filter, at 1 kHz.")] = 10,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(help="Fault to simulate, such as lost=0.05; may be repeated (list: docs/rig.md)."),
+    ] = None,
+    duration_s: Annotated[
+        float | None, typer.Option(min=0.0, help="End after this time; default: run until Ctrl-C.")
+    ] = None,
 ) -> None:
-    """Run the paper's rig as software: a six-axis sensor and a motion axis that speak over the network."""
+    """Run a simulation of the paper's rig: a six-axis sensor and a motion axis as network servers."""
     import needleforce as nf
 
     from ..rig import Sensor
@@ -48,5 +53,5 @@ def run(
 
 
 def _say(line: str) -> None:
-    with suppress(BrokenPipeError):  # who read this is gone; the rig goes on
+    with suppress(BrokenPipeError):  # the reader has closed the pipe; the rig continues
         print(line, flush=True)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce simulate``: a preset along an insertion, as a CSV file."""
+"""``needleforce simulate``: simulate an insertion with a preset and write it as a recording."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,15 +12,19 @@ NAME = "simulate"
 
 
 def run(
-    output: Annotated[Path, typer.Option("--output", "-o", help="The CSV file to write.")],
-    preset: Annotated[str, typer.Option(help="A shipped preset, or a preset file.")] = "paper",
-    speed_mm_s: Annotated[float, typer.Option(help="Speed of both strokes.")] = 3.0,
-    depth_mm: Annotated[float, typer.Option(help="Deepest point below the undeformed surface.")] = 20.0,
-    start_mm: Annotated[float, typer.Option(help="Where the tip starts; negative is above the surface.")] = -5.0,
-    hold_s: Annotated[float, typer.Option(help="Rest at the deepest point.")] = 0.0,
-    withdraw: Annotated[bool, typer.Option(help="Come out again.")] = True,
-    rate_hz: Annotated[float, typer.Option(help="Samples per second.")] = 1000.0,
-    citations: Annotated[bool, typer.Option("--citations", help="Also print the references of what was used.")] = False,
+    output: Annotated[Path, typer.Option("--output", "-o", help="File to write: .csv, .parquet or .mcap.")],
+    preset: Annotated[str, typer.Option(help="Shipped preset or preset file.")] = "paper",
+    speed_mm_s: Annotated[float, typer.Option(help="Speed of insertion and withdrawal.")] = 3.0,
+    depth_mm: Annotated[float, typer.Option(help="Maximum depth below the undeformed surface.")] = 20.0,
+    start_mm: Annotated[
+        float, typer.Option(help="Depth of the tip at the start; negative is above the surface.")
+    ] = -5.0,
+    hold_s: Annotated[float, typer.Option(help="Hold at the maximum depth.")] = 0.0,
+    withdraw: Annotated[bool, typer.Option(help="Withdraw the needle after the hold.")] = True,
+    rate_hz: Annotated[float, typer.Option(help="Sampling rate.")] = 1000.0,
+    citations: Annotated[
+        bool, typer.Option("--citations", help="Also print the references of the laws and values used.")
+    ] = False,
 ) -> None:
     """Simulate an insertion and write it as a recording, without sensor, filter or noise."""
     import needleforce as nf

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings: files in, SI arrays with their provenance out, and back."""
+"""Recordings: files read into SI arrays with their provenance, and written again."""
 
 from .reader import read
 from .recording import Card, Note, Recording

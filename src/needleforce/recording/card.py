@@ -1,41 +1,42 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A card as comment lines above the table, ``# key: value``, and back."""
+"""The card written as comment lines above the table, ``# key: value``, and read from them."""
 
 import math
 import re
+from collections.abc import Iterator
 from numbers import Integral
 
 from ..errors import InputError
 from .recording import Card, Note
 
-_LONGEST_FILTER = 1_000_000  # samples
-_WHOLE = f"a whole number of samples from 1 to {_LONGEST_FILTER} is needed"
-_SHOWN = 40  # characters of an entry that an error quotes
+_MAX_FILTER_SAMPLES = 1_000_000  # samples
+_FILTER_LIMIT = f"a whole number of samples from 1 to {_MAX_FILTER_SAMPLES} is needed"
+_QUOTED_CHARS = 40  # characters of an entry that an error quotes
 _COUNT = re.compile("[0-9]{1,15}")
 _TEXTS = ("needle", "tissue", "rig")
 _ESCAPED = re.compile(r"\\x([0-9a-f]{2})")
 _TO_ESCAPE = re.compile(r"[\x00-\x1f\x7f\x85\\]")
 
 
-def card_lines(card: Card, notes: tuple[Note, ...] = (), **more: str) -> list[str]:
-    """The lines of a card, without line ends; ``more`` are further keys, such as ``start_depth_m``."""
+def card_lines(card: Card, notes: tuple[Note, ...] = (), **extra: str) -> list[str]:
+    """The lines of a card without line ends; ``extra`` contains further keys, such as ``start_depth_m``."""
     entries = [(key, getattr(card, key)) for key in _TEXTS]
     entries += [("origin", card.source), ("origin_sha256", card.sha256)]
-    entries += [("filter_length", str(card.filter_length) if card.filter_length != 1 else ""), *more.items()]
+    entries += [("filter_length", str(card.filter_length) if card.filter_length != 1 else ""), *extra.items()]
     entries += [("assumption", sentence) for sentence in card.assumptions]
     entries += [("note", f"{note.kind} {note.count} {note.message}") for note in notes]
     return [f"# {key}: {_TO_ESCAPE.sub(_escape, value)}" for key, value in entries if value]
 
 
 def check_filter_length(length: int | None) -> None:
-    """Raise InputError for what is neither None nor a number of samples."""
-    whole = isinstance(length, Integral) and not isinstance(length, bool) and 1 <= length <= _LONGEST_FILTER
-    if length is not None and not whole:
-        raise InputError("filter_length", repr(length), _WHOLE)
+    """Raise InputError unless ``length`` is None or a number of samples."""
+    valid = isinstance(length, Integral) and not isinstance(length, bool) and 1 <= length <= _MAX_FILTER_SAMPLES
+    if length is not None and not valid:
+        raise InputError("filter_length", repr(length), _FILTER_LIMIT)
 
 
 class Preamble:
-    """The card's entries found above a table; ``motion`` and ``start_depth_m`` are text, empty if absent."""
+    """The entries of the card above a table; ``motion`` and ``start_depth_m`` are text, empty if absent."""
 
     def __init__(self, comments: list[tuple[int, str]], place: str = ""):
         self._place = place
@@ -47,11 +48,11 @@ class Preamble:
             self._lines.setdefault(key, []).append(line)
 
     def text(self, key: str) -> str:
-        """The first entry with this key, empty if there is none."""
+        """The first entry with this key, empty if it is absent."""
         return self._texts.get(key, [""])[0]
 
     def number(self, key: str) -> float | None:
-        """The entry as a finite number, None if there is none. Raises InputError if it is no such number."""
+        """The entry as a finite number, None if it is absent. Raises InputError if it is not a finite number."""
         try:
             number = float(self.text(key)) if self.text(key) else None
         except ValueError:
@@ -61,19 +62,24 @@ class Preamble:
         return number
 
     def refusal(self, key: str, needed: str, entry: int = 0) -> InputError:
-        """The error for an entry that is not what is ``needed``, with its line."""
+        """The error for an invalid entry, with its line; ``needed`` states what is needed."""
         text, place = self._texts[key][entry], f"{self._place}, line {self._lines[key][entry]}"
-        shown = repr(text if len(text) <= _SHOWN else text[:_SHOWN] + "…")
-        return InputError(f"{key} in the file's card", shown, needed, place, "Mend or remove the line.")
+        shown = repr(text if len(text) <= _QUOTED_CHARS else text[:_QUOTED_CHARS] + "…")
+        return InputError(f"{key} in the file's card", shown, needed, place, "Correct or remove the line.")
 
     def card(self, source: str, sha256: str, filter_length: int | None, assumptions: list[str]) -> Card:
-        """The card of the recording: ``source`` and ``sha256`` name the file read, the rest is the file's own."""
-        length = filter_length or self._filter_length()
-        said = [*self._texts.get("assumption", []), *assumptions]
-        return Card(source, sha256, *(self.text(key) for key in _TEXTS), length, tuple(dict.fromkeys(said)))
+        """The card of the recording: ``source`` and ``sha256`` identify the file read, the rest comes from its card."""
+        sentences = [*self._texts.get("assumption", []), *assumptions]
+        return Card(
+            source=source,
+            sha256=sha256,
+            **{key: self.text(key) for key in _TEXTS},
+            filter_length=filter_length or self._filter_length(),
+            assumptions=tuple(dict.fromkeys(sentences)),
+        )
 
     def notes(self) -> list[Note]:
-        """The notes the file brings along, and where its numbers come from."""
+        """The notes stored in the file, and the origin of its data."""
         notes = [Note(kind, message, int(count)) for kind, count, message in self._split_notes()]
         if self.text("origin") or self.text("origin_sha256"):
             origin = f"written from {self.text('origin') or 'a recording'}"
@@ -85,11 +91,11 @@ class Preamble:
         length = self.number("filter_length")
         if length is None:
             return 1
-        if length != int(length) or not 1 <= length <= _LONGEST_FILTER:
-            raise self.refusal("filter_length", _WHOLE)
+        if length != int(length) or not 1 <= length <= _MAX_FILTER_SAMPLES:
+            raise self.refusal("filter_length", _FILTER_LIMIT)
         return int(length)
 
-    def _split_notes(self):
+    def _split_notes(self) -> Iterator[list[str]]:
         for entry, text in enumerate(self._texts.get("note", [])):
             parts = text.split(" ", 2)
             if len(parts) == 3 and parts[1].isdigit():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which column of a file holds which quantity, and in which unit, as far as its header says."""
+"""Recognition of quantities and units from the headers of a file's columns."""
 
 import re
 from collections.abc import Mapping
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ..errors import InputError
 from ..units import find
 
-# quantity: its dimension, and the names under which it is recognised, after _plain()
+# quantity: its dimension, and the header names that are recognised, as normalised by _plain()
 QUANTITIES = {
     "time": ("time", "time t timestamp time_stamp elapsed elapsed_time"),
     "depth": ("length", "depth insertion_depth needle_depth pz p_z pos_z position_z position pos displacement travel"),
@@ -31,7 +31,7 @@ _AFTER_SLASH = re.compile(r"(.*?)\s+(?:/|in)\s+(\S+)\s*")
 
 @dataclass(frozen=True)
 class Column:
-    """One used column: its quantity, header, place in the row, and the unit written in its header, if any."""
+    """One used column: its quantity, header, index in the row, and the unit in its header, if any."""
 
     quantity: str
     header: str
@@ -45,9 +45,28 @@ def dimension(quantity: str) -> str:
 
 
 def choose(headers: list[str], wanted: tuple[str, ...], given: Mapping[str, str], place: str) -> dict[str, Column]:
-    """The columns of the ``wanted`` quantities: those ``given`` (quantity -> header) and those recognised.
+    """Find the columns of the ``wanted`` quantities.
 
-    Raises InputError where a given header is absent, two columns fit one quantity, or a used header stands twice.
+    Parameters
+    ----------
+    headers : list of str
+        The headers of the file.
+    wanted : tuple of str
+        Quantities to find, keys of ``QUANTITIES``.
+    given : mapping
+        Quantity -> header chosen by the user; the other quantities are recognised by their headers.
+    place : str
+        The file, for messages.
+
+    Returns
+    -------
+    dict
+        Quantity -> Column for the quantities found.
+
+    Raises
+    ------
+    InputError
+        A given header is absent, two columns match one quantity, or a used header occurs twice.
     """
     for quantity in given:
         check_known(quantity)
@@ -61,7 +80,7 @@ def choose(headers: list[str], wanted: tuple[str, ...], given: Mapping[str, str]
 
 
 def split(header: str) -> tuple[str, str | None]:
-    """A header's name and the text of its unit: ``Force [N]``, ``time_us``, ``Weg (mm)``, ``F / N``."""
+    """Split a header into name and unit: ``Force [N]``, ``time_us``, ``Weg (mm)``, ``F / N``."""
     bracketed = _IN_BRACKETS.fullmatch(header) or _AFTER_SLASH.fullmatch(header)
     if bracketed:
         return bracketed[1], bracketed[2]
@@ -76,24 +95,24 @@ def split(header: str) -> tuple[str, str | None]:
 
 
 def missing(quantity: str, headers: list[str], place: str, instead: str = "") -> InputError:
-    """The error for a quantity that no column holds."""
+    """The error for a quantity without a column; ``instead`` names another way to give it."""
     return InputError(
         f"no column holds the {quantity}",
         "",
         f"the columns are {', '.join(map(repr, headers))}",
         place,
-        f"Say which does with --column {quantity}=NAME{instead}.",
+        f"Choose one with --column {quantity}=NAME{instead}.",
     )
 
 
 def check_known(quantity: str) -> None:
-    """Raise InputError for a word that is no quantity of a recording."""
+    """Raise InputError for a name that is not a quantity of a recording."""
     if quantity not in QUANTITIES:
         raise InputError("quantity", repr(quantity), f"known are {', '.join(QUANTITIES)}")
 
 
 def _named(headers: list[str], wanted: str, quantity: str, place: str) -> list[int]:
-    """Where the header is that someone asked for: as written, or its name without the unit."""
+    """The indices of the header that the user chose: as written, or its name without the unit."""
     exact = [i for i, header in enumerate(headers) if header == wanted.strip()]
     found = exact or [i for i, header in enumerate(headers) if _plain(split(header)[0]) == _plain(wanted)]
     if not found:
@@ -102,7 +121,7 @@ def _named(headers: list[str], wanted: str, quantity: str, place: str) -> list[i
             repr(wanted),
             f"the columns are {', '.join(map(repr, headers))}",
             place,
-            f"Give one of them, as --column {quantity}=NAME.",
+            f"Give one of them with --column {quantity}=NAME.",
         )
     return found
 
@@ -112,7 +131,7 @@ def _single(headers: list[str], quantity: str, found: list[int], place: str) -> 
     if len(names) > 1 and len(set(names)) == 1:
         raise InputError(
             f"column {names[0]!r}",
-            f"there {len(names)} times",
+            f"present {len(names)} times",
             "each used header must be unique",
             place,
             f"Rename one of them: it is read as the {quantity}.",
@@ -121,9 +140,9 @@ def _single(headers: list[str], quantity: str, found: list[int], place: str) -> 
         raise InputError(
             f"column of the {quantity}",
             "ambiguous",
-            f"{' and '.join(map(repr, names))} both fit",
+            f"{' and '.join(map(repr, names))} match",
             place,
-            f"Say which with --column {quantity}={names[0]}.",
+            f"Choose one, for example with --column {quantity}={names[0]}.",
         )
     return Column(quantity, names[0], found[0], split(names[0])[1])
 

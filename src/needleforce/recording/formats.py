@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Which format a file has, by its first bytes, whatever it is called."""
+"""Detection of a file's format by its first bytes, independent of its name."""
 
 from pathlib import Path
 
@@ -9,11 +9,14 @@ _MAGIC = {MCAP: "log", b"PAR1": "parquet"}
 
 
 def format_of(path: Path) -> str:
-    """``log`` for MCAP and for the folder of a ROS 2 bag, ``parquet``, else ``text``, which then says what is wrong."""
+    """``log`` for MCAP and for the folder of a ROS 2 bag, ``parquet``, otherwise ``text``.
+
+    A file that cannot be read counts as ``text``; the text reader then reports the reason.
+    """
     try:
         if (path / BAG).is_file():
             return "log"
-        if not path.is_file():  # a pipe would keep its reader waiting
+        if not path.is_file():  # opening a pipe would block
             return "text"
         with open(path, "rb") as file:
             start = file.read(8)

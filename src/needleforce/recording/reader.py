@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From files to a recording: the one verb, ``read``."""
+"""``read``: from files to a recording."""
 
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 from .card import Preamble, check_filter_length
@@ -11,11 +12,11 @@ from .columns import AXES
 from .force_signal import glitch_notes, remove_bias
 from .formats import format_of
 from .joining import INWARDS, check_direction, join, of_main, put_motion, settle_motion
-from .parquet_table import Stored, find_stored
+from .parquet_table import ParquetLayout, open_parquet
 from .recording import Recording
 from .stream import Stream, read_stream
 from .text_layout import Layout, find_layout
-from .timestamps import unsteadiness
+from .timestamps import timing_notes
 
 
 def read(
@@ -29,26 +30,46 @@ def read(
     motion: str | os.PathLike | None = None,
     start_depth: float | None = None,
 ) -> Recording:
-    """Read a recording: a text file with a header (comma, semicolon, tab or blanks between the columns), Parquet, MCAP,
-    or the folder of a ROS 2 bag, told apart by their first bytes.
+    """Read a recording from a text file, a Parquet file, an MCAP file, or the folder of a ROS 2 bag.
 
-    ``columns`` maps a quantity (time, depth, velocity, force, fx, fy, tx, ty, tz) to its header, ``units`` to its unit;
-    both are recognised from common headers where they are not given, and what was assumed stands in
-    ``card.assumptions``. ``inwards`` is "increasing", or "decreasing" for a depth that counts the other way.
-    ``filter_length`` [samples] is that of the average filter the force went through, by default the file's own word.
-    In messages ``columns`` says which axis is the force, and which topic or joint the depth, where the file does not:
-    ``{"force": "/ft/wrench:-fz", "depth": "/joint_states:needle"}``; they are in SI unless ``units`` says otherwise.
+    The format is detected from the first bytes. A text file needs a header; its columns are separated by commas,
+    semicolons, tabs or blanks.
 
-    ``motion`` is a second file with depth, or velocity, on its own clock with the same zero. Velocity is integrated
-    from ``start_depth`` [m], the depth at its first sample (or the ``start_depth_m`` in that file's card), and depth is
-    put on the force's clock; force samples outside the motion's times are left out. Keys such as ``motion.time`` in
-    ``columns`` and ``units`` are for this file.
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file, or the folder of a bag.
+    columns : mapping, optional
+        Quantity (time, depth, velocity, force, fx, fy, tx, ty, tz) -> header. Common headers are recognised. For MCAP
+        and bags, the axis of the force and the topic or joint of the depth:
+        ``{"force": "/ft/wrench:-fz", "depth": "/joint_states:needle"}``.
+    units : mapping, optional
+        Quantity -> unit, such as ``{"time": "us", "depth": "mm"}``; ``-N`` reverses the sign. Units are read from the
+        headers or recognised by plausibility; messages are in SI unless given here.
+    inwards : {"increasing", "decreasing"}
+        Whether depth increases or decreases during insertion.
+    filter_length : int, optional
+        Samples in the average filter of the force; by default the value in the file's card, or 1.
+    baseline : bool
+        Remove the bias of the force: the one marked in a live recording, otherwise the mean of the free travel before
+        contact if it is significant (see ``force_signal.bias``). Nothing is removed without free travel.
+    motion : str or os.PathLike, optional
+        A second file with depth or velocity on its own clock with the same zero. It is interpolated onto the force's
+        clock; force samples outside its times are left out. Keys such as ``motion.time`` in ``columns`` and ``units``
+        apply to this file.
+    start_depth : float, optional
+        Depth [m] at the first sample of a velocity, from which it is integrated; by default ``start_depth_m`` in the
+        file's card.
 
-    ``baseline`` removes the bias of the force: the one marked in a live recording, else the mean of the free travel
-    before contact, where it is sure and clearly above the noise (see ``baseline.bias``); a recording that starts in
-    contact is left alone. Without free travel nothing is removed. What was found on the way stands in ``notes``.
+    Returns
+    -------
+    Recording
+        Arrays in SI. ``card.assumptions`` lists what was assumed, ``notes`` what was found.
 
-    Raises InputError, with the line where there is one, for everything that makes no recording of the file.
+    Raises
+    ------
+    InputError
+        The file cannot be read as a recording; the message names the line if there is one.
     """
     if inwards not in INWARDS:
         raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
@@ -69,69 +90,78 @@ def _reader(path: Path) -> Callable[..., Recording]:
     return _read_text
 
 
-def _read_text(path, **options) -> Recording:
+def _read_text(path: str | os.PathLike, **options: Any) -> Recording:
     return _read_table(find_layout(Path(path)), **options)
 
 
-def _read_parquet(path, **options) -> Recording:
-    return _read_table(find_stored(Path(path)), **options)
+def _read_parquet(path: str | os.PathLike, **options: Any) -> Recording:
+    return _read_table(open_parquet(Path(path)), **options)
 
 
 def _read_table(
-    layout: Layout | Stored, columns, units, inwards, filter_length, baseline, motion, start_depth
+    layout: Layout | ParquetLayout,
+    *,
+    columns: Mapping[str, str] | None,
+    units: Mapping[str, str] | None,
+    inwards: str,
+    filter_length: int | None,
+    baseline: bool,
+    motion: str | os.PathLike | None,
+    start_depth: float | None,
 ) -> Recording:
-    """What ``read`` makes of a table whose layout is known; the options are its."""
+    """Read a table whose layout is known; the options are those of ``read``."""
     preamble = Preamble(layout.comments, str(layout.path))
-    motion = Path(motion) if motion is not None else _motion_beside(layout.path, preamble)
+    motion = Path(motion) if motion is not None else _motion_of_card(layout.path, preamble)
     wanted = ("time", "force", *AXES) if motion else ("time", "force", "depth", "velocity", *AXES)
     main = read_stream(layout, wanted, of_main(columns), of_main(units))
     if motion:
-        join(main, motion, start_depth, columns, units, INWARDS[inwards])
+        direction = INWARDS[inwards]
+        join(main, motion, start_depth=start_depth, columns=columns, units=units, inwards=direction)
     elif main.motion:
         put_motion(main, main.motion, start_depth, preamble, INWARDS[inwards])
-        main.said += main.motion.said
+        main.assumptions += main.motion.assumptions
     else:
         settle_motion(main, start_depth, preamble, INWARDS[inwards])
     if baseline:
-        remove_bias(main, before=any(note.kind == "baseline" for note in preamble.notes()))
-    main.notes += unsteadiness(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
+        remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
+    main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
     return _recording(main, preamble, filter_length)
 
 
-def _motion_beside(path: Path, preamble: Preamble) -> Path | None:
-    """The motion a file's card names: a file in the same folder, and in no other."""
+def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:
+    """The motion file that the card names, which must be in the same folder."""
     name = preamble.text("motion")
     if not name:
         return None
-    beside = Path(name).name
-    if not beside or beside == ".." or "\0" in beside:
+    filename = Path(name).name
+    if not filename or filename == ".." or "\0" in filename:
         raise preamble.refusal("motion", "the name of a file in the same folder is needed")
-    return path.with_name(beside)
+    return path.with_name(filename)
 
 
 def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
     values = dict(stream.values)
-    four = [values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")]
-    signs = check_direction(four[1], four[3], stream.place)
+    main = {quantity: values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")}
+    signs = check_direction(main["depth"], main["force"], stream.place)
     notes = dict.fromkeys([*preamble.notes(), *stream.notes, *signs])
-    card = preamble.card(stream.place, stream.sha256, filter_length, stream.said)
-    return Recording(*four, axes=values, card=card, notes=tuple(notes))
+    card = preamble.card(stream.place, stream.sha256, filter_length, stream.assumptions)
+    return Recording(**main, axes=values, card=card, notes=tuple(notes))
 
 
 def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:
-    """Those of ``keys`` that the card in a file of any format has. Raises InputError for a file that cannot be read."""
+    """The entries with these ``keys`` in the card of a file of any format. Raises InputError if it cannot be read."""
     match format_of(path):
         case "log" if path.is_file():
             from .log.reader import card_and_end
 
             card = card_and_end(path)[0]
             return {key: card[key] for key in keys if card.get(key)}
-        case "log":  # the folder of a bag: it has no card
+        case "log":  # the folder of a bag has no card
             return {}
         case "parquet":
-            from .parquet_table import find_stored
+            from .parquet_table import open_parquet
 
-            comments = find_stored(path).comments
+            comments = open_parquet(path).comments
         case _:
             comments = find_layout(path).comments
     preamble = Preamble(comments, str(path))

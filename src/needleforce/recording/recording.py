@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A whole experiment, simulated or measured."""
+"""A recording of one experiment, simulated or measured, with its provenance."""
 
 from dataclasses import dataclass, field
 
@@ -10,7 +10,17 @@ from ..errors import InputError
 
 @dataclass(frozen=True)
 class Note:
-    """Something found while reading, told and never hidden: its kind, a sentence, and how often."""
+    """An observation made while reading a recording.
+
+    Parameters
+    ----------
+    kind : str
+        A short name, such as ``gap``, ``jitter``, ``baseline`` or ``glitch``.
+    message : str
+        A sentence for the user.
+    count : int
+        How often it occurs.
+    """
 
     kind: str
     message: str
@@ -19,7 +29,21 @@ class Note:
 
 @dataclass(frozen=True)
 class Card:
-    """Where a recording comes from. ``filter_length`` [samples] is the average filter's, 1 if none is known."""
+    """The provenance of a recording.
+
+    Parameters
+    ----------
+    source : str
+        The file, or the simulation.
+    sha256 : str
+        SHA-256 of the file.
+    needle, tissue, rig : str
+        Descriptions.
+    filter_length : int
+        Samples in the average filter of the force, 1 if none is known.
+    assumptions : tuple of str
+        Sentences on what was assumed while reading.
+    """
 
     source: str = ""
     sha256: str = ""
@@ -32,10 +56,29 @@ class Card:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Equal-length (n,) float64 arrays in SI, sorted by time, and the card that says where they come from.
+    """One experiment as arrays of equal length in SI, sorted by time.
 
-    time [s], depth [m] (+ inwards, in the recording's own zero), velocity [m/s], force [N] (+ opposes insertion);
-    ``axes`` holds what else was recorded: fx, fy [N], tx, ty, tz [N m], or the parts of a simulated force [N].
+    Parameters
+    ----------
+    time : (n,) array
+        Time [s].
+    depth : (n,) array
+        Depth of the tip [m], positive inwards, in the recording's own zero.
+    velocity : (n,) array
+        Velocity of the tip [m/s], positive inwards.
+    force : (n,) array
+        Axial force of the tissue on the needle [N]; positive opposes insertion.
+    axes : dict
+        Further quantities, (n,) each: fx, fy [N], tx, ty, tz [N m], or the parts of a simulated force [N].
+    card : Card
+        The provenance.
+    notes : tuple of Note
+        Observations made while reading.
+
+    Raises
+    ------
+    InputError
+        Arrays of unequal length.
     """
 
     time: np.ndarray
@@ -47,7 +90,7 @@ class Recording:
     notes: tuple[Note, ...] = ()
 
     def __post_init__(self):
-        """Makes the columns contiguous float64; InputError for lengths that differ."""
+        """Convert the columns to contiguous float64 arrays and check their lengths."""
         columns = {name: getattr(self, name) for name in ("time", "depth", "velocity", "force")}
         checked = {name: np.ascontiguousarray(values, dtype=float) for name, values in (columns | self.axes).items()}
         for name, values in checked.items():

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One file as quantities in SI on one clock: layout, columns, numbers, order and units settled, in this order; two
-interleaved streams taken apart."""
+"""One file as quantities in SI on one clock: layout, columns, values, order and units are processed in this order; two
+interleaved streams are separated."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -9,22 +9,24 @@ import numpy as np
 
 from ..errors import InputError
 from .columns import Column, choose, dimension, missing
-from .parquet_table import Stored
+from .parquet_table import ParquetLayout
 from .recording import Note
-from .table import LOST_AT_MOST, Table, drop_incomplete, load
+from .table import MAX_MISSING_SHARE, Table, drop_incomplete, load
 from .text_layout import Layout
 from .timestamps import put_in_order
-from .unit_guess import settle
+from .unit_guess import assign_units
 
 _MOTION = ("depth", "velocity")
-_SHARED = 0.5  # of the smaller stream's rows: more rows with both are one stream with holes
+_MAX_SHARED_SHARE = 0.5  # of the smaller stream's rows: more rows with both mean one stream with missing values
 
 
-def take_motion(table: Table, cut_off: bool) -> Table | None:
-    """Part a table of two streams: the motion's rows come back, the force's stay. None, and unchanged, if it is one.
+def split_motion(table: Table, cut_off: bool) -> Table | None:
+    """Split a table of two interleaved streams: return the rows of the motion and keep those of the force.
 
-    Two streams are two rows of each alone or more, and no more rows with both than half of the smaller stream's. A row
-    with both, where two stamps coincide, counts in each. Raises InputError where over 1 % of the rows have neither.
+    Returns None, and leaves the table unchanged, if it contains one stream. It contains two streams if at least two
+    rows have only force, at least two have only motion, and the rows with both are at most half of the smaller stream.
+    A row with both, where two time stamps coincide, belongs to each. Raises InputError if more than 1 % of the rows
+    have neither.
     """
     moving = [quantity for quantity in _MOTION if quantity in table.values]
     if not moving or "force" not in table.values:
@@ -33,12 +35,12 @@ def take_motion(table: Table, cut_off: bool) -> Table | None:
     motion = _present(table, moving, cut_off)
     both = np.count_nonzero(force & motion)
     counts = int(np.count_nonzero(force)), int(np.count_nonzero(motion))
-    if min(counts) - both < 2 or both > _SHARED * min(counts):
+    if min(counts) - both < 2 or both > _MAX_SHARED_SHARE * min(counts):
         return None
-    _check_third(table, force | motion, cut_off)
-    told = f"rows of force ({counts[0]}) and of motion ({counts[1]}) alternate in this file, each with its own times: "
-    notes = [Note("interleaved", told + "depth is interpolated onto the force's", counts[1])]
-    notes += [Note("cut_off", "the last line is cut off: left out")] if cut_off else []
+    _check_third_stream(table, force | motion, cut_off)
+    message = f"rows of force ({counts[0]}) and of motion ({counts[1]}) alternate in this file, each with its own times"
+    notes = [Note("interleaved", message + "; depth is interpolated onto the force's times", counts[1])]
+    notes += [Note("cut_off", "the last line is truncated and is left out")] if cut_off else []
     other = _part(table, ["time", *moving], motion)
     own = _part(table, [quantity for quantity in table.values if quantity not in moving], force)
     table.columns, table.values, table.rows = own.columns, own.values, own.rows
@@ -52,99 +54,100 @@ def _present(table: Table, quantities: list[str], cut_off: bool) -> np.ndarray:
     return found
 
 
-def _check_third(table: Table, known: np.ndarray, cut_off: bool) -> None:
+def _check_third_stream(table: Table, known: np.ndarray, cut_off: bool) -> None:
     rows = np.flatnonzero(~known[: len(known) - cut_off])
-    if len(rows) > LOST_AT_MOST * len(known):
+    if len(rows) > MAX_MISSING_SHARE * len(known):
         raise InputError(
             "rows with neither force nor motion",
             len(rows),
-            f"of {len(known)} rows, at most 1 % may have neither; the others are of two streams",
+            f"of {len(known)} rows, at most 1 % may have neither; the others belong to two streams",
             table.place(int(rows[0])),
-            "Remove the rows of a third stream, or save each stream in its own file and join them with motion.",
+            "Remove the rows of the third stream, or save each stream in its own file and give the motion file with "
+            "--motion.",
         )
     if len(rows):
-        what = f"{len(rows)} rows have neither force nor motion: left out, the first is {table.place(int(rows[0]))}"
-        table.notes.append(Note("missing", what, len(rows)))
+        first = table.place(int(rows[0]))
+        message = f"{len(rows)} rows have neither force nor motion and are left out; the first is {first}"
+        table.notes.append(Note("missing", message, len(rows)))
 
 
 def _part(table: Table, quantities: list[str], mask: np.ndarray) -> Table:
     columns = {quantity: table.columns[quantity] for quantity in quantities}
-    part = Table(table.layout, columns, {q: table.values[q] for q in quantities}, sha256=table.sha256)
+    values = {quantity: table.values[quantity] for quantity in quantities}
+    part = Table(layout=table.layout, columns=columns, values=values, sha256=table.sha256)
     part.keep(mask)
     return part
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Stream:
-    """Quantity -> (n,) values in SI, what was assumed and what was found; ``place`` is the file.
+    """The quantities of one file as (n,) arrays in SI, with assumptions and notes; ``place`` is the file.
 
-    ``motion`` is a second stream of the same file, with times of its own: depth or velocity are there, not here.
+    ``motion`` is a second stream of the same file with its own times, which then contains depth or velocity.
     """
 
     place: str
     sha256: str
     values: dict[str, np.ndarray]
-    said: list[str]
+    assumptions: list[str]
     notes: list[Note]
     motion: "Stream | None" = None
 
 
 def read_stream(
-    layout: Layout | Stored,
+    layout: Layout | ParquetLayout,
     wanted: tuple[str, ...],
     columns: Mapping[str, str],
     units: Mapping[str, str],
-    units_else: Mapping[str, str] | None = None,
+    default_units: Mapping[str, str] | None = None,
 ) -> Stream:
-    """Read the ``wanted`` quantities of one file. Of these time, force, and depth or velocity must be there.
+    """Read the ``wanted`` quantities of one file; time, force, and depth or velocity are required if wanted.
 
-    ``columns`` and ``units`` are those given; ``units_else`` counts where a header states none. Raises InputError.
+    ``columns`` and ``units`` are given by the user; ``default_units`` apply to headers without a unit. Raises
+    InputError.
     """
     chosen = choose(layout.headers, wanted, columns, str(layout.path))
     notes = _leave_out_torques(chosen, units)
     required = _required(chosen, wanted, layout)
     table, complete, cut_off = load(layout, chosen)
     table.notes += notes
-    other = None if complete else take_motion(table, cut_off)
-    bare = [quantity for quantity, column in chosen.items() if column.unit is None]
-    units = {q: u for q, u in (units_else or {}).items() if q in bare} | dict(units)
+    other = None if complete else split_motion(table, cut_off)
+    without_unit = [quantity for quantity, column in chosen.items() if column.unit is None]
+    units = {q: u for q, u in (default_units or {}).items() if q in without_unit} | dict(units)
     if other is None:
         if not complete:
             drop_incomplete(table, required, cut_off)
-        return _settled(table, units)[0]
+        return _in_order_and_si(table, units)[0]
     drop_incomplete(other, ("time", required[-1]), cut_off=False)
-    motion, time_unit = _settled(other, units)
+    motion, time_unit = _in_order_and_si(other, units)
     drop_incomplete(table, ("time", "force"), cut_off=False)
-    return replace(_settled(table, units | {"time": time_unit})[0], motion=motion)
+    return replace(_in_order_and_si(table, units | {"time": time_unit})[0], motion=motion)
 
 
-def _settled(table: Table, units: Mapping[str, str]) -> tuple[Stream, str]:
-    """Order, units and SI of a table without holes; and the unit of its time."""
+def _in_order_and_si(table: Table, units: Mapping[str, str]) -> tuple[Stream, str]:
+    """Check the order of a table without missing values and convert it to SI; also return the unit of its time."""
     put_in_order(table)
     place = str(table.layout.path)
     if "depth" in table.values and np.ptp(table.values["depth"]) == 0.0:
         header = table.columns["depth"].header
         raise constant_depth(f"depth (column {header!r})", table.values["depth"][0], place)
-    settled, said = settle(table, units)
-    values = {quantity: unit.to_si(table.values[quantity]) for quantity, unit in settled.items()}
+    assigned, assumptions = assign_units(table, units)
+    values = {quantity: unit.to_si(table.values[quantity]) for quantity, unit in assigned.items()}
     _check_finer_than_clock(values["time"], table)
-    return Stream(place, table.sha256, values, said, table.notes), settled["time"].symbol
+    stream = Stream(place=place, sha256=table.sha256, values=values, assumptions=assumptions, notes=table.notes)
+    return stream, assigned["time"].symbol
 
 
 def _leave_out_torques(chosen: dict[str, Column], units: Mapping[str, str]) -> list[Note]:
-    """Drop the torques whose unit nobody states: unlike a force's, it cannot be guessed from the size."""
-    bare = [q for q, column in chosen.items() if dimension(q) == "torque" and q not in units and column.unit is None]
-    for quantity in bare:
+    """Drop torques without a unit: unlike that of a force, it cannot be inferred from the size."""
+    dropped = [q for q, column in chosen.items() if dimension(q) == "torque" and q not in units and column.unit is None]
+    for quantity in dropped:
         del chosen[quantity]
-    if not bare:
+    if not dropped:
         return []
-    return [
-        Note(
-            "left_out",
-            f"no unit is given for {', '.join(bare)}: left out; to keep them give --unit {bare[0]}=Nmm or the like",
-            len(bare),
-        )
-    ]
+    names = f"{', '.join(dropped)} {'is' if len(dropped) == 1 else 'are'}"
+    message = f"{names} left out because no unit is given; to keep a torque, give its unit, such as --unit "
+    return [Note("left_out", f"{message}{dropped[0]}=Nmm", len(dropped))]
 
 
 def constant_depth(quantity: str, value: float, place: str) -> InputError:
@@ -154,27 +157,27 @@ def constant_depth(quantity: str, value: float, place: str) -> InputError:
         f"constant at {value:g}",
         "the needle must move",
         place,
-        "Check which column holds the depth, and name it with --column depth=NAME.",
+        "Check which column is the depth, and name it with --column depth=NAME.",
     )
 
 
-def _required(chosen: dict[str, Column], wanted: tuple[str, ...], layout: Layout | Stored) -> tuple[str, ...]:
+def _required(chosen: dict[str, Column], wanted: tuple[str, ...], layout: Layout | ParquetLayout) -> tuple[str, ...]:
     moving = "depth" if "depth" in chosen or "velocity" not in chosen else "velocity"
     required = tuple(q for q in ("time", "force", moving) if q in wanted)
     for quantity in required:
         if quantity not in chosen:
-            instead = ", or its own file with --motion FILE" if "force" in wanted and quantity == "depth" else ""
+            instead = ", or give a motion file with --motion FILE" if "force" in wanted and quantity == "depth" else ""
             raise missing(quantity, layout.headers, str(layout.path), instead)
     return required
 
 
 def _check_finer_than_clock(time: np.ndarray, table: Table) -> None:
-    """Two stamps must stay two in seconds: a division can make neighbours of 1e15 µs equal."""
+    """Check that time stamps remain distinct in seconds: a division can make neighbours of 1e15 µs equal."""
     if not (np.diff(time) > 0.0).all():
         raise InputError(
             "time",
-            "too coarse",
-            "its steps vanish in 64 bits",
+            "too large for its steps",
+            "consecutive times are equal in float64",
             str(table.layout.path),
             "Subtract the time of the first sample before saving.",
         )

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers of a text file: hashed, parsed fast, searched slowly only where something is wrong, and made a table
-without the rows and columns that lack too much."""
+"""The values of a text file as a table: the file is hashed and parsed fast, and searched line by line only for a fault;
+rows and columns with missing values are left out."""
 
 import hashlib
 from concurrent.futures import ThreadPoolExecutor
@@ -11,19 +11,19 @@ import numpy as np
 
 from ..errors import InputError
 from .columns import Column
-from .parquet_table import Stored
+from .parquet_table import ParquetLayout
 from .recording import Note
 from .text_layout import WHITESPACE, Layout
 
-_AT_ONCE = 4  # blocks: each change of thread costs
-_SEVERAL_CORES = 5 << 20  # bytes: from here on pandas can use several, but only in parts (low_memory)
-_LARGE = 1 << 28  # bytes: from here on in parts, so that memory holds the used columns and little more
-_ROWS_AT_ONCE = 500_000
-LOST_AT_MOST = 0.01  # share of rows without a value that is left out, and told
+_BLOCKS_PER_TASK = 4  # blocks hashed per task, because each change of thread costs time
+_PARALLEL_BYTES = 5 << 20  # bytes: larger files are parsed faster with low_memory, which uses several cores
+_CHUNKED_BYTES = 1 << 28  # larger files are parsed in chunks, so that memory holds little more than the used columns
+_CHUNK_ROWS = 500_000
+MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left out, with a note
 
 
-class Hashed:
-    """A binary file for pandas, to be used with ``with``; its SHA-256 is computed on another core."""
+class HashedFile:
+    """A binary file for pandas, used as a context manager; its SHA-256 is computed in another thread."""
 
     def __init__(self, path: Path):
         self._path, self._digest, self._ended = path, hashlib.sha256(), False
@@ -31,22 +31,22 @@ class Hashed:
 
     def __enter__(self):
         self._file = open(self._path, "rb", buffering=0)
-        self._beside = ThreadPoolExecutor(1)
+        self._executor = ThreadPoolExecutor(1)
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object):
         self._file.close()
-        self._beside.shutdown()
+        self._executor.shutdown()
 
     def __iter__(self):
         return iter(lambda: self.read(1 << 18), b"")
 
     def read(self, size: int = -1) -> bytes:
-        """The next bytes, none at the end."""
+        """The next bytes, empty at the end."""
         data = self._file.read(size)
         self._waiting += [data] if data else []
-        if len(self._waiting) == _AT_ONCE or not data:
-            self._beside.submit(self._update, self._waiting)
+        if len(self._waiting) == _BLOCKS_PER_TASK or not data:
+            self._executor.submit(self._update, self._waiting)
             self._waiting = []
         self._ended = not data
         return data
@@ -56,7 +56,7 @@ class Hashed:
             self._digest.update(block)
 
     def sha256(self) -> str:
-        """The digest of the whole file, after ``with``; what was not read yet is read now."""
+        """The digest of the complete file, once it is closed; a file that was not read to its end is read again."""
         if self._ended:
             return self._digest.hexdigest()
         with open(self._path, "rb") as file:
@@ -64,16 +64,16 @@ class Hashed:
 
 
 def numbers(layout: Layout, columns: dict[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
-    """The columns' numbers, the file's SHA-256, and whether every row is sure to have as many cells as the header.
+    """The columns' values, the file's SHA-256, and whether every row certainly has as many cells as the header.
 
-    Fast, if the whole file is numbers: pandas takes several cores when no column is left out and no comment is
-    expected, and refuses surplus cells. Else with patience.
+    The fast attempt assumes that the file contains only numbers: pandas then uses several cores and rejects surplus
+    cells. If it fails, the slow attempt reads only the used columns and accepts comments.
     """
     size = layout.path.stat().st_size
-    fast = {"dtype": np.float64, "low_memory": size >= _SEVERAL_CORES}
+    fast = {"dtype": np.float64, "low_memory": size >= _PARALLEL_BYTES}
     used = sorted(column.index for column in columns.values())
-    slow = {"dtype": dict.fromkeys(used, np.float64), "usecols": used, "comment": "#", "chunksize": _ROWS_AT_ONCE}
-    if size < _LARGE:
+    slow = {"dtype": dict.fromkeys(used, np.float64), "usecols": used, "comment": "#", "chunksize": _CHUNK_ROWS}
+    if size < _CHUNKED_BYTES:
         try:
             return *_hashed(layout, columns, fast), True
         except ValueError:  # pandas' own parsing errors are ValueErrors too
@@ -88,12 +88,12 @@ def numbers(layout: Layout, columns: dict[str, Column]) -> tuple[dict[str, np.nd
 
 
 def _hashed(layout: Layout, columns: dict[str, Column], options: dict) -> tuple[dict[str, np.ndarray], str]:
-    with Hashed(layout.path) as file:
+    with HashedFile(layout.path) as file:
         values = _parsed(file, layout, columns, options)
     return values, file.sha256()
 
 
-def _parsed(file: Hashed, layout: Layout, columns: dict[str, Column], options: dict) -> dict[str, np.ndarray]:
+def _parsed(file: HashedFile, layout: Layout, columns: dict[str, Column], options: dict) -> dict[str, np.ndarray]:
     import pandas  # late: importing needleforce stays fast
 
     frames = pandas.read_csv(
@@ -110,26 +110,26 @@ def _parsed(file: Hashed, layout: Layout, columns: dict[str, Column], options: d
     )
     if "chunksize" not in options:
         return {
-            q: _own(frames[column.index].to_numpy(), whole=len(columns) == frames.shape[1])
+            q: _writable(frames[column.index].to_numpy(), all_used=len(columns) == frames.shape[1])
             for q, column in columns.items()
         }
     chunks = [{q: frame[column.index].to_numpy() for q, column in columns.items()} for frame in frames]
     return {quantity: np.concatenate([chunk.pop(quantity) for chunk in chunks]) for quantity in columns}
 
 
-def _own(values: np.ndarray, whole: bool) -> np.ndarray:
-    """A frame's column to write to: itself if the ``whole`` frame is used and dropped, else a copy that frees it."""
-    if not whole or not values.flags.c_contiguous or values.base is None:
+def _writable(values: np.ndarray, all_used: bool) -> np.ndarray:
+    """A writable column of a frame: itself if all columns are used, otherwise a copy, so that the frame is freed."""
+    if not all_used or not values.flags.c_contiguous or values.base is None:
         return values.copy()
     try:
-        values.flags.writeable = True  # pandas marks its views as read-only
+        values.flags.writeable = True  # pandas makes its views read-only
     except ValueError:
         return values.copy()
     return values
 
 
 def _count_delimiters(layout: Layout) -> int:
-    """How often the delimiter occurs in the file: with usecols, pandas lets surplus cells pass."""
+    """How often the delimiter occurs in the file: with usecols, pandas accepts surplus cells."""
     if layout.delimiter == WHITESPACE:
         return -1
     with open(layout.path, "rb") as file:
@@ -137,7 +137,8 @@ def _count_delimiters(layout: Layout) -> int:
 
 
 def search_fault(layout: Layout, columns: dict[str, Column]) -> bool:
-    """Raise InputError for the first line with text or a wrong number of cells; True if the last line is cut off."""
+    """Raise InputError for the first line with text or a wrong number of cells; return whether the last line is
+    truncated."""
     pending = None
     for number, cells in layout.data_lines():
         if pending:
@@ -152,7 +153,7 @@ def search_fault(layout: Layout, columns: dict[str, Column]) -> bool:
                     repr(cells[column.index][:40]),
                     "a number is needed",
                     place,
-                    "Mend or remove the line.",
+                    "Correct or remove the line.",
                 )
     if pending and len(cells) > len(layout.headers):
         raise pending
@@ -160,21 +161,22 @@ def search_fault(layout: Layout, columns: dict[str, Column]) -> bool:
 
 
 def _wrong_count(layout: Layout, cells: list[str], place: str) -> InputError:
-    advice = "Decimal commas need semicolons between the columns." if layout.delimiter == "," else ""
+    advice = "With decimal commas, separate the columns by semicolons." if layout.delimiter == "," else ""
     return InputError(
         "number of cells",
         len(cells),
         f"the header has {len(layout.headers)}",
         place,
-        f"Mend or remove the line. {advice}".strip(),
+        f"Correct or remove the line. {advice}".strip(),
     )
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Table:
-    """The used columns as (n,) float64 arrays in the file's units; ``rows`` are their rows in the file if some went."""
+    """The used columns as (n,) float64 arrays in the file's units; ``rows`` are their row numbers in the file, None
+    if no row was left out."""
 
-    layout: Layout | Stored
+    layout: Layout | ParquetLayout
     columns: dict[str, Column]
     values: dict[str, np.ndarray]
     notes: list[Note] = field(default_factory=list)
@@ -182,65 +184,66 @@ class Table:
     sha256: str = ""
 
     def place(self, row: int) -> str:
-        """Where a row of ``values`` stands in the file."""
+        """The place of a row of ``values`` in the file."""
         return self.layout.place(row if self.rows is None else int(self.rows[row]))
 
     def keep(self, mask: np.ndarray) -> None:
-        """Leave out the rows where ``mask`` is False."""
+        """Keep the rows where ``mask`` is True."""
         self.rows = np.flatnonzero(mask) if self.rows is None else self.rows[mask]
         self.values = {quantity: values[mask] for quantity, values in self.values.items()}
 
 
-def load(layout: Layout | Stored, columns: dict[str, Column]) -> tuple[Table, bool, bool]:
-    """Read the columns: the table, whether it has all its values, and whether its last line is cut off.
+def load(layout: Layout | ParquetLayout, columns: dict[str, Column]) -> tuple[Table, bool, bool]:
+    """Read the columns: the table, whether no value is missing, and whether its last line is truncated.
 
-    Raises InputError for text and wrong numbers of cells.
+    Raises InputError for text and for a wrong number of cells.
     """
     text = isinstance(layout, Layout)
-    values, sha256, sound = numbers(layout, columns) if text else layout.numbers(columns)
-    complete = sound and all(map(_finite, values.values()))
+    values, sha256, all_cells = numbers(layout, columns) if text else layout.numbers(columns)
+    complete = all_cells and all(map(_finite, values.values()))
     cut_off = text and not complete and search_fault(layout, columns)
-    return Table(layout, columns, values, sha256=sha256), complete, cut_off
+    return Table(layout=layout, columns=columns, values=values, sha256=sha256), complete, cut_off
 
 
 def _finite(values: np.ndarray) -> bool:
-    """Whether all of (n,) values are: a finite sum says so faster than a look at each."""
+    """Whether all of (n,) values are finite; a finite sum proves it faster than a test of each value."""
     with np.errstate(all="ignore"):
         return bool(np.isfinite(values.sum()) or np.isfinite(values).all())
 
 
 def drop_incomplete(table: Table, required: tuple[str, ...], cut_off: bool) -> None:
-    """Leave out the rows that lack a ``required`` value, with a note, if they are below 1 % or a last line cut off.
+    """Leave out rows with missing values, with a note, if they are at most 1 % or a truncated last line.
 
-    Another column that lacks more is left out itself. Raises InputError for infinite and too many missing values.
+    A column that is not ``required`` and misses more values is left out itself. Raises InputError for infinite values
+    and for a required column with more missing values.
     """
     for quantity, values in table.values.items():
         infinite = np.flatnonzero(np.isinf(values))
         if len(infinite):
             raise _not_finite(table, quantity, infinite, "infinite")
     for quantity in list(table.values):
-        _leave_out(table, quantity, quantity in required, cut_off)
-    whole = ~np.any([np.isnan(values) for values in table.values.values()], axis=0)
-    if cut_off and not whole[-1]:
-        table.notes.append(Note("cut_off", "the last line is cut off: left out"))
-    lost = int(np.count_nonzero(~whole)) - (cut_off and not whole[-1])
+        _drop_column_if_incomplete(table, quantity, quantity in required, cut_off)
+    complete = ~np.any([np.isnan(values) for values in table.values.values()], axis=0)
+    if cut_off and not complete[-1]:
+        table.notes.append(Note("cut_off", "the last line is truncated and is left out"))
+    lost = int(np.count_nonzero(~complete)) - (cut_off and not complete[-1])
     if lost:
-        first = table.place(int(np.argmin(whole)))
-        what = f"{lost} of {len(whole)} rows lack a value: left out, the first is {first}"
-        table.notes.append(Note("missing", what, lost))
-    if not whole.all():
-        table.keep(whole)
+        first = table.place(int(np.argmin(complete)))
+        message = f"{lost} of {len(complete)} rows have a missing value and are left out; the first is {first}"
+        table.notes.append(Note("missing", message, lost))
+    if not complete.all():
+        table.keep(complete)
 
 
-def _leave_out(table: Table, quantity: str, required: bool, cut_off: bool) -> None:
-    """Refuse a required column with too many holes; leave out another one, and say so."""
-    holes = np.flatnonzero(np.isnan(table.values[quantity]))
-    count = len(holes) - bool(cut_off and len(holes) and holes[-1] == len(table.values[quantity]) - 1)
-    if count <= LOST_AT_MOST * len(table.values[quantity]):
+def _drop_column_if_incomplete(table: Table, quantity: str, required: bool, cut_off: bool) -> None:
+    """Raise InputError for a required column with too many missing values; leave out another one, with a note."""
+    gaps = np.flatnonzero(np.isnan(table.values[quantity]))
+    count = len(gaps) - bool(cut_off and len(gaps) and gaps[-1] == len(table.values[quantity]) - 1)
+    if count <= MAX_MISSING_SHARE * len(table.values[quantity]):
         return
     if required:
-        raise _not_finite(table, quantity, holes, "missing or not a number")
-    table.notes.append(Note("left_out", f"{quantity} lacks {count} values: the column is left out", count))
+        raise _not_finite(table, quantity, gaps, "missing or not a number")
+    table.notes.append(Note("left_out", f"{quantity} has {count} missing values: the column is left out", count))
     del table.values[quantity]
 
 
@@ -248,7 +251,7 @@ def _not_finite(table: Table, quantity: str, rows: np.ndarray, what: str) -> Inp
     total = len(table.values[quantity])
     advice = "Remove these lines, or record again."
     if 0.2 * total < len(rows) < total:
-        advice = "If this column has a slower clock than the others, save it in its own file and join it with motion."
+        advice = "If this column has a slower clock than the others, save it in its own file and give it with --motion."
     header = table.columns[quantity].header
     limit = f"{len(rows)} of {total} rows, at most 1 % may be missing" if what[0] == "m" else f"in {len(rows)} rows"
     return InputError(f"{quantity} (column {header!r})", what, limit, table.place(int(rows[0])), advice)

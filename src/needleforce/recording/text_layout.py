@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How a text file is laid out: delimiter, decimal sign, header, and the comment lines above it."""
+"""The layout of a text file: delimiter, decimal sign, header, and the comment lines above it."""
 
 import csv
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -11,18 +12,18 @@ from ..errors import InputError
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-_NOTHING = ("", "na", "n/a", "null", "none", "<na>")  # what pandas reads as a missing value
-_LONGEST = 100_000  # characters in one cell: csv has a limit, too
+_MISSING_VALUES = ("", "na", "n/a", "null", "none", "<na>")  # cells that pandas reads as missing values
+_MAX_CELL_CHARS = 100_000  # characters in one cell: the csv module has a limit, too
 WHITESPACE = r"\s+"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Layout:
-    """What is to be known of a file before its numbers are read.
+    """The layout of a text file, found before its values are read.
 
-    ``skip`` is the number of lines up to and including the header, ``above`` how often the delimiter stands in them,
-    ``comments`` the comment lines above the header without their ``#``, each after its number in the file;
-    ``header_commented``: the header was one too.
+    ``skip`` is the number of lines up to and including the header, ``above`` the number of delimiters in them, and
+    ``comments`` the comment lines above the header as (line number, text without ``#``). ``header_commented`` is True
+    if the header is a comment line.
     """
 
     path: Path
@@ -36,28 +37,28 @@ class Layout:
     header_commented: bool = False
 
     def cells(self, line: str) -> list[str]:
-        """The cells of one line, without comment and surrounding blanks."""
+        """The cells of one line without comment and surrounding blanks."""
         return _cells(line.partition("#")[0], self.delimiter)
 
     def is_number(self, cell: str) -> bool:
-        """Whether a cell holds a number or nothing at all."""
-        return cell.casefold() in _NOTHING or _is_number(cell.replace(self.decimal, "."))
+        """Whether a cell contains a number or a missing value."""
+        return cell.casefold() in _MISSING_VALUES or _is_number(cell.replace(self.decimal, "."))
 
     def place(self, row: int) -> str:
-        """Where a row of data stands: file and line."""
+        """The place of a row of data: file and line."""
         number = next(number for at, (number, _) in enumerate(self.data_lines()) if at == row)
         return f"{self.path}, line {number}"
 
-    def data_lines(self):
-        """Each line of data as its number in the file, from 1, and its cells. Slow: for the search of a fault."""
+    def data_lines(self) -> Iterator[tuple[int, list[str]]]:
+        """Each line of data as its number in the file, from 1, and its cells. Slow; used to locate a fault."""
         with open(self.path, encoding=self.encoding, errors="replace") as lines:
             for number, line in islice(enumerate(lines, 1), self.skip, None):
                 if line.partition("#")[0].strip():
-                    yield number, self.cells(_short(line, number, self.path))
+                    yield number, self.cells(_checked_line(line, number, self.path))
 
 
 def find_layout(path: Path) -> Layout:
-    """Look at the first lines of a text file. Raises InputError where there is no table with a header."""
+    """Find the layout in the first lines of a text file. Raises InputError if there is no table with a header."""
     encoding = _encoding(path)
     comments, skip, above, header = [], 0, "", None
     with open(path, encoding=encoding, errors="replace") as lines:
@@ -67,15 +68,17 @@ def find_layout(path: Path) -> Layout:
             if line.lstrip().startswith("#"):
                 comments.append((skip, line.lstrip()[1:].removeprefix(" ").rstrip("\r\n")))
             elif line.strip():
-                header = _short(line, skip, path)
+                header = _checked_line(line, skip, path)
                 break
         if header is None:
             raise InputError("file", "empty", "a header and rows of numbers are needed", str(path))
         below = enumerate(islice(lines, 100), skip + 1)
-        data = [_short(line, number, path) for number, line in below if line.partition("#")[0].strip()]
+        data = [_checked_line(line, number, path) for number, line in below if line.partition("#")[0].strip()]
     delimiter = _delimiter(header)
     if all(_is_number(cell.replace(",", ".")) for cell in _cells(header, delimiter)):
-        return _commented_header(path, encoding, comments, skip, above, [header, *data])
+        return _commented_header(
+            path=path, encoding=encoding, comments=comments, skip=skip, above=above, data=[header, *data]
+        )
     if not data:
         raise InputError(
             "number of samples",
@@ -84,10 +87,19 @@ def find_layout(path: Path) -> Layout:
             str(path),
             "Record again, or check that the export was complete.",
         )
-    return _layout(path, encoding, comments, skip, above, header, data)
+    return _layout(path=path, encoding=encoding, comments=comments, skip=skip, above=above, header=header, data=data)
 
 
-def _layout(path, encoding, comments, skip, above, header, data) -> Layout:
+def _layout(
+    *,
+    path: Path,
+    encoding: str,
+    comments: list[tuple[int, str]],
+    skip: int,
+    above: str,
+    header: str,
+    data: list[str],
+) -> Layout:
     delimiter = _delimiter(header)
     headers = _cells(header, delimiter)
     if len(headers) == 1:
@@ -99,23 +111,37 @@ def _layout(path, encoding, comments, skip, above, header, data) -> Layout:
             "Separate the columns by commas, semicolons, tabs or blanks.",
         )
     decimal = "," if delimiter != "," and _any_decimal_comma(data, delimiter) else "."
-    return Layout(path, encoding, delimiter, decimal, headers, skip, above.count(delimiter), comments)
+    return Layout(
+        path=path,
+        encoding=encoding,
+        delimiter=delimiter,
+        decimal=decimal,
+        headers=headers,
+        skip=skip,
+        above=above.count(delimiter),
+        comments=comments,
+    )
 
 
-def _commented_header(path, encoding, comments, skip, above, data) -> Layout:
-    """The header NumPy writes: the last comment line, with as many cells as the numbers below it."""
+def _commented_header(
+    *, path: Path, encoding: str, comments: list[tuple[int, str]], skip: int, above: str, data: list[str]
+) -> Layout:
+    """The layout with a header as NumPy writes it: the last comment line, with as many cells as the rows below."""
     columns = len(_cells(data[0], _delimiter(data[0])))
-    header = _short(comments[-1][1], comments[-1][0], path) if comments else ""
+    header = _checked_line(comments[-1][1], comments[-1][0], path) if comments else ""
     if len(_cells(header, _delimiter(header))) != columns or columns < 2:
         raise InputError(
             "header",
             "missing",
-            f"the first line holds numbers: {data[0].strip()[:60]!r}",
+            f"the first line contains numbers: {data[0].strip()[:60]!r}",
             str(path),
             "Add a first line that names each column and its unit, such as time_s,depth_mm,force_N.",
         )
     above = above[: above.rindex(data[0])]
-    return replace(_layout(path, encoding, comments[:-1], skip - 1, above, header, data), header_commented=True)
+    layout = _layout(
+        path=path, encoding=encoding, comments=comments[:-1], skip=skip - 1, above=above, header=header, data=data
+    )
+    return replace(layout, header_commented=True)
 
 
 def _any_decimal_comma(lines: list[str], delimiter: str) -> bool:
@@ -132,12 +158,14 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line.strip("\r\n")], delimiter=delimiter), [])]
 
 
-def _short(line: str, number: int, path: Path) -> str:
-    """The line as it is. Raises InputError where a cell is too long for ``_cells``."""
-    if len(line) > _LONGEST and max(map(len, re.split('"' if '"' in line else r"[\s;,]", line))) > _LONGEST:
-        limit = f"at most {_LONGEST} are read"
+def _checked_line(line: str, number: int, path: Path) -> str:
+    """Return the line unchanged. Raises InputError if a cell is too long for ``_cells``."""
+    separators = '"' if '"' in line else r"[\s;,]"
+    if len(line) > _MAX_CELL_CHARS and max(map(len, re.split(separators, line))) > _MAX_CELL_CHARS:
+        place = f"{path}, line {number}"
+        limit = f"at most {_MAX_CELL_CHARS} can be read"
         raise InputError(
-            "characters in one cell", f"over {_LONGEST}", limit, f"{path}, line {number}", "Mend the line."
+            "characters in one cell", f"over {_MAX_CELL_CHARS}", limit, place, "Correct or remove the line."
         )
     return line
 
@@ -147,7 +175,8 @@ def _is_number(cell: str) -> bool:
 
 
 def _encoding(path: Path) -> str:
-    """UTF-8, with or without its mark, else Latin-1. Raises InputError for what is no readable text file."""
+    """UTF-8, with or without byte order mark, otherwise Latin-1. Raises InputError if it is not a readable text
+    file."""
     start = _first_bytes(path)
     if b"\0" in start or start[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise InputError(
@@ -162,14 +191,15 @@ def _encoding(path: Path) -> str:
 
 def _first_bytes(path: Path) -> bytes:
     try:
-        if path.exists() and not path.is_file() and not path.is_dir():  # a pipe would keep its reader waiting
-            raise InputError("file", "no plain file", "a recording is a file", str(path), "Write it to one first.")
+        if path.exists() and not path.is_file() and not path.is_dir():  # opening a pipe would block
+            advice = "Save the recording to a file first."
+            raise InputError("file", "not a regular file", "a pipe or device cannot be read", str(path), advice)
         with open(path, "rb") as file:
             return file.read(65536)
     except FileNotFoundError:
         raise InputError("file", "missing", "", str(path), "Check the name and the folder.") from None
     except IsADirectoryError:
-        raise InputError("file", "a folder", "one recording is needed", str(path), "Name the files in it.") from None
+        raise InputError("file", "a folder", "one recording is needed", str(path), "Name a file in it.") from None
     except OSError as error:
         raise InputError("file", "not readable", error.strerror or "", str(path)) from None
     except InputError:

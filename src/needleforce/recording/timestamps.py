@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time stamps: their order, repetitions, gaps and jitter, each told."""
+"""Checks of the time stamps: order, repetitions, gaps and jitter."""
 
 import numpy as np
 
@@ -7,19 +7,19 @@ from ..errors import InputError
 from .recording import Note
 from .table import Table
 
-_GAP = 3.0  # median steps
-_UNEVEN = 0.1  # a step that differs from the median by more than this share of it
-_TOLD_FROM = 0.01  # share of uneven steps from which jitter is told
+_GAP_STEPS = 3.0  # median steps: a longer step is a gap
+_UNEVEN_SHARE = 0.1  # of the median step: a step that differs by more is uneven
+_MIN_JITTER_SHARE = 0.01  # of all steps: with more uneven ones a note on jitter is made
 
 
 def put_in_order(table: Table) -> None:
-    """Average rows with one time stamp into one, with a note; needs no unit.
+    """Average rows with equal time stamps into one, with a note; the unit of time need not be known.
 
-    Raises InputError where time runs backwards (line, both values) or fewer than two samples remain.
+    Raises InputError if time decreases (with the line and both values) or if fewer than two samples remain.
     """
     steps = np.diff(table.values["time"])
     if len(steps) and steps.min() <= 0.0:
-        _refuse_backwards(table, steps)
+        _check_not_decreasing(table, steps)
         _merge(table, steps)
     count = len(table.values["time"])
     if count < 2:
@@ -28,19 +28,19 @@ def put_in_order(table: Table) -> None:
             count,
             "at least 2 are needed",
             str(table.layout.path),
-            "Check that the recording is complete and that its time column counts.",
+            "Check that the recording is complete and that its time column increases.",
         )
 
 
-def unsteadiness(time: np.ndarray) -> list[Note]:
-    """Notes on gaps (steps above three medians) and jitter of a strictly increasing time (n,) [s]."""
+def timing_notes(time: np.ndarray) -> list[Note]:
+    """Notes on gaps (steps longer than three medians) and jitter of a strictly increasing time (n,) [s]."""
     steps = np.diff(time)
-    if steps.max() <= (1.0 + _UNEVEN) * steps.min():  # then none is so far from the median: spares finding it
+    if steps.max() <= (1.0 + _UNEVEN_SHARE) * steps.min():  # then no step is far from the median
         return []
     median = float(np.median(steps))
     notes = []
-    if steps.max() > _GAP * median:
-        gaps, at = int(np.count_nonzero(steps > _GAP * median)), int(np.argmax(steps))
+    if steps.max() > _GAP_STEPS * median:
+        gaps, at = int(np.count_nonzero(steps > _GAP_STEPS * median)), int(np.argmax(steps))
         notes.append(
             Note(
                 "gap",
@@ -49,8 +49,8 @@ def unsteadiness(time: np.ndarray) -> list[Note]:
                 gaps,
             )
         )
-    uneven = int(np.count_nonzero(np.abs(steps - median) > _UNEVEN * median))
-    if uneven > _TOLD_FROM * len(steps):
+    uneven = int(np.count_nonzero(np.abs(steps - median) > _UNEVEN_SHARE * median))
+    if uneven > _MIN_JITTER_SHARE * len(steps):
         low, high = np.percentile(steps, [5, 95]) * 1e3
         notes.append(
             Note(
@@ -63,25 +63,25 @@ def unsteadiness(time: np.ndarray) -> list[Note]:
     return notes
 
 
-def _refuse_backwards(table: Table, steps: np.ndarray) -> None:
-    back = np.flatnonzero(steps < 0.0)
-    if len(back):
-        row = int(back[0]) + 1
+def _check_not_decreasing(table: Table, steps: np.ndarray) -> None:
+    decreases = np.flatnonzero(steps < 0.0)
+    if len(decreases):
+        row = int(decreases[0]) + 1
         before, after = table.values["time"][row - 1], table.values["time"][row]
         raise InputError(
             "time",
             f"{after:.10g} after {before:.10g}",
-            "it must not run backwards",
+            "it must not decrease",
             table.place(row),
-            f"It does so {len(back)} times: sort the lines, or save each run in its own file.",
+            f"It decreases {len(decreases)} times. Sort the lines, or save each run in its own file.",
         )
 
 
 def _merge(table: Table, steps: np.ndarray) -> None:
     starts = np.flatnonzero(np.concatenate([[True], steps > 0.0]))
     sizes = np.diff(np.append(starts, len(steps) + 1))
-    time = table.values["time"][starts]  # as it is: an average of equal stamps could be off by an ulp
+    time = table.values["time"][starts]  # not averaged: an average of equal stamps could differ by an ulp
     table.values = {q: np.add.reduceat(values, starts) / sizes for q, values in table.values.items()} | {"time": time}
     table.rows = starts if table.rows is None else table.rows[starts]
     count = int(np.count_nonzero(steps == 0.0))
-    table.notes.append(Note("repeated_time", f"{count} samples repeat a time stamp: averaged into one each", count))
+    table.notes.append(Note("repeated_time", f"{count} samples repeat a time stamp and are averaged", count))

@@ -1,40 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The unit of each column: given, written in its header, or the only one that gives a plausible rate, travel and
-speed; otherwise asked for."""
+"""The unit of each column: given, written in its header, or the only one with a plausible rate, travel and speed;
+otherwise an InputError asks for it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import product
 
 import numpy as np
 
 from ..errors import InputError
 from ..units import Unit, parse
-from .columns import check_known, dimension
+from .columns import Column, check_known, dimension
 from .recording import Note
 from .table import Table
 
-_RATE = (10.0, 20e3)  # Hz
-_TRAVEL = (0.5e-3, 0.5)  # m
-_SPEED = 1.0  # m/s
-_AGREE = 3.0  # a velocity's integral and the depth differ by less than this factor
-_SOME = 2000  # samples are enough for a percentile
+_RATE_RANGE_HZ = (10.0, 20e3)  # Hz
+_TRAVEL_RANGE_M = (0.5e-3, 0.5)  # m
+_MAX_SPEED_M_S = 1.0  # m/s
+_MAX_TRAVEL_RATIO = 3.0  # largest ratio of a velocity's integral and the travel
+_PERCENTILE_SAMPLES = 2000  # samples: enough for a percentile
 _CANDIDATES = {"time": ("s", "ms", "us"), "depth": ("m", "mm"), "velocity": ("m/s", "mm/s")}
-_FORCE = 50.0  # N: above, a force without a unit is hardly in newtons
+_MAX_FORCE_N = 50.0  # N: a larger force without a unit is probably not in newtons
 
 
-def sizes_of(values: Mapping[str, np.ndarray], integral: bool = True) -> dict[str, float]:
-    """Median step, travels and 95 % speeds in the units of the file; ``integral`` asks for that of the velocity."""
+def motion_sizes(values: Mapping[str, np.ndarray], integral: bool = True) -> dict[str, float]:
+    """Median step, travels and 95 % speeds in the units of the file; with ``integral`` also that of the velocity."""
     count = len(values["time"])
-    some = np.arange(0, count - 1, 1 + (count - 1) // _SOME)
-    steps = values["time"][some + 1] - values["time"][some]
+    selected = np.arange(0, count - 1, 1 + (count - 1) // _PERCENTILE_SAMPLES)
+    steps = values["time"][selected + 1] - values["time"][selected]
     sizes = {"step": float(np.median(steps))}
     if "depth" in values:
         depth = values["depth"]
         sizes["travel"] = float(np.ptp(depth))
-        sizes["speed"] = float(np.percentile(np.abs(depth[some + 1] - depth[some]) / steps, 95))
+        sizes["speed"] = float(np.percentile(np.abs(depth[selected + 1] - depth[selected]) / steps, 95))
     if "velocity" in values:
         velocity = values["velocity"]
-        sizes["velocity"] = float(np.percentile(np.abs(velocity[some]), 95))
+        sizes["velocity"] = float(np.percentile(np.abs(velocity[selected]), 95))
         if integral:
             areas = 0.5 * (velocity[1:] + velocity[:-1]) * np.diff(values["time"])
             sizes["integral"] = float(np.ptp(np.cumsum(areas)))
@@ -42,28 +42,30 @@ def sizes_of(values: Mapping[str, np.ndarray], integral: bool = True) -> dict[st
 
 
 def plausible(sizes: Mapping[str, float], units: Mapping[str, Unit]) -> bool:
-    """Whether the units make a needle's rate, travel and speed of the sizes, and all travels agree."""
+    """Whether rate, travel and speed in these units are in the range of a needle insertion, and the travels agree."""
     rate, travels, speeds = _in_si(sizes, units)
-    steady = _RATE[0] <= rate <= _RATE[1] and all(each <= _SPEED for each in speeds)
-    moves = all(_TRAVEL[0] <= each <= _TRAVEL[1] for each in travels)
-    return steady and moves and max(travels, default=1.0) < _AGREE * min(travels, default=1.0)
+    steady = _RATE_RANGE_HZ[0] <= rate <= _RATE_RANGE_HZ[1] and all(each <= _MAX_SPEED_M_S for each in speeds)
+    moves = all(_TRAVEL_RANGE_M[0] <= each <= _TRAVEL_RANGE_M[1] for each in travels)
+    return steady and moves and max(travels, default=1.0) < _MAX_TRAVEL_RATIO * min(travels, default=1.0)
 
 
-def implausible(values: Mapping[str, np.ndarray], units: Mapping[str, Unit]) -> list[Note]:
-    """A note on the rate, travel and speed that stated units make of the numbers, where they hardly are a needle's."""
-    rate, travels, speeds = _in_si(sizes_of(values, integral="depth" not in values), units)
-    wrong = [] if _RATE[0] <= rate <= _RATE[1] else [f"a rate of {rate:.3g} Hz"]
-    wrong += [f"a travel of {each:.3g} m" for each in travels if not _TRAVEL[0] <= each <= _TRAVEL[1]]
-    wrong += [f"a speed of {each:.3g} m/s" for each in speeds if each > _SPEED]
-    if not wrong:
+def plausibility_notes(values: Mapping[str, np.ndarray], units: Mapping[str, Unit]) -> list[Note]:
+    """A note if rate, travel or speed in the stated units are outside the range of a needle insertion."""
+    rate, travels, speeds = _in_si(motion_sizes(values, integral="depth" not in values), units)
+    unusual = [] if _RATE_RANGE_HZ[0] <= rate <= _RATE_RANGE_HZ[1] else [f"a rate of {rate:.3g} Hz"]
+    unusual += [f"a travel of {each:.3g} m" for each in travels if not _TRAVEL_RANGE_M[0] <= each <= _TRAVEL_RANGE_M[1]]
+    unusual += [f"a speed of {each:.3g} m/s" for each in speeds if each > _MAX_SPEED_M_S]
+    if not unusual:
         return []
-    limits = f"{_RATE[0]:g} to {_RATE[1]:g} Hz, {_TRAVEL[0]:g} to {_TRAVEL[1]:g} m and up to {_SPEED:g} m/s"
-    told = f"the stated units give {' and '.join(wrong)}, but a needle's are {limits}"
-    return [Note("implausible", f"{told}: if a unit is wrong, give the right one, as --unit depth=mm", len(wrong))]
+    limits = f"{_RATE_RANGE_HZ[0]:g} to {_RATE_RANGE_HZ[1]:g} Hz, {_TRAVEL_RANGE_M[0]:g} to {_TRAVEL_RANGE_M[1]:g} m "
+    limits += f"and up to {_MAX_SPEED_M_S:g} m/s"
+    message = f"the stated units give {' and '.join(unusual)}, outside the usual range of {limits}"
+    advice = "if a unit is wrong, give the correct one, for example --unit depth=mm"
+    return [Note("implausible", f"{message}; {advice}", len(unusual))]
 
 
 def _in_si(sizes: Mapping[str, float], units: Mapping[str, Unit]) -> tuple[float, list[float], list[float]]:
-    """Rate [Hz], travels [m] and speeds [m/s]; a sign that a unit turns round does not count."""
+    """Rate [Hz], travels [m] and speeds [m/s] as magnitudes, because a unit may reverse the sign."""
     second, travels, speeds = units["time"].to_si(1.0), [], []
     if "travel" in sizes:
         travels.append(units["depth"].to_si(sizes["travel"]))
@@ -75,91 +77,90 @@ def _in_si(sizes: Mapping[str, float], units: Mapping[str, Unit]) -> tuple[float
     return 1.0 / (sizes["step"] * second), [abs(each) for each in travels], [abs(each) for each in speeds]
 
 
-def settle(table: Table, given: Mapping[str, str]) -> tuple[dict[str, Unit], list[str]]:
-    """The unit of every column of ``table``, and sentences on what was assumed; implausible ones get a note there.
+def assign_units(table: Table, given: Mapping[str, str]) -> tuple[dict[str, Unit], list[str]]:
+    """The unit of every column of ``table``, and sentences on what was assumed; implausible units add a note to it.
 
-    Raises InputError where a unit is unknown and zero or several are plausible: rate 10 Hz to 20 kHz, travel 0.5 mm
-    to 0.5 m, speed below 1 m/s, and a velocity that integrates to the travel.
+    Raises InputError if a unit is unknown and none or several are plausible. Plausible are a rate of 10 Hz to 20 kHz, a
+    travel of 0.5 mm to 0.5 m, a speed below 1 m/s, and a velocity whose integral agrees with the travel.
     """
-    place, units, said = str(table.layout.path), {}, []
+    place, units, sentences = str(table.layout.path), {}, []
     for quantity in given:
         check_known(quantity)
     for quantity, column in table.columns.items():
         if quantity in given:
             units[quantity] = parse(given[quantity], dimension(quantity), quantity, place)
-            said += _contradiction(quantity, units[quantity], column)
+            sentences += _contradiction(quantity, units[quantity], column)
         elif column.unit is not None:
             units[quantity] = parse(column.unit, dimension(quantity), quantity, place)
     assumed = _assume_motion(table, units)
-    table.notes += [] if assumed else implausible(table.values, units)
-    said += assumed
-    said += _assume_forces(table, units)
-    return {quantity: units[quantity] for quantity in table.values}, said
+    table.notes += [] if assumed else plausibility_notes(table.values, units)
+    sentences += assumed
+    sentences += _assume_forces(table, units)
+    return {quantity: units[quantity] for quantity in table.values}, sentences
 
 
-def _contradiction(quantity: str, unit: Unit, column) -> list[str]:
+def _contradiction(quantity: str, unit: Unit, column: Column) -> list[str]:
     if column.unit is None or parse(column.unit, dimension(quantity), quantity)[1:] == unit[1:]:
         return []
-    return [f"{quantity} is read in {unit.symbol}, as asked for, though its header says {column.unit}"]
+    return [f"{quantity} is read in {unit.symbol}, as given, although its header states {column.unit}"]
 
 
 def _assume_motion(table: Table, units: dict[str, Unit]) -> list[str]:
-    """Fill in the one plausible combination of the units of time, depth and velocity."""
+    """Assume the only plausible combination of the units of time, depth and velocity."""
     unknown = [quantity for quantity in _CANDIDATES if quantity in table.values and quantity not in units]
     if not unknown:
         return []
-    sizes = sizes_of(table.values)
+    sizes = motion_sizes(table.values)
     found = [choice for choice in _choices(unknown) if plausible(sizes, units | choice)]
     if len(found) != 1:
         raise _unknown_unit(table, unknown, found)
     units |= found[0]
-    why = "no unit is given, and no other gives a plausible rate, travel and speed"
-    return [f"{quantity} is taken to be in {unit.symbol}: {why}" for quantity, unit in found[0].items()]
+    reason = "no unit is given, and no other gives a plausible rate, travel and speed"
+    return [f"{quantity} is assumed to be in {unit.symbol}: {reason}" for quantity, unit in found[0].items()]
 
 
-def _choices(unknown: list[str]):
+def _choices(unknown: list[str]) -> Iterator[dict[str, Unit]]:
     for symbols in product(*(_CANDIDATES[quantity] for quantity in unknown)):
         yield {q: parse(symbol, dimension(q), q) for q, symbol in zip(unknown, symbols, strict=True)}
 
 
 def _unknown_unit(table: Table, unknown: list[str], found: list[dict[str, Unit]]) -> InputError:
     options = [" with ".join(f"{q} in {unit.symbol}" for q, unit in choice.items()) for choice in found]
-    fit = "; ".join(options) if options else "none of " + ", ".join(s for q in unknown for s in _CANDIDATES[q])
+    candidates = "; ".join(options) if options else "none of " + ", ".join(s for q in unknown for s in _CANDIDATES[q])
     step = float(np.median(np.diff(table.values["time"])))
     columns = ", ".join(map(repr, table.layout.headers))
-    limit = f"the columns are {columns}, the median step of time is {step:g}; plausible: {fit}"
+    limit = f"the columns are {columns}, the median step of time is {step:g}; plausible: {candidates}"
     examples = {"time": "us", "depth": "mm", "velocity": "mm/s"}
     return InputError(
         f"unit of {' and '.join(unknown)}",
         "unknown",
         limit,
         str(table.layout.path),
-        "Give " + " ".join(f"--unit {q}={examples[q]}" for q in unknown) + ", with the unit your recording has.",
+        "Give the unit of your recording, for example " + " ".join(f"--unit {q}={examples[q]}" for q in unknown) + ".",
     )
 
 
 def _assume_forces(table: Table, units: dict[str, Unit]) -> list[str]:
-    """Newtons where no unit stands and the size fits; other forces as the axial one."""
-    bare = [quantity for quantity in table.values if quantity not in units]
-    if not bare:
+    """Assume newtons for a force without a unit if its size is plausible, and the unit of the force for its axes."""
+    without_unit = [quantity for quantity in table.values if quantity not in units]
+    if not without_unit:
         return []
     stated = "force" in units
-    units |= dict.fromkeys(bare, units["force"] if stated else _newtons(table))
-    return [
-        f"{', '.join(bare)} {'is' if len(bare) == 1 else 'are'} taken to be in {units['force'].symbol}: "
-        + ("as the force" if stated else "no unit is given")
-    ]
+    units |= dict.fromkeys(without_unit, units["force"] if stated else _newtons(table))
+    names = f"{', '.join(without_unit)} {'is' if len(without_unit) == 1 else 'are'}"
+    reason = "as the force" if stated else "no unit is given"
+    return [f"{names} assumed to be in {units['force'].symbol}: {reason}"]
 
 
 def _newtons(table: Table) -> Unit:
     largest = float(np.max(np.abs(table.values["force"])))
-    if largest > _FORCE:
+    if largest > _MAX_FORCE_N:
         columns = ", ".join(map(repr, table.layout.headers))
         raise InputError(
             "unit of force",
             "unknown",
             f"the columns are {columns}, and {largest:g} N is not plausible",
             str(table.layout.path),
-            "Give --unit force=mN, or the unit it has.",
+            "Give the unit of the force, for example --unit force=mN.",
         )
     return parse("N", "force", "force")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings and their streams as files: exact, the same bytes for the same data, never half-written."""
+"""Recordings and their streams written to files: exactly, with the same bytes for the same data, and atomically."""
 
 import os
 from collections.abc import Iterable, Mapping
@@ -15,16 +15,33 @@ from .columns import QUANTITIES, dimension
 from .parquet_table import CARD, pyarrow_for
 from .recording import Card, Note, Recording
 
-_ROWS_AT_ONCE = 10_000
+_BLOCK_ROWS = 10_000
 
 
 def write(recording: Recording, path: str | os.PathLike) -> Path:
-    """Write a recording in SI as Parquet (``.parquet``), MCAP (``.mcap``), else as CSV, with the unit in every header
-    and the card as ``# key: value`` lines above.
+    """Write a recording in SI as Parquet (``.parquet``), MCAP (``.mcap``), or otherwise CSV.
 
-    ``read`` gives the same arrays back, bit for bit, as long as no bias is left in the force to be removed; its
-    card names the new file, and a note the ``source`` written here. Raises InputError for arrays of unequal
-    length, values that are not finite, time that does not increase, unknown axes, and a folder that is not there.
+    A CSV file has the unit in every header and the card as ``# key: value`` lines above the table. ``read`` returns the
+    same arrays, bit for bit, unless it removes a bias from the force; its card names the new file, and a note the
+    ``source`` of this card.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    path : str or os.PathLike
+        The file; its ending selects the format.
+
+    Returns
+    -------
+    pathlib.Path
+        The file written.
+
+    Raises
+    ------
+    InputError
+        Arrays of unequal length, values that are not finite, a time that does not increase, an unknown axis, or a
+        folder that does not exist.
     """
     match Path(path).suffix.lower():
         case ".parquet":
@@ -46,25 +63,46 @@ def write_columns(
     start_depth: float | None = None,
     motion: str = "",
 ) -> Path:
-    """Write some quantities as CSV, such as time and force alone, or time and velocity of a motion on its own clock.
+    """Write selected quantities as CSV, such as only time and force, or time and velocity of a separate motion file.
 
-    ``columns`` maps a quantity to its (n,) values in SI. ``start_depth`` [m] is the depth at the first sample of a
-    velocity; ``motion`` is the name of the file beside this one that holds its motion: ``read`` joins it.
+    Parameters
+    ----------
+    columns : mapping
+        Quantity -> (n,) array in SI; ``time`` is required.
+    path : str or os.PathLike
+        The file.
+    card : Card, optional
+        The provenance.
+    notes : iterable of Note
+        Notes that the file stores.
+    start_depth : float, optional
+        Depth [m] at the first sample of a velocity.
+    motion : str
+        Name of the file in the same folder that contains the motion; ``read`` joins it.
+
+    Returns
+    -------
+    pathlib.Path
+        The file written.
+
+    Raises
+    ------
+    InputError
+        As ``write``.
     """
     target = Path(path)
     check_columns(columns, str(target))
-    more = {"motion": motion, "start_depth_m": "" if start_depth is None else repr(float(start_depth))}
+    extra = {"motion": motion, "start_depth_m": "" if start_depth is None else repr(float(start_depth))}
     header = ",".join(header_of(quantity) for quantity in columns)
-    _write_whole(target, [*card_lines(card or Card(), tuple(notes), **more), header], [*columns.values()])
+    _write_csv(target, [*card_lines(card or Card(), tuple(notes), **extra), header], [*columns.values()])
     return target
 
 
 def write_parquet(recording: Recording, path: str | os.PathLike) -> Path:
-    """Write a recording in SI, whole or not at all; the same data give the same bytes with the same pyarrow.
+    """Write a recording in SI as Parquet, atomically; the same data give the same bytes with the same pyarrow.
 
-    Columns are float64, named as in the CSV file; the card's lines stand in the metadata. ``read`` gives the
-    same arrays back, bit for bit, under the same conditions as a CSV file. Raises InputError as ``write`` does, and
-    where pyarrow is not installed.
+    Columns are float64, named as in the CSV file; the card's lines are in the metadata. ``read`` returns the same
+    arrays under the same conditions as for a CSV file. Raises InputError as ``write``, and if pyarrow is not installed.
     """
     target, pyarrow = Path(path), pyarrow_for(path)
     columns = {name: getattr(recording, name) for name in ("time", "depth", "velocity", "force")} | recording.axes
@@ -76,7 +114,7 @@ def write_parquet(recording: Recording, path: str | os.PathLike) -> Path:
         table.replace_schema_metadata({CARD: card}),
         buffer,
         compression="zstd",
-        use_dictionary=False,  # measured numbers hardly repeat
+        use_dictionary=False,  # measured values rarely repeat
         write_page_checksum=True,
     )
     with atomic_write(target) as file:
@@ -85,12 +123,12 @@ def write_parquet(recording: Recording, path: str | os.PathLike) -> Path:
 
 
 def header_of(quantity: str) -> str:
-    """The header a quantity is written under, with its SI unit."""
+    """The header of a quantity in a written file, with its SI unit."""
     return f"{quantity}_{symbols(dimension(quantity))[0].replace('/', '_').replace(' ', '_')}"
 
 
 def check_columns(columns: Mapping[str, np.ndarray], place: str) -> None:
-    """Raises InputError for (n,) columns that no reader would take back."""
+    """Raise InputError for columns that ``read`` would not accept: all must be (n,), finite and sorted by time."""
     for quantity, values in columns.items():
         if quantity not in QUANTITIES:
             raise InputError("axis", repr(quantity), f"known are {', '.join(QUANTITIES)}", place)
@@ -102,9 +140,9 @@ def check_columns(columns: Mapping[str, np.ndarray], place: str) -> None:
         raise InputError("time", "not increasing", "each sample must be later than the one before", place)
 
 
-def _write_whole(target: Path, head: list[str], columns: list[np.ndarray]) -> None:
+def _write_csv(target: Path, head: list[str], columns: list[np.ndarray]) -> None:
     with atomic_write(target) as file:
         file.writelines(line + "\n" for line in head)
-        for first in range(0, len(columns[0]), _ROWS_AT_ONCE):
-            block = [np.asarray(each[first : first + _ROWS_AT_ONCE], float).tolist() for each in columns]
+        for first in range(0, len(columns[0]), _BLOCK_ROWS):
+            block = [np.asarray(each[first : first + _BLOCK_ROWS], float).tolist() for each in columns]
             file.writelines(",".join(map(repr, row)) + "\n" for row in zip(*block, strict=True))

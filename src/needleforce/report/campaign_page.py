@@ -58,7 +58,7 @@ def _outcome(campaign) -> Markup:
     identified = sum(each.model is not None for each in conditions)
     used, out = sum(one.pooled for one in every), sum(one.left_out for one in every)
     odd = sum(bool(one.anomalies) and not one.left_out for condition in conditions for one in condition.recordings)
-    silent = sum(not one.answers and not one.left_out for one in every)
+    silent = sum(not one.has_parameters and not one.left_out for one in every)
     said = [f"{identified} of {counted(len(conditions), 'condition')} identified, from {counted(used, 'recording')}."]
     said += [f"{counted(out, 'recording')} left out of a pooled fit, each with its reason."] * (out > 0)
     said += [f"{counted(odd, 'recording')} odd but kept."] * (odd > 0)
@@ -108,7 +108,7 @@ def _reasons(condition) -> dict[str, list[str]]:
     """What is odd -> the recordings that have it, so that a sentence stands once."""
     found: dict[str, list[str]] = {}
     for one in condition.recordings:
-        if one.anomalies or not one.answers:
+        if one.anomalies or not one.has_parameters:
             found.setdefault(one.why, []).append(one.file)
     return found
 

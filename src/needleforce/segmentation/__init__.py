@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where contact, punctures, hold and exit lie in a recording."""
+"""Detection of contact, punctures, hold and exit in a recording."""
 
 from .events import Event, Events, Puncture, Span
 from .segment import segment

@@ -1,38 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact: first sustained crossing of the free travel's baseline, then a fit back to zero; exit: the same,
-backwards in time, on the withdrawal stroke."""
+"""Contact: the first sustained crossing of the free travel's baseline, traced back to its origin by a fit; exit: the
+same on the withdrawal stroke, backwards in time."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .strokes import Blocks, Cycle, blocks, first_run, jitter
+from .strokes import Blocks, Cycle, blocks, first_run, white_noise
 
-CROSSING = 5.0  # [sd of the noise] a crossing this high is no noise
-SUSTAINED = 10  # [samples] and must stay there so long
-RISE = 0.02  # the fit uses the force up to this share of its maximum …
-RISE_NOISE = 10.0  # … or so many sd of the noise, whichever is more
+CROSSING_SIGMA = 5.0  # [sd of the noise] height of a crossing that is not noise
+SUSTAINED_SAMPLES = 10  # [samples] duration of a crossing
+FIT_FORCE_SHARE = 0.02  # of the maximum force: the fit uses the force up to this share,
+FIT_FORCE_SIGMA = 10.0  # or up to this many sd of the noise, whichever is more
 EXPONENTS = (1.0, 1.25, 1.5, 1.75, 2.0)  # of force over depth: flat punch 1, sphere 3/2, cone 2
-SHARES = (1.0, 0.75, 0.5)  # of that force are tried until the law follows it …
-FOLLOWS = 1.3  # … within so many sd: a hump soon after the contact must not bend the fit
-SURE = 9.0  # rise of the sum of squares, in variances, beyond which a contact point is excluded: 3 sd
-LEAST_NOISE = 1e-4  # of the range of the force: simulated recordings may have none
-WEAK = 4.0  # a greatest force of fewer crossings is weak
-LARGEST_DRIFT = 0.1  # of the greatest force: more is taken for contact from the first sample on
-FEWEST = 5  # blocks that make a baseline …
-ENOUGH = 20  # … and that make a good one
-ROUNDS = 4  # at most, of baseline and contact in turn
-SAME_BASELINE = 0.03  # of the greatest force: the baselines before and after differ by no more …
-DRIFTED_BASELINE = 0.1  # … or by so much, if the needle is back near where it went in
-NEAR = 0.25  # of the indentation: so near
-ONLY_DRIFT = 1.5  # times the white noise: what a straight line in time may leave of a force that only drifts
+FIT_SHARES = (1.0, 0.75, 0.5)  # of that force, tried until the fit is good
+MAX_MISFIT_SIGMA = 1.3  # [sd] misfit of a good fit: a hump soon after the contact must not bias it
+MAX_SQUARES_RISE = 9.0  # rise of the sum of squares, in variances, beyond which a contact point is excluded: 3 sd
+MIN_NOISE_SHARE = 1e-4  # of the range of the force: simulated recordings may have no noise
+WEAK_FORCE_CROSSINGS = 4.0  # crossings: a smaller maximum force is weak
+MAX_DRIFT_SHARE = 0.1  # of the maximum force: a larger drift counts as contact from the first sample on
+MIN_BASELINE_BLOCKS = 5  # blocks needed for a baseline
+GOOD_BASELINE_BLOCKS = 20  # blocks of a well-determined baseline
+MAX_ITERATIONS = 4  # iterations of baseline and contact
+MAX_BASELINE_CHANGE = 0.03  # of the maximum force: largest difference between the baselines before and after,
+MAX_DRIFTED_CHANGE = 0.1  # or with drift, if the exit is near the contact
+MAX_EXIT_DISTANCE_SHARE = 0.25  # of the indentation: largest distance between contact and exit in that case
+MAX_DRIFT_RESIDUAL = 1.5  # times the white noise: largest residual about a straight line of a force that only drifts
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Onset:
-    """The contact ``depth`` [m], the blocks ``low`` (surely free) and ``high`` (surely in contact), the baseline [N].
+    """The contact ``depth`` [m], the blocks ``low`` (certainly free) and ``high`` (certainly in contact), and the
+    ``baseline`` [N].
 
-    ``free`` is false where there is too little free travel to know ``baseline`` and its ``noise`` [N] well.
+    ``free`` is False if there is too little free travel for a good estimate of ``baseline`` and its ``noise`` [N].
     """
 
     depth: float
@@ -45,7 +46,8 @@ class Onset:
 
 @dataclass(frozen=True)
 class Origin:
-    """Where the rise begins: ``depth``, the ``earliest`` not excluded [m]; ``baseline`` and rms ``misfit`` [N]."""
+    """The origin of the rise: its ``depth`` and the ``earliest`` depth that is not excluded [m], ``baseline`` and rms
+    ``misfit`` [N]."""
 
     depth: float
     earliest: float
@@ -53,18 +55,18 @@ class Origin:
     misfit: float
 
 
-def free_noise(force: np.ndarray, least: float) -> tuple[float, float]:
-    """Mean and standard deviation (``least`` or more) of the (n,) force [N] of a free travel, deaf to outliers."""
+def free_noise(force: np.ndarray, min_noise: float) -> tuple[float, float]:
+    """Robust mean and standard deviation (at least ``min_noise``) of the (n,) force [N] of free travel."""
     middle = float(np.median(force))
-    return middle, max(float(np.median(np.abs(force - middle))) / 0.6745, least)
+    return middle, max(float(np.median(np.abs(force - middle))) / 0.6745, min_noise)
 
 
-def onset(stroke: Blocks, crossing: float = CROSSING) -> Onset | None:
-    """The contact in one inward stroke, or ``None`` where the force never leaves its baseline.
+def onset(stroke: Blocks, crossing: float = CROSSING_SIGMA) -> Onset | None:
+    """The contact in one insertion stroke, or None if the force remains at its baseline.
 
-    Once the force has crossed ``crossing`` standard deviations and stays there, ``F = b + c (z - z0)^p`` is fitted to
-    all of it before it has clearly risen: the extrapolation of the rise back to its origin that for the cone (p = 2) is
-    the straight line of sqrt(F) over z. p is 1 to 2 after Sneddon (1965); measured needles rise with 1.1 to 1.9.
+    Where the force exceeds the baseline by ``crossing`` standard deviations for some time, ``F = b + c (z - z0)^p`` is
+    fitted to the force up to a small share of its maximum, which extrapolates the rise to its origin; for the cone
+    (p = 2) this is the straight line of sqrt(F) over z. p is 1 to 2 (Sneddon 1965); measured needles have 1.1 to 1.9.
     """
     found = _onset(stroke.depth, stroke.force, stroke.size, crossing)
     if found is None or found.free:
@@ -77,65 +79,74 @@ def onset(stroke: Blocks, crossing: float = CROSSING) -> Onset | None:
 
 
 def _drift(z: np.ndarray, f: np.ndarray, size: int) -> np.ndarray | None:
-    """The straight line of a drifting free travel, (n,), or ``None`` if what comes before the rise is none."""
-    first, peak = float(np.median(f[:FEWEST])), float(np.max(f))
-    free = _before(f, first + LARGEST_DRIFT * (peak - first), _sustained(len(f), size))
+    """The straight line (n,) of the drift in free travel, or None if the force before the rise is not straight."""
+    first, peak = float(np.median(f[:MIN_BASELINE_BLOCKS])), float(np.max(f))
+    free = _free_blocks(f, first + MAX_DRIFT_SHARE * (peak - first), _sustained(len(f), size))
     line = np.polyval(np.polyfit(z[:free], f[:free], 1), z) if np.ptp(z[:free]) > 0 else np.full_like(z, first)
-    straight = float(np.std(f[:free] - line[:free])) <= FOLLOWS * jitter(f)
-    return line if straight and abs(line[-1] - line[0]) <= 2 * LARGEST_DRIFT * (peak - first) else None
+    straight = float(np.std(f[:free] - line[:free])) <= MAX_MISFIT_SIGMA * white_noise(f)
+    return line if straight and abs(line[-1] - line[0]) <= 2 * MAX_DRIFT_SHARE * (peak - first) else None
 
 
 def _sustained(count: int, size: int) -> int:
-    """How many blocks a crossing must last: 10 samples, 3 blocks at least, a twentieth of a short stroke at most."""
-    return max(3, min(-(-SUSTAINED // size), count // 20))
+    """The number of blocks that a crossing must last: 10 samples, at least 3 blocks, at most 5 % of a short stroke."""
+    return max(3, min(-(-SUSTAINED_SAMPLES // size), count // 20))
 
 
 def _onset(z: np.ndarray, f: np.ndarray, size: int, crossing: float) -> Onset | None:
-    """``onset`` for a level baseline, learnt from a short start, where no hump hides, or a longer one if it swings."""
-    if len(f) < 2 * FEWEST:
+    """``onset`` for a constant baseline, estimated from a short start, or from a longer one if the force returns to the
+    baseline after the crossing."""
+    if len(f) < 2 * MIN_BASELINE_BLOCKS:
         return None
-    length, first, peak = _sustained(len(f), size), float(np.median(f[:FEWEST])), float(np.max(f))
-    clear = _before(f, first + 2 * RISE * (peak - first), length)
-    found = _settled(z, f, length, crossing, min(clear, ENOUGH))
+    length, first, peak = _sustained(len(f), size), float(np.median(f[:MIN_BASELINE_BLOCKS])), float(np.max(f))
+    clear = _free_blocks(f, first + 2 * FIT_FORCE_SHARE * (peak - first), length)
+    found = _iterated_onset(z, f, length, crossing, min(clear, GOOD_BASELINE_BLOCKS))
     if found is None:
         return None
-    if peak - found.baseline < WEAK * crossing * found.noise:  # a short start may have been quiet by chance
-        return _settled(z, f, length, crossing, _before(f, 0.5 * (first + peak), length))
+    # a short start may have little noise by chance
+    if peak - found.baseline < WEAK_FORCE_CROSSINGS * crossing * found.noise:
+        return _iterated_onset(z, f, length, crossing, _free_blocks(f, 0.5 * (first + peak), length))
     after = f[found.high : found.high + int(np.argmax(f[found.high :])) + 1]
     back = first_run(after <= found.baseline + found.noise, length)
-    return found if back is None else _settled(z, f, length, crossing, clear) or found
+    return found if back is None else _iterated_onset(z, f, length, crossing, clear) or found
 
 
-def _settled(z: np.ndarray, f: np.ndarray, length: int, crossing: float, free: int) -> Onset | None:
-    """Baseline and contact found in turn, from ``free`` blocks of free travel at first."""
-    peak, white = float(np.max(f)), max(jitter(f), LEAST_NOISE * float(np.ptp(f)))
-    for _ in range(ROUNDS):
+def _iterated_onset(z: np.ndarray, f: np.ndarray, length: int, crossing: float, free: int) -> Onset | None:
+    """Estimate baseline and contact iteratively, starting with ``free`` blocks of free travel."""
+    peak, white = float(np.max(f)), max(white_noise(f), MIN_NOISE_SHARE * float(np.ptp(f)))
+    for _ in range(MAX_ITERATIONS):
         baseline, noise = free_noise(f[:free], white)
         if first_run(f > baseline + crossing * noise, length) is None:
             return None
-        rise = min(max(RISE_NOISE * noise, RISE * (peak - baseline)), 0.6 * (peak - baseline))
-        for share in SHARES:
-            top = max(first_run(f > baseline + share * rise, length) or 0, FEWEST) + 1
+        rise = min(max(FIT_FORCE_SIGMA * noise, FIT_FORCE_SHARE * (peak - baseline)), 0.6 * (peak - baseline))
+        for share in FIT_SHARES:
+            top = max(first_run(f > baseline + share * rise, length) or 0, MIN_BASELINE_BLOCKS) + 1
             fit = fit_origin(z[:top], f[:top], noise)
-            if fit.misfit <= FOLLOWS * noise:
+            if fit.misfit <= MAX_MISFIT_SIGMA * noise:
                 break
-        before, free = free, max(FEWEST, int(np.searchsorted(z[:top], fit.depth)))
+        before, free = free, max(MIN_BASELINE_BLOCKS, int(np.searchsorted(z[:top], fit.depth)))
         if free == before:
             break
     low = max(0, int(np.searchsorted(z[:top], fit.earliest)) - 1)
     below = np.flatnonzero(f[: top + 1] <= baseline + crossing * noise)
-    high = int(below[-1]) + 1 if len(below) else 0  # from here on never back before the rise
-    return Onset(fit.depth, low, max(high, low + 1), fit.baseline, noise, free >= ENOUGH)
+    high = int(below[-1]) + 1 if len(below) else 0  # from here on the force stays above the crossing
+    return Onset(
+        depth=fit.depth,
+        low=low,
+        high=max(high, low + 1),
+        baseline=fit.baseline,
+        noise=noise,
+        free=free >= GOOD_BASELINE_BLOCKS,
+    )
 
 
-def _before(force: np.ndarray, level: float, length: int) -> int:
-    """How many blocks are free travel at a first guess: most of those before the force passes ``level``."""
+def _free_blocks(force: np.ndarray, level: float, length: int) -> int:
+    """A first estimate of the number of free blocks: 60 % of those before the force exceeds ``level``."""
     crossed = first_run(force > level, length)
-    return max(FEWEST, int(0.6 * (len(force) if crossed is None else crossed)))
+    return max(MIN_BASELINE_BLOCKS, int(0.6 * (len(force) if crossed is None else crossed)))
 
 
 def fit_origin(z: np.ndarray, f: np.ndarray, noise: float) -> Origin:
-    """Least squares of ``F = b + c (z - z0)^p`` over (n,) depths [m] and forces [N], with ``noise`` at least."""
+    """Least-squares fit of ``F = b + c (z - z0)^p`` to (n,) depths [m] and forces [N]; ``noise`` is the minimum sd."""
     coarse = np.linspace(z[0], z[-1], 65)[:-1]
     squares, _ = _squares(z, f, coarse)
     best = int(np.argmin(squares))
@@ -143,14 +154,14 @@ def fit_origin(z: np.ndarray, f: np.ndarray, noise: float) -> Origin:
     fine_squares, baselines = _squares(z, f, fine)
     at = int(np.argmin(fine_squares))
     lowest, variance = float(fine_squares[at]), float(fine_squares[at]) / max(len(z) - 3, 1)
-    free = f[: max(int(np.searchsorted(z, fine[at])), FEWEST)]
-    allowed = coarse[squares <= lowest + SURE * max(noise**2, variance) * _correlation(free)]
+    free = f[: max(int(np.searchsorted(z, fine[at])), MIN_BASELINE_BLOCKS)]
+    allowed = coarse[squares <= lowest + MAX_SQUARES_RISE * max(noise**2, variance) * _correlation(free)]
     earliest = min([*allowed, fine[at]]) - (coarse[1] - coarse[0])
     return Origin(float(fine[at]), float(earliest), float(baselines[at]), variance**0.5)
 
 
 def _squares(z: np.ndarray, f: np.ndarray, origins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Least residual sums of squares over the exponents, and the baselines, for (m,) origins."""
+    """The smallest residual sums of squares over the exponents, and the baselines, for (m,) origins."""
     past = np.maximum(z - origins[:, None], 0.0) / (float(np.ptp(z)) or 1.0)
     centred = f - f.mean()
     squares, bases = [], []
@@ -159,7 +170,7 @@ def _squares(z: np.ndarray, f: np.ndarray, origins: np.ndarray) -> tuple[np.ndar
         mean = shape.mean(axis=1)
         shape -= mean[:, None]
         height = np.maximum(shape @ centred, 0.0) / np.maximum((shape * shape).sum(axis=1), 1e-300)
-        left = centred - height[:, None] * shape  # squared itself: a difference of sums could be negative
+        left = centred - height[:, None] * shape  # squared directly, because a difference of sums could be negative
         squares.append((left * left).sum(axis=1))
         bases.append(f.mean() - height * mean)
     best = np.argmin(squares, axis=0)
@@ -168,7 +179,7 @@ def _squares(z: np.ndarray, f: np.ndarray, origins: np.ndarray) -> tuple[np.ndar
 
 
 def _correlation(free: np.ndarray, group: int = 10) -> float:
-    """How much more the mean of ten neighbours varies than ten independent values would: 1 for white noise."""
+    """The variance of the mean of ten neighbours relative to that of ten independent values: 1 for white noise."""
     if len(free) < 5 * group:
         return 1.0
     groups = free[: len(free) // group * group].reshape(-1, group)
@@ -178,31 +189,33 @@ def _correlation(free: np.ndarray, group: int = 10) -> float:
 def exit_depth(depth: np.ndarray, force: np.ndarray, cycle: Cycle, size: int, crossing: float) -> Onset | None:
     """The exit of a withdrawal in (n,) depths [m] and forces [N]; ``low`` and ``high`` are samples, in order of time.
 
-    Run backwards, the needle meets the tissue under tension; only if it was never pulled, under pressure.
+    Backwards in time, the force at the exit becomes tensile; compression is tried only if there is no tension.
     """
-    back, pull = depth[cycle.leave : cycle.end][::-1], force[cycle.leave : cycle.end][::-1]
+    back, pull = depth[cycle.withdrawal_start : cycle.end][::-1], force[cycle.withdrawal_start : cycle.end][::-1]
     for sign in (-1.0, 1.0):
-        way = blocks(back, sign * pull, 0, len(back), size)
-        last = onset(way, crossing)
+        reversed_stroke = blocks(back, sign * pull, 0, len(back), size)
+        last = onset(reversed_stroke, crossing)
         if last is not None:
-            low, high = cycle.end - 1 - way.sample(last.high + 1), cycle.end - 1 - way.sample(last.low)
-            return replace(last, low=max(low, cycle.leave), high=high, baseline=sign * last.baseline)
+            low = cycle.end - 1 - reversed_stroke.sample(last.high + 1)
+            high = cycle.end - 1 - reversed_stroke.sample(last.low)
+            return replace(last, low=max(low, cycle.withdrawal_start), high=high, baseline=sign * last.baseline)
     return None
 
 
 def returned(begin: Onset, last: Onset, deepest: float, peak: float) -> bool:
-    """Whether the force after ``last`` is the baseline from before ``begin``, and not one level the needle rests at."""
+    """Whether the force after the exit ``last`` is the baseline before the contact ``begin``, rather than a constant
+    force of a needle at rest in tissue."""
     change = abs(last.baseline - begin.baseline)
-    if change <= (max(5.0 * begin.noise, SAME_BASELINE * peak) if last.free else 5.0 * begin.noise):
+    if change <= (max(5.0 * begin.noise, MAX_BASELINE_CHANGE * peak) if last.free else 5.0 * begin.noise):
         return True
-    near = abs(last.depth - begin.depth) <= NEAR * (deepest - begin.depth)
-    return change <= DRIFTED_BASELINE * peak and near and last.free
+    near = abs(last.depth - begin.depth) <= MAX_EXIT_DISTANCE_SHARE * (deepest - begin.depth)
+    return change <= MAX_DRIFTED_CHANGE * peak and near and last.free
 
 
 def only_drift(time: np.ndarray, force: np.ndarray, size: int) -> bool:
-    """Whether a whole cycle's (n,) force is a straight line in time: there and back again, no contact is one."""
+    """Whether the (n,) force of a complete cycle is a straight line in time, which a contact never is."""
     short = blocks(time, force, 0, len(force), size)
     if len(short) < 10:
         return False
     left = short.force - np.polyval(np.polyfit(short.depth, short.force, 1), short.depth)
-    return float(left.std()) <= ONLY_DRIFT * jitter(short.force)
+    return float(left.std()) <= MAX_DRIFT_RESIDUAL * white_noise(short.force)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What segmentation finds: events with the samples between which they lie, and phases as spans."""
+"""The result of segmentation: events with the samples that bound them, and phases as spans."""
 
 from dataclasses import dataclass, field
 
@@ -8,7 +8,19 @@ from ..vocabulary import Phase, Status
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened between sample ``low`` and sample ``high``: time [s], depth [m], force [N]."""
+    """An event of a recording.
+
+    Parameters
+    ----------
+    time : float
+        Time [s].
+    depth : float
+        Depth [m] in the recording's own zero.
+    force : float
+        Force of the recording [N], including its bias.
+    low, high : int
+        Numbers of the samples between which the event occurred.
+    """
 
     time: float
     depth: float
@@ -19,7 +31,17 @@ class Event:
 
 @dataclass(frozen=True)
 class Puncture(Event):
-    """The force peak before its drop [N], and its indentation [m]: its depth minus the contact depth."""
+    """A puncture: the force peak before its drop.
+
+    Parameters
+    ----------
+    time, depth, force, low, high
+        As for ``Event``, at the force peak.
+    drop : float
+        Drop of the force after the peak [N].
+    indentation : float
+        Depth minus contact depth [m].
+    """
 
     drop: float
     indentation: float
@@ -27,7 +49,17 @@ class Puncture(Event):
 
 @dataclass(frozen=True)
 class Span:
-    """One phase: from ``start`` to ``end`` [s], samples ``first`` up to but not including ``last``."""
+    """One phase of a recording.
+
+    Parameters
+    ----------
+    phase : Phase
+        ``free``, ``deformation``, ``insertion``, ``hold`` or ``extraction``.
+    start, end : float
+        Times of its first and last sample [s].
+    first, last : int
+        Its samples: ``first`` up to but not including ``last``.
+    """
 
     phase: Phase
     start: float
@@ -38,7 +70,23 @@ class Span:
 
 @dataclass(frozen=True)
 class Events:
-    """Events and phases of one recording; ``notes`` say in plain words what was doubtful."""
+    """The events and phases of one recording.
+
+    Parameters
+    ----------
+    contact : Event or None
+        First contact of the insertion stroke.
+    punctures : tuple of Puncture
+        In order of time.
+    exit : Event or None
+        Exit of the needle during withdrawal.
+    phases : tuple of Span
+        All phases, in order of time.
+    status : Status
+        ``ok``, ``no_contact``, ``no_puncture``, ``incomplete`` or ``unreadable``.
+    notes : tuple of str
+        Sentences on what is missing or doubtful.
+    """
 
     contact: Event | None = None
     punctures: tuple[Puncture, ...] = ()
@@ -48,5 +96,16 @@ class Events:
     notes: tuple[str, ...] = field(default=())
 
     def spans(self, phase: str) -> tuple[Span, ...]:
-        """The spans of one phase, in order of time."""
+        """Select the spans of one phase.
+
+        Parameters
+        ----------
+        phase : str
+            Name of the phase.
+
+        Returns
+        -------
+        tuple of Span
+            In order of time.
+        """
         return tuple(span for span in self.phases if span.phase == phase)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A recording cut into its events and phases: contact and punctures of the insertion stroke, exit of the withdrawal
-stroke, and whether the recording is whole."""
+"""Segmentation of a recording into events and phases: contact and punctures of the insertion stroke, exit of the
+withdrawal stroke, and whether the recording is complete."""
 
 import math
 from dataclasses import dataclass, replace
@@ -12,51 +12,73 @@ from ..errors import InputError
 from ..recording.force_signal import glitches, spikes
 from ..recording.recording import Recording
 from ..vocabulary import Phase, Status
-from .contact import CROSSING, SAME_BASELINE, Onset, exit_depth, only_drift, onset, returned
+from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE, Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Events, Puncture, Span
-from .punctures import FALL_PEAK, falls, locate
+from .punctures import DROP_OF_PEAK, force_drops, locate
 from .strokes import Cycle, blocks, cycles
 
-FALL_DEPTH = 0.3e-3  # [m]
-FALL_TIME = 0.03  # [s] a fall may last so long however fast the stroke: needle and sensor swing
-FALL_SAMPLES = 5  # or so many samples
-BLOCKS_PER_FALL = 10
-SMALL_DRIFT = 1e-3  # of the greatest force: less is left alone
-NO_PULL = "The needle is out, but no pull on the way shows where it left the tissue: there is no exit."
-STUCK = "The needle is back at the contact depth, but the force is not at its baseline: no exit is found."
-CUT_OFF = "The withdrawal ends below the contact depth: the recording is cut off."
-FURTHEST = 1.0  # [m] no rupture takes longer
+RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
+MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
+MIN_RUPTURE_SAMPLES = 5  # minimum number of samples of a rupture
+BLOCKS_PER_RUPTURE = 10
+NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
+NO_EXIT_TENSION = "The needle is back at the contact depth, but no tension during withdrawal shows the exit."
+NOT_AT_BASELINE = "The needle is back at the contact depth, but the force is not at its baseline: no exit is found."
+WITHDRAWAL_INCOMPLETE = "The withdrawal ends below the contact depth: the recording is incomplete."
+MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
 def segment(
     recording: Recording,
     *,
-    crossing: float = CROSSING,
-    drop: float = FALL_PEAK,
-    within: float = FALL_DEPTH,
+    crossing: float = CROSSING_SIGMA,
+    drop: float = DROP_OF_PEAK,
+    within: float = RUPTURE_TRAVEL_M,
     cycle: int = 0,
 ) -> Events:
-    """Contact, punctures, exit and phases of a recording.
+    """Find contact, punctures, exit and phases of a recording.
 
-    Contact: the force is ``crossing`` standard deviations of the free travel's noise above its mean for 10 samples,
-    traced back to where it began to rise. Puncture: a rupture is over within the travel ``within`` [m], and in a third
-    of it the force falls by ``drop`` of its peak, by 3 % of the stroke's greatest force, and by more than the free
-    travel's ripples. Exit: on withdrawal the force is back at its baseline for good. Forces are those of the
-    recording, its bias included; ``low`` and ``high`` are the samples between which an event surely lies.
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    crossing : float
+        Height of a contact above the baseline, in standard deviations of the free travel's noise, >= 0.
+    drop : float
+        Smallest drop of the force at a puncture, as a share of its peak, 0 to 1.
+    within : float
+        Travel [m] within which a rupture is complete, 0 to 1.
+    cycle : int
+        The insertion whose events are returned: 0 is the first with contact, and larger numbers than the last one mean
+        the last. The phases are those of all insertions.
 
-    ``cycle`` says which insertion the events are of, 0 for the first that touches; the phases are those of all.
-    Nothing a recording may hold raises an error: what is missing is ``None``, told in ``status`` and ``notes``.
-    Raises InputError for options out of range alone.
+    Returns
+    -------
+    Events
+        Missing events are None; ``status`` and ``notes`` give the reason. Forces include the bias of the recording.
+
+    Raises
+    ------
+    InputError
+        An option is out of range. No content of a recording raises an error.
+
+    Notes
+    -----
+    Contact: the force exceeds the mean of the free travel by ``crossing`` standard deviations for 10 samples; the rise
+    is traced back to its origin by a fit. Puncture: within a third of ``within`` the force drops by more than ``drop``
+    times its peak, 3 % of the maximum force of the stroke, and the ripple of the free travel. Exit: during withdrawal
+    the force returns to its baseline and remains there. ``low`` and ``high`` of an event are samples that bound it.
     """
     check(crossing, drop, within, cycle)
     time, depth, force = recording.time, recording.depth, recording.force
-    wrong = unreadable(time, depth, force)
-    if wrong:
-        return Events(status=Status.unreadable, notes=(wrong,))
-    strokes, length = cycles(time, depth), max(recording.card.filter_length, 1)
+    fault = unreadable(time, depth, force)
+    if fault:
+        return Events(status=Status.unreadable, notes=(fault,))
+    options = {"crossing": crossing, "drop": drop, "within": within}
+    options["filter_length"] = max(recording.card.filter_length, 1)
     found = [
-        cycle_events(time, depth, force, each, limits(crossing, drop, within, recording.rate, each.speed, length))
-        for each in strokes
+        cycle_events(time, depth, force, each, limits(**options, rate=recording.rate, speed=each.speed))
+        for each in cycles(time, depth)
     ]
     touching = [each for each in found if each.contact is not None]
     spans = phases(time, touching)
@@ -64,12 +86,19 @@ def segment(
         return Events(phases=spans, status=Status.no_contact, notes=(no_contact(time, force, bool(found)),))
     chosen = touching[min(cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, force)
-    return Events(chosen.contact, chosen.punctures, chosen.exit, spans, status, notes)
+    return Events(
+        contact=chosen.contact,
+        punctures=chosen.punctures,
+        exit=chosen.exit,
+        phases=spans,
+        status=status,
+        notes=notes,
+    )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CycleEvents:
-    """What one cycle holds above ``baseline`` and ``noise`` [N]; ``exit`` is ``None`` where the force shows none."""
+    """The events of one cycle, with ``baseline`` and ``noise`` [N]; ``exit`` is None if the force does not show it."""
 
     cycle: Cycle
     contact: Event | None = None
@@ -82,7 +111,8 @@ class CycleEvents:
 
 @dataclass(frozen=True)
 class DetectionLimits:
-    """``crossing`` [sd] of a contact, ``drop`` (of its peak) and ``window`` of a fall, filter ``lag`` [samples]."""
+    """``crossing`` [sd] of a contact, ``drop`` (share of the peak) and ``window`` [samples] of a puncture, and the
+    filter's ``lag`` [samples]."""
 
     crossing: float
     drop: float
@@ -91,15 +121,16 @@ class DetectionLimits:
 
     @property
     def size(self) -> int:
-        """How many samples make a block."""
-        return max(1, self.window // BLOCKS_PER_FALL)
+        """Samples per block."""
+        return max(1, self.window // BLOCKS_PER_RUPTURE)
 
 
 def limits(
-    crossing: float, drop: float, within: float, rate: float, speed: float, filter_length: int
+    *, crossing: float, drop: float, within: float, rate: float, speed: float, filter_length: int
 ) -> DetectionLimits:
-    """For a fall over ``within`` [m] at ``speed`` [m/s], or for as long as sensor, filter and ``rate`` [Hz] take."""
-    window = int(max(within / speed * rate, FALL_TIME * rate, FALL_SAMPLES)) + filter_length - 1
+    """Limits for a rupture over ``within`` [m] at ``speed`` [m/s], at least as long as sensor, filter and ``rate`` [Hz]
+    require."""
+    window = int(max(within / speed * rate, MIN_RUPTURE_TIME_S * rate, MIN_RUPTURE_SAMPLES)) + filter_length - 1
     return DetectionLimits(crossing, drop, window, filter_length - 1)
 
 
@@ -109,25 +140,47 @@ def cycle_events(
     """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N]."""
     begin, last = _ends(time, depth, force, cycle, allowed)
     if begin is None:
-        return CycleEvents(cycle)
+        return CycleEvents(cycle=cycle)
     window, size = allowed.window, allowed.size
     contact = _event(time, depth, force, begin, allowed.lag)
     stroke = blocks(depth, force, cycle.start, cycle.stop, size)
     free = (begin.low - stroke.first) // size
-    found = falls(stroke, -(-window // size), free, begin.baseline, begin.noise, allowed.drop)
+    found = force_drops(
+        stroke,
+        window=-(-window // size),
+        free=free,
+        baseline=begin.baseline,
+        noise=begin.noise,
+        fraction=allowed.drop,
+    )
     punctures = []
     for a, b in found:
-        fall = locate(force, stroke.sample(a), stroke.sample(b + 1), size, window, begin.noise)
-        low, place = max(fall.low - allowed.lag, 0), float(depth[fall.peak])
+        drop = locate(force, stroke.sample(a), stroke.sample(b + 1), size=size, window=window, noise=begin.noise)
+        peak_depth = float(depth[drop.peak])
         punctures.append(
-            Puncture(float(time[fall.peak]), place, fall.force, low, fall.high, fall.drop, place - contact.depth)
+            Puncture(
+                time=float(time[drop.peak]),
+                depth=peak_depth,
+                force=drop.force,
+                low=max(drop.low - allowed.lag, 0),
+                high=drop.high,
+                drop=drop.drop,
+                indentation=peak_depth - contact.depth,
+            )
         )
-    leaving = None if last is None else _event(time, depth, force, last, allowed.lag)
-    return CycleEvents(cycle, contact, tuple(punctures), leaving, begin.free, begin.baseline, begin.noise)
+    return CycleEvents(
+        cycle=cycle,
+        contact=contact,
+        punctures=tuple(punctures),
+        exit=None if last is None else _event(time, depth, force, last, allowed.lag),
+        free=begin.free,
+        baseline=begin.baseline,
+        noise=begin.noise,
+    )
 
 
 def _event(time: np.ndarray, depth: np.ndarray, force: np.ndarray, where: Onset, lag: int) -> Event:
-    """``where`` as an event, at the first sample past its depth; a filter may have shown it ``lag`` samples late."""
+    """``where`` as an event at the first sample past its depth; a filter may delay it by ``lag`` samples."""
     low, high = max(where.low - lag, 0), min(where.high, len(depth) - 1)
     between = depth[low : high + 1]
     passed = np.flatnonzero(between >= where.depth if depth[high] >= depth[low] else between <= where.depth)
@@ -138,7 +191,8 @@ def _event(time: np.ndarray, depth: np.ndarray, force: np.ndarray, where: Onset,
 def _ends(
     time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
 ) -> tuple[Onset | None, Onset | None]:
-    """Contact and exit, ``low`` and ``high`` as samples; both are sought again without the drift between them."""
+    """Contact and exit with ``low`` and ``high`` as samples; both are determined again after the drift between them is
+    subtracted."""
     span = slice(cycle.start, cycle.end)
     if cycle.withdrawn and only_drift(time[span], force[span], allowed.size):
         return None, None
@@ -150,7 +204,7 @@ def _ends(
     if last is None or not returned(begin, last, float(depth[cycle.stop - 1]), peak):
         return begin, None
     drift = last.baseline - begin.baseline
-    if abs(drift) <= max(begin.noise, SMALL_DRIFT * peak):
+    if abs(drift) <= max(begin.noise, NEGLIGIBLE_DRIFT_SHARE * peak):
         return begin, last
     before, after = time[(cycle.start + begin.low) // 2], time[(last.high + cycle.end - 1) // 2]
     level = force - drift * (time - before) / (after - before)
@@ -159,7 +213,7 @@ def _ends(
 
 
 def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Onset | None:
-    """The contact of the inward stroke, its blocks turned into samples."""
+    """The contact of the insertion stroke, with blocks converted to samples."""
     stroke = blocks(depth, force, cycle.start, cycle.stop, allowed.size)
     found = onset(stroke, allowed.crossing)
     return None if found is None else replace(found, low=stroke.sample(found.low), high=stroke.sample(found.high + 1))
@@ -168,8 +222,8 @@ def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: Detect
 def phases(time: np.ndarray, insertions: list[CycleEvents]) -> tuple[Span, ...]:
     """Spans over the (n,) times from the first to the last sample; empty ones are left out.
 
-    Deformation ends at the first puncture. Without one it lasts as long as the stroke, but in a later insertion of the
-    same recording: the needle may follow a hole, so that stroke is insertion throughout.
+    Deformation ends at the first puncture, or without one at the end of the stroke. A later stroke of the same
+    recording without puncture is insertion throughout, because the needle may follow an existing hole.
     """
     marks: list[tuple[int, Phase]] = [(0, Phase.free)]
     for number, each in enumerate(insertions):
@@ -184,7 +238,7 @@ def phases(time: np.ndarray, insertions: list[CycleEvents]) -> tuple[Span, ...]:
 
 
 def _marks(time: np.ndarray, each: CycleEvents, later: bool) -> list[tuple[int, Phase]]:
-    """Where each phase of one insertion begins, in samples."""
+    """The first sample of each phase of one insertion."""
     cycle = each.cycle
     contact = min(int(np.searchsorted(time, each.contact.time)), cycle.stop)
     pierced = contact if later else cycle.stop
@@ -196,7 +250,7 @@ def _marks(time: np.ndarray, each: CycleEvents, later: bool) -> list[tuple[int, 
         (contact, Phase.deformation),
         (pierced, Phase.insertion),
         (cycle.stop, Phase.hold),
-        (cycle.leave, Phase.extraction),
+        (cycle.withdrawal_start, Phase.extraction),
         (left, Phase.free),
     ]
 
@@ -204,36 +258,35 @@ def _marks(time: np.ndarray, each: CycleEvents, later: bool) -> list[tuple[int, 
 def check(crossing: float, drop: float, within: float, cycle: int) -> None:
     """Raise InputError for options of ``segment`` that are out of range."""
     for name, value, low, high in (
-        ("crossing", crossing, 0.0, math.inf), ("drop", drop, 0.0, 1.0), ("within", within, 0.0, FURTHEST)
+        ("crossing", crossing, 0.0, math.inf), ("drop", drop, 0.0, 1.0), ("within", within, 0.0, MAX_RUPTURE_TRAVEL_M)
     ):  # fmt: skip
         if not (isinstance(value, (int, float, np.number)) and low <= value <= high):
             raise InputError(name, repr(value), f"a number from {low:g} to {high:g} is needed", "segment")
     if not isinstance(cycle, Integral) or cycle < 0:
-        raise InputError(
-            "cycle", repr(cycle), "a whole number from 0 is needed", "segment", "0 is the first insertion."
-        )
+        limit = "an integer of at least 0 is needed"
+        raise InputError("cycle", repr(cycle), limit, "segment", "Give 0 for the first insertion.")
 
 
 def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
-    """Why (n,) time, depth and force make no recording; empty if they do."""
+    """Why (n,) time, depth and force cannot be segmented; empty if they can."""
     if not all(np.isfinite(values).all() for values in (time, depth, force)):
-        return "The recording holds values that are not finite."
+        return "The recording contains values that are not finite."
     return "" if (np.diff(time) > 0.0).all() else "The time does not increase from sample to sample."
 
 
 def no_contact(time: np.ndarray, force: np.ndarray, moved: bool) -> str:
-    """Why there is no contact: the needle did not move, or the force tells none."""
+    """Why there is no contact: the needle did not move, or the force does not show it."""
     if not moved:
-        return "The depth never moves inwards."
+        return "The depth never increases: the needle does not move inwards."
     found = glitches(force)
     if not len(found):
-        return "The force never leaves its baseline."
-    return f"No contact is seen beside a glitch: {spikes(time, force, found)}. Remove such samples and try again."
+        return "The force never exceeds the noise of its baseline: there is no contact."
+    return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
 
 
 def status_of(chosen: CycleEvents, count: int, depth: np.ndarray, force: np.ndarray) -> tuple[Status, tuple[str, ...]]:
-    """The status of one of ``count`` insertions in (n,) depth and force, and what its reader should know."""
-    notes = [] if chosen.free else ["There is hardly any free travel before the contact: its depth is doubtful."]
+    """The status of one of ``count`` insertions in (n,) depth and force, and notes for the user."""
+    notes = [] if chosen.free else ["There is too little free travel before the contact: its depth is uncertain."]
     if count > 1:
         notes.append(f"There are {count} insertions; the events are those of one of them.")
     if not chosen.punctures:
@@ -242,17 +295,17 @@ def status_of(chosen: CycleEvents, count: int, depth: np.ndarray, force: np.ndar
     if chosen.exit is not None:
         return complete, tuple(notes)
     missing = _no_exit(chosen, depth, force)
-    return (complete if missing == NO_PULL else Status.incomplete), (*notes, missing)
+    return (complete if missing == NO_EXIT_TENSION else Status.incomplete), (*notes, missing)
 
 
 def _no_exit(chosen: CycleEvents, depth: np.ndarray, force: np.ndarray) -> str:
-    """Why there is no exit: no withdrawal, or one cut off, or none that shows in the force."""
+    """Why there is no exit: no withdrawal, an incomplete one, or an exit that the force does not show."""
     cycle, contact = chosen.cycle, chosen.contact
     if not cycle.withdrawn:
-        return "There is no withdrawal: the recording is cut off."
-    back = np.flatnonzero(depth[cycle.leave : cycle.end] <= contact.depth)
+        return "There is no withdrawal: the recording is incomplete."
+    back = np.flatnonzero(depth[cycle.withdrawal_start : cycle.end] <= contact.depth)
     if not len(back):
-        return CUT_OFF
-    change = abs(float(np.median(force[cycle.leave + back])) - chosen.baseline)
+        return WITHDRAWAL_INCOMPLETE
+    change = abs(float(np.median(force[cycle.withdrawal_start + back])) - chosen.baseline)
     peak = float(np.max(np.abs(force[cycle.start : cycle.stop] - chosen.baseline)))
-    return NO_PULL if change <= max(5.0 * chosen.noise, SAME_BASELINE * peak) else STUCK
+    return NO_EXIT_TENSION if change <= max(5.0 * chosen.noise, MAX_BASELINE_CHANGE * peak) else NOT_AT_BASELINE

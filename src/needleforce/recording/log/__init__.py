@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The live recording as a file: MCAP with standard ROS 2 messages, written as it happens, read whole or cut short."""
+"""Live recordings as MCAP files with standard ROS 2 messages: written during the run, readable also if truncated."""
 
 from .messages import Log, Mark, Messages
 from .reader import read_log

@@ -1,42 +1,42 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The records of an MCAP file of any origin, one after the other, also where it is cut short or damaged; no chunk
-unpacks to more than it states, nor to more than ``LARGEST``."""
+"""The records of an MCAP file from any program, in order, also if the file is truncated or damaged; no chunk is
+unpacked to more than its stated size or ``MAX_RECORD_BYTES``."""
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from ...errors import InputError
 from ..formats import MCAP
 from ..recording import Note
 
-LARGEST = 64 << 20  # bytes of one record, packed or not: recorders' chunks are of one to some MiB
-_AT_ONCE = 1 << 20
+MAX_RECORD_BYTES = 64 << 20  # bytes of one record, packed or not; chunks of recorders have a few MiB
+_PIECE_BYTES = 1 << 20
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, METADATA = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0C
 _READ = (SCHEMA, CHANNEL, MESSAGE, CHUNK, METADATA)
 RECORD_HEAD = struct.Struct("<BQ")
-# all chunks of a file together, unpacked: so much, and so much for each byte of the file
-_UNPACKED, _UNPACKED_PER_BYTE = 256 << 20, 50
+# limit on the total size of all unpacked chunks: a constant plus a factor times the size of the file
+_MAX_UNPACKED, _MAX_UNPACKED_PER_BYTE = 256 << 20, 50
 
 
 class NotUnpacked(ValueError):
-    """Why a chunk is not."""
+    """A chunk cannot be unpacked; the message gives the reason."""
 
 
-def unpacked(chunk) -> bytes:
-    """The bytes of an ``mcap.records.Chunk``: plain, lz4 or zstd. Raises NotUnpacked."""
-    if chunk.uncompressed_size > LARGEST:
-        raise NotUnpacked(f"it says it holds more than {LARGEST >> 20} MiB")
-    ways = {"": _plain, "lz4": _lz4, "zstd": _zstd}
-    if chunk.compression not in ways:
-        raise NotUnpacked(f"compressed by {chunk.compression[:20]!r}")
-    data = ways[chunk.compression](chunk.data, chunk.uncompressed_size)
+def unpacked(chunk: Any) -> bytes:
+    """The bytes of an ``mcap.records.Chunk``: uncompressed, lz4 or zstd. Raises NotUnpacked."""
+    if chunk.uncompressed_size > MAX_RECORD_BYTES:
+        raise NotUnpacked(f"its stated size is more than {MAX_RECORD_BYTES >> 20} MiB")
+    decompressors = {"": _plain, "lz4": _lz4, "zstd": _zstd}
+    if chunk.compression not in decompressors:
+        raise NotUnpacked(f"unknown compression {chunk.compression[:20]!r}")
+    data = decompressors[chunk.compression](chunk.data, chunk.uncompressed_size)
     if len(data) != chunk.uncompressed_size:
-        raise NotUnpacked("it holds more or less than it says")
+        raise NotUnpacked("its size differs from the stated size")
     return data
 
 
@@ -48,8 +48,10 @@ def _zstd(data: bytes, size: int) -> bytes:
     import zstandard
 
     try:
-        reader = zstandard.ZstdDecompressor(max_window_size=LARGEST).stream_reader(data, read_across_frames=True)
-        return _read(lambda most: reader.read(most), size)
+        reader = zstandard.ZstdDecompressor(max_window_size=MAX_RECORD_BYTES).stream_reader(
+            data, read_across_frames=True
+        )
+        return _read(lambda limit: reader.read(limit), size)
     except zstandard.ZstdError as error:
         raise NotUnpacked(str(error)) from None
 
@@ -59,20 +61,20 @@ def _lz4(data: bytes, size: int) -> bytes:
 
     decompressor, left = LZ4FrameDecompressor(), [data]
 
-    def some(most: int) -> bytes:
-        return b"" if decompressor.eof else decompressor.decompress(left.pop() if left else b"", max_length=most)
+    def read_next(limit: int) -> bytes:
+        return b"" if decompressor.eof else decompressor.decompress(left.pop() if left else b"", max_length=limit)
 
     try:
-        return _read(some, size)
+        return _read(read_next, size)
     except (RuntimeError, EOFError) as error:
         raise NotUnpacked(str(error)) from None
 
 
-def _read(some, size: int) -> bytes:
-    """Up to one byte more than ``size``, piece by piece: what is said of it is not taken for granted."""
+def _read(read_next: Callable[[int], bytes], size: int) -> bytes:
+    """Up to one byte more than ``size``, piece by piece, because the stated size may be wrong."""
     pieces, length = [], 0
     while length <= size:
-        piece = some(min(_AT_ONCE, size + 1 - length))
+        piece = read_next(min(_PIECE_BYTES, size + 1 - length))
         if not piece:
             break
         pieces.append(piece)
@@ -81,29 +83,29 @@ def _read(some, size: int) -> bytes:
 
 
 @dataclass
-class Walk:
-    """A walk through the records of a file, and what it found out: whether the file was closed, and what is amiss."""
+class RecordReader:
+    """Reads the records of a file in order; ``complete`` is whether the file was closed, ``notes`` list its faults."""
 
     path: Path
     complete: bool = False
     notes: list[Note] = field(default_factory=list)
 
     def records(self) -> Iterator[tuple[int, bytes]]:
-        """Operation code and content of the schemas, channels, messages and metadata, in and out of chunks.
+        """Operation code and content of schemas, channels, messages and metadata, inside and outside of chunks.
 
-        Raises InputError for what is no MCAP file; what is left out is in ``notes``, at the end also why it ended.
+        Raises InputError for a file that is not MCAP; ``notes`` list what is left out and why reading ended early.
         """
         try:
-            if not self.path.is_file():  # a pipe would keep its reader waiting
-                what = "no plain file" if self.path.exists() else "missing"
-                raise InputError("file", what, "", str(self.path), "Check the name and the folder.")
+            if not self.path.is_file():  # opening a pipe would block
+                fault = "not a regular file" if self.path.exists() else "missing"
+                raise InputError("file", fault, "", str(self.path), "Check the name and the folder.")
             with open(self.path, "rb") as file:
                 size = file.seek(0, 2)
                 file.seek(0)
                 if file.read(len(MCAP)) != MCAP:
-                    limit, advice = "its first bytes are others", "Check the name, and whether it was ever begun."
-                    raise InputError("file", "no MCAP file", limit, str(self.path), advice)
-                self._left = _UNPACKED + _UNPACKED_PER_BYTE * size
+                    limit, advice = "its first bytes differ", "Check the name, and whether the recording was started."
+                    raise InputError("file", "not an MCAP file", limit, str(self.path), advice)
+                self._left = _MAX_UNPACKED + _MAX_UNPACKED_PER_BYTE * size
                 yield from self._walk(file, size)
         except OSError as error:
             raise InputError("file", "not readable", error.strerror or "", str(self.path)) from None
@@ -121,13 +123,13 @@ class Walk:
             at += RECORD_HEAD.size + length
             file.seek(at)
         if at < size:
-            self._amiss("cut_off", f"the file is cut off or damaged {at} bytes from its start: the rest", size - at)
+            self._left_out("cut_off", f"the file is truncated or damaged at byte {at}: the remainder", size - at)
 
     def _record(self, code: int, length: int, file: BinaryIO) -> Iterator[tuple[int, bytes]]:
         if code not in _READ:
             return
-        if length > LARGEST:
-            self._amiss("left_out", f"a record is longer than {LARGEST >> 20} MiB: its content", length)
+        if length > MAX_RECORD_BYTES:
+            self._left_out("left_out", f"a record is longer than {MAX_RECORD_BYTES >> 20} MiB: its content", length)
         elif code == CHUNK:
             yield from self._chunk(file.read(length))
         else:
@@ -142,12 +144,13 @@ class Walk:
             chunk = Chunk.read(ReadDataStream(BytesIO(record)))
             self._left -= chunk.uncompressed_size
             if self._left < 0:
-                raise NotUnpacked("the file's chunks hold far more than a recording")
+                raise NotUnpacked("the unpacked chunks of the file are larger than any recording")
             data = unpacked(chunk)
             if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
-                raise NotUnpacked("its check sum differs")
+                raise NotUnpacked("its checksum differs")
         except (McapError, NotUnpacked, OverflowError, struct.error, ValueError) as error:
-            self._amiss("damaged", f"a chunk is damaged ({str(error)[:80] or 'no chunk'}): its content", len(record))
+            reason = str(error)[:80] or "not a chunk"
+            self._left_out("damaged", f"a chunk is damaged ({reason}): its content", len(record))
             return
         yield from self._inside(data)
 
@@ -161,7 +164,7 @@ class Walk:
             yield code, data[at + RECORD_HEAD.size : end]
             at = end
         if at < len(data):
-            self._amiss("damaged", "a chunk holds what is no message: the rest of it", len(data) - at)
+            self._left_out("damaged", "a chunk contains an invalid record: its remainder", len(data) - at)
 
-    def _amiss(self, kind: str, message: str, count: int) -> None:
+    def _left_out(self, kind: str, message: str, count: int) -> None:
         self.notes.append(Note(kind, f"{message}, {count} bytes, is left out", count))

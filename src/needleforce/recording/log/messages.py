@@ -1,21 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a file holds, before it is a recording: messages with their counters and clocks, and marks."""
+"""The content of a log before it becomes a recording: messages with their counters and clocks, and marks."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..recording import Note
 
-_LATE = 10_000  # messages: what comes so late that it is behind by more is no late one, its sender began anew
+_MAX_DECREASE = 10_000  # messages: a counter that decreases by more is a restart of the sender, not a late message
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Messages:
-    """Messages of one topic, sorted by ``sequence`` (n,) int64 unwrapped, each counter once.
+    """The messages of one topic, sorted by sequence, without duplicates.
 
-    ``arrival``, ``device`` and ``stamp`` (n,) int64 [ns] are the times of arrival here, of the device's own clock and
-    of the message's header; ``values`` (n, k) float64. ``counted``: the sequence is the sender's own, else the order.
+    Parameters
+    ----------
+    sequence : (n,) int64 array
+        Unwrapped counter.
+    arrival, device, stamp : (n,) int64 array
+        Times [ns] of arrival at this computer, of the device's clock, and in the message's header.
+    values : (n, k) array
+        The values.
+    counted : bool
+        True if the sequence is the sender's counter, False if it is the order of arrival.
+    doubled : int
+        Number of duplicates that were removed.
+    topic : str
+        The topic.
     """
 
     sequence: np.ndarray
@@ -31,25 +43,56 @@ class Messages:
         return len(self.sequence)
 
     def kept(self, mask: np.ndarray) -> "Messages":
-        """Those where ``mask`` (n,) is True, or in the order of an index."""
-        arrays = (each[mask] for each in (self.sequence, self.arrival, self.device, self.stamp, self.values))
-        return Messages(*arrays, self.counted, self.doubled, self.topic)
+        """The messages where ``mask`` (n,) is True, or in the order of an index."""
+        return replace(
+            self,
+            sequence=self.sequence[mask],
+            arrival=self.arrival[mask],
+            device=self.device[mask],
+            stamp=self.stamp[mask],
+            values=self.values[mask],
+        )
 
 
 @dataclass
 class Mark:
-    """Something that happened: when it was written [ns], its kind, and its facts."""
+    """An entry of the log other than a sample.
+
+    Parameters
+    ----------
+    arrival : int
+        Time of writing [ns].
+    kind : str
+        Such as ``bias``, ``status`` or ``phase``.
+    facts : dict
+        Its data.
+    """
 
     arrival: int
     kind: str
     facts: dict
 
 
-@dataclass
+@dataclass(kw_only=True)
 class Log:
-    """All of a file: wrenches (n, 6) [N, N m], states of the axis (n, 2) [m, m/s], marks, the card, and how it ended.
+    """The content of a log file.
 
-    ``complete``: the file was closed. ``notes`` tell what could not be read.
+    Parameters
+    ----------
+    wrench : Messages
+        Forces and torques of the sensor, (n, 6) [N, N m].
+    axis : Messages
+        Depth and velocity of the axis, (n, 2) [m, m/s].
+    marks : list of Mark
+        Events during the run.
+    card : dict
+        The provenance, as text.
+    end : dict or None
+        Why the run ended; None for a file that was not closed.
+    complete : bool
+        Whether the file was closed.
+    notes : list of Note
+        What could not be read.
     """
 
     wrench: Messages
@@ -62,22 +105,32 @@ class Log:
 
 
 def in_sequence(counters: np.ndarray, arrays: list[np.ndarray], topic: str) -> Messages:
-    """Messages from what came: ``counters`` (n,) int64 modulo 2^32, and arrival, device, stamp, values as above.
+    """Messages from received data: ``counters`` (n,) int64 modulo 2^32; ``arrays`` are arrival, device, stamp, values.
 
-    Counters that do not count, as of recorders that leave them at zero, give way to the order.
+    Counters that do not increase, such as those that a recorder leaves at zero, are replaced by the order of arrival.
     """
-    counted = _count(counters)
+    counted = _is_counter(counters)
     sequence = unwrapped(counters) if counted else np.arange(len(counters))
     kept, first = np.unique(sequence, return_index=True)
-    return Messages(kept, *(each[first] for each in arrays), counted, len(sequence) - len(kept), topic)
+    arrival, device, stamp, values = (each[first] for each in arrays)
+    return Messages(
+        sequence=kept,
+        arrival=arrival,
+        device=device,
+        stamp=stamp,
+        values=values,
+        counted=counted,
+        doubled=len(sequence) - len(kept),
+        topic=topic,
+    )
 
 
 def unwrapped(counters: np.ndarray) -> np.ndarray:
-    """Counters (n,) modulo 2^32 in the order of their coming, without the wrap; one that begins anew goes on."""
+    """Unwrap counters (n,) modulo 2^32 in the order of arrival; after a restart of the sender the count continues."""
     steps = (np.diff(counters) + 2**31) % 2**32 - 2**31
-    steps[steps < -_LATE] = 1
+    steps[steps < -_MAX_DECREASE] = 1
     return counters[0] + np.concatenate([[0], np.cumsum(steps)])
 
 
-def _count(counters: np.ndarray) -> bool:
+def _is_counter(counters: np.ndarray) -> bool:
     return len(counters) > 0 and len(np.unique(counters)) > len(counters) // 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""All that can be read of a log: one of ours, or any MCAP file or ROS 2 bag with such messages."""
+"""Reading of logs: those written by this package, and any MCAP file or ROS 2 bag with the same message types."""
 
 import os
 import struct
@@ -10,67 +10,102 @@ from pathlib import Path
 from ...errors import InputError
 from ..formats import BAG, MCAP
 from ..recording import Note
-from .mcap_records import CHANNEL, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, Walk
+from .mcap_records import CHANNEL, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, RecordReader
 from .messages import Log
 from .topics import Collected
 from .writer import CARD, END
 
 _MESSAGE = struct.Struct("<HIQQ")  # channel, counter, times of arrival and of the device
-_ORPHANS = 64 << 20  # bytes of messages kept until their channel is found, as it may be at the end
-_OBJECT = 100  # bytes that each of them takes beside its own
-_DEFINITIONS = 1 << 17  # schemas and channels: each has a number of 16 bits
-_NO_SCHEMA = 0  # the number that says so
-_LARGEST = 1 << 20  # bytes of a card
+_MAX_ORPHAN_BYTES = 64 << 20  # messages kept until their channel is defined, which may be at the end of the file
+_OVERHEAD_BYTES = 100  # bytes of overhead of each of them
+_MAX_DEFINITIONS = 1 << 17  # schemas and channels: each has an identifier of 16 bits
+_NO_SCHEMA = 0  # identifier of a channel without schema
+_MAX_CARD_BYTES = 1 << 20  # bytes of a card
 
 
-def read_bag(folder: Path, take: Callable[[str, str, int, int, int, bytes], None]) -> None:
-    """Hand all messages to ``take`` (topic, type, counter, arrival [ns], device [ns], CDR); a bag has no counters.
+def read_bag(folder: Path, take: Callable[..., None]) -> None:
+    """Pass all messages to ``take`` (topic, type, counter, arrival [ns], device [ns], CDR); a bag has no counters.
 
-    Raises InputError where the folder is no bag, or rosbags is not there.
+    Raises InputError if the folder is not a bag, if the bag is damaged, or if the package rosbags is missing.
     """
     if not (folder / BAG).is_file():
-        limit = f"a ROS 2 bag has a {BAG}"
-        raise InputError("folder", "no ROS 2 bag", limit, str(folder), "Name a file, or the folder of a bag.")
+        limit = f"a ROS 2 bag contains {BAG}"
+        raise InputError("folder", "not a ROS 2 bag", limit, str(folder), "Name a file, or the folder of a bag.")
     try:
         from rosbags.rosbag2 import Reader
     except ImportError:
-        advice = 'Install the extra "ros": pip install "needleforce[ros]".'
-        raise InputError("package rosbags", "missing", "it reads ROS 2 bags", str(folder), advice) from None
+        advice = 'Install it with pip install "needleforce[ros]".'
+        raise InputError("package rosbags", "missing", "it is needed for ROS 2 bags", str(folder), advice) from None
     try:
         with Reader(folder) as reader:
             for connection, arrival, data in reader.messages():
-                take(connection.topic, connection.msgtype, 0, arrival, arrival, bytes(data))
+                take(
+                    topic=connection.topic,
+                    message=connection.msgtype,
+                    counter=0,
+                    arrival=arrival,
+                    device=arrival,
+                    data=bytes(data),
+                )
     except InputError:
         raise
-    except Exception as error:  # whatever the package meets in a damaged bag
-        why = " ".join(str(error).split())[:200]
-        raise InputError("bag", "not readable", why, str(folder), "Check that it is whole.") from None
+    except Exception as error:  # the package raises various exceptions for a damaged bag
+        reason = " ".join(str(error).split())[:200]
+        raise InputError("bag", "not readable", reason, str(folder), "Check that it is complete.") from None
 
 
 def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) -> Log:
-    """Read an MCAP file with WrenchStamped or Wrench, JointState or PoseStamped; or the folder of a ROS 2 bag.
+    """Read an MCAP file, or the folder of a ROS 2 bag, with WrenchStamped or Wrench and JointState or PoseStamped.
 
-    A file that was cut off gives what was whole, and ``complete`` is False. ``columns`` chooses where there are
-    several: ``{"force": "/ft/wrench", "depth": "/joint_states:needle"}``. Raises InputError for what is no such file,
-    and where a choice is needed.
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file or folder. A truncated file is read up to its last complete record.
+    columns : mapping, optional
+        Topics to use if there are several: ``{"force": "/ft/wrench", "depth": "/joint_states:needle"}``.
+
+    Returns
+    -------
+    Log
+        The messages, marks and card; ``complete`` is False for a truncated file.
+
+    Raises
+    ------
+    InputError
+        Not such a file, or several topics match and none is given.
     """
     place = Path(path)
     collected = Collected(columns or {}, str(place))
     if place.is_dir():
         read_bag(place, collected.take)
-        return Log(collected.wrench(), collected.axis(), collected.marks, {}, None, True, collected.notes())
-    walk, contents = Walk(place), _Contents(collected)
-    for code, record in walk.records():
+        return Log(
+            wrench=collected.wrench(),
+            axis=collected.axis(),
+            marks=collected.marks,
+            card={},
+            end=None,
+            complete=True,
+            notes=collected.notes(),
+        )
+    reader, contents = RecordReader(place), _Contents(collected)
+    for code, record in reader.records():
         contents.take(code, record)
-    notes = walk.notes + contents.finish() + collected.notes()
-    if not walk.complete:
-        notes.append(Note("incomplete", "the recording was not closed: it ends where it was last flushed"))
-    card, end = contents.metadata.get(CARD, {}), contents.metadata.get(END)
-    return Log(collected.wrench(), collected.axis(), collected.marks, card, end, walk.complete, notes)
+    notes = reader.notes + contents.finish() + collected.notes()
+    if not reader.complete:
+        notes.append(Note("incomplete", "the recording was not closed: it ends at the last flush"))
+    return Log(
+        wrench=collected.wrench(),
+        axis=collected.axis(),
+        marks=collected.marks,
+        card=contents.metadata.get(CARD, {}),
+        end=contents.metadata.get(END),
+        complete=reader.complete,
+        notes=notes,
+    )
 
 
 class _Contents:
-    """Schemas and channels as they are met, and the messages that go by them."""
+    """Schemas and channels in the order of the file, and the messages that refer to them."""
 
     def __init__(self, collected: Collected):
         self._collected = collected
@@ -84,21 +119,21 @@ class _Contents:
     def take(self, code: int, record: bytes) -> None:
         if code == MESSAGE:
             self._message(record)
-        elif (code, record) not in self._defined:  # many recorders repeat them in every chunk
-            if len(self._defined) < _DEFINITIONS:
+        elif (code, record) not in self._defined:  # many recorders repeat the definitions in every chunk
+            if len(self._defined) < _MAX_DEFINITIONS:
                 self._defined.add((code, record))
                 self._definition(code, record)
             else:
                 self._lost += 1
 
     def finish(self) -> list[Note]:
-        """The messages whose channel was found after them, and a note on the rest."""
+        """Process the messages that precede the definition of their channel; return a note on the unusable ones."""
         orphans, self._orphans, self._orphaned = self._orphans, [], 0
         for record in orphans:
             self._message(record)
         self._lost += len(self._orphans)
-        what = f"{self._lost} messages or definitions are damaged or belong to no topic: left out"
-        return [Note("damaged", what, self._lost)] if self._lost else []
+        message = f"{self._lost} messages or definitions are damaged or belong to no topic and are left out"
+        return [Note("damaged", message, self._lost)] if self._lost else []
 
     def _message(self, record: bytes) -> None:
         if len(record) < _MESSAGE.size:
@@ -107,10 +142,17 @@ class _Contents:
         channel, counter, arrival, device = _MESSAGE.unpack_from(record)
         topic, schema = self._channels.get(channel, ("", -1))
         if schema in self._schemas:
-            self._collected.take(topic, self._schemas[schema], counter, arrival, device, record[_MESSAGE.size :])
-        elif self._orphaned < _ORPHANS:
+            self._collected.take(
+                topic=topic,
+                message=self._schemas[schema],
+                counter=counter,
+                arrival=arrival,
+                device=device,
+                data=record[_MESSAGE.size :],
+            )
+        elif self._orphaned < _MAX_ORPHAN_BYTES:
             self._orphans.append(record)
-            self._orphaned += len(record) + _OBJECT
+            self._orphaned += len(record) + _OVERHEAD_BYTES
         else:
             self._lost += 1
 
@@ -135,9 +177,9 @@ class _Contents:
 
 
 def card_and_end(path: Path) -> tuple[dict[str, str], dict[str, str] | None]:
-    """The card, empty where none is whole, and the end, None for a file that was not closed. Passes over all samples.
+    """The card, empty if none is complete, and the end record, None for a file that was not closed.
 
-    Raises InputError for a file that cannot be read.
+    Samples are skipped. Raises InputError for a file that cannot be read.
     """
     found: dict[str, dict[str, str]] = {}
     try:
@@ -149,7 +191,7 @@ def card_and_end(path: Path) -> tuple[dict[str, str], dict[str, str] | None]:
                 file.seek(at)
                 code, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
                 at += RECORD_HEAD.size + length
-                if code == METADATA and length <= _LARGEST and at <= size:
+                if code == METADATA and length <= _MAX_CARD_BYTES and at <= size:
                     found.update(_metadata(file.read(length)))
     except OSError as error:
         raise InputError("recording", "not read", error.strerror or "", str(path)) from None

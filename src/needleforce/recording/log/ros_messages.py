@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The ROS 2 messages of a log: their schemas as text, ours encoded as CDR, those of any recorder decoded."""
+"""The ROS 2 messages of a log: their schemas as text, encoding as CDR, and decoding of messages of any recorder."""
 
 import struct
 from collections.abc import Sequence
@@ -22,19 +22,19 @@ _FIELDS = {
 }
 FRAME = b"needle"  # frame_id of every message, and the name of the one joint
 _LITTLE_ENDIAN = b"\0\1\0\0"
-_NAMED = len(FRAME) + 1
+_NAME_BYTES = len(FRAME) + 1
 _SECOND = 1_000_000_000  # ns
 # encoding, seconds, nanoseconds, frame; forces and torques
-_WRENCH = struct.Struct(f"<4siII{_NAMED}s5x6d")
+_WRENCH = struct.Struct(f"<4siII{_NAME_BYTES}s5x6d")
 # … frame; one name; one position; one velocity; no effort
-_STATE = struct.Struct(f"<4siII{_NAMED}sxII{_NAMED}sxIdI4xdI")
-_LONGEST = 4096  # joints in a state: no robot has more
+_STATE = struct.Struct(f"<4siII{_NAME_BYTES}sxII{_NAME_BYTES}sxIdI4xdI")
+_MAX_ENTRIES = 4096  # joints in a state: more than any robot has
 
 
 def schema_text(message: str) -> str:
-    """The definition of a message, such as ``WRENCH_STAMPED``, and of all it is made of, each after a line of ``=``."""
+    """The definition of a message, such as ``WRENCH_STAMPED``, and of its components, each after a line of ``=``."""
     names = [message.replace("/msg/", "/")]
-    for name in names:  # grows while it is walked
+    for name in names:  # the list grows during the iteration
         kinds = (line.split()[0].removesuffix("[]") for line in _FIELDS[name].splitlines())
         names += [kind for kind in kinds if kind in _FIELDS and kind not in names]
     first, *others = names
@@ -43,32 +43,33 @@ def schema_text(message: str) -> str:
 
 
 def wrench_message(stamp: int, wrench: Sequence[float]) -> bytes:
-    """A WrenchStamped: time [ns], six floats fx fy fz [N] tx ty tz [N m]."""
-    return _WRENCH.pack(_LITTLE_ENDIAN, *divmod(stamp, _SECOND), _NAMED, FRAME, *wrench)
+    """Encode a WrenchStamped: time [ns] and fx fy fz [N] tx ty tz [N m]."""
+    return _WRENCH.pack(_LITTLE_ENDIAN, *divmod(stamp, _SECOND), _NAME_BYTES, FRAME, *wrench)
 
 
 def state_message(stamp: int, depth: float, velocity: float) -> bytes:
-    """A JointState of the one joint: time [ns], depth [m] as its position, velocity [m/s]."""
-    header = (_LITTLE_ENDIAN, *divmod(stamp, _SECOND), _NAMED, FRAME)
-    return _STATE.pack(*header, 1, _NAMED, FRAME, 1, depth, 1, velocity, 0)
+    """Encode a JointState of one joint: time [ns], depth [m] as its position, velocity [m/s]."""
+    header = (_LITTLE_ENDIAN, *divmod(stamp, _SECOND), _NAME_BYTES, FRAME)
+    joint = (1, _NAME_BYTES, FRAME, 1, depth, 1, velocity, 0)
+    return _STATE.pack(*header, *joint)
 
 
 def string_message(text: str) -> bytes:
-    """A String."""
+    """Encode a String."""
     data = text.encode() + b"\0"
     return _LITTLE_ENDIAN + struct.pack("<I", len(data)) + data
 
 
 class _Cursor:
-    """Reads CDR of encoding version 1 in either byte order, from behind its four bytes of encoding."""
+    """Reads CDR of encoding version 1 in either byte order, after its four-byte header."""
 
     def __init__(self, data: bytes):
         if len(data) < 4 or data[0] != 0 or data[1] > 1:
-            raise ValueError("no plain CDR")
+            raise ValueError("not plain CDR")
         self._data, self._at, self._order = data, 4, "<" if data[1] else ">"
 
     def numbers(self, code: str, count: int, size: int) -> tuple:
-        """``count`` numbers of ``size`` bytes, from the next multiple of it."""
+        """``count`` numbers of ``size`` bytes, aligned to ``size``."""
         if count:
             self._at += -(self._at - 4) % size
         found = struct.unpack_from(f"{self._order}{count}{code}", self._data, self._at)
@@ -87,49 +88,49 @@ class _Cursor:
         return text.rstrip(b"\0").decode()
 
     def doubles(self) -> tuple:
-        return self.numbers("d", self._few(), 8)
+        return self.numbers("d", self._entry_count(), 8)
 
     def strings(self) -> list[str]:
-        return [self.string() for _ in range(self._few())]
+        return [self.string() for _ in range(self._entry_count())]
 
     def stamp(self) -> int:
-        """The time [ns] of a header, whose frame is passed over."""
+        """The time [ns] of a header; its frame is skipped."""
         seconds, rest = self.numbers("i", 1, 4)[0], self.length()
         self.string()
         return seconds * _SECOND + rest
 
-    def _few(self) -> int:
+    def _entry_count(self) -> int:
         count = self.length()
-        if count > _LONGEST:
-            raise ValueError("more entries than any message has")
+        if count > _MAX_ENTRIES:
+            raise ValueError(f"{count} entries, at most {_MAX_ENTRIES} can be read")
         return count
 
 
 def wrench_of(data: bytes, message: str) -> tuple[int, tuple]:
-    """Time [ns], 0 without a header, and fx fy fz tx ty tz of a Wrench or WrenchStamped."""
+    """Decode a Wrench or WrenchStamped: time [ns], 0 without a header, and fx fy fz tx ty tz."""
     cursor = _Cursor(data)
     stamp = cursor.stamp() if message == WRENCH_STAMPED else 0
     return stamp, cursor.numbers("d", 6, 8)
 
 
 def joints_of(data: bytes) -> tuple[int, dict[str, tuple[float, float]]]:
-    """Time [ns], and position and velocity of each joint of a JointState; NaN for a velocity that is not there."""
+    """Decode a JointState: time [ns], and position and velocity of each joint, NaN for a missing velocity."""
     cursor = _Cursor(data)
     stamp, names, positions, velocities = cursor.stamp(), cursor.strings(), cursor.doubles(), cursor.doubles()
     if len(names) != len(positions):
-        raise ValueError("as many positions as names are needed")
+        raise ValueError("the numbers of positions and names differ")
     if len(velocities) != len(names):
         velocities = (float("nan"),) * len(names)
     return stamp, dict(zip(names, zip(positions, velocities)))
 
 
-def place_of(data: bytes) -> tuple[int, dict[str, tuple[float, float]]]:
-    """Time [ns], and x, y, z of a PoseStamped, each with NaN as its velocity."""
+def position_of(data: bytes) -> tuple[int, dict[str, tuple[float, float]]]:
+    """Decode a PoseStamped: time [ns], and x, y, z, each with NaN as its velocity."""
     cursor = _Cursor(data)
     stamp, place = cursor.stamp(), cursor.numbers("d", 3, 8)
     return stamp, {axis: (value, float("nan")) for axis, value in zip("xyz", place)}
 
 
 def string_of(data: bytes) -> str:
-    """The text of a String."""
+    """Decode a String."""
     return _Cursor(data).string()

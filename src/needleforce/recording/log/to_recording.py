@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a log to a recording: messages on one clock, the wrenches to trust, the bias removed, losses reported."""
+"""From a log to a recording: messages on one clock, faulty wrenches left out, bias removed, losses reported."""
 
 import json
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,45 +12,45 @@ from ...errors import InputError
 from ...units import parse
 from ..alignment import align
 from ..card import check_filter_length
-from ..columns import AXES as KNOWN
+from ..columns import AXES as RECORDING_AXES
 from ..columns import check_known, dimension
 from ..force_signal import glitch_notes, remove_bias
 from ..joining import INWARDS, check_direction, derivative, join, overlap, signed
 from ..recording import Card, Note, Recording
 from ..stream import Stream, constant_depth
-from ..table import Hashed
-from ..timestamps import unsteadiness
+from ..table import HashedFile
+from ..timestamps import timing_notes
 from .messages import Log, Mark, Messages
 from .reader import read_log
 from .topics import split_choice
 from .writer import WRENCH_TOPIC
 
-_RESTARTS = 20  # a device whose clock goes back more often has none
+_MAX_RESTARTS = 20  # a device clock that decreases more often is not used
 _SECOND = 1e9  # ns
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 _CHOICES = ("force", "depth")
 
 
 def on_one_clock(streams: dict[str, Messages], ours: bool) -> tuple[dict[str, np.ndarray], list[str], list[Note]]:
-    """Times (n,) [s] from the first message of the first stream, what is assumed, and how well clocks are known.
+    """Times (n,) [s] from the first message of the first stream, assumptions, and notes on the clocks' accuracy.
 
-    ``ours``: recorded by this package. Other recorders' headers tell the time of measuring; so do all, where no
-    device has a clock of its own.
+    ``ours`` is True for a file of this package. The headers of other recorders contain the time of measurement; those
+    of this package are used only if no device has a clock of its own.
     """
     present = {name: each for name, each in streams.items() if len(each)}
     if all(_stamped(each) for each in present.values()) and not (ours and any(map(_has_clock, present.values()))):
         origin = int(next(iter(present.values())).stamp[0])
-        said = ["times are those of the messages' headers, one clock for all"]
-        return {name: (each.stamp - origin) / _SECOND for name, each in present.items()}, said, []
-    origin, times, said, notes = int(next(iter(present.values())).arrival[0]), {}, [], []
+        assumptions = ["times are those in the messages' headers, from one clock"]
+        return {name: (each.stamp - origin) / _SECOND for name, each in present.items()}, assumptions, []
+    origin, times, assumptions, notes = int(next(iter(present.values())).arrival[0]), {}, [], []
     for name, each in present.items():
-        times[name], told, found = _aligned(name, each, origin)
-        said, notes = said + told, notes + found
-    return times, said, notes
+        times[name], assumed, found = _aligned(name, each, origin)
+        assumptions, notes = assumptions + assumed, notes + found
+    return times, assumptions, notes
 
 
 def forward(time: np.ndarray) -> np.ndarray:
-    """Whether each of ``time`` (n,) is later than all before it."""
+    """Whether each of ``time`` (n,) is later than all previous ones."""
     return np.concatenate([[True], time[1:] > np.maximum.accumulate(time)[:-1]])
 
 
@@ -64,25 +65,26 @@ def _has_clock(messages: Messages) -> bool:
 def _aligned(name: str, messages: Messages, origin: int) -> tuple[np.ndarray, list[str], list[Note]]:
     arrival, device = (messages.arrival - origin) / _SECOND, (messages.device - messages.device[0]) / _SECOND
     starts = np.flatnonzero(np.diff(messages.device) < 0) + 1
-    if not _has_clock(messages) or len(starts) > _RESTARTS:
-        return arrival, [f"the {name} has no clock of its own: its times are those of arrival"], []
+    if not _has_clock(messages) or len(starts) > _MAX_RESTARTS:
+        return arrival, [f"the {name} has no clock of its own: its times are the arrival times"], []
     parts, notes = np.split(np.arange(len(device)), starts), []
     host = np.empty(len(device))
     for part in parts:
         found = align(device[part], arrival[part])
         host[part] = found.host(device[part])
-        drift, within = (found.rate - 1.0) * 1e6, found.uncertainty * 1e3
-        sure = f"within {within:.3g} ms" if np.isfinite(within) else "with too few samples to say how well"
-        notes.append(Note("alignment", f"the clock of the {name} is aligned {sure}, its drift is {drift:.3g} ppm"))
+        drift, bound = (found.rate - 1.0) * 1e6, found.uncertainty * 1e3
+        accuracy = f"within {bound:.3g} ms" if np.isfinite(bound) else "with unknown uncertainty (too few samples)"
+        notes.append(Note("alignment", f"the clock of the {name} is aligned {accuracy}, its drift is {drift:.3g} ppm"))
     if len(parts) > 1:
-        notes.append(Note("restart", f"the clock of the {name} began anew {len(starts)} times", len(starts)))
+        notes.append(Note("restart", f"the clock of the {name} restarted {len(starts)} times", len(starts)))
     return host, [], notes
 
 
-def trusted(log: Log, notes: list[Note]) -> Messages:
-    """The wrenches without those whose status was a fault; notes tell how many, and of doubled ones."""
+def without_faults(log: Log, notes: list[Note]) -> Messages:
+    """The wrenches without those with a fault status; notes count these and the duplicates."""
     if log.wrench.doubled:
-        notes.append(Note("doubled", f"{log.wrench.doubled} wrenches came twice: once each", log.wrench.doubled))
+        message = f"{log.wrench.doubled} wrenches arrived twice and are used once"
+        notes.append(Note("doubled", message, log.wrench.doubled))
     marked = [mark.facts.get("sequence") for mark in log.marks if mark.kind == "status"]
     faulty = [sequence & 0xFFFFFFFF for sequence in marked if isinstance(sequence, int)]
     wrong = np.isin(log.wrench.sequence % 2**32, np.array(faulty, np.int64)) if log.wrench.counted else np.zeros(
@@ -90,12 +92,13 @@ def trusted(log: Log, notes: list[Note]) -> Messages:
     if wrong.any():
         count = int(wrong.sum())
         words = sorted({str(mark.facts.get("words", "")) for mark in log.marks if mark.kind == "status"})
-        notes.append(Note("status", f"{count} wrenches had a fault ({'; '.join(words)[:200]}): left out", count))
+        message = f"{count} wrenches have a fault status ({'; '.join(words)[:200]}) and are left out"
+        notes.append(Note("status", message, count))
     return log.wrench.kept(~wrong)
 
 
-def told_losses(wrench: Messages, notes: list[Note]) -> None:
-    """A note on the wrenches that never came, by the sensor's own counter and clock."""
+def note_losses(wrench: Messages, notes: list[Note]) -> None:
+    """Add a note on lost wrenches, from the sensor's counter and clock."""
     if not wrench.counted or len(wrench) < 2:
         return
     steps = np.diff(wrench.sequence)
@@ -103,36 +106,39 @@ def told_losses(wrench: Messages, notes: list[Note]) -> None:
     if lost:
         longest = 1e-9 * float(np.max(np.diff(wrench.device)[steps > 1]))
         share = 100.0 * lost / (lost + len(wrench))
-        what = f"{lost} of {lost + len(wrench)} wrenches ({share:.3g} %) are not there, the longest gap is "
-        notes.append(Note("lost", f"{what}{longest * 1e3:.4g} ms", lost))
+        message = f"{lost} of {lost + len(wrench)} wrenches ({share:.3g} %) are lost, the longest gap is "
+        notes.append(Note("lost", f"{message}{longest * 1e3:.4g} ms", lost))
 
 
 def without_bias(wrench: Messages, marks: list[Mark], stream: Stream) -> np.ndarray:
-    """The values (n, 6) less the bias marked last before each; what comes before the first mark has its bias."""
+    """The values (n, 6) minus the last bias marked before each; values before the first mark use the first bias."""
     biases = [(mark.arrival, bias) for mark in marks if mark.kind == "bias" for bias in [_six(mark.facts)] if bias]
     if not biases:
         return wrench.values
     arrivals, values = np.array([at for at, _ in biases]), np.array([bias for _, bias in biases])
     which = np.maximum(np.searchsorted(arrivals, wrench.arrival, "right") - 1, 0)
-    told = ", ".join(f"{axis} {value:.6g}" for axis, value in zip(AXES, values[0]))
-    stream.notes.append(Note("baseline", f"the bias measured before contact is removed: {told} N, N m", len(biases)))
+    shown = ", ".join(f"{axis} {value:.6g}" for axis, value in zip(AXES, values[0]))
+    stream.notes.append(Note("baseline", f"the bias measured before contact is removed: {shown} N, N m", len(biases)))
     return wrench.values - values[which]
 
 
-def axes_of(values: np.ndarray, chosen: str, units: Mapping[str, str], card: Mapping[str, str], stream: Stream):
-    """Force and the other axes, in SI, from (n, 6): ``chosen`` is the axial one, such as ``fz`` or ``-fx``."""
+def axes_of(
+    values: np.ndarray, chosen: str, units: Mapping[str, str], card: Mapping[str, str], stream: Stream
+) -> dict[str, np.ndarray]:
+    """Force and the other axes in SI from (n, 6); ``chosen`` is the axial one, such as ``fz`` or ``-fx``."""
     axial = chosen.removeprefix("-")
     if axial not in AXES[:3]:
-        limit, advice = "known are fx, fy, fz, and with a minus", "Give --column force=fz, or the axis it is."
+        limit = "known are fx, fy, fz, -fx, -fy, -fz"
+        advice = "Give the axis along the needle, for example --column force=fz."
         raise InputError("axis of the force", repr(chosen[:40]), limit, stream.place, advice)
-    there = card["axes"].split() if "axes" in card else AXES
+    recorded = card["axes"].split() if "axes" in card else AXES
     force = values[:, AXES.index(axial)] * (-1.0 if chosen.startswith("-") else 1.0)
     found = {"force": _in_si("force", force, units)}
     for index, name in enumerate(AXES):
-        if name in KNOWN and name in there and name != axial:
+        if name in RECORDING_AXES and name in recorded and name != axial:
             found[name] = _in_si(name, values[:, index], units)
     if axial != "fz":
-        stream.notes.append(Note("left_out", "fz is left out: the name stands for the axial force"))
+        stream.notes.append(Note("left_out", "the sensor's fz is left out: in a recording the name means axial force"))
     return found
 
 
@@ -144,34 +150,44 @@ def _in_si(quantity: str, values: np.ndarray, units: Mapping[str, str]) -> np.nd
 
 def _six(facts: Mapping) -> list[float] | None:
     bias = facts.get("wrench")
-    good = isinstance(bias, list) and len(bias) == 6 and all(isinstance(each, int | float) for each in bias)
-    return [float(each) for each in bias] if good and np.isfinite(bias).all() else None
+    valid = isinstance(bias, list) and len(bias) == 6 and all(isinstance(each, int | float) for each in bias)
+    return [float(each) for each in bias] if valid and np.isfinite(bias).all() else None
 
 
 def read_recording(
-    path, columns, units, inwards: str, filter_length: int | None, baseline: bool, motion, start_depth: float | None
+    path: str | os.PathLike,
+    *,
+    columns: Mapping[str, str] | None,
+    units: Mapping[str, str] | None,
+    inwards: str,
+    filter_length: int | None,
+    baseline: bool,
+    motion: str | os.PathLike | None,
+    start_depth: float | None,
 ) -> Recording:
-    """Read a recording from an MCAP file or the folder of a ROS 2 bag; the options are those of ``nf.read``, checked.
+    """Read a recording from an MCAP file or the folder of a ROS 2 bag; the checked options are those of ``nf.read``.
 
-    Time zero is the first wrench. Raises InputError for everything that makes no recording of the file.
+    Time zero is the first wrench. Raises InputError if the file cannot be read as a recording.
     """
     columns, units = dict(columns or {}), dict(units or {})
     _check(columns)
     log = read_log(path, columns)
     place = str(path)
     if len(log.wrench) < 2:
-        limit = "a topic of WrenchStamped or Wrench with at least 2 is needed"
-        raise InputError("number of wrenches", len(log.wrench), limit, place)
-    stream = Stream(place, "" if Path(path).is_dir() else Hashed(Path(path)).sha256(), {}, [], list(log.notes))
+        limit = "a topic of WrenchStamped or Wrench with at least 2 messages is needed"
+        raise InputError("number of wrenches", len(log.wrench), limit, place, "Check that the force was recorded.")
+    sha256 = "" if Path(path).is_dir() else HashedFile(Path(path)).sha256()
+    stream = Stream(place=place, sha256=sha256, values={}, assumptions=[], notes=list(log.notes))
     axis_time = _put_wrenches(stream, log, columns, units, baseline)
     if motion is not None:
-        join(stream, Path(motion), start_depth, columns, units, INWARDS[inwards])
+        direction = INWARDS[inwards]
+        join(stream, Path(motion), start_depth=start_depth, columns=columns, units=units, inwards=direction)
     else:
         _put_motion(stream, log.axis, axis_time, units, INWARDS[inwards])
     marked = any(mark.kind == "bias" for mark in log.marks)
     if baseline and not marked:
-        remove_bias(stream, before=any(note.kind == "baseline" for note in _notes(log.card)))
-    stream.notes += unsteadiness(stream.values["time"]) + glitch_notes(stream.values["time"], stream.values["force"])
+        remove_bias(stream, already_noted=any(note.kind == "baseline" for note in _notes(log.card)))
+    stream.notes += timing_notes(stream.values["time"]) + glitch_notes(stream.values["time"], stream.values["force"])
     return _recording(stream, log.card, filter_length)
 
 
@@ -179,17 +195,20 @@ def _check(columns: Mapping[str, str]) -> None:
     for quantity in columns:
         if quantity not in _CHOICES and not quantity.startswith("motion."):
             check_known(quantity)
-            raise InputError(f"column of the {quantity}", "given", "in messages only force and depth are chosen")
+            limit = "in a log only force and depth can be chosen"
+            raise InputError(f"column of the {quantity}", "given", limit, next_step="Leave it out.")
 
 
-def _put_wrenches(stream: Stream, log: Log, columns, units, baseline: bool) -> np.ndarray:
-    """Fill in time, force and axes. Gives the times of the axis (m,) [s] on the same clock."""
-    wrench = trusted(log, stream.notes)
+def _put_wrenches(
+    stream: Stream, log: Log, columns: Mapping[str, str], units: Mapping[str, str], baseline: bool
+) -> np.ndarray:
+    """Set time, force and axes of the stream; return the times of the axis (m,) [s] on the same clock."""
+    wrench = without_faults(log, stream.notes)
     ours = wrench.topic == WRENCH_TOPIC
-    times, said, notes = on_one_clock({"force": wrench, "depth": log.axis}, ours)
-    stream.said += said
+    times, assumptions, notes = on_one_clock({"force": wrench, "depth": log.axis}, ours)
+    stream.assumptions += assumptions
     stream.notes += notes
-    told_losses(log.wrench, stream.notes)
+    note_losses(log.wrench, stream.notes)
     if baseline:
         wrench.values = without_bias(wrench, log.marks, stream)
     order = _usable(times["force"], wrench, "wrenches", stream)
@@ -197,43 +216,44 @@ def _put_wrenches(stream: Stream, log: Log, columns, units, baseline: bool) -> n
     chosen = split_choice(columns.get("force", ""))[1] or log.card.get("axial", "")
     if not chosen:
         chosen = "fz"
-        stream.said.append("the force along the needle is fz of the sensor")
+        stream.assumptions.append("the force along the needle is fz of the sensor")
     found = axes_of(wrench.values[order], chosen, units, log.card, stream)
     stream.values = {"time": times["force"][order] - start, **found}
     return times.get("depth", np.empty(0)) - start
 
 
 def _usable(time: np.ndarray, messages: Messages, what: str, stream: Stream) -> np.ndarray:
-    """The index of the messages whose numbers are finite and whose time goes on; a note on the others."""
+    """The index of the messages with finite values and increasing times; a note on the others."""
     order = np.arange(len(time)) if messages.counted else np.argsort(time, kind="stable")
     finite = order[np.isfinite(messages.values[order, 0]) & np.isfinite(time[order])]
     finite = finite if what != "wrenches" else finite[np.isfinite(messages.values[finite]).all(axis=1)]
     kept = finite[forward(time[finite])] if len(finite) else finite
     left = len(time) - len(kept)
     if left:
-        stream.notes.append(Note("left_out", f"{left} {what} are not finite or not later than those before", left))
+        message = f"{left} {what} are not finite or not later than the previous ones and are left out"
+        stream.notes.append(Note("left_out", message, left))
     if len(kept) < 2:
-        raise InputError(f"number of {what}", len(kept), "at least 2 that are finite are needed", stream.place)
+        limit = "at least 2 with finite values and increasing times are needed"
+        raise InputError(f"number of {what}", len(kept), limit, stream.place, "Check the recording of this topic.")
     return kept
 
 
-def _put_motion(stream: Stream, axis: Messages, time: np.ndarray, units, inwards: float) -> None:
-    """Depth and velocity of the axis, + inwards, on the force's clock."""
-    from ...units import parse
+def _put_motion(stream: Stream, axis: Messages, time: np.ndarray, units: Mapping[str, str], inwards: float) -> None:
+    """Set depth and velocity of the axis, positive inwards, on the force's clock."""
 
     if not len(axis):
-        limit = "there is no JointState or PoseStamped"
-        advice = "Give the motion with --motion FILE: a table of time and depth, or velocity, with the log's time zero."
+        limit = "the file contains no JointState or PoseStamped"
+        advice = "Give a table of time and depth or velocity, with the same time zero, with --motion FILE."
         raise InputError("the depth", "missing", limit, stream.place, advice)
     kept = _usable(time, axis, "states of the axis", stream)
     to_si = parse(units.get("depth", "m"), "length", "depth").to_si
     time, depth, velocity = time[kept], to_si(axis.values[kept, 0]) * inwards, to_si(axis.values[kept, 1]) * inwards
     if not np.isfinite(velocity).all():
         velocity, window = derivative(time, depth)
-        stream.said.append(f"velocity is the change of depth over {window * 1e3:.3g} ms around each sample")
+        stream.assumptions.append(f"velocity is the change of depth over {window * 1e3:.3g} ms around each sample")
     velocity, changed = signed(time, depth, velocity)
     if changed:
-        stream.said.append("velocity is a speed without sign: it has the sign of the change of depth")
+        stream.assumptions.append("velocity is a speed without sign: it has the sign of the change of depth")
     _interpolate(stream, time, depth, velocity)
 
 
@@ -245,27 +265,31 @@ def _interpolate(stream: Stream, time: np.ndarray, depth: np.ndarray, velocity: 
     stream.values |= {"depth": np.interp(at, time, depth), "velocity": np.interp(at, time, velocity)}
     lost = before - len(at)
     if lost:
-        what = f"{lost} samples of force lie outside the motion's times: left out"
-        stream.notes.append(Note("outside_motion", what, lost))
+        message = f"{lost} samples of force are outside the motion's times and are left out"
+        stream.notes.append(Note("outside_motion", message, lost))
     if np.ptp(stream.values["depth"]) == 0.0:
         raise constant_depth("depth", stream.values["depth"][0], stream.place)
 
 
 def _recording(stream: Stream, card: Mapping[str, str], filter_length: int | None) -> Recording:
     values = dict(stream.values)
-    four = [values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")]
-    length = filter_length or int(_number(card, "filter_length", stream.place, usual=1))
+    main = {quantity: values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")}
+    length = filter_length or int(_number(card, "filter_length", stream.place, default=1))
     check_filter_length(length)
-    said = tuple(dict.fromkeys([*_listed(card, "assumptions"), *stream.said]))
-    texts = (card.get(key, "") for key in ("needle", "tissue", "rig"))
-    notes = (*_notes(card), *stream.notes, *check_direction(four[1], four[3], stream.place))
-    return Recording(*four, axes=values, card=Card(stream.place, stream.sha256, *texts, length, said),
-                     notes=tuple(dict.fromkeys(notes)))  # fmt: skip
+    read_card = Card(
+        source=stream.place,
+        sha256=stream.sha256,
+        **{key: card.get(key, "") for key in ("needle", "tissue", "rig")},
+        filter_length=length,
+        assumptions=tuple(dict.fromkeys([*_listed(card, "assumptions"), *stream.assumptions])),
+    )
+    notes = (*_notes(card), *stream.notes, *check_direction(main["depth"], main["force"], stream.place))
+    return Recording(**main, axes=values, card=read_card, notes=tuple(dict.fromkeys(notes)))
 
 
-def _number(card: Mapping[str, str], key: str, place: str, usual: float = 0.0) -> float:
+def _number(card: Mapping[str, str], key: str, place: str, default: float = 0.0) -> float:
     try:
-        number = float(card.get(key, usual))
+        number = float(card.get(key, default))
     except ValueError:
         number = np.nan
     if not np.isfinite(number):
@@ -274,7 +298,7 @@ def _number(card: Mapping[str, str], key: str, place: str, usual: float = 0.0) -
 
 
 def _notes(card: Mapping[str, str]) -> list[Note]:
-    """The notes a recording brought along when it was written."""
+    """The notes stored in the card."""
     entries = (each for each in _listed(card, "notes") if isinstance(each, list) and len(each) == 3)
     return [Note(str(kind), str(message), count) for kind, message, count in entries if isinstance(count, int)]
 

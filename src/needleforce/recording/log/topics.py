@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The messages of all topics that may hold force, depth or marks, as they come; then one topic of each is chosen."""
+"""Collection of the messages of all topics with force, depth or marks, and the choice of one topic for each."""
 
 import json
 import struct
@@ -13,24 +13,25 @@ from ...errors import InputError
 from ..recording import Note
 from . import ros_messages
 from .messages import Mark, Messages, in_sequence
-from .ros_messages import joints_of, place_of, string_of, wrench_of
+from .ros_messages import joints_of, position_of, string_of, wrench_of
 from .writer import AXIS_TOPIC, MARKS_TOPIC, WRENCH_TOPIC
 
 _WRENCHES = (ros_messages.WRENCH_STAMPED, ros_messages.WRENCH)
-_STATES = {ros_messages.JOINT_STATE: joints_of, ros_messages.POSE_STAMPED: place_of}
-_JOINTS = 32  # of one topic, and no more
-_STRAY = 0.01  # share of a topic's messages: a name that is rarer is damage
-_OF = {"force": _WRENCHES, "depth": tuple(_STATES)}
+_STATES = {ros_messages.JOINT_STATE: joints_of, ros_messages.POSE_STAMPED: position_of}
+_MAX_JOINTS = 32  # joints of one topic that are read
+_MIN_JOINT_SHARE = 0.01  # of a topic's messages: a rarer joint name is a damaged message
+_TYPES_OF = {"force": _WRENCHES, "depth": tuple(_STATES)}
 
 
 def split_choice(text: str) -> tuple[str, str]:
-    """Topic and what of it, either empty: ``/ft/wrench:fx``, ``/ft/wrench``, ``fx``, ``needle_joint``."""
+    """Split a choice into topic and part, either may be empty: ``/ft/wrench:fx``, ``/ft/wrench``, ``fx``,
+    ``needle_joint``."""
     topic, _, part = text.partition(":") if text.startswith("/") else ("", "", text)
     return topic, part
 
 
 class Collected:
-    """``columns`` may name the topic of force and depth, and the joint of depth."""
+    """The messages by topic; ``columns`` may name the topic of force and depth, and the joint of depth."""
 
     def __init__(self, columns: Mapping[str, str], place: str):
         self._place = place
@@ -41,7 +42,7 @@ class Collected:
         self._undecoded = 0
 
     def take(self, topic: str, message: str, counter: int, arrival: int, device: int, data: bytes) -> None:
-        """One message of the type ``message``; others than those of force, depth and marks are passed over."""
+        """Add one message of the type ``message``; types other than those of force, depth and marks are ignored."""
         try:
             if message in _WRENCHES:
                 stamp, values = wrench_of(data, message)
@@ -56,19 +57,20 @@ class Collected:
             self._undecoded += 1
 
     def wrench(self) -> Messages:
-        """Of the one topic of wrenches, or that asked for."""
+        """The messages of the only topic with wrenches, or of the chosen one."""
         topic = self._topic("force", self._force_topic, WRENCH_TOPIC)
         return self._topics[topic].joints[""].messages(topic, 6) if topic else _Joint().messages("", 6)
 
     def axis(self) -> Messages:
-        """Of the one topic of joints or poses, or that asked for; InputError where the joint is to be named."""
+        """The messages of the only topic with joints or poses, or of the chosen one; InputError for an ambiguous
+        joint."""
         topic = self._topic("depth", self._depth_topic, AXIS_TOPIC)
         return self._one_joint(topic).messages(topic, 2) if topic else _Joint().messages("", 2)
 
     def notes(self) -> list[Note]:
-        """What came and could not be used."""
-        what = f"{self._undecoded} messages do not decode: left out"
-        return [Note("damaged", what, self._undecoded)] if self._undecoded else []
+        """A note on messages that could not be decoded."""
+        message = f"{self._undecoded} messages cannot be decoded and are left out"
+        return [Note("damaged", message, self._undecoded)] if self._undecoded else []
 
     def _of(self, topic: str, message: str) -> "_Topic":
         found = self._topics.setdefault(topic, _Topic(message, {}))
@@ -76,48 +78,52 @@ class Collected:
             raise ValueError("two types on one topic")
         return found
 
-    def _topic(self, quantity: str, asked: str, ours: str) -> str:
-        topics = sorted(name for name, each in self._topics.items() if each.joints and each.message in _OF[quantity])
-        if asked and asked not in topics:
-            limit = f"there are {', '.join(topics) or 'none'}"
-            raise InputError(f"topic of {quantity}", repr(asked), limit, self._place)
-        if not asked and len(topics) > 1 and ours not in topics:
-            limit, advice = f"there are {', '.join(topics)}", f"Give --column {quantity}={topics[0]}."
+    def _topic(self, quantity: str, chosen: str, standard: str) -> str:
+        topics = sorted(
+            name for name, each in self._topics.items() if each.joints and each.message in _TYPES_OF[quantity]
+        )
+        if chosen and chosen not in topics:
+            limit = f"available: {', '.join(topics) or 'none'}"
+            advice = f"Give one of them with --column {quantity}=TOPIC." if topics else ""
+            raise InputError(f"topic of {quantity}", repr(chosen), limit, self._place, advice)
+        if not chosen and len(topics) > 1 and standard not in topics:
+            limit = f"available: {', '.join(topics)}"
+            advice = f"Choose one, for example with --column {quantity}={topics[0]}."
             raise InputError(f"topic of {quantity}", "ambiguous", limit, self._place, advice)
-        return asked or (ours if ours in topics else next(iter(topics), ""))
+        return chosen or (standard if standard in topics else next(iter(topics), ""))
 
     def _one_joint(self, topic: str) -> "_Joint":
         joints = self._topics[topic].joints
-        usual = "z" if self._topics[topic].message == ros_messages.POSE_STAMPED else ""
-        name = self._joint or usual
-        often = [each for each in joints if len(joints[each]) > _STRAY * max(map(len, joints.values()))]
-        if not name and len(often) == 1:
-            name = often[0]
+        default = "z" if self._topics[topic].message == ros_messages.POSE_STAMPED else ""
+        name = self._joint or default
+        frequent = [each for each in joints if len(joints[each]) > _MIN_JOINT_SHARE * max(map(len, joints.values()))]
+        if not name and len(frequent) == 1:
+            name = frequent[0]
         if name not in joints:
-            limit, asked = f"it has {', '.join(sorted(often))}", repr(name) if name else "not named"
-            advice = f"Give one, as --column depth={topic}:{min(often)}."
-            raise InputError(f"joint in {topic}", asked, limit, self._place, advice)
+            limit, chosen = f"available: {', '.join(sorted(frequent))}", repr(name) if name else "not named"
+            advice = f"Choose one, for example with --column depth={topic}:{min(frequent)}."
+            raise InputError(f"joint in {topic}", chosen, limit, self._place, advice)
         return joints[name]
 
 
 @dataclass
 class _Topic:
-    """The messages of one topic, joint by joint; the wrench is one without a name."""
+    """The messages of one topic by joint; a wrench is a joint without a name."""
 
     message: str
     joints: dict[str, "_Joint"]
 
     def add(self, joints: Mapping[str, tuple[float, ...]], times: tuple[int, ...]) -> None:
-        """Counter and times of one message, and the values of each joint in it."""
+        """Add the counter and times of one message, and the values of each of its joints."""
         if max(times) >= 1 << 63:
-            raise ValueError("a time beyond all clocks")
+            raise ValueError("a time beyond the range of int64")
         for name, values in joints.items():
-            if name in self.joints or len(self.joints) < _JOINTS:
+            if name in self.joints or len(self.joints) < _MAX_JOINTS:
                 self.joints.setdefault(name, _Joint()).add(times, values)
 
 
 class _Joint:
-    """Numbers only, 8 bytes each."""
+    """Counters, times and values of one joint in compact arrays of 8 bytes per entry."""
 
     def __init__(self):
         self._times, self._values = array("q"), array("d")

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The live recording, written as it happens: only appended to, whole at every flush; and any recording as a log."""
+"""Writing of live recordings, append-only and complete at every flush; and of any recording as a log."""
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -28,14 +29,26 @@ _AXES = ("fx", "fy", "tx", "ty", "tz")
 
 
 class LogWriter:
-    """An MCAP file that takes wrenches, states of the axis and marks as they come.
+    """An MCAP file to which wrenches, states of the axis and marks are appended during a run.
 
-    ``path`` must not exist: nothing is overwritten. ``card`` says what was recorded, text by text. Times are whole
-    nanoseconds >= 0: ``arrival`` when the packet reached this computer, ``device`` by the device's own clock,
-    ``stamp`` the device's clock mapped to this computer's. ``sequence`` is the sender's own counter, modulo 2^32.
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file; it must not exist, because nothing is overwritten.
+    card : mapping
+        The provenance, as text.
 
-    Raises InputError where the file cannot be made or goes no further, as on a full disk: what was written until then
-    stays, up to a whole record.
+    Raises
+    ------
+    InputError
+        The file cannot be created, or a later write fails, for example on a full disk; complete records written before
+        are kept.
+
+    Notes
+    -----
+    All times are integers in nanoseconds >= 0: ``arrival`` is the time at which the packet reached this computer,
+    ``device`` the time of the device's clock, and ``stamp`` the device's time mapped to this computer's clock.
+    ``sequence`` is the sender's counter; it is stored modulo 2^32.
     """
 
     def __init__(self, path: str | os.PathLike, card: Mapping[str, str]):
@@ -54,29 +67,29 @@ class LogWriter:
             raise _refusal(error, path) from None
 
     def wrench(self, sequence: int, arrival: int, device: int, stamp: int, wrench: Sequence[float]) -> None:
-        """One sample of the sensor: fx fy fz [N] tx ty tz [N m] as measured."""
+        """Append one sample of the sensor: fx fy fz [N] tx ty tz [N m] as measured."""
         self._add(self._wrench, arrival, wrench_message(stamp, wrench), device, sequence)
 
     def state(self, sequence: int, arrival: int, device: int, stamp: int, depth: float, velocity: float) -> None:
-        """One state of the axis: depth [m], + inwards, and velocity [m/s]."""
+        """Append one state of the axis: depth [m], positive inwards, and velocity [m/s]."""
         self._add(self._axis, arrival, state_message(stamp, depth, velocity), device, sequence)
 
-    def mark(self, arrival: int, kind: str, **facts) -> None:
-        """Something that happened: its kind, and facts that JSON can hold."""
+    def mark(self, arrival: int, kind: str, **facts: Any) -> None:
+        """Append a mark: its kind, and facts that can be represented in JSON."""
         text = json.dumps({"kind": kind, **facts}, default=lambda value: value.tolist())
         self._add(self._notes, arrival, string_message(text), arrival, self._marks)
         self._marks += 1
 
     def flush(self) -> None:
-        """Close the chunk and hand it to the system: all before is safe from the end of this program, by whatever.
+        """Close the chunk and pass it to the operating system: flushed data survive a crash of this program.
 
-        There is no wait for the disk, which can take seconds: who records has a needle to stop meanwhile.
+        The call does not wait for the disk, which can take seconds: the caller must be able to stop the needle.
         """
         self._guarded(self._writer.flush)
         self._kept = self._count
 
     def close(self, end: Mapping[str, str]) -> None:
-        """Write how it ended, then index and footer, and wait for the disk. What is closed stays as it is."""
+        """Write why the run ended, then index and footer, and wait for the disk. A second call does nothing."""
         if self._file.closed:
             return
         try:
@@ -92,29 +105,31 @@ class LogWriter:
         return self._writer.register_channel(topic, "cdr", schema)
 
     def _add(self, channel: int, arrival: int, data: bytes, device: int, sequence: int) -> None:
-        self._guarded(self._writer.add_message, channel, arrival, data, device, sequence & 0xFFFFFFFF)
+        message = channel, arrival, data, device, sequence & 0xFFFFFFFF
+        self._guarded(self._writer.add_message, *message)
         self._count += 1
 
-    def _guarded(self, do, *arguments) -> None:
+    def _guarded(self, write: Callable[..., object], *arguments: Any) -> None:
+        """Call ``write``; an error of the file becomes an InputError and closes it."""
         if self._file.closed:
             raise InputError("recording", "closed", "nothing more can be written", str(self._file.path))
         try:
-            do(*arguments)
+            write(*arguments)
         except OSError as error:
             self._file.close()
             raise _refusal(error, self._file.path, f"{self._kept} messages up to the last flush are kept") from None
 
 
 class _Appended:
-    """A new file to which whole records are appended: one that does not fit is taken back."""
+    """A new file to which complete records are appended; a record that does not fit is removed again."""
 
     def __init__(self, path: Path):
         self.path, self._end = path, 0
         try:
             self._file = open(path, "xb", buffering=0)
         except FileExistsError:
-            limit, advice = "there is something of this name", "Give another name: nothing is overwritten."
-            raise InputError("recording", "not begun", limit, str(path), advice) from None
+            limit, advice = "the file exists", "Give another name: nothing is overwritten."
+            raise InputError("recording", "not started", limit, str(path), advice) from None
         except (OSError, ValueError) as error:
             raise _refusal(error, path) from None
 
@@ -123,7 +138,7 @@ class _Appended:
         return self._file.closed
 
     def write(self, data: bytes) -> None:
-        """Append ``data``, or nothing of it."""
+        """Append all of ``data`` or nothing."""
         left = memoryview(data)
         try:
             while left:
@@ -137,7 +152,7 @@ class _Appended:
         return self._end
 
     def flush(self) -> None:
-        """Nothing is held back here."""
+        """Do nothing: this file has no buffer."""
 
     def sync(self) -> None:
         os.fsync(self._file.fileno())
@@ -146,18 +161,35 @@ class _Appended:
         self._file.close()
 
 
-def _refusal(error: Exception, path, kept: str = "") -> InputError:
+def _refusal(error: Exception, path: str | os.PathLike, kept: str = "") -> InputError:
     reason = getattr(error, "strerror", None) or str(error)
     limit = f"{reason}; {kept}" if kept else reason
-    return InputError("recording", "ended early" if kept else "not begun", limit, str(path), "Check disk and folder.")
+    advice = "Check the folder and the free space of the disk."
+    return InputError("recording", "ended early" if kept else "not started", limit, str(path), advice)
 
 
 def write_log(recording: Recording, path: str | os.PathLike) -> Path:
-    """Write a recording as MCAP, whole or not at all. ``read`` gives the same numbers back, times to the ns.
+    """Write a recording as MCAP, atomically; ``read`` returns the same values, times rounded to 1 ns.
 
-    The force is the wrench's fz, depth and velocity are states of the axis at the same times; the parts of a simulated
-    force have no place in these messages and stay out. Raises InputError for times that are one and the same in ns,
-    values that are not finite, and a file that cannot be made.
+    The force is written as fz of the wrench; depth and velocity are states of the axis at the same times. The parts of
+    a simulated force are not written.
+
+    Parameters
+    ----------
+    recording : Recording
+        The recording.
+    path : str or os.PathLike
+        The file.
+
+    Returns
+    -------
+    pathlib.Path
+        The file written.
+
+    Raises
+    ------
+    InputError
+        Times that are equal when rounded to 1 ns, values that are not finite, or a file that cannot be created.
     """
     times = np.round((recording.time - recording.time[0]) * 1e9)
     target = checked_target(path)
@@ -172,19 +204,21 @@ def write_log(recording: Recording, path: str | os.PathLike) -> Path:
 
 
 def _write(recording: Recording, times: list[int], part: Path) -> None:
-    fx, fy, tx, ty, tz = (recording.axes.get(axis, np.zeros(len(times))).tolist() for axis in _AXES)
-    wrenches = zip(fx, fy, recording.force.tolist(), tx, ty, tz)
+    axes = {axis: recording.axes.get(axis, np.zeros(len(times))) for axis in _AXES} | {"fz": recording.force}
+    wrenches = zip(*(axes[axis].tolist() for axis in ("fx", "fy", "fz", "tx", "ty", "tz")))
     states = zip(recording.depth.tolist(), recording.velocity.tolist())
     log = LogWriter(part, _card(recording))
-    for number, (time, wrench, state) in enumerate(zip(times, wrenches, states)):
-        log.wrench(number, time, time, time, wrench)
-        log.state(number, time, time, time, *state)
+    for number, (time, wrench, (depth, velocity)) in enumerate(zip(times, wrenches, states)):
+        clocks = {"sequence": number, "arrival": time, "device": time, "stamp": time}
+        log.wrench(**clocks, wrench=wrench)
+        log.state(**clocks, depth=depth, velocity=velocity)
     log.close({"why": "written from a recording"})
 
 
 def _check(recording: Recording, times: np.ndarray, place: str) -> None:
     if not (np.diff(times) > 0.0).all():
-        raise InputError("time", "not increasing", "each sample must be a nanosecond later than the one before", place)
+        limit = "each sample must be at least one nanosecond later than the previous one"
+        raise InputError("time", "not increasing", limit, place)
     for quantity in ("depth", "velocity", "force", *_AXES):
         values = recording.axes.get(quantity) if quantity in _AXES else getattr(recording, quantity)
         if values is not None and not np.isfinite(values).all():
