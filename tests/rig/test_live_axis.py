@@ -17,7 +17,7 @@ from needleforce.rig.live.axis import (
     MotionProfile,
     towards,
 )
-from needleforce.wire.axis_lines import CONDITIONS, SILENCE
+from needleforce.wire.axis_lines import CONDITIONS, MAX_SILENCE_S
 
 A = LIMITS.max_acceleration
 
@@ -116,13 +116,13 @@ def test_it_stops_when_its_client_falls_silent_and_not_before():
     axis = Axis()
     axis.heard(0.0)
     axis.move(0.0, 60e-3, 3e-3)
-    time, motor, _ = courses(axis, SILENCE + 1.0, talking=False)
+    time, motor, _ = courses(axis, MAX_SILENCE_S + 1.0, talking=False)
     alone = Axis()
     alone.move(0.0, 60e-3, 3e-3)
-    free = courses(alone, SILENCE + 1.0)[1]
-    np.testing.assert_array_equal(motor[time <= SILENCE], free[time <= SILENCE])
+    free = courses(alone, MAX_SILENCE_S + 1.0)[1]
+    np.testing.assert_array_equal(motor[time <= MAX_SILENCE_S], free[time <= MAX_SILENCE_S])
     # whatever the servo still has to catch up, and the way of the stop
-    assert motor[-1] == pytest.approx(Motion(START, ((60e-3, 3e-3),)).at(SILENCE)[0] + 9e-6 / 2, abs=1e-8)
+    assert motor[-1] == pytest.approx(Motion(START, ((60e-3, 3e-3),)).at(MAX_SILENCE_S)[0] + 9e-6 / 2, abs=1e-8)
     assert axis.condition == "idle"
 
 

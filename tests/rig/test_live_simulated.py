@@ -11,7 +11,7 @@ from needleforce import InputError
 from needleforce.rig import paper_experiment
 from needleforce.rig.live import SimulatedRig
 from needleforce.rig.live.axis import LIMITS, START
-from needleforce.wire.axis_lines import SILENCE, move_line, parse_answer
+from needleforce.wire.axis_lines import MAX_SILENCE_S, move_line, parse_answer
 from needleforce.wire.rdt import Command, pack_request, unpack_records
 
 STREAM = pack_request(Command.START)
@@ -62,7 +62,7 @@ def test_silence_stops_the_needle():
     rig = SimulatedRig()
     go(rig, 0.0, 3.0, move_line(60e-3, 3e-3), talking=False)
     truth = rig.truth()
-    expected = nf.Motion(START, ((60e-3, 3e-3),)).at(SILENCE)[0] + (3e-3) ** 2 / 2.0
+    expected = nf.Motion(START, ((60e-3, 3e-3),)).at(MAX_SILENCE_S)[0] + (3e-3) ** 2 / 2.0
     assert truth.depth[-1] == pytest.approx(expected, abs=1e-8)
     assert rig.axis.condition == "idle"
 
@@ -160,7 +160,7 @@ def test_what_falls_silent():
     assert len(records) == 999 and states[-1].time < 2.0
     assert rig.command(3.9, "stop") is None and rig.request(3.9, STREAM) is None
     # nobody was heard after 2 s: it stopped by itself
-    assert rig.truth().depth[-1] < nf.Motion(START, ((60e-3, 3e-3),)).at(2.0 + SILENCE)[0] + 5e-6
+    assert rig.truth().depth[-1] < nf.Motion(START, ((60e-3, 3e-3),)).at(2.0 + MAX_SILENCE_S)[0] + 5e-6
     rig.advance(10.0)
     assert rig.truth().time[-1] == pytest.approx(4.0, abs=1e-3)
 

@@ -57,7 +57,7 @@ def run(
     Exit code 0: done, or ended by Ctrl-C; 1: ended by something else, with what there is kept; 2: could not begin.
     """
 
-    from ..acquisition.motion_sequence import DONE
+    from ..acquisition.motion_sequence import EndReason
     from ..acquisition.recorder import record_run
     from ..acquisition.settings import Settings
     from ..protocol import read_protocol
@@ -82,7 +82,7 @@ def run(
         card = {"needle": needle, "tissue": tissue, "rig": f"{sensor or 'standard input'}, {axis or 'no axis'}"}
         outcome = record_run(output, *open_sources(), moves, card, settings, view=view)
     _tell(outcome, json)
-    if outcome.ended not in (DONE, "interrupted", "source ended"):
+    if outcome.ended not in (EndReason.DONE, "interrupted", "source ended"):
         raise typer.Exit(1)
 
 

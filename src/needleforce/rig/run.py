@@ -15,7 +15,7 @@ from ..recording.joining import integral, overlap
 from .sensor import Sensor
 from .specimen import PhantomSite
 
-RATE = 1000.0  # [Hz] of the force, paper sec. 1
+FORCE_RATE_HZ = 1000.0  # [Hz] of the force, paper sec. 1
 NEEDLE = "diameter 0.7 mm, length 80 mm, bevel 15 degrees"
 _LENGTH = 80e-3  # [m] lever of the lateral force at the tip about the sensor
 _REST = 0.5  # [s] at rest before and after
@@ -112,16 +112,16 @@ def perform(
     site: PhantomSite, motion: Motion, sensor: Sensor, clock: SpeedClock, random, *, hole: float | None = None
 ) -> RigRun:
     """Insert at the site along ``motion`` and record. Depths are the rig's; ``hole`` [m] is that of an earlier pass."""
-    time = np.arange(int(motion.duration * RATE) + 1) / RATE
+    time = np.arange(int(motion.duration * FORCE_RATE_HZ) + 1) / FORCE_RATE_HZ
     depth = motion.at(time)[0] - site.surface
     left = 0.0 if hole is None else hole - site.surface
-    force = site.specimen.force(depth, hole=left, dt=1.0 / RATE)
+    force = site.specimen.force(depth, hole=left, dt=1.0 / FORCE_RATE_HZ)
     wrench = wrench_of(site, force)
     stamps, velocity = clock.record(motion, random)  # first, so that the sensor's settings do not move its draws
     axes = sensor.record(wrench, random)
     card = Card(
         source="virtual rig", needle=NEEDLE, tissue=f"simulated phantom, site {site.number}",
-        rig=f"virtual rig: {site.speed * 1e3:g} mm/s, force at {RATE:g} Hz, velocity at {clock.rate:g} Hz",
+        rig=f"virtual rig: {site.speed * 1e3:g} mm/s, force at {FORCE_RATE_HZ:g} Hz, velocity at {clock.rate:g} Hz",
         filter_length=sensor.filter_length,
     )  # fmt: skip
     return RigRun(site.speed, site.number, hole is not None, time, axes, stamps, velocity, motion.start, card)

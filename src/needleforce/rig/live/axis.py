@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ...wire.axis_lines import RATE, SILENCE, Answer, AxisRange, AxisState
+from ...wire.axis_lines import MAX_SILENCE_S, STATE_RATE_HZ, Answer, AxisRange, AxisState
 from ..run import SpeedClock
 
 LIMITS = AxisRange(-30e-3, 70e-3, 50e-3, 10e-3)  # of the travel and the speed; 10 mm/s^2 is Motion's
@@ -72,8 +72,8 @@ class Axis:
 
     def tick(self, time: float) -> None:
         """Go on to ``time`` [s]; exact for a commanded speed that stays the same in between."""
-        if time - self._last_heard > SILENCE:
-            self.gone(self._last_heard + SILENCE)
+        if time - self._last_heard > MAX_SILENCE_S:
+            self.gone(self._last_heard + MAX_SILENCE_S)
         length, self.time = time - self.time, time
         commanded = self._profile.at(time)[0]
         if time < self._stall_at and length > 0.0:
@@ -147,7 +147,7 @@ class Encoder:
     """``drift`` [1]: how much faster its clock runs than the rig's; ``offset`` [s]: what it showed at the start."""
 
     def __init__(self, axis: Axis, random: np.random.Generator, drift: float = 0.0, offset: float = 0.0):
-        self._axis, self._random, self._rate, self._offset = axis, random, RATE * (1.0 + drift), offset
+        self._axis, self._random, self._rate, self._offset = axis, random, STATE_RATE_HZ * (1.0 + drift), offset
         self._number, self._before = 0, (axis.time, axis.motor)
 
     def states(self) -> list[AxisState]:
@@ -166,5 +166,9 @@ class Encoder:
         speed = self._axis.speed + self._random.normal(0.0, _SPEED.noise)
         speed = round(speed / _SPEED.resolution) * _SPEED.resolution
         return AxisState(
-            self._number, self._offset + self._number / RATE, round(depth / STEP) * STEP, speed, self._axis.condition
+            self._number,
+            self._offset + self._number / STATE_RATE_HZ,
+            round(depth / STEP) * STEP,
+            speed,
+            self._axis.condition,
         )

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...wire.rdt import RECORD_SIZE
-from ..run import RATE
+from ..run import FORCE_RATE_HZ
 
 
 class Datagram(NamedTuple):
@@ -74,7 +74,7 @@ class LossyLink:
         due = time
         if share["reordered"] > reordered:
             stream.overtaken += sequences
-            due += len(sequences) * (1.05 + 2.9 * amount) / RATE  # between the first and the fourth after it
+            due += len(sequences) * (1.05 + 2.9 * amount) / FORCE_RATE_HZ  # between the first and the fourth after it
         if share["late"] > late:
             stream.late += sequences
             due += 1e-3 * share["late_ms"] * amount

@@ -11,7 +11,7 @@ import numpy as np
 from ...errors import InputError
 from ...wire.rdt import LINK_FAILED, SATURATED, SUMMARY, Command, Packet, pack_record, unpack_request
 from ...wire.sensor_configuration import SensorConfiguration
-from ..run import RATE
+from ..run import FORCE_RATE_HZ
 from ..sensor import COUNTS, RANGE, Sensor
 from .lossy_link import LossyLink, SentRecords
 
@@ -53,7 +53,7 @@ class SixAxis:
     @property
     def configuration(self) -> SensorConfiguration:
         """What the sensor says of itself."""
-        return SensorConfiguration(PER_UNIT, PER_UNIT, RATE, "virtual", tuple(RANGE.values()))
+        return SensorConfiguration(PER_UNIT, PER_UNIT, FORCE_RATE_HZ, "virtual", tuple(RANGE.values()))
 
     def read(self, time: float, wrench: np.ndarray) -> Reading:
         """The next reading, ``time`` [s] after it was switched on, of a true wrench (6,) [N, N m]."""

@@ -7,7 +7,7 @@ import struct
 from contextlib import suppress
 
 from ...errors import InputError
-from ...wire.axis_lines import LONGEST, Answer, answer_line, state_line
+from ...wire.axis_lines import MAX_LINE_LENGTH, Answer, answer_line, state_line
 from ...wire.rdt import Command
 from ...wire.sensor_configuration import PAGE, SensorConfiguration
 from .simulated import SimulatedRig
@@ -90,12 +90,12 @@ class AxisServer:
         for line in lines:
             if self._client:
                 self._do(now, line)
-        if self._client and len(self._read) > LONGEST:
+        if self._client and len(self._read) > MAX_LINE_LENGTH:
             self._tell(now, answer_line(Answer("line", False, "too long")))
             self._gone(now)
 
     def _do(self, now: float, line: bytes) -> None:
-        text = line.rstrip(b"\r").decode("ascii", "replace")[:LONGEST]
+        text = line.rstrip(b"\r").decode("ascii", "replace")[:MAX_LINE_LENGTH]
         answer = self._rig.command(now, text)
         if answer is None:
             return

@@ -13,7 +13,7 @@ from ...models.model import Model
 from ...wire.axis_lines import Answer, AxisState, answer_line, parse_command, range_line
 from ...wire.rdt import Command
 from ..experiment import streams
-from ..run import RATE
+from ..run import FORCE_RATE_HZ
 from ..sensor import RANGE, Sensor
 from .axis import LIMITS, Axis, Encoder
 from .faults import checked_faults
@@ -62,7 +62,7 @@ class SimulatedRig:
         self.transfer = Transfer(self.faults, of_faults)
         drift = 1e-6 * self.faults["axis_drift_ppm"]
         self._encoder = Encoder(self.axis, of_encoder, drift, self.faults["clock_offset_s"])
-        self._sensor_rate = RATE * (1.0 + 1e-6 * self.faults["sensor_drift_ppm"])
+        self._sensor_rate = FORCE_RATE_HZ * (1.0 + 1e-6 * self.faults["sensor_drift_ppm"])
         self._seed, self._model, self._sites = seed, model, {}
         self._truth_log, self._states = TruthLog(), []
         self._ticks = self._readings = 0
@@ -78,7 +78,7 @@ class SimulatedRig:
     def advance(self, until: float) -> None:
         """Go on to ``until`` [s], or to the power cut."""
         until = min(until, self.faults["power_cut_s"])
-        while (time := self._ticks / RATE) <= until:
+        while (time := self._ticks / FORCE_RATE_HZ) <= until:
             self.axis.tick(time)
             before, self._wrench = self._wrench, self._push()
             self._read_sensor(before if self._ticks else self._wrench, time)
@@ -140,13 +140,13 @@ class SimulatedRig:
 
     def _push(self) -> np.ndarray:
         """The wrench (6,) [N, N m] of the tissue at the needle's depth now."""
-        wrench = self._place.step(self.axis.needle, 1.0 / RATE)
+        wrench = self._place.step(self.axis.needle, 1.0 / FORCE_RATE_HZ)
         return np.array([wrench.get(axis, 0.0) for axis in RANGE])
 
     def _read_sensor(self, before: np.ndarray, time: float) -> None:
         """The readings due since the last step, on the sensor's own clock."""
         while (due := self._readings / self._sensor_rate) <= time:
-            share = 1.0 - (time - due) * RATE
+            share = 1.0 - (time - due) * FORCE_RATE_HZ
             reading = self.sensor.read(due, before + share * (self._wrench - before))
             self.transfer.record(due, self._readings, reading)
             self._readings += 1
