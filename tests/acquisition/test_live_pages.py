@@ -27,7 +27,7 @@ from needleforce.protocol.folder import MAX_UNRECORDED_S, SURFACE_MARGIN_M
 from needleforce.recording.log import LogWriter
 from needleforce.recording.log.mcap_records import LARGEST
 from needleforce.rig.live.axis import LIMITS
-from needleforce.rig.live.sensor import BUFFERED, READINGS
+from needleforce.rig.live.sensor import READINGS_PER_RECORD, RECORDS_PER_DATAGRAM
 from needleforce.wire.axis_lines import MAX_LINE_LENGTH, MAX_SILENCE_S, STATE_RATE_HZ, range_line
 from needleforce.wire.rdt import Command
 
@@ -121,8 +121,8 @@ def test_ports_range_and_requests_of_the_rig(page):
         ("rig", f"nothing for {MAX_SILENCE_S:g} s"),
         ("rig", f"more than {MAX_LINE_LENGTH} characters"),
         ("rig", f"{STATE_RATE_HZ:g} times a second"),
-        ("rig", f"{BUFFERED} records in a datagram"),
-        ("rig", f"{READINGS} for each record"),
+        ("rig", f"{RECORDS_PER_DATAGRAM} records in a datagram"),
+        ("rig", f"{READINGS_PER_RECORD} for each record"),
         ("live_file", f"No record over {LARGEST >> 20} MiB"),
     ],
 )
