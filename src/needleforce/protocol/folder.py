@@ -63,6 +63,53 @@ class Folder:
         return next((int(card["replaces"]) for card in cards if card.get("replaces", "").isdecimal()), None)
 
 
+@dataclass(frozen=True)
+class NextStep:
+    """The next ``run`` for a planned site, and the ``reason`` if it is not the planned one.
+
+    ``needs_same_site``: the run is possible only in the existing hole of its site.
+    """
+
+    run: RunPlan
+    reason: str = ""
+    needs_same_site: bool = False
+
+
+def present(protocol: Protocol, folder: Folder) -> int:
+    """Number of planned runs that are complete, at their sites or at the spare ones that replaced them."""
+    runs = (run for slot in slots(protocol) for run in _runs_at(protocol, folder, *slot))
+    return sum(folder.complete(run) for run in runs)
+
+
+def next_steps(protocol: Protocol, folder: Folder) -> Iterator[NextStep]:
+    """A step for every planned site that is not complete, in their order."""
+    unused = [site for site in protocol.spares if folder.replaced_by(site) is None]
+    for series, depth, planned in slots(protocol):
+        runs = _runs_at(protocol, folder, series, depth, planned)
+        open_runs = [run for run in runs if not folder.complete(run)]
+        if open_runs:
+            spare = passes_at(protocol, series, depth, planned, unused[0])[0] if unused else None
+            yield _step(open_runs[0], folder, spare)
+
+
+def _runs_at(protocol: Protocol, folder: Folder, series: int, depth: int, planned: int) -> list[RunPlan]:
+    """The runs of a planned site, at the spare site that has replaced it if there is one."""
+    used = [site for site in protocol.spares if folder.replaced_by(site) == planned]
+    return passes_at(protocol, series, depth, planned, used[-1] if used else planned)
+
+
+def _step(run: RunPlan, folder: Folder, spare: RunPlan | None) -> NextStep:
+    if not folder.interrupted_in_tissue(run):
+        return NextStep(run)
+    interrupted = f"pass {run.pass_number} at site {run.site} was interrupted in the tissue"
+    if spare:
+        return NextStep(spare, f"{interrupted}: it is replaced by site {spare.site}")
+    reason = f"{interrupted} and no spare site is left"
+    if run.pass_number > 1:
+        reason += f": site {run.site} remains without a pair"
+    return NextStep(run, reason, needs_same_site=True)
+
+
 def read_folder(path: Path, protocol: Protocol) -> Folder:
     """The recordings in the folder. Raises InputError if one of them belongs to another protocol."""
     kept = []

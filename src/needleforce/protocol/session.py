@@ -4,8 +4,8 @@
 import dataclasses
 import os
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
@@ -16,8 +16,8 @@ from ..acquisition.settings import Progress, RunResult, Settings
 from ..acquisition.sources.source import ForceSource, MotionAxis
 from ..errors import InputError
 from ..wire.axis_lines import AxisState
-from .folder import Folder, commands, locked, read_folder, set_aside, write_table
-from .protocol import Protocol, RunPlan, passes_at, plan, slots
+from .folder import Folder, commands, locked, next_steps, present, read_folder, set_aside, write_table
+from .protocol import Protocol, RunPlan, plan
 from .reading import check_axis
 
 RESUME = "Run the same command again to continue."
@@ -38,18 +38,9 @@ class SessionEnd(StrEnum):
 class CampaignOutcome:
     """Result of a session.
 
-    Attributes
-    ----------
-    ended : SessionEnd or EndReason
-        Why the session ended, or why a run of it ended early.
-    recorded : tuple of str
-        Files of this session.
-    present, planned : int
-        Number of complete runs in the folder and of planned runs.
-    notes : tuple of str
-        Sites that were replaced or left out, with the reason.
-    commands : tuple of str
-        Command lines that evaluate the recordings.
+    ``ended`` is why the session, or a run of it, ended; ``recorded`` are the files of this session; ``present`` and
+    ``planned`` count complete and planned runs; ``notes`` are the sites that were replaced or left out; ``commands``
+    are command lines that evaluate the recordings.
     """
 
     ended: SessionEnd | EndReason
@@ -69,85 +60,80 @@ class CampaignOutcome:
         return dataclasses.asdict(self) | {"complete": self.complete}
 
 
+@dataclass(kw_only=True)
 class Session:
     """One session of a protocol in its folder; the parameters are those of ``run_protocol``."""
 
-    def __init__(
-        self,
-        *,
-        protocol: Protocol,
-        path: Path,
-        open_sources: Callable[[], Sources],
-        settings: Settings,
-        view: Callable[[Progress], None] | None,
-        ask: Callable[[str], bool] | None,
-        say: Callable[[str], None],
-        same_site: bool,
-    ):
-        self._protocol, self._path, self._open_sources, self._settings = protocol, path, open_sources, settings
-        self._view, self._ask, self._say, self._same_site = view, ask, say, same_site
-        self._recorded: list[str] = []
-        self._notes: list[str] = []
-        self._left_out: set[int] = set()  # planned sites without further runs
-        self._site: int | None = None
+    protocol: Protocol
+    path: Path
+    open_sources: Callable[[], Sources]
+    settings: Settings
+    view: Callable[[Progress], None] | None
+    ask: Callable[[str], bool] | None
+    say: Callable[[str], None]
+    same_site: bool
+    recorded: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    left_out: set[int] = field(default_factory=set)  # planned sites without further runs
+    site: int | None = None
 
     def set_aside(self) -> None:
         """Rename interrupted recordings."""
-        for sentence in set_aside(self._path, self._protocol):
-            self._say(sentence)
+        for sentence in set_aside(self.path, self.protocol):
+            self.say(sentence)
 
     def run(self) -> SessionEnd | EndReason:
         """Record run by run until all are complete or one ends early; the reason of the end."""
         try:
             while (run := self._next()) is not None:
                 result = self._record(run)
-                write_table(self._path, self._folder())
+                write_table(self.path, self._folder())
                 if result.ended != EndReason.DONE:
                     detail = f": {result.detail.rstrip('.')}" if result.detail else ""
-                    self._say(f"{run.name}: {result.ended}{detail}. {RESUME}")
+                    self.say(f"{run.name}: {result.ended}{detail}. {RESUME}")
                     return result.ended
         except KeyboardInterrupt:
-            self._say(f"Stopped. {RESUME}")
+            self.say(f"Stopped. {RESUME}")
             return SessionEnd.INTERRUPTED
-        return SessionEnd.SITES_UNUSABLE if self._left_out else SessionEnd.DONE
+        return SessionEnd.SITES_UNUSABLE if self.left_out else SessionEnd.DONE
 
     def outcome(self, ended: SessionEnd | EndReason) -> CampaignOutcome:
         """The result of the session, from the content of the folder."""
         folder = self._folder()
-        write_table(self._path, folder)
-        lines = commands(self._path, self._protocol, folder)
+        write_table(self.path, folder)
+        lines = commands(self.path, self.protocol, folder)
         for line in lines:
-            self._say(line)
+            self.say(line)
         return CampaignOutcome(
             ended=ended,
-            recorded=tuple(self._recorded),
-            present=present(self._protocol, folder),
-            planned=len(plan(self._protocol)),
-            notes=tuple(self._notes),
+            recorded=tuple(self.recorded),
+            present=present(self.protocol, folder),
+            planned=len(plan(self.protocol)),
+            notes=tuple(self.notes),
             commands=tuple(lines),
         )
 
     def _folder(self) -> Folder:
-        return read_folder(self._path, self._protocol)
+        return read_folder(self.path, self.protocol)
 
     def _next(self) -> RunPlan | None:
-        for step in next_steps(self._protocol, self._folder()):
-            if step.run.planned_site in self._left_out:
+        for step in next_steps(self.protocol, self._folder()):
+            if step.run.planned_site in self.left_out:
                 continue
             if step.reason:
                 self._note(step.reason)
             if not step.needs_same_site:
                 return step.run
-            if self._same_site or (self._ask and self._ask(f"{step.reason}. Insert at the same site, into its hole?")):
+            if self.same_site or (self.ask and self.ask(f"{step.reason}. Insert at the same site, into its hole?")):
                 return into_its_hole(step.run)
-            self._left_out.add(step.run.planned_site)
+            self.left_out.add(step.run.planned_site)
             self._note(f"site {step.run.planned_site} is left out; with --same-site its hole is used again")
         return None
 
     def _note(self, sentence: str) -> None:
-        if sentence not in self._notes:
-            self._notes.append(sentence)
-            self._say(sentence)
+        if sentence not in self.notes:
+            self.notes.append(sentence)
+            self.say(sentence)
 
     def _record(self, run: RunPlan) -> RunResult:
         from ..acquisition.recorder import record_run
@@ -159,15 +145,15 @@ class Session:
             axis.close()
             force.stop()
             raise
-        self._say(f"{run.name}: site {run.site}, pass {run.pass_number}, {1e3 * run.speed:g} mm/s")
+        self.say(f"{run.name}: site {run.site}, pass {run.pass_number}, {1e3 * run.speed:g} mm/s")
         card = run.card | {"date": datetime.now(UTC).isoformat(timespec="seconds")}
-        path, settings = self._path / run.name, self._settings
-        result = record_run(path, force, axis, moves=run.moves, card=card, settings=settings, view=self._view)
-        self._recorded.append(run.name)
+        path, settings = self.path / run.name, self.settings
+        result = record_run(path, force, axis, moves=run.moves, card=card, settings=settings, view=self.view)
+        self.recorded.append(run.name)
         return result
 
     def _opened(self) -> tuple[ForceSource, MotionAxis]:
-        force, axis = self._open_sources()
+        force, axis = self.open_sources()
         if axis is None or axis.limits is None:
             force.stop()
             raise InputError("axis", "none", "a protocol needs one", next_step="Give --axis.")
@@ -175,13 +161,13 @@ class Session:
 
     def _prepare(self, axis: MotionAxis, run: RunPlan) -> None:
         """Withdraw the needle, then go to the site of the run or wait for the pause."""
-        check_axis(self._protocol, axis.limits, "the axis")
-        withdraw(axis, self._protocol.start, run.speed)
-        if run.site != self._site:
-            go_to_site(axis, run.site, self._ask)
+        check_axis(self.protocol, axis.limits, "the axis")
+        withdraw(axis, self.protocol.start, run.speed)
+        if run.site != self.site:
+            go_to_site(axis, run.site, self.ask)
         elif run.pass_number > 1:
             pause(axis, run.pause)
-        self._site = run.site
+        self.site = run.site
 
 
 def run_protocol(
@@ -225,8 +211,8 @@ def run_protocol(
     Raises
     ------
     InputError
-        If the axis cannot execute the protocol, the folder belongs to another protocol or is in use by another session,
-        or a run cannot start.
+        If the axis cannot execute the protocol, the folder belongs to another protocol or is in use, or a run cannot
+        start.
     """
     path = _created(folder)
     session = Session(
@@ -252,7 +238,7 @@ def _created(folder: str | os.PathLike) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError("folder", "not made", error.strerror or "", str(path), "Give another one.") from None
+        raise InputError("folder", "not created", error.strerror or "", str(path), "Give another one.") from None
     return path
 
 
@@ -265,53 +251,6 @@ def _settings(protocol: Protocol, settings: Settings) -> Settings:
         filter_length=protocol.filter_length,
         duration=None,
     )
-
-
-@dataclass(frozen=True)
-class NextStep:
-    """The next ``run`` for a planned site, and the ``reason`` if it is not the planned one.
-
-    ``needs_same_site``: the run is possible only in the existing hole of its site.
-    """
-
-    run: RunPlan
-    reason: str = ""
-    needs_same_site: bool = False
-
-
-def present(protocol: Protocol, folder: Folder) -> int:
-    """Number of planned runs that are complete, at their sites or at the spare ones that replaced them."""
-    runs = (run for slot in slots(protocol) for run in _runs_at(protocol, folder, *slot))
-    return sum(folder.complete(run) for run in runs)
-
-
-def next_steps(protocol: Protocol, folder: Folder) -> Iterator[NextStep]:
-    """A step for every planned site that is not complete, in their order."""
-    unused = [site for site in protocol.spares if folder.replaced_by(site) is None]
-    for series, depth, planned in slots(protocol):
-        runs = _runs_at(protocol, folder, series, depth, planned)
-        open_runs = [run for run in runs if not folder.complete(run)]
-        if open_runs:
-            spare = passes_at(protocol, series, depth, planned, unused[0])[0] if unused else None
-            yield _step(open_runs[0], folder, spare)
-
-
-def _runs_at(protocol: Protocol, folder: Folder, series: int, depth: int, planned: int) -> list[RunPlan]:
-    """The runs of a planned site, at the spare site that has replaced it if there is one."""
-    used = [site for site in protocol.spares if folder.replaced_by(site) == planned]
-    return passes_at(protocol, series, depth, planned, used[-1] if used else planned)
-
-
-def _step(run: RunPlan, folder: Folder, spare: RunPlan | None) -> NextStep:
-    if not folder.interrupted_in_tissue(run):
-        return NextStep(run)
-    interrupted = f"pass {run.pass_number} at site {run.site} was interrupted in the tissue"
-    if spare:
-        return NextStep(spare, f"{interrupted}: it is replaced by site {spare.site}")
-    reason = f"{interrupted} and no spare site is left"
-    if run.pass_number > 1:
-        reason += f": site {run.site} remains without a pair"
-    return NextStep(run, reason, needs_same_site=True)
 
 
 def into_its_hole(run: RunPlan) -> RunPlan:
