@@ -74,11 +74,11 @@ def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_
     "arguments, words",
     [
         (["nowhere.json"], "not readable"),
-        (["nothing"], "not known"),
+        (["nothing"], "unknown"),
         (["paper", "--language", "rust"], "Give c++ or c"),
         (["paper", "--name", ""], "not a valid name of a constant"),
         (["paper", "--name", "int"], "not a valid name of a constant"),
-        (["paper", "-o", "nowhere/x.hpp"], "there is no such folder"),
+        (["paper", "-o", "nowhere/x.hpp"], "its folder does not exist"),
     ],
 )
 def test_wrong_usage_is_told_in_one_line(arguments, words):
