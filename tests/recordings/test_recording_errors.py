@@ -136,7 +136,7 @@ def test_a_force_with_the_other_sign_is_told_and_turned_by_its_unit(file):
 
 def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
-    with pytest.raises(InputError, match="a folder or device of this name"):
+    with pytest.raises(InputError, match="no plain file"):
         read(tmp_path / "pipe.csv")
     with pytest.raises(InputError, match="null"):
         read("a\0b.csv")
