@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that are written whole or not at all, and documents without numbers that JSON cannot represent."""
+"""Atomic writing of text files, and documents without the numbers that JSON cannot represent."""
 
 import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 from .errors import InputError
 
 
-def checked_target(path) -> Path:
-    """The file that would be written, links followed; InputError if it cannot be: no folder, a folder itself, a
-    device."""
+def checked_target(path: str | os.PathLike) -> Path:
+    """The file to write, links resolved; InputError if its folder does not exist or it is a folder or a device."""
     try:
         target = Path(path).resolve()
         os.path.lexists(target) or os.stat(target)
@@ -23,22 +22,20 @@ def checked_target(path) -> Path:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError("file to write", repr(str(path)[:80]), reason, next_step="Give another name.") from None
     if str(path) in ("", "."):
-        raise InputError("file to write", repr(str(path)), "has no name", next_step="Give a file.")
+        raise InputError("file to write", repr(str(path)), "not the name of a file", next_step="Give a file name.")
     if not target.parent.is_dir():
-        raise InputError("file", "not written", "there is no such folder", str(target), "Make the folder first.")
+        raise InputError("file", "not written", "its folder does not exist", str(target), "Make the folder first.")
     if target.exists() and not target.is_file():
-        raise InputError(
-            "file", "not written", "there is something that is no plain file", str(target), "Name another."
-        )
+        limit = "a folder or device of this name exists"
+        raise InputError("file", "not written", limit, str(target), "Give another name.")
     return target
 
 
 @contextmanager
-def atomic_write(path) -> Iterator[TextIO]:
-    """A UTF-8 text file beside ``path`` that takes its place when the block ends: a reader sees the old file or the
-    new one.
+def atomic_write(path: str | os.PathLike) -> Iterator[TextIO]:
+    """A temporary UTF-8 text file that replaces ``path`` when the block ends: a reader finds the old or the new file.
 
-    Raises InputError where it cannot be written; after any error the old file stands as it was.
+    Raises InputError if it cannot be written; after any error the old file is unchanged.
     """
     target = checked_target(path)
     part = target.with_name(f".{target.name}.{os.getpid()}.part")
@@ -53,8 +50,8 @@ def atomic_write(path) -> Iterator[TextIO]:
             part.unlink(missing_ok=True)
 
 
-def json_safe(value):
-    """The same document with None for what JSON cannot say."""
+def json_safe(value: Any) -> Any:
+    """The same document with None for NaN and infinite numbers, and lists for arrays and tuples."""
     if isinstance(value, dict):
         return {key: json_safe(each) for key, each in value.items()}
     if isinstance(value, list | tuple):

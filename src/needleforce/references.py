@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The one list of references, which of them a source string or a model names, and published values as cited data."""
+"""The bibliography, the works that a source string or a model names, and published values as cited data."""
 
 import csv
 import re
@@ -7,18 +7,19 @@ import tomllib
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 BIBLIOGRAPHY = Path(__file__).parent / "bibliography.toml"
 SOURCE_PAPER = "source paper"
 WITHOUT_REFERENCE = ("free", "by definition")
 _OF_THE_PAPER = re.compile(r"(eqs?|sec)\. ")
 PUBLISHED = Path(__file__).parent / "published.csv"
-VERIFIED = ("original", "abstract")  # where the work itself was read, if only its abstract
+VERIFIED = ("original", "abstract")  # values read in the work itself or in its abstract
 
 
 @dataclass(frozen=True)
 class Work:
-    """A published work: its key in source strings, the full reference, and what of it was not confirmed."""
+    """A published work: its key in source strings, the full reference, and which of its details are unconfirmed."""
 
     key: str
     reference: str
@@ -36,9 +37,9 @@ def works() -> dict[str, Work]:
 
 
 def keys_in(source: str) -> tuple[str, ...]:
-    """The keys that a source string names, in its order; sections and equations without a key are the source paper's.
+    """The keys that a source string names, in its order; a section or equation without a key is the source paper's.
 
-    A source is one or more parts separated by semicolons; a part may say ``free`` or ``by definition``.
+    A source string has one or more parts separated by semicolons; a part may begin with ``free`` or ``by definition``.
     """
     return tuple(dict.fromkeys(key for part in source.split(";") for key in _keys_in_part(part.strip())))
 
@@ -50,22 +51,22 @@ def _keys_in_part(part: str) -> list[str]:
 
 
 def unnamed_parts(source: str) -> list[str]:
-    """The parts of a source string that name no work and do not say that there is none."""
+    """The parts of a source string that name no work and do not begin with ``free`` or ``by definition``."""
     parts = [part.strip() for part in source.split(";")]
     return [part for part in parts if not part.startswith(WITHOUT_REFERENCE) and not _keys_in_part(part)]
 
 
-def sources_of(model) -> list[str]:
+def sources_of(model: Any) -> list[str]:
     """The source strings of a model: its own reference, its laws and their parameters, layer by layer."""
     owners = [law for layer in model.layers for law in layer.parts]
     owners += [value for value in (model.needle, model.tissue) if value is not None]
     owners += [owner.tip for owner in owners if getattr(owner, "tip", None) is not None]
-    said = [text for owner in owners for text in (getattr(owner, "source", ""), *(r["source"] for r in owner.table()))]
-    return [model.reference, *said]
+    texts = [text for owner in owners for text in (getattr(owner, "source", ""), *(r["source"] for r in owner.table()))]
+    return [model.reference, *texts]
 
 
-def citations(model) -> tuple[str, ...]:
-    """Full references of what a model uses; a reference that names no known work is told as it stands."""
+def citations(model: Any) -> tuple[str, ...]:
+    """Full references of the works that a model uses; a reference that names no known work is returned unchanged."""
     own = [model.reference] if model.reference and not keys_in(model.reference) else []
     named = dict.fromkeys(key for source in sources_of(model) for key in keys_in(source))
     return (*own, *(str(works()[key]) for key in named))
@@ -73,9 +74,9 @@ def citations(model) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class PublishedValue:
-    """One value as it was published, in the unit it was published in.
+    """One value as published, in the published unit.
 
-    ``source`` is a key of the bibliography. ``read_in`` says where the value was read: the original, its abstract, an
+    ``source`` is a key of the bibliography. ``read_in`` is where the value was read: the original, its abstract, an
     excerpt, a review, a re-implementation, or not stated.
     """
 
@@ -91,12 +92,12 @@ class PublishedValue:
 
     @property
     def status(self) -> str:
-        """``verified`` where the value was read in the work itself or its abstract, else ``secondary``."""
+        """``verified`` if the value was read in the work itself or its abstract, otherwise ``secondary``."""
         return "verified" if self.read_in in VERIFIED else "secondary"
 
 
 @lru_cache
 def published_values() -> tuple[PublishedValue, ...]:
-    """Every published value of the table that comes with needleforce."""
+    """Every published value of the table that is shipped with needleforce."""
     with PUBLISHED.open(encoding="utf-8", newline="") as file:
         return tuple(PublishedValue(**row) for row in csv.DictReader(file))

@@ -1,4 +1,4 @@
-"""A sensor and an axis that do as a test tells them, on loopback; each is a context manager with a thread."""
+"""A sensor and an axis on loopback, controlled by a test; each is a context manager with a thread."""
 
 import contextlib
 import select
@@ -34,8 +34,8 @@ class Threaded:
 
 
 class FakeSensor(Threaded):
-    """Streams at its rate. ``force(seconds)`` is the axial one above its bias; ``packets(number)`` may change what is
-    sent for a number: a list of datagrams or Packets; ``status(number)``.
+    """Streams at its rate. ``force(seconds)`` is the axial force above its bias; ``packets(sensor, number)`` may
+    replace what is sent for a number by a list of datagrams or Packets; ``status(number)`` is the status.
     """
 
     def __init__(self, force=lambda t: 0.0, packets=None, status=lambda k: 0, ends=10**9, stale_from=10**9):
@@ -57,7 +57,7 @@ class FakeSensor(Threaded):
 
     def run(self):
         self.stream()
-        with contextlib.suppress(BlockingIOError):  # what was asked at the very end
+        with contextlib.suppress(BlockingIOError):  # requests at the very end
             while True:
                 self.requests.append(unpack_request(self.socket.recv(100))[0])
 
@@ -78,13 +78,13 @@ class FakeSensor(Threaded):
 
 
 class FakeAxis(Threaded):
-    """Goes at the speed told, without ramps. ``says(line)`` may answer a command: a line, or None for the usual."""
+    """Moves at the commanded speed without ramps. ``reply(line)`` may replace an answer; None keeps it."""
 
-    def __init__(self, says=lambda line: None, state=lambda s: s, limits=LIMITS, greets=True):
-        self.says, self.state, self.limits, self.greets = says, state, limits, greets
+    def __init__(self, reply=lambda line: None, state=lambda s: s, limits=LIMITS, greets=True):
+        self.reply, self.state, self.limits, self.greets = reply, state, limits, greets
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.port = self.listener.getsockname()[1]
-        self.heard, self.silent, self.hangs_up = [], False, False
+        self.received, self.silent, self.hangs_up = [], False, False
         self.depth, self.target, self.speed, self.velocity = -0.002, None, 0.0, 0.0
         self.garbage = b""
 
@@ -119,8 +119,8 @@ class FakeAxis(Threaded):
     def obey(self, line, connection):
         command, numbers = parse_command(line)
         if command != "alive":
-            self.heard.append(line)
-        answer = self.says(line)
+            self.received.append(line)
+        answer = self.reply(line)
         if answer is None and command == "move":
             self.target, self.speed = numbers
         if command == "stop":
@@ -132,9 +132,9 @@ class FakeAxis(Threaded):
         if self.target is None:
             self.velocity = 0.0
             return
-        way = self.target - self.depth
-        step = min(abs(way), self.speed * TICK)
-        self.velocity = self.speed if way > 0 else -self.speed
-        self.depth += step if way > 0 else -step
+        travel = self.target - self.depth
+        step = min(abs(travel), self.speed * TICK)
+        self.velocity = self.speed if travel > 0 else -self.speed
+        self.depth += step if travel > 0 else -step
         if self.depth == self.target or abs(self.target - self.depth) < 1e-9:
             self.target = None

@@ -1,5 +1,5 @@
-"""The recorder against the virtual rig, over the loopback network: what was lost is what the rig lost, and the force is
-that of the rig simulated at once along the same motion."""
+"""The recorder against the virtual rig over the loopback network: the losses are those of the rig, and the force agrees
+with a direct simulation along the same motion."""
 
 import numpy as np
 import pytest
@@ -29,8 +29,8 @@ def recorded(path, faults, moves=MOVES):
 
 
 def simulated(recording):
-    """The force along the recorded motion, behind the same average filter."""
-    site, time = phantom_site(1, 1), np.arange(0.0, recording.time[-1] + 1e-3, 1e-3)  # none is missing here
+    """The force along the recorded motion, after the same average filter."""
+    site, time = phantom_site(1, 1), np.arange(0.0, recording.time[-1] + 1e-3, 1e-3)  # without gaps
     depth = np.interp(time, recording.time, recording.depth)
     force = site.specimen.force(depth - site.surface, dt=1e-3)
     behind = np.convolve(np.concatenate([np.zeros(FILTER - 1), force]), np.ones(FILTER) / FILTER, "valid")
@@ -38,7 +38,7 @@ def simulated(recording):
 
 
 @pytest.mark.parametrize("faults", [{}, FAULTS], ids=["none", "faults"])
-def test_losses_are_the_rigs_and_the_force_is_the_simulated_one(tmp_path, faults):
+def test_losses_and_force_of_a_recording_are_those_of_the_rig(tmp_path, faults):
     path = tmp_path / "run.mcap"
     outcome, ledger = recorded(path, faults)
     sequence = read_log(path).wrench.sequence
@@ -47,21 +47,21 @@ def test_losses_are_the_rigs_and_the_force_is_the_simulated_one(tmp_path, faults
     assert missing <= set(ledger.lost) and outcome.lost == len(missing)
     assert {number for number in ledger.lost if sequence[0] < number < sequence[-1]} == missing
     recording = nf.read(path)
-    # where friction turns round, the rig's play of 10 um, which its encoder does not see, makes it later
-    turning = (recording.velocity < 0.0) & (recording.depth > recording.depth.max() - 0.3e-3)
-    apart = (recording.force - simulated(recording))[~turning]
-    assert np.sqrt(np.mean(apart**2)) < 4e-3  # noise of 1 mN, 0.3 % of crosstalk, the break a sample elsewhere
+    # at the friction reversal the rig's backlash of 10 um, which its encoder does not measure, causes a delay
+    reversal = (recording.velocity < 0.0) & (recording.depth > recording.depth.max() - 0.3e-3)
+    apart = (recording.force - simulated(recording))[~reversal]
+    assert np.sqrt(np.mean(apart**2)) < 4e-3  # noise of 1 mN, 0.3 % of crosstalk, the puncture shifted by a sample
     assert np.percentile(np.abs(apart), 95) < 6e-3
 
 
 @pytest.mark.parametrize(
-    "fault, why",
+    "fault, reason",
     [("stall_at_s", "axis stalled"), ("axis_silent_at_s", "axis silent"), ("sensor_silent_at_s", "sensor silent"),
      ("power_cut_s", "axis lost")],
 )  # fmt: skip
-def test_what_goes_wrong_on_the_way_is_told_and_the_file_is_whole(tmp_path, fault, why):
+def test_a_failure_of_the_rig_is_reported_and_the_file_is_complete(tmp_path, fault, reason):
     path = tmp_path / "run.mcap"
     outcome, _ = recorded(path, {fault: 2.5}, [(-4e-3, 10e-3), (16e-3, 2e-3)])
     log = read_log(path)
-    assert outcome.ended == why
-    assert log.complete and log.end["ended"] == why and len(log.wrench) == outcome.received
+    assert outcome.ended == reason
+    assert log.complete and log.end["ended"] == reason and len(log.wrench) == outcome.received

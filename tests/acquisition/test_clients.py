@@ -1,4 +1,4 @@
-"""The clients alone: addresses, foreign packets, configuration, and an axis that says nonsense."""
+"""The clients without a recorder: addresses, foreign packets, configuration, and invalid lines of an axis."""
 
 import contextlib
 import http.server
@@ -37,7 +37,7 @@ def test_counts_become_newtons_and_times_increase():
     assert [sample.device for sample in samples] == [2_000_000 * sample.sequence for sample in samples]
 
 
-def test_the_kernel_stamps_what_waits():
+def test_waiting_packets_have_the_kernels_time_of_arrival():
     with FakeSensor() as sensor:
         client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
         client.start()
@@ -45,17 +45,17 @@ def test_the_kernel_stamps_what_waits():
         samples = received(client, 20)
         client.stop()
     waits = [sample.read - sample.arrival for sample in samples]
-    assert waits[0] > 50_000_000  # it lay there while this program slept
+    assert waits[0] > 50_000_000  # it waited in the buffer while this program slept
     assert samples[0].arrival < samples[-1].arrival
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells what its kernel dropped")
-def test_what_the_kernel_dropped_is_told(monkeypatch):
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux counts the packets that its kernel dropped")
+def test_packets_dropped_by_the_kernel_are_counted(monkeypatch):
     def narrow(receiver):
         receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 20_000)
         return receiver.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
 
-    monkeypatch.setattr(net_ft_sensor, "_widened", narrow)
+    monkeypatch.setattr(net_ft_sensor, "_enlarged_buffer", narrow)
     with FakeSensor(packets=lambda sensor, k: 20 * [sensor.packet(k)] if k < 30 else [sensor.packet(k)]) as sensor:
         client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
         client.start()
@@ -67,7 +67,7 @@ def test_what_the_kernel_dropped_is_told(monkeypatch):
     assert client.dropped >= 570 - came > 0 and client.buffer < 0.1
 
 
-def test_packets_of_others_are_counted_and_left_out():
+def test_packets_from_other_addresses_are_counted_and_left_out():
     with FakeSensor(ends=5) as sensor, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
         client.start()
@@ -81,7 +81,7 @@ def test_packets_of_others_are_counted_and_left_out():
     assert (client.foreign, client.wrong_size) == (3, 0)
 
 
-def test_mutated_packets_end_nothing():
+def test_corrupted_packets_are_counted_and_do_not_end_the_stream():
     random = np.random.default_rng(1)
     sent = []
 
@@ -114,7 +114,7 @@ def received_nothing(client):
     return True
 
 
-def test_a_client_can_begin_again():
+def test_a_client_can_be_restarted():
     with FakeSensor() as sensor:
         client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
         for _ in range(2):
@@ -126,14 +126,14 @@ def test_a_client_can_begin_again():
 
 
 @pytest.mark.parametrize("host, port", [("no such host", 1), ("127.0.0.1", 70000), ("a..b", 5)])
-def test_addresses_that_are_none(host, port):
+def test_invalid_addresses_are_refused(host, port):
     with pytest.raises(InputError, match="not reached"):
         SensorClient(host, port, CONFIGURATION)
     with pytest.raises(InputError, match="not reached"):
         AxisClient(host, port)
 
 
-def test_the_page_from_a_file_and_from_a_server(tmp_path):
+def test_the_configuration_is_read_from_a_file_and_from_a_server(tmp_path):
     file = tmp_path / "page.xml"
     file.write_bytes(CONFIGURATION.xml())
     assert read_configuration("", str(file)) == CONFIGURATION
@@ -164,14 +164,14 @@ def test_the_page_from_a_file_and_from_a_server(tmp_path):
             read_configuration("", nowhere)
 
 
-def test_a_page_that_drips_is_given_up(monkeypatch):
-    monkeypatch.setattr(net_ft_sensor, "_PATIENCE", 0.3)
+def test_a_page_that_arrives_too_slowly_is_refused(monkeypatch):
+    monkeypatch.setattr(net_ft_sensor, "_PAGE_TIMEOUT_S", 0.3)
     dripping = [b"HTTP/1.0 200 OK\r\n\r\n", b"HTTP/1.0 200 OK\r\nX"]
     for head in dripping:
         with socket.create_server(("127.0.0.1", 0)) as server:
             thread = threading.Thread(target=drips, args=(server, head))
             thread.start()
-            with pytest.raises(InputError, match=r"not there after 0\.3 s"):
+            with pytest.raises(InputError, match=r"not complete after 0\.3 s"):
                 read_configuration(f"127.0.0.1:{server.getsockname()[1]}")
             thread.join()
 
@@ -184,11 +184,11 @@ def drips(server, head):
             time.sleep(0.05)
 
 
-def test_a_page_elsewhere_is_not_followed():
+def test_a_redirection_is_not_followed():
     with socket.create_server(("127.0.0.1", 0)) as server:
         thread = threading.Thread(target=redirects, args=(server,))
         thread.start()
-        with pytest.raises(InputError, match="not read, the server says 302"):
+        with pytest.raises(InputError, match="not read, the server answers 302"):
             read_configuration(f"127.0.0.1:{server.getsockname()[1]}")
         thread.join()
 
@@ -199,15 +199,15 @@ def redirects(server):
         connection.sendall(b"HTTP/1.0 302 Found\r\nLocation: http://127.0.0.1:9/x\r\n\r\n")
 
 
-def test_a_second_client_is_told_why():
+def test_the_error_of_a_second_client_has_the_reason():
     with FakeAxis(greets=False) as fake:
         fake.garbage = b"refused connection another client\n"
         with pytest.raises(InputError, match="refused, another client"):
             AxisClient("127.0.0.1", fake.port)
 
 
-def test_an_axis_answers_with_its_reason():
-    with FakeAxis(says=lambda line: "refused site no table" if line.startswith("site") else None) as fake:
+def test_a_refused_command_has_the_reason_of_the_axis():
+    with FakeAxis(reply=lambda line: "refused site no table" if line.startswith("site") else None) as fake:
         axis = AxisClient("127.0.0.1", fake.port)
         try:
             assert axis.limits == fake.limits
@@ -215,29 +215,29 @@ def test_an_axis_answers_with_its_reason():
                 axis.site(2)
             axis.move(0.001, 0.01)
             assert axis.stop()
-            with pytest.raises(InputError, match="goes at up to"):
+            with pytest.raises(InputError, match="moves at up to"):
                 axis.move(0.001, 1.0)
         finally:
             axis.close()
-    assert fake.heard == ["site 2", "move 0.00100000 0.0100000", "stop"]
+    assert fake.received == ["site 2", "move 0.00100000 0.0100000", "stop"]
 
 
 def test_a_stop_is_repeated_until_it_is_answered():
     stops = []
 
-    def says(line):
+    def reply(line):
         stops.extend([line] * (line == "stop"))
         return "" if line == "stop" and len(stops) < 3 else None
 
-    with FakeAxis(says=says) as fake:
-        axis = AxisClient("127.0.0.1", fake.port, patience=10.0)
+    with FakeAxis(reply=reply) as fake:
+        axis = AxisClient("127.0.0.1", fake.port, timeout=10.0)
         assert axis.stop()
         axis.close()
     assert len(stops) == 3
 
 
 @pytest.mark.parametrize("garbage", [b"\xff\xfe\n", b"state 1 2 3\n", b"x" * 5000, b"axis 0 inf 1 1\n"])
-def test_an_axis_that_says_what_no_axis_says(garbage):
+def test_invalid_lines_of_an_axis_are_refused(garbage):
     with FakeAxis() as fake:
         axis = AxisClient("127.0.0.1", fake.port)
         fake.garbage = garbage
@@ -254,7 +254,7 @@ def test_an_axis_that_says_what_no_axis_says(garbage):
             axis.close()
 
 
-def test_an_axis_that_does_not_greet_is_not_there():
+def test_an_axis_that_does_not_send_its_range_is_refused():
     with FakeAxis(greets=False, state=lambda s: s) as fake:
         with pytest.raises(InputError, match="greeting"):
-            AxisClient("127.0.0.1", fake.port, patience=0.1)
+            AxisClient("127.0.0.1", fake.port, timeout=0.1)

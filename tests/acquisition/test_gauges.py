@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gauge voltages to a wrench, against NumPy by hand and against a calibration that its owner published."""
+"""The wrench from gauge voltages, against a calculation by hand and a published calibration."""
 
 import numpy as np
 import pytest
@@ -26,14 +26,14 @@ MATRIX = np.array([line.split() for line in USER_AXIS.splitlines()], float)
 NAMES = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 
 
-def xml(user: bool = True, units: str = "N-mm", turned: str = "0", names=NAMES) -> str:
+def xml(user: bool = True, units: str = "N-mm", rotation: str = "0", names=NAMES) -> str:
     rows = [line.split() for line in AXIS.splitlines()]
     axes = [f'<Axis Name="{n}" values=" {" ".join(r[:6])} " max="{r[6]}" scale="{r[7]}"/>' for n, r in zip(names, rows)]
     faces = [f'<UserAxis Name="{n}" values="{line}" max="25"/>' for n, line in zip(names, USER_AXIS.splitlines())]
     return (
         '<?xml version="1.0" encoding="utf-8"?><!-- a note --><FTSensor Serial="FT8577" NumGages="6">'
         f'<Calibration ForceUnits="N" TorqueUnits="{units}" DistUnits="mm" OutputRange="20" OutputBipolar="True">'
-        f'{"".join(axes)}<BasicTransform Dx="0" Dy="0" Dz="6.096" Rx="{turned}" Ry="0" Rz="0"/>'
+        f'{"".join(axes)}<BasicTransform Dx="0" Dy="0" Dz="6.096" Rx="{rotation}" Ry="0" Rz="0"/>'
         f"{''.join(faces) if user else ''}</Calibration></FTSensor>"
     )
 
@@ -58,7 +58,7 @@ def read(tmp_path, text: str, name: str) -> Calibration:
     return read_calibration(path)
 
 
-def test_a_wrench_is_the_matrix_times_the_voltages_without_bias(tmp_path):
+def test_a_wrench_is_the_matrix_times_the_voltages_minus_the_bias(tmp_path):
     calibration = read(tmp_path, TOML, "nano.toml")
     volts = np.random.default_rng(1).uniform(-1.0, 1.0, (50, 6))
     by_hand = [[SI[i] * sum(MATRIX[i, j] * (v[j] - b[j]) for j in range(6)) for i in range(6)]
@@ -68,21 +68,21 @@ def test_a_wrench_is_the_matrix_times_the_voltages_without_bias(tmp_path):
 
 
 @pytest.mark.parametrize("text, name", [(CSV, "nano.csv"), (xml(), "FT8577.cal"), (xml(), "FT8577.XML")])
-def test_three_layouts_hold_the_same_matrix(tmp_path, text, name):
+def test_three_layouts_give_the_same_matrix(tmp_path, text, name):
     calibration = read(tmp_path, text, name)
     np.testing.assert_allclose(calibration.matrix, SI[:, None] * MATRIX, rtol=1e-15)
     assert calibration.full_scale == 10.0 and not calibration.bias.any()
 
 
-def test_a_file_without_user_axes_gives_what_the_maker_gives_in_newer_ones(tmp_path):
+def test_a_file_without_user_axes_gives_the_matrix_of_newer_files(tmp_path):
     calibration = read(tmp_path, xml(user=False), "FT8577.cal")
     # the maker rounds to 1e-5; six such roundings times the shift of 6 mm
     np.testing.assert_allclose(calibration.matrix / SI[:, None], MATRIX, rtol=0, atol=2e-5)
-    assert "BasicTransform" in calibration.said[0]
+    assert "BasicTransform" in calibration.notes[0]
     np.testing.assert_allclose(calibration.ratings, [25.0, 25.0, 35.0, 0.25, 0.25, 0.25])
 
 
-def test_a_gauge_at_the_end_of_the_range_is_saturation(tmp_path):
+def test_a_gauge_at_the_end_of_the_range_is_reported_as_saturated(tmp_path):
     calibration = read(tmp_path, TOML, "nano.toml")
     volts = np.zeros((4, 6))
     volts[1, 5], volts[2, 0], volts[3, 2] = 4.999, 5.0, -7.0
@@ -90,7 +90,7 @@ def test_a_gauge_at_the_end_of_the_range_is_saturation(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "change, says",
+    "change, message",
     [
         (lambda m: m[:5], r"shape \(5, 6\)"),
         (lambda m: [*m[:5], m[4]], "singular"),
@@ -100,14 +100,14 @@ def test_a_gauge_at_the_end_of_the_range_is_saturation(tmp_path):
         (lambda m: [*m[:5], m[5][:3]], "ragged"),
     ],
 )
-def test_matrices_that_are_none_are_refused(tmp_path, change, says):
+def test_invalid_matrices_are_refused(tmp_path, change, message):
     text = TOML.replace(str(MATRIX.tolist()), str(change(MATRIX.tolist())))
-    with pytest.raises(nf.InputError, match=f"nano.toml.*{says}"):
+    with pytest.raises(nf.InputError, match=f"nano.toml.*{message}"):
         read(tmp_path, text, "nano.toml")
 
 
 @pytest.mark.parametrize(
-    "text, name, says",
+    "text, name, message",
     [
         (TOML + "colour = 3\n", "a.toml", "unknown field `colour`"),
         (TOML.replace('"Nmm"', '"furlong"'), "a.toml", "unit of torque"),
@@ -121,7 +121,7 @@ def test_matrices_that_are_none_are_refused(tmp_path, change, says):
         (CSV.replace(",-0.10953", ""), "a.csv", "six numbers"),
         (CSV + "\nfx", "a.csv", "row is 'fx'"),
         (xml(units="stone"), "a.cal", "TorqueUnits"),
-        (xml(user=False, turned="90"), "a.cal", "turned"),
+        (xml(user=False, rotation="90"), "a.cal", "a rotation"),
         (xml(names=("Fx",) * 6), "a.cal", "one each"),
         (xml().replace("3.74583", "x"), "a.cal", "'x'"),
         (xml().replace("3.74583 ", ""), "a.cal", "not six"),
@@ -131,12 +131,12 @@ def test_matrices_that_are_none_are_refused(tmp_path, change, says):
         (xml(), "a.txt", "known endings"),
     ],
 )
-def test_files_that_are_no_calibration_are_refused_with_their_name(tmp_path, text, name, says):
-    with pytest.raises(nf.InputError, match=says) as caught:
+def test_invalid_calibration_files_are_refused_with_their_name(tmp_path, text, name, message):
+    with pytest.raises(nf.InputError, match=message) as caught:
         read(tmp_path, text, name)
     assert name in str(caught.value)
 
 
-def test_a_missing_file_is_told(tmp_path):
+def test_the_error_for_a_missing_file_has_the_reason(tmp_path):
     with pytest.raises(nf.InputError, match="No such file"):
         read_calibration(tmp_path / "none.toml")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the pages on the rig, live recording, protocols and the live file show: it runs, and agrees with the program."""
+"""The pages on the rig, live recording, protocols and the live file: their code runs and agrees with the program."""
 
 import contextlib
 import dataclasses
@@ -15,19 +15,20 @@ import typer
 from fake_rig import CONFIGURATION, FakeAxis, FakeSensor
 
 from needleforce.acquisition import run_writer
-from needleforce.acquisition.settings import RunResult, Settings
+from needleforce.acquisition.motion_sequence import EndReason
+from needleforce.acquisition.settings import Settings
 from needleforce.acquisition.sources.gauge_calibration import read_calibration
-from needleforce.acquisition.sources.sequence import WINDOW
+from needleforce.acquisition.sources.sequence import LATE_WINDOW
 from needleforce.acquisition.sources.standard_input import StandardInput
 from needleforce.cli import app
 from needleforce.commands import record, rig
 from needleforce.commands.record import DEFAULT_LIMIT_SHARE
-from needleforce.protocol.folder import SURFACE, UNSEEN
+from needleforce.protocol.folder import MAX_UNRECORDED_S, SURFACE_MARGIN_M
 from needleforce.recording.log import LogWriter
 from needleforce.recording.log.mcap_records import MAX_RECORD_BYTES
 from needleforce.rig.live.axis import LIMITS
-from needleforce.rig.live.sensor import BUFFERED, READINGS
-from needleforce.wire.axis_lines import LONGEST, RATE, SILENCE, range_line
+from needleforce.rig.live.sensor import READINGS_PER_RECORD, RECORDS_PER_DATAGRAM
+from needleforce.wire.axis_lines import MAX_LINE_LENGTH, MAX_SILENCE_S, STATE_RATE_HZ, range_line
 from needleforce.wire.rdt import Command
 
 PAGES = ("rig", "recording_live", "protocols", "live_file")
@@ -41,18 +42,18 @@ def page(root):
 
 @pytest.fixture
 def source(root):
-    """All of the package's own words on live recording."""
+    """Source code of the recorder."""
     files = sorted((root / "src" / "needleforce" / "acquisition").glob("*.py"))
     return "".join(path.read_text(encoding="utf-8") for path in files)
 
 
 def block(text: str, word: str, language: str = "python") -> str:
-    """The one block in which a word stands."""
+    """The one code block that contains a word."""
     (found,) = [each for each in re.findall(rf"```{language}\n(.*?)```", text, re.S) if word in each]
     return found
 
 
-def said(code: str) -> str:
+def output_of(code: str) -> str:
     with contextlib.redirect_stdout(io.StringIO()) as out:
         exec(code, {})
     return out.getvalue()
@@ -71,7 +72,7 @@ def test_options_exist(page, name):
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_command_lines_are_understood(page, name):
+def test_command_lines_are_valid(page, name):
     lines = re.findall(r"^    (?:.*\| )?needleforce (.*)", page(name), re.M)
     assert lines
     for line in lines:
@@ -87,15 +88,15 @@ def test_defaults_of_the_command_are_those_of_the_settings():
     assert {name: defaults[name] for name in names} == {name: usual[field] for name, field in names.items()}
 
 
-def test_ends_of_a_run_are_in_the_table(page, source):
-    words = set(re.findall("``([a-z ]+)``", re.sub(r"\s+", " ", RunResult.__doc__).split(";")[0])) - {"ended"}
-    assert first_column(page("recording_live"), "| it ends with |") == words
-    raised = set(re.findall(r'Ended\("([a-z ]+)"', source))
-    assert raised - words == {"failed"} and "`failed`" in page("recording_live")
+def test_reasons_for_the_end_of_a_run_are_in_the_table(page, source):
+    reasons = {reason.value for reason in EndReason}
+    assert first_column(page("recording_live"), "| it ends with |") == reasons - {"failed"}
+    assert "`failed`" in page("recording_live")
+    assert set(re.findall(r"EndReason\.([A-Z_]+)", source)) == set(EndReason.__members__), "each is used"
 
 
 def test_marks_are_in_the_table(page, source):
-    written = set(re.findall(r'mark\("(\w+)"', source)) | set(run_writer._TALLIES)
+    written = set(re.findall(r'mark\("(\w+)"', source)) | set(run_writer.SOURCE_COUNTS)
     assert first_column(page("recording_live"), "| mark |") == written
 
 
@@ -111,14 +112,17 @@ def test_ports_range_and_requests_of_the_rig(page):
     "name, figure",
     [
         ("recording_live", f"flushed every {Settings.flush_every:g} s"),
-        ("recording_live", f"by up to {WINDOW} records"),
+        ("recording_live", f"by up to {LATE_WINDOW} records"),
         ("recording_live", f"{DEFAULT_LIMIT_SHARE:g} of the sensor's rating"),
-        ("protocols", f"in the {UNSEEN:g} s until its axis stops by itself, is within {1e3 * SURFACE:g} mm"),
-        ("rig", f"nothing for {SILENCE:g} s"),
-        ("rig", f"more than {LONGEST} characters"),
-        ("rig", f"{RATE:g} times a second"),
-        ("rig", f"{BUFFERED} records in a datagram"),
-        ("rig", f"{READINGS} for each record"),
+        (
+            "protocols",
+            f"in the {MAX_UNRECORDED_S:g} s until its axis stops by itself, is within {1e3 * SURFACE_MARGIN_M:g} mm",
+        ),
+        ("rig", f"nothing for {MAX_SILENCE_S:g} s"),
+        ("rig", f"more than {MAX_LINE_LENGTH} characters"),
+        ("rig", f"{STATE_RATE_HZ:g} times a second"),
+        ("rig", f"{RECORDS_PER_DATAGRAM} records in a datagram"),
+        ("rig", f"{READINGS_PER_RECORD} for each record"),
         ("live_file", f"No record over {MAX_RECORD_BYTES >> 20} MiB"),
     ],
 )
@@ -126,12 +130,12 @@ def test_figures_are_those_of_the_program(page, name, figure):
     assert figure in page(name)
 
 
-def test_the_virtual_rig_in_python(page):
-    ports = said(block(page("rig"), "VirtualRig")).split()
+def test_the_python_example_of_the_virtual_rig_runs(page):
+    ports = output_of(block(page("rig"), "VirtualRig")).split()
     assert len(set(ports)) == 3 and all(1024 <= int(port) < 65536 for port in ports)
 
 
-def test_a_recording_in_python(page, tmp_path, monkeypatch):
+def test_the_python_example_of_a_recording_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "page.xml").write_bytes(CONFIGURATION.xml())
     with FakeSensor() as sensor, FakeAxis() as axis:
@@ -148,16 +152,16 @@ def test_a_recording_in_python(page, tmp_path, monkeypatch):
         names = {}
         exec(code, names)
     assert names["outcome"].ended == "done" and (tmp_path / "run.mcap").stat().st_size > 1000
-    assert [line.split()[1] for line in axis.heard if line.startswith("move")] == ["0.01600000", "-0.00500000"]
+    assert [line.split()[1] for line in axis.received if line.startswith("move")] == ["0.01600000", "-0.00500000"]
 
 
-def test_the_plan_in_python(page):
-    lines = said(block(page("protocols"), "plan(")).splitlines()
+def test_the_python_example_of_a_plan_runs(page):
+    lines = output_of(block(page("protocols"), "plan(")).splitlines()
     assert len(lines) == 2 * 5 * 2  # speeds, sites, passes
     assert lines[0].startswith("3mm_s_site1_pass1.mcap ((0.016, 0.003), ")
 
 
-def test_the_program_in_ten_lines(page, tmp_path):
+def test_the_example_of_a_program_as_a_sensor_runs(page, tmp_path):
     code = block(page("protocols"), "my_card")
     assert len([line for line in code.splitlines() if line]) <= 10
     (tmp_path / "program.py").write_text(code, encoding="utf-8")
@@ -173,19 +177,19 @@ def test_the_program_in_ten_lines(page, tmp_path):
     assert [(each.sequence, each.wrench[2]) for each in samples] == [(k, k) for k in range(30)]
 
 
-def test_the_calibration_as_shown(page, tmp_path):
+def test_the_example_of_a_calibration_is_read(page, tmp_path):
     (tmp_path / "gauges.toml").write_text(block(page("protocols"), "force_unit", "toml"), encoding="utf-8")
     made = read_calibration(tmp_path / "gauges.toml")
     assert made.serial == "FT12345" and made.ratings == pytest.approx((25, 25, 35, 0.25, 0.25, 0.25))
 
 
-def test_the_file_without_this_package(page, tmp_path, monkeypatch):
+def test_the_example_that_reads_the_file_without_this_package_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     log = LogWriter("run.mcap", {})
     log.wrench(7, 1000, 2000, 1500, [1.0] * 6)
     log.state(8, 1000, 2000, 1500, 0.0, 0.0)
     log.close({})
-    number, arrival, device, size = map(int, said(block(page("live_file"), "make_reader")).split())
+    number, arrival, device, size = map(int, output_of(block(page("live_file"), "make_reader")).split())
     assert (number, arrival, device) == (7, 1000, 2000)
     # encoding 4, time 8, length of the frame 4, "needle" and its zero 7, to a multiple of 8 behind the encoding 5, 48
     assert size == 4 + 8 + 4 + 7 + 5 + 48

@@ -1,4 +1,4 @@
-"""What a live view says, from totals made by hand."""
+"""The text of a live view, for given totals."""
 
 import io
 import sys
@@ -8,18 +8,20 @@ from needleforce.commands.record import Rates, live_view
 
 
 def progress(seconds, received, lost=0, depth=0.00525):
-    return Progress(seconds, received, lost, 1.2345, depth, "insertion", -0.25)
+    return Progress(
+        seconds=seconds, received=received, lost=lost, force=1.2345, depth=depth, phase="insertion", bias=-0.25
+    )
 
 
 def test_rate_and_losses_are_those_of_the_last_second():
     rates = Rates()
     assert rates.over_last_second(progress(0.0, 0)) == (None, 0)
-    said = [rates.over_last_second(progress(0.125 * k, 125 * k - k // 8, k // 8)) for k in range(1, 33)]
-    assert said[3] == (1000.0, 0)
-    assert said[-1] == (999.0, 1)
+    shown = [rates.over_last_second(progress(0.125 * k, 125 * k - k // 8, k // 8)) for k in range(1, 33)]
+    assert shown[3] == (1000.0, 0)
+    assert shown[-1] == (999.0, 1)
 
 
-def test_a_line_a_second(monkeypatch):
+def test_the_plain_view_prints_one_line_per_second(monkeypatch):
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     with live_view(plain=True) as view:
         for k in range(1, 24):
@@ -30,14 +32,14 @@ def test_a_line_a_second(monkeypatch):
     assert "force 1.234 N, depth 5.25 mm, rate 1000 Hz" in lines[1] or "force 1.235 N" in lines[1]
 
 
-def test_nothing_where_nobody_watches(monkeypatch):
+def test_without_a_terminal_there_is_no_view(monkeypatch):
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     with live_view() as view:
         assert view is None
     assert sys.stderr.getvalue() == ""
 
 
-def test_a_panel_in_a_terminal(monkeypatch):
+def test_a_terminal_shows_a_panel(monkeypatch):
     class Terminal(io.StringIO):
         def isatty(self):
             return True

@@ -1,4 +1,4 @@
-"""``needleforce record`` as a user calls it."""
+"""The command ``needleforce record``."""
 
 import json
 import signal
@@ -30,7 +30,7 @@ def arguments(path, sensor, page, *more):
     return ["record", "-o", str(path), "--sensor", f"127.0.0.1:{sensor.port}", "--sensor-page", page, *more]
 
 
-def test_ctrl_c_leaves_a_complete_file(tmp_path, page):
+def test_ctrl_c_stops_the_axis_and_completes_the_file(tmp_path, page):
     path = tmp_path / "run.mcap"
     with FakeSensor() as sensor, FakeAxis() as axis:
         more = ["--axis", f"127.0.0.1:{axis.port}", "--depth-mm", "50", "--speed-mm-s", "2", "--start-mm", "-2"]
@@ -39,25 +39,27 @@ def test_ctrl_c_leaves_a_complete_file(tmp_path, page):
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
             line = next(line for line in process.stderr if "phase insertion" in line)
             process.send_signal(signal.SIGINT)
-            told = process.stderr.read()
+            rest = process.stderr.read()
     assert process.returncode == 0
-    assert "depth" in line and "interrupted" in told
+    assert "depth" in line and "interrupted" in rest
     log = read_log(path)
     assert log.complete and log.end["ended"] == "interrupted"
-    assert axis.heard[-1] == "stop" and axis.target is None
+    assert axis.received[-1] == "stop" and axis.target is None
 
 
-def test_a_run_and_its_json(tmp_path, page):
+def test_the_json_agrees_with_the_recorded_file(tmp_path, page):
     with FakeSensor() as sensor:
-        told = arguments(tmp_path / "run.mcap", sensor, page, "--duration-s", "0.3", "--json", str(tmp_path / "o.json"))
-        done = CliRunner().invoke(app, told)
+        options = arguments(
+            tmp_path / "run.mcap", sensor, page, "--duration-s", "0.3", "--json", str(tmp_path / "o.json")
+        )
+        done = CliRunner().invoke(app, options)
     assert done.exit_code == 0, done.output
     outcome = json.loads((tmp_path / "o.json").read_text())
     assert outcome["ended"] == "done" and outcome["lost"] == 0
     assert outcome["received"] == len(read_log(tmp_path / "run.mcap").wrench.sequence)
 
 
-def test_a_name_too_long_and_one_for_two_files(tmp_path, page):
+def test_a_name_too_long_and_one_name_for_two_files_are_refused(tmp_path, page):
     with FakeSensor() as sensor:
         long = CliRunner().invoke(app, arguments(tmp_path / ("x" * 300), sensor, page))
         twice = CliRunner().invoke(
@@ -68,24 +70,24 @@ def test_a_name_too_long_and_one_for_two_files(tmp_path, page):
     assert not sensor.requests
 
 
-def test_standard_input_that_is_closed(monkeypatch, tmp_path):
+def test_a_closed_standard_input_is_refused(monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "stdin", None)
     with pytest.raises(InputError, match="standard input is closed"):
         _standard_input(None)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
-def test_ctrl_c_while_no_header_comes(tmp_path):
+def test_ctrl_c_while_waiting_for_a_header_leaves_no_file(tmp_path):
     code = "import sys; sys.argv[0] = 'needleforce'; " + CODE
     command = [sys.executable, "-c", code, "record", "-o", str(tmp_path / "run.mcap"), "--from", "-"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        time.sleep(2.0)  # until it waits: nothing says so
+        time.sleep(2.0)  # until it waits for the header, which it does not print
         process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=8.0) == 130  # not after the 10 s that it would wait for a header
+        assert process.wait(timeout=8.0) == 130  # before the 10 s that it would wait for a header
     assert not list(tmp_path.iterdir())
 
 
-def test_what_is_kept_of_a_sensor_that_goes_away(tmp_path, page):
+def test_the_readings_of_a_sensor_that_falls_silent_are_kept(tmp_path, page):
     with FakeSensor(ends=400) as sensor:
         done = CliRunner().invoke(app, arguments(tmp_path / "run.mcap", sensor, page))
     assert done.exit_code == 1
@@ -93,7 +95,7 @@ def test_what_is_kept_of_a_sensor_that_goes_away(tmp_path, page):
 
 
 @pytest.mark.parametrize(
-    "more, told",
+    "more, message",
     [
         (["-o", "x.mcap"], "--sensor"),
         (["-o", "x.mcap", "--sensor", "127.0.0.1", "--from", "-"], "--sensor"),
@@ -110,7 +112,7 @@ def test_what_is_kept_of_a_sensor_that_goes_away(tmp_path, page):
         (["--protocol", "paper", "--sensor", "127.0.0.1", "--axis", "127.0.0.1"], "--folder"),
     ],
 )
-def test_wrong_usage(more, told):
+def test_wrong_usage_is_refused(more, message):
     done = CliRunner().invoke(app, ["record", *more])
     assert done.exit_code != 0
-    assert told in str(done.exception)
+    assert message in str(done.exception)

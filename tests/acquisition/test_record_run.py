@@ -1,4 +1,4 @@
-"""Whole runs over loopback: what is kept, and every way a run can end."""
+"""Complete runs over loopback: what is recorded, and every reason for which a run can end."""
 
 import threading
 import time
@@ -22,15 +22,15 @@ def facts(mark):
     return mark.facts
 
 
-def test_a_run_is_kept_whole(recorded):
+def test_a_complete_run_is_recorded(recorded):
     with FakeSensor() as sensor, FakeAxis() as axis:
         shown = []
         outcome, log = recorded(sensor, axis, MOVES, view=shown.append)
     assert outcome.ended == "done"
     assert log.complete
     assert sensor.requests[0] == Command.START and sensor.requests[-1] == Command.STOP
-    assert axis.heard[:2] == ["move 0.00200000 0.0200000", "move -0.00200000 0.0200000"]
-    assert axis.heard[2] == "stop"
+    assert axis.received[:2] == ["move 0.00200000 0.0200000", "move -0.00200000 0.0200000"]
+    assert axis.received[2] == "stop"
     assert (outcome.lost, outcome.doubled, outcome.late) == (0, 0, 0)
     assert np.array_equal(log.wrench.sequence, np.arange(1, outcome.received + 1))
     assert outcome.received <= sensor.sent
@@ -42,7 +42,7 @@ def test_a_run_is_kept_whole(recorded):
     assert shown and {progress.phase for progress in shown} <= {"free", "insertion", "hold", "extraction"}
 
 
-def test_a_view_that_nobody_watches_ends_nothing(recorded):
+def test_a_view_that_fails_does_not_end_a_run_with_moves(recorded):
     def view(now):
         raise BrokenPipeError
 
@@ -51,15 +51,15 @@ def test_a_view_that_nobody_watches_ends_nothing(recorded):
     assert outcome.ended == "done" and log.complete and outcome.lost == 0
 
 
-def test_a_fault_of_the_program_stops_the_axis_and_closes_the_file(recorded, tmp_path):
+def test_an_exception_stops_the_axis_and_closes_the_file(recorded, tmp_path):
     with FakeSensor() as sensor, FakeAxis() as axis:
         with pytest.raises(ZeroDivisionError):
             recorded(sensor, axis, [(0.05, 0.005)], view=lambda now: now.depth and 1 / 0)
     log = read_log(tmp_path / "run.mcap")
-    assert axis.heard[1] == "stop" and log.complete and log.end["ended"] == "failed"
+    assert axis.received[1] == "stop" and log.complete and log.end["ended"] == "failed"
 
 
-def test_bias_is_told_and_not_removed(recorded):
+def test_the_bias_is_marked_and_not_subtracted(recorded):
     with FakeSensor() as sensor:
         outcome, log = recorded(sensor, duration=0.2)
     noise = np.array([0.002 * ((k * 7919 % 13) - 6) / 6 for k in range(1, outcome.bias.samples + 1)])
@@ -71,15 +71,15 @@ def test_bias_is_told_and_not_removed(recorded):
 
 
 @pytest.mark.parametrize("force", [lambda t: 20.0 * t, lambda t: 0.3 * (t > 0.05)])
-def test_a_force_that_wanders_at_rest_is_refused(recorded, force, tmp_path):
+def test_a_force_that_drifts_or_jumps_at_rest_is_refused(recorded, force, tmp_path):
     with FakeSensor(force) as sensor, FakeAxis() as axis:
         with pytest.raises(InputError, match="--steady-N"):
             recorded(sensor, axis, MOVES)
     assert not list(tmp_path.iterdir())
-    assert not any(line.startswith("move") for line in axis.heard)
+    assert not any(line.startswith("move") for line in axis.received)
 
 
-def test_a_needle_in_tissue_comes_out_before_the_bias(recorded):
+def test_a_needle_in_tissue_is_withdrawn_before_the_bias(recorded):
     with FakeAxis() as axis:
         axis.depth = 0.01
         with FakeSensor(lambda t: 100.0 * max(0.0, axis.depth)) as sensor:
@@ -95,16 +95,16 @@ def test_the_force_limit_stops_the_axis(recorded):
         with FakeSensor(lambda t: max(0.0, 500.0 * axis.depth)) as sensor:
             outcome, log = recorded(sensor, axis, [(0.05, 0.02)], force_limit=1.0)
     assert outcome.ended == "force limit"
-    assert axis.heard[0].startswith("move") and axis.heard[1] == "stop"
-    assert not any(line.startswith("move") for line in axis.heard[1:])
+    assert axis.received[0].startswith("move") and axis.received[1] == "stop"
+    assert not any(line.startswith("move") for line in axis.received[1:])
     over = facts(marks(log, "limit")[0])
     assert over["force"] > 1.0 == over["limit"]
     assert axis.depth < 0.02
-    assert facts(marks(log, "axis")[-1])["condition"] == "idle"  # kept until it rests
+    assert facts(marks(log, "axis")[-1])["condition"] == "idle"  # recorded until it rests
     assert log.complete and log.end["ended"] == "force limit"
 
 
-def test_saturation_is_over_the_limit(recorded):
+def test_saturation_counts_as_exceeding_the_limit(recorded):
     with FakeSensor(status=lambda k: (k > 150) << 17 | (k > 150) << 31) as sensor, FakeAxis() as axis:
         outcome, log = recorded(sensor, axis, [(0.05, 0.02)])
     assert outcome.ended == "force limit"
@@ -113,7 +113,7 @@ def test_saturation_is_over_the_limit(recorded):
     assert facts(marks(log, "status")[0]) == first
 
 
-def test_faults_of_a_moment_are_marked_and_lasting_ones_end(recorded):
+def test_short_sensor_faults_are_marked_and_lasting_ones_end_the_run(recorded):
     def status(k):
         return (1 << 20 | 1 << 31) if 100 < k < 120 or k > 200 else 0
 
@@ -124,14 +124,14 @@ def test_faults_of_a_moment_are_marked_and_lasting_ones_end(recorded):
     assert log.wrench.sequence[-1] > 200
 
 
-def test_a_sensor_whose_reading_stands(recorded):
+def test_a_sensor_that_repeats_its_reading_ends_the_run(recorded):
     with FakeSensor(stale_from=120) as sensor:
         outcome, log = recorded(sensor, duration=5.0)
     assert outcome.ended == "sensor fault"
     assert log.complete
 
 
-def test_lost_doubled_late_foreign_and_wrong_size(recorded):
+def test_lost_doubled_late_and_wrong_packets_are_counted(recorded):
     def packets(sensor, k):
         if k in (200, 201):
             return []
@@ -148,69 +148,69 @@ def test_lost_doubled_late_foreign_and_wrong_size(recorded):
     assert (outcome.lost, outcome.doubled, outcome.late) == (2, 1, 1)
     sequence = log.wrench.sequence.tolist()
     assert sequence == [k for k in range(1, sequence[-1] + 1) if k not in (200, 201)]
-    told = [facts(mark) for mark in marks(log, "lost")]
-    assert [sum(each[name] for each in told) for name in ("lost", "doubled", "late")] == [2, 1, 1]
+    counts = [facts(mark) for mark in marks(log, "lost")]
+    assert [sum(each[name] for each in counts) for name in ("lost", "doubled", "late")] == [2, 1, 1]
     assert facts(marks(log, "wrong_size")[0])["count"] == 1
 
 
-def test_a_sensor_that_falls_silent(recorded):
+def test_a_silent_sensor_ends_the_run(recorded):
     with FakeSensor(ends=200) as sensor, FakeAxis() as axis:
         outcome, log = recorded(sensor, axis, [(0.05, 0.005)])
     assert outcome.ended == "sensor silent"
     assert len(log.wrench.sequence) == 200
-    assert "stop" in axis.heard
+    assert "stop" in axis.received
 
 
 def silent_when_moving(axis):
-    def says(line):
+    def reply(line):
         axis.silent = axis.silent or line.startswith("move")
 
-    return says
+    return reply
 
 
 @pytest.mark.parametrize(
     "fault, ended",
     [
-        (lambda axis: {"says": silent_when_moving(axis)}, "axis silent"),
-        (lambda axis: {"says": lambda line: "" if "move" in line else None}, "axis silent"),
-        (lambda axis: {"says": lambda line: "refused move door open" if "move" in line else None}, "move refused"),
+        (lambda axis: {"reply": silent_when_moving(axis)}, "axis silent"),
+        (lambda axis: {"reply": lambda line: "" if "move" in line else None}, "axis silent"),
+        (lambda axis: {"reply": lambda line: "refused move door open" if "move" in line else None}, "move refused"),
         (lambda axis: {"state": lambda s: s._replace(condition="stalled") if s.depth > 0 else s}, "axis stalled"),
         (lambda axis: {"state": lambda s: s._replace(depth=min(s.depth, 0.003))}, "axis stalled"),
         (lambda axis: {"state": lambda s: s._replace(depth=-0.002 - 1.2 * (s.depth + 0.002))}, "axis fault"),
         (lambda axis: {"state": lambda s: s._replace(depth=s.depth + 0.04 * (s.depth > 0))}, "axis fault"),
         (lambda axis: {"state": lambda s: s._replace(condition="fault") if s.depth > 0 else s}, "axis fault"),
         (lambda axis: {"state": lambda s: s._replace(condition="idle") if s.depth > 0 else s}, "axis stopped"),
-        (lambda axis: {"says": lambda line: setattr(axis, "hangs_up", "move" in line)}, "axis lost"),
-        (lambda axis: {"says": lambda line: setattr(axis, "garbage", b"state 1 nan\n")}, "axis lost"),
+        (lambda axis: {"reply": lambda line: setattr(axis, "hangs_up", "move" in line)}, "axis lost"),
+        (lambda axis: {"reply": lambda line: setattr(axis, "garbage", b"state 1 nan\n")}, "axis lost"),
     ],
 )  # fmt: skip
-def test_an_axis_that_fails(recorded, fault, ended):
+def test_a_failing_axis_ends_the_run(recorded, fault, ended):
     with FakeSensor() as sensor, FakeAxis() as axis:
         vars(axis).update(fault(axis))
         outcome, log = recorded(sensor, axis, [(0.03, 0.04)])
     assert outcome.ended == ended
     assert log.complete and log.end["ended"] == ended
-    assert ended == "axis lost" or "stop" in axis.heard
+    assert ended == "axis lost" or "stop" in axis.received
 
 
-def test_the_stop_event(recorded):
+def test_the_stop_event_ends_the_run(recorded):
     stop = threading.Event()
     with FakeSensor() as sensor, FakeAxis() as axis:
         outcome, log = recorded(sensor, axis, [(0.05, 0.005)], stop=stop, view=lambda now: now.depth and stop.set())
     assert outcome.ended == "interrupted"
-    assert axis.heard[1] == "stop" and log.complete
+    assert axis.received[1] == "stop" and log.complete
 
 
-def test_the_stop_event_reaches_the_axis_while_the_terminal_hangs(recorded):
+def test_the_stop_event_stops_the_axis_while_the_terminal_blocks(recorded):
     stop, stopped = threading.Event(), []
 
     def view(now):
         if now.depth and not stop.is_set():
             stop.set()
             until = time.monotonic() + 5.0
-            while "stop" not in axis.heard and time.monotonic() < until:
+            while "stop" not in axis.received and time.monotonic() < until:
                 time.sleep(0.01)
-            stopped.append("stop" in axis.heard)
+            stopped.append("stop" in axis.received)
 
     with FakeSensor() as sensor, FakeAxis() as axis:
         outcome, log = recorded(sensor, axis, [(0.05, 0.005)], stop=stop, view=view)
@@ -218,22 +218,22 @@ def test_the_stop_event_reaches_the_axis_while_the_terminal_hangs(recorded):
 
 
 @pytest.mark.parametrize("moves", [[(0.2, 0.01)], [(0.01, 1.0), (0.02, 1.0)]])
-def test_moves_beyond_the_axis_are_refused_before_anything(recorded, moves, tmp_path):
+def test_moves_outside_the_range_of_the_axis_are_refused_before_the_start(recorded, moves, tmp_path):
     with FakeSensor() as sensor, FakeAxis() as axis:
-        with pytest.raises(InputError, match="the axis goes"):
+        with pytest.raises(InputError, match="the axis moves"):
             recorded(sensor, axis, moves)
     assert Command.START not in sensor.requests
     assert not list(tmp_path.iterdir())
 
 
-def test_a_file_that_exists_is_not_touched(recorded, tmp_path):
+def test_an_existing_file_is_not_overwritten(recorded, tmp_path):
     (tmp_path / "run.mcap").write_text("mine")
-    with FakeSensor() as sensor, pytest.raises(InputError, match="never written over"):
+    with FakeSensor() as sensor, pytest.raises(InputError, match="never overwritten"):
         recorded(sensor, duration=0.1)
     assert (tmp_path / "run.mcap").read_text() == "mine"
 
 
-def test_an_axis_that_leaves_its_place_in_a_hold(recorded):
+def test_an_axis_that_moves_during_a_hold_ends_the_run(recorded):
     rests = []
 
     def state(s):
@@ -242,11 +242,11 @@ def test_an_axis_that_leaves_its_place_in_a_hold(recorded):
 
     with FakeSensor() as sensor, FakeAxis(state=state) as axis:
         outcome, _ = recorded(sensor, axis, [(0.002, 0.02), (0.002, 5.0)])
-    assert outcome.ended == "axis fault" and "stop" in axis.heard
+    assert outcome.ended == "axis fault" and "stop" in axis.received
 
 
 @pytest.mark.parametrize("steps", [(3.9e9, 0.0), (0.0, 3.9e9)])
-def test_an_axis_that_sets_its_clock(recorded, steps):
+def test_an_axis_that_sets_its_clock_does_not_end_the_run(recorded, steps):
     def state(s):
         return s._replace(time=s.time + steps[s.number > 40])
 
@@ -256,9 +256,9 @@ def test_an_axis_that_sets_its_clock(recorded, steps):
     assert np.all(log.axis.stamp >= 0)
 
 
-def test_a_counter_that_stands_is_told(recorded, tmp_path):
+def test_a_counter_that_does_not_advance_is_refused(recorded, tmp_path):
     with FakeSensor(packets=lambda sensor, k: [sensor.packet(1)]) as sensor:
-        with pytest.raises(InputError, match="hardly go on"):
+        with pytest.raises(InputError, match="hardly advance"):
             recorded(sensor, duration=0.1, bias_time=0.05)
     assert not list(tmp_path.iterdir()) and sensor.requests[-1] == Command.STOP
 
@@ -270,7 +270,7 @@ def test_a_counter_that_runs_backwards_ends_the_run(recorded):
     assert log.complete
 
 
-def test_a_view_that_is_gone_ends_nothing(recorded):
+def test_a_view_that_fails_is_not_called_again(recorded):
     shown = []
 
     def view(now):
@@ -282,12 +282,12 @@ def test_a_view_that_is_gone_ends_nothing(recorded):
     assert outcome.ended == "done" and log.complete and len(shown) == 1
 
 
-def test_a_port_nobody_answers_on(recorded):
+def test_a_sensor_that_does_not_answer_is_refused(recorded):
     sensor = FakeSensor()
     with sensor:
         sensor.leave.set()
         sensor.thread.join()
-        with pytest.raises(InputError, match="nothing came"):
+        with pytest.raises(InputError, match="no reading for"):
             recorded(sensor, duration=0.1, silence=0.2)
 
 
@@ -311,4 +311,4 @@ def test_a_full_disk_ends_the_run(recorded, monkeypatch):
         outcome, log = recorded(sensor, axis, [(0.05, 0.003)], flush_every=0.02)
     assert outcome.ended == "disk full"
     assert not log.complete and len(log.wrench.sequence)
-    assert "stop" in axis.heard
+    assert "stop" in axis.received

@@ -1,9 +1,9 @@
-"""Losses, doubles and late ones against counting over the whole list."""
+"""Counts of lost, doubled and late records against counting over the complete list."""
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from needleforce.acquisition.sources.sequence import WINDOW, Kind, SequenceCheck, Unwrapped
+from needleforce.acquisition.sources.sequence import LATE_WINDOW, Kind, SequenceCheck, Unwrapped
 
 MS = 1_000_000
 
@@ -17,7 +17,7 @@ def fed(numbers, step=MS):
 
 @st.composite
 def streams(draw):
-    """Numbers with losses, doubles and places changed over less than the window."""
+    """Numbers with losses, duplicates and exchanged places, all within the window for late records."""
     first = draw(st.integers(0, 2**33))
     steps = draw(st.lists(st.sampled_from([1, 1, 1, 1, 2, 5, 25]), min_size=1, max_size=150))
     numbers = [first + sum(steps[:k]) for k in range(len(steps))]
@@ -33,7 +33,7 @@ def shuffled(draw, numbers):
 
 
 @given(streams())
-def test_every_record_is_accounted_for(numbers):
+def test_every_record_is_counted(numbers):
     check, kinds = fed(numbers)
     unique = set(numbers)
     assert check.received == len(unique)
@@ -41,8 +41,8 @@ def test_every_record_is_accounted_for(numbers):
     assert check.lost == max(unique) - min(unique) + 1 - len(unique)
     for k, (number, kind) in enumerate(zip(numbers, kinds)):
         before = numbers[:k]
-        told = Kind.DOUBLED if number in before else Kind.LATE if before and number < max(before) else Kind.NEW
-        assert kind is told
+        expected = Kind.DOUBLED if number in before else Kind.LATE if before and number < max(before) else Kind.NEW
+        assert kind is expected
 
 
 @given(streams(), st.integers(1, 400))
@@ -55,20 +55,20 @@ def test_seconds_add_up_to_the_total(numbers, step_ms):
     assert numbers_of_seconds[0] == 0
 
 
-def test_a_loss_stands_in_its_second():
+def test_a_loss_is_counted_in_its_second():
     check, _ = fed([k for k in range(3000) if k not in (1500, 1501)])
     assert [(s.second, s.lost) for s in check.seconds] == [(0, 0), (1, 2), (2, 0)]
 
 
 @given(streams())
-def test_unwrapping_gives_the_numbers_back(numbers):
+def test_unwrapping_restores_the_numbers(numbers):
     unwrapped = Unwrapped(1000.0)
     found = [unwrapped.number(number % 2**32, k * MS) for k, number in enumerate(numbers)]
     assert [number - found[0] for number in found] == [number - numbers[0] for number in numbers]
     assert unwrapped.restart == 0
 
 
-def test_a_restart_goes_on_where_the_clock_says():
+def test_numbers_after_a_restart_follow_the_host_clock():
     unwrapped = Unwrapped(1000.0)
     before = [unwrapped.number(2**32 - 2 + k & 0xFFFFFFFF, k * MS) for k in range(100_000)]
     assert before == [2**32 - 2 + k for k in range(100_000)]
@@ -77,7 +77,7 @@ def test_a_restart_goes_on_where_the_clock_says():
     assert unwrapped.restart == 1
 
 
-def test_what_is_older_than_the_window_is_not_taken_for_new():
-    check, kinds = fed([0, 2, WINDOW + 1, 1, 3])
+def test_a_record_older_than_the_window_counts_as_doubled():
+    check, kinds = fed([0, 2, LATE_WINDOW + 1, 1, 3])
     assert kinds == [Kind.NEW, Kind.NEW, Kind.NEW, Kind.DOUBLED, Kind.LATE]
-    assert (check.received, check.lost) == (4, WINDOW + 2 - 4)
+    assert (check.received, check.lost) == (4, LATE_WINDOW + 2 - 4)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Lines of any program as samples: values, counters and clocks against what was written."""
+"""Lines of any program as samples: values, counters and clocks against those written."""
 
 import contextlib
 import os
@@ -23,7 +23,7 @@ HEADER = "time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm\n"
 
 @contextlib.contextmanager
 def piped(text: str | bytes, chunk: int = 1 << 20, wait: float = 0.0):
-    """The reading end of a pipe into which a thread writes ``text`` by pieces, and then closes."""
+    """The reading end of a pipe into which a thread writes ``text`` in pieces and which it then closes."""
     reading, writing = os.pipe()
     data = text.encode() if isinstance(text, str) else text
 
@@ -58,7 +58,7 @@ def read(text, calibration=None, **how):
 
 
 @pytest.mark.parametrize("chunk", [1, 7, 1000, 1 << 20])
-def test_every_line_is_a_sample_however_the_pipe_cuts_them(chunk):
+def test_every_line_is_a_sample_for_any_size_of_the_pieces(chunk):
     numbers = np.random.default_rng(2).normal(size=(40, 6))
     lines = [f"{10 + 1e-3 * k:.3f}," + ",".join(f"{x:.6f}" for x in row) for k, row in enumerate(numbers)]
     samples, source = read(HEADER + "\n".join(lines) + "\n", chunk=chunk)
@@ -76,7 +76,7 @@ def test_units_and_delimiters_are_those_of_recordings():
     np.testing.assert_allclose([s.wrench for s in samples], [[0, 0, -0.25, 3e-3, 0, 0], [0, 0, 0.5, -3e-3, 0, 0]])
 
 
-def test_a_counter_of_lines_is_one_of_32_bits():
+def test_the_counter_in_the_lines_is_unwrapped_as_32_bits():
     counters = [2**32 - 2, 2**32 - 1, 0, 1, *range(2**31 + 7, 2**31 + 47), 2**40]
     samples, source = read("sequence,fz_N\n" + "".join(f"{n},0.5\n" for n in counters) + "2,1e308\n")
     assert np.diff([s.sequence for s in samples]).tolist()[:3] == [1, 1, 1]
@@ -84,14 +84,14 @@ def test_a_counter_of_lines_is_one_of_32_bits():
     assert len(samples) == 44 and source.wrong_size == 2
 
 
-def test_without_a_time_the_clock_is_the_arrival():
+def test_without_a_time_column_the_time_is_the_arrival():
     before = time.time_ns()
     samples, _ = read("fz_N  fx_N\n1 2\n3 4\n")
     assert all(before <= s.device == s.arrival <= time.time_ns() for s in samples)
     assert [s.wrench[:3] for s in samples] == [(2, 0, 1), (4, 0, 3)]
 
 
-def test_a_depth_is_an_axis_without_commands():
+def test_a_depth_column_is_an_axis_without_commands():
     _, source = read("time_s,depth_mm,fz_N\n1.0,-4,0\n1.5,-2.5,0\n2.0,-2.5,0\n")
     states = [state for state, _ in source.axis.receive()]
     assert [(s.number, s.time, s.depth) for s in states] == [(0, 1.0, -4e-3), (1, 1.5, -2.5e-3), (2, 2.0, -2.5e-3)]
@@ -103,7 +103,7 @@ def test_a_depth_is_an_axis_without_commands():
     assert source.axis.receive()[0][0].velocity == 3e-3
 
 
-def test_the_change_of_depth_goes_over_the_cuts_of_the_pipe():
+def test_the_velocity_is_continuous_across_pieces():
     lines = "".join(f"{0.1 * k:.1f},{0.3 * k:.1f},0\n" for k in range(8))
     _, source = read("time_s,depth_mm,fz_N\n" + lines, chunk=11, wait=0.01)
     velocities = [state.velocity for state, _ in source.axis.receive()]
@@ -112,7 +112,7 @@ def test_the_change_of_depth_goes_over_the_cuts_of_the_pipe():
 
 @pytest.mark.parametrize("names", ["v0,v1,v2,v3,v4,v5", "g1,g2,g3,g4,g5,g6", *["gauge 1 [V],gauge 2 [V],gauge 3 [V],"
                          "gauge 4 [V],gauge 5 [V],gauge 6 [V]"]])  # fmt: skip
-def test_gauge_voltages_go_through_the_calibration(names):
+def test_gauge_voltages_are_converted_by_the_calibration(names):
     matrix, bias = np.diag([1.0, 2.0, 3.0, 0.1, 0.2, 0.3]) + 0.01, np.arange(6) * 0.1
     calibration = Calibration(matrix, bias)
     volts = np.random.default_rng(3).uniform(-2, 2, (9, 6)).round(4)
@@ -123,15 +123,15 @@ def test_gauge_voltages_go_through_the_calibration(names):
     assert [s.status for s in samples] == [0, 0, 0, 0, 1 << 17, 0, 0, 0, 0]
 
 
-def test_bad_lines_are_counted_and_left_out():
+def test_invalid_lines_are_counted_and_left_out():
     good = "".join(f"{k},0,0,{k},0,0,0\n" for k in range(200))
     bad = "1,2,3\n,,,,,,\n1,0,0,nan,0,0,0\n1,0,0,inf,0,0,0\nx,0,0,1,0,0,0\n1_0,0,0,1,0,0,0\n1,0,0,1,0,0,0,0\n\xff\n"
-    samples, source = read((HEADER + good + "\n# said between\n").encode() + bad.encode("latin1") + b"7,0,0,0.0")
+    samples, source = read((HEADER + good + "\n# a comment\n").encode() + bad.encode("latin1") + b"7,0,0,0.0")
     assert [s.wrench[2] for s in samples] == list(range(200))
     assert (source.lines, source.wrong_size) == (209, 9)
 
 
-def test_what_a_recording_cannot_hold_is_a_bad_line():
+def test_values_outside_the_range_of_a_recording_make_a_line_invalid():
     head = "time_s,sequence,fz_N,depth_mm,velocity_mm_s\n"
     bad = ["-1,4,0,0,0", "1e300,4,0,0,0", "5e9,4,0,0,0", "1,1e30,0,0,0", "1,4,0,1e308,0", "1,4,0,0,-1e308"]
     good = [f"{k},{k},0,0,0" for k in range(90)]
@@ -140,7 +140,7 @@ def test_what_a_recording_cannot_hold_is_a_bad_line():
     assert [sample.sequence for sample in samples] == list(range(90))
 
 
-def test_more_than_a_share_of_bad_lines_is_an_error():
+def test_too_many_invalid_lines_are_an_error():
     with pytest.raises(nf.InputError, match=r"'oh no'.*20 of 120 lines"):
         read(HEADER + "0,0,0,0,0,0,0\n" * 100 + "oh no\n" * 20)
     with pytest.raises(nf.InputError, match=r"3 of 3 lines"):
@@ -150,7 +150,7 @@ def test_more_than_a_share_of_bad_lines_is_an_error():
 
 
 @pytest.mark.parametrize(
-    "header, calibration, says",
+    "header, calibration, message",
     [
         ("", None, "ends before"),
         ("time_s,depth_mm\n", None, "axial force.*'time_s', 'depth_mm'"),
@@ -166,17 +166,17 @@ def test_more_than_a_share_of_bad_lines_is_an_error():
         ("v2,v3,v4,v5,v6,v7\n", Calibration(np.eye(6), np.zeros(6)), "from 0 or 1"),
     ],
 )
-def test_headers_that_are_none_are_refused(header, calibration, says):
-    with pytest.raises(nf.InputError, match=says):
+def test_invalid_headers_are_refused(header, calibration, message):
+    with pytest.raises(nf.InputError, match=message):
         read(header, calibration)
 
 
-def test_nothing_hangs_where_nothing_comes(monkeypatch):
-    monkeypatch.setattr("needleforce.acquisition.sources.standard_input.PATIENCE", 0.05)
+def test_silence_of_the_input_does_not_block(monkeypatch):
+    monkeypatch.setattr("needleforce.acquisition.sources.standard_input.HEADER_TIMEOUT_S", 0.05)
     reading, writing = os.pipe()
     with os.fdopen(reading, "rb", buffering=0) as stream, os.fdopen(writing, "wb", buffering=0) as out:
         source = StandardInput(stream)
-        with pytest.raises(nf.InputError, match="awaited"):
+        with pytest.raises(nf.InputError, match="none within"):
             source.start()
         out.write(HEADER.encode())
         source.start()
@@ -185,7 +185,7 @@ def test_nothing_hangs_where_nothing_comes(monkeypatch):
         assert len(source.receive(5.0)) == 1
         out.write(b"0,0,0,2,0,0,0\n" * 3)
         source.stop()
-        source.start()  # what came between two runs is of neither
+        source.start()  # lines between two runs belong to neither
         out.write(b"0,0,0,3,0,0,0\n")
         assert [s.wrench[2] for s in source.receive(5.0)] == [3.0]
 
@@ -200,7 +200,7 @@ def test_a_regular_file_is_read_to_its_end(tmp_path):
     assert [s.wrench[2] for s in samples] == list(range(20_000))
 
 
-def test_another_program_is_read_to_its_end():
+def test_the_output_of_another_program_is_read_to_its_end():
     code = "import sys\nprint('time_s,fx_N,fy_N,fz_N,tx_Nm,ty_Nm,tz_Nm')\n"
     code += "for k in range(10000): print(f'{k/1000:.3f},0.001,0.002,{k},0.0001,0.0002,0.0003')"
     with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE) as program:
@@ -211,8 +211,8 @@ def test_another_program_is_read_to_its_end():
     assert samples[-1].wrench[2] == 9999.0
 
 
-def test_a_recording_from_lines_is_what_was_written(tmp_path):
-    """Half a second of free travel, then a force that grows with the depth; the end of the input ends the recording."""
+def test_a_recording_from_lines_has_the_written_values(tmp_path):
+    """Half a second of free travel, then a force proportional to the depth; the end of the input ends the recording."""
     depth = np.clip(np.linspace(-4.0, 4.0, 801), -4.0, None)
     force = 0.05 * np.clip(depth, 0.0, None) + 0.3
     text = "time_ms,sequence,depth_mm,fz_N\n"

@@ -41,9 +41,9 @@ def test_it_ends_after_its_duration():
 @pytest.mark.parametrize(
     "options, message",
     [
-        (["--fault", "gone=1"], "There are lost, "),
+        (["--fault", "gone=1"], "Give one of lost, "),
         (["--fault", "lost=2"], "fault lost is 2.0, outside 0 to 1"),
-        (["--fault", "lost"], "Give it as lost=0.05"),
+        (["--fault", "lost"], "Write it as lost=0.05"),
         (["--seed", "-1"], "seed"),
         (["--preset", "none_such"], "none_such"),
         (["--axis-port", "70000"], "--axis-port is 70000, outside 0 to 65535"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The guard from Python: settings by name, forces in the device's range, a record to read."""
+"""The guard from Python: settings by name, limits of the force, and its record."""
 
 import math
 import threading
@@ -20,7 +20,7 @@ def insertion():
     return nf.Insertion(nf.preset("paper"))
 
 
-def test_defaults_pass_the_engines_force_on(insertion):
+def test_default_settings_do_not_change_the_force(insertion):
     bare, guard = nf.Insertion(nf.preset("paper")), Guard(insertion)
     for depth in np.linspace(-1e-3, 8e-3, 900):
         output = guard.step(depth, None, MS)
@@ -29,7 +29,7 @@ def test_defaults_pass_the_engines_force_on(insertion):
     assert insertion.pierced_layers == 1
 
 
-def test_scale_clamp_and_slew(insertion):
+def test_the_force_is_scaled_and_clamped(insertion):
     guard = Guard(insertion, force_scale=2.0, motion_scale=0.5, max_force=0.3, max_slew=1e3)
     output = guard.step(4e-3, None, MS)
     assert output.sample.depth == 2e-3
@@ -41,7 +41,7 @@ def test_scale_clamp_and_slew(insertion):
     assert output.force == 0.3 and output.clamped
 
 
-def test_a_watchdog_lets_the_force_fall(insertion):
+def test_the_watchdog_reduces_the_force_to_zero(insertion):
     guard = Guard(insertion, stale_after=2 * MS, fall_time=4 * MS)
     held = guard.step(3e-3, None, MS).force
     forces = [guard.miss(MS).force / held for _ in range(7)]
@@ -49,7 +49,7 @@ def test_a_watchdog_lets_the_force_fall(insertion):
 
 
 @pytest.mark.parametrize("bad", [(math.nan, None, MS), (1e-3, math.inf, MS), (1e-3, None, 0.0), (1e-3, None, -MS)])
-def test_bad_input_is_rejected_and_recorded_as_given(insertion, bad):
+def test_invalid_input_is_rejected_and_recorded_as_given(insertion, bad):
     guard = Guard(insertion)
     guard.step(1e-3, None, MS)
     output = guard.step(*bad)
@@ -60,8 +60,8 @@ def test_bad_input_is_rejected_and_recorded_as_given(insertion, bad):
     np.testing.assert_equal([last["depth"], last["velocity"], last["dt"]], given)
 
 
-def test_the_energy_of_a_sampled_spring_is_kept(insertion):
-    """Back and forth in the elastic contact, whose force is a cycle late: with a guard no energy comes out."""
+def test_a_sampled_spring_generates_no_energy(insertion):
+    """Motion in the elastic contact with a force delayed by one cycle: with a guard no energy is generated."""
     bare = nf.Insertion(nf.preset("paper"))
     guard = Guard(insertion, longest_cycle=MS, max_speed=0.2, initial_reserve=1e-6)
     time = np.arange(20001) * MS
@@ -74,19 +74,19 @@ def test_the_energy_of_a_sampled_spring_is_kept(insertion):
     assert np.sum(kept * travel) == pytest.approx(guard.recorder()["energy"][-1] + kept[-1] * travel[-1])
 
 
-def test_settings_are_named_in_errors(insertion):
+def test_errors_name_the_setting(insertion):
     with pytest.raises(nf.InputError, match=r"guard\.max_force is -1\.0, outside 0\.0 to 1000000\.0 N"):
         Guard(insertion, max_force=-1.0)
     with pytest.raises(nf.InputError, match="max_speed needs longest_cycle"):
         Guard(insertion, max_speed=0.5)
     with pytest.raises(nf.InputError, match="not all known"):
         Guard(insertion, clamp=1.0)
-    with pytest.raises(nf.InputError, match="not one that a guard can step"):
+    with pytest.raises(nf.InputError, match="not an engine that a guard can step"):
         Guard(nf.preset("paper"))
     assert Guard(insertion, delay=2).settings == core.GuardSettings(delay=2.0)
 
 
-def test_reset_starts_anew_and_keeps_the_record(insertion):
+def test_reset_restarts_the_insertion_and_keeps_the_record(insertion):
     guard = Guard(insertion)
     for depth in np.linspace(0.0, 5e-3, 500):
         guard.step(depth, None, MS)
@@ -94,7 +94,7 @@ def test_reset_starts_anew_and_keeps_the_record(insertion):
     assert insertion.pierced_layers == 0 and len(guard.recorder()["depth"]) == 500
 
 
-def test_the_record_is_a_ring_and_a_file(insertion, tmp_path):
+def test_the_record_has_the_last_cycles_and_can_be_saved(insertion, tmp_path):
     guard = Guard(insertion)
     depth = np.linspace(0.0, 5e-3, 5000)
     for x in depth:
@@ -112,7 +112,7 @@ def test_the_record_is_a_ring_and_a_file(insertion, tmp_path):
         np.testing.assert_array_equal(read[name], record[name])
 
 
-def test_the_record_is_read_while_the_loop_runs(insertion):
+def test_the_record_can_be_read_while_the_loop_runs(insertion):
     guard = Guard(insertion)
     loop = threading.Thread(target=lambda: [guard.step(1e-7 * i, None, MS) for i in range(20000)])
     loop.start()

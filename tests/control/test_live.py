@@ -28,7 +28,7 @@ def pressed(model, depth):
     return 2.0 / math.pi * cone.reduced_modulus * math.tan(cone.half_angle) * depth**2
 
 
-def test_the_force_goes_evenly_from_the_old_model_to_the_new(model):
+def test_the_force_changes_linearly_from_the_old_to_the_new_model(model):
     live = LiveInsertion(model, blend_time=20e-3)
     before = live.step(2e-3, None, 1e-3).force
     assert before == pytest.approx(pressed(model, 2e-3), rel=1e-12)
@@ -40,7 +40,7 @@ def test_the_force_goes_evenly_from_the_old_model_to_the_new(model):
     assert live.taken == 1
 
 
-def test_a_writer_in_another_thread_never_breaks_the_loop(model):
+def test_models_from_another_thread_never_disturb_the_loop(model):
     live, done, written = LiveInsertion(model), threading.Event(), []
 
     def write():
@@ -63,7 +63,7 @@ def test_a_writer_in_another_thread_never_breaks_the_loop(model):
     assert steepest <= 0.5 * highest / 10 * (1.0 + 1e-9)
 
 
-def test_the_hole_stays_where_a_layer_is_added_around_the_tip(model):
+def test_the_hole_is_kept_when_a_layer_is_added_around_the_tip(model):
     live = LiveInsertion(model, blend_time=0.0)
     for i in range(901):
         before = live.step(1e-5 * i, None, 1e-3)
@@ -75,12 +75,12 @@ def test_the_hole_stays_where_a_layer_is_added_around_the_tip(model):
     assert not after.punctured and live.pierced_layers == 2 and live.deepest_cut == pytest.approx(9e-3)
 
 
-def test_an_invalid_model_is_kept_out_and_told(model):
+def test_an_invalid_model_is_refused_and_counted(model):
     live = LiveInsertion(model)
     before = live.step(2e-3, None, 1e-3).force
     with pytest.raises(nf.InputError, match="not a Model"):
         live.replace(None)
-    # layers that overlap make no Model; the core takes them by themselves
+    # a Model with overlapping layers cannot be made; the core is given the layers directly
     with pytest.raises(nf.InputError, match=r"layer 2, top is refused, .*The model before it goes on"):
         live.replace_layers([(0.0, model.laws), (1e-3, model.laws)])
     assert live.refused == 1 and live.last_refused and live.taken == 0
@@ -98,7 +98,7 @@ def test_wrong_settings_are_refused(model, wrong):
         LiveInsertion(model, **wrong)
 
 
-def test_a_bad_step_says_so_and_reset_begins_again(model):
+def test_an_invalid_step_is_reported_and_reset_restarts(model):
     live = LiveInsertion(model, bevel=core.Bevel(0.35, 0.1, 0.5))
     for i in range(601):
         sample = live.step(1e-5 * i, None, 1e-3)
@@ -108,7 +108,7 @@ def test_a_bad_step_says_so_and_reset_begins_again(model):
     assert live.deepest_cut == 0.0 and live.step(-1e-3, None, 1e-3).force == 0.0
 
 
-def test_a_guard_stands_around_it(model):
+def test_a_guard_limits_a_live_insertion(model):
     live = LiveInsertion(model, blend_time=0.0)
     guard = Guard(live, max_force=0.05)
     for i in range(301):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Real recordings through the engine at 1 kHz, as the benchmark replays them."""
+"""Real recordings replayed by the engine at 1 kHz, as in the benchmark."""
 
 import dataclasses
 import runpy
@@ -11,7 +11,7 @@ import needleforce as nf
 from needleforce.identification.cross_validation import mean_of_others, measured_cycle
 from needleforce.identification.one_layer.fit_recording import segmented
 
-# of the table in docs/cross_validation.md, over the experiment's own repeatability, as is its 90th percentile 1.18
+# error over the repeatability floor, from the table in docs/cross_validation.md; its 90th percentile is 1.18
 WORST = 1.27
 
 
@@ -31,26 +31,26 @@ def outcome(replay, files):
     return replay["left_out"](files[:4], 0, models=("layered_as_fitted",), layers=2)
 
 
-def test_a_model_of_other_repeats_gives_the_force_of_this_one_in_the_loop(replay, files, outcome):
+def test_a_model_of_other_repeats_predicts_the_held_out_one_in_the_loop(replay, files, outcome):
     read = [nf.read(f, columns={"force": "fz", "depth": "pz"}, units={"time": "us", "depth": "mm"}) for f in files[:4]]
     cycles = [measured_cycle(segmented(run)) for run in read]
     floor = cycles[0].errors(mean_of_others(cycles, 0))[0]
-    for way in ("prediction", "replay"):
-        rms, _, _, relative, *_ = replay["numbers"](outcome, ("layered_as_fitted", way))
+    for mode in ("prediction", "replay"):
+        rms, _, _, relative, *_ = replay["numbers"](outcome, ("layered_as_fitted", mode))
         assert relative == pytest.approx(rms / np.abs(cycles[0].force).max(), rel=1e-12)
         assert relative < WORST * floor
 
 
-def test_the_force_in_the_loop_moves_no_more_in_a_millisecond_than_the_measured_one_does(outcome):
-    broke, out, elsewhere = outcome.traces["layered_as_fitted", "replay"].jumps(outcome.cycle)
+def test_the_largest_change_of_force_in_a_millisecond_is_below_the_measured_one(outcome):
+    rupture, out, elsewhere = outcome.traces["layered_as_fitted", "replay"].jumps(outcome.cycle)
     measured = outcome.measured.jumps(outcome.cycle)
     assert elsewhere < measured[2] and out < measured[1]
-    # what was measured is even over 10 ms: nothing that fell in one of them can have fallen more
-    assert broke < 10.0 * measured[0]
+    # the measured force is sampled every 10 ms: a drop within one sample may be ten times as steep
+    assert rupture < 10.0 * measured[0]
 
 
-def test_jumps_are_told_apart_by_where_they_are(replay, outcome):
-    """Steps of 3, 2 and 1 N at a rupture, on the way out and elsewhere, on 1 ms; half as steep on 2 ms."""
+def test_jumps_are_assigned_to_rupture_withdrawal_and_elsewhere(replay, outcome):
+    """Steps of 3, 2 and 1 N at a rupture, in withdrawal and elsewhere, at 1 ms; half as steep at 2 ms."""
     time = np.arange(0.0, 4.0, 1e-3)
     stroke = np.select([time < 2.0, time < 3.0], [0, 1], 2)
     force = 3.0 * (time >= 1.0) + 2.0 * (time >= 3.5) + 1.0 * (time >= 2.5)
@@ -61,8 +61,8 @@ def test_jumps_are_told_apart_by_where_they_are(replay, outcome):
     np.testing.assert_allclose(twice.jumps(cycle), [1.5, 1.0, 0.5], rtol=1e-9)
 
 
-def test_motion_between_slow_samples_neither_overshoots_nor_leaves_rest(replay):
-    """A needle that stops at once: the engine at 1 kHz never goes deeper, and its force at rest is constant."""
+def test_interpolated_motion_neither_overshoots_nor_moves_at_rest(replay):
+    """A needle that stops abruptly: the engine at 1 kHz goes no deeper, and its force at rest is constant."""
     time = np.arange(0.0, 4.0, 1e-2)
     depth = np.minimum(-2e-3 + 3e-3 * time, 5e-3)
     recording = dataclasses.replace(

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One set of insertions through C++, C, Python and WebAssembly: the four agree. That their numbers are true is the
-matter of the other tests."""
+"""The same insertions in C++, C, Python and WebAssembly give the same values. Other tests check that these values are
+right."""
 
 import re
 import shutil
@@ -13,7 +13,7 @@ import pytest
 from needleforce import core
 from needleforce.models.laws import FAMILIES, laws_of
 
-# of the largest force of the case, and of its largest derivative: the languages have mathematics libraries of their own
+# relative to the largest value of each column: every language has its own mathematics library
 TOLERANCE = 1e-12
 FACES = ("c++", "c", "python", "wasm")
 # columns of a step: numbers, then words
@@ -28,7 +28,7 @@ def compiled(root, folder, compiler: list, source: str, *more):
 
 
 def c_trace(root, folder):
-    """As a C program is built: the object from C++, everything else from C, and no C++ library."""
+    """Built as a C program: one object from C++, everything else from C, without the C++ library."""
     core_object = folder / "needleforce.o"
     as_c_needs_it = ["-std=c++20", "-O1", "-fno-exceptions", "-fno-rtti", f"-I{root / 'include'}"]
     source = root / "bindings" / "c" / "needleforce.cpp"
@@ -46,8 +46,8 @@ def wasm_trace(root, folder):
 
 @pytest.fixture(scope="module")
 def trace(root, tmp_path_factory):
-    """What a face says of every case, each run once: lines of words by case."""
-    folder, cases, said = tmp_path_factory.mktemp("traces"), sorted(root.glob("tests/conformance/cases/*.txt")), {}
+    """The output of a face for every case, each run once: lines of words by case."""
+    folder, cases, outputs = tmp_path_factory.mktemp("traces"), sorted(root.glob("tests/conformance/cases/*.txt")), {}
     command = {
         "c++": lambda: compiled(root, folder, ["g++", "-std=c++20", "-Wall", "-Werror"], "trace.cpp"),
         "c": lambda: c_trace(root, folder),
@@ -56,13 +56,13 @@ def trace(root, tmp_path_factory):
     }
 
     def of(face: str) -> dict:
-        if face not in said:
+        if face not in outputs:
             run = [*command[face](), *cases]
             first, again = (subprocess.run(run, capture_output=True, text=True, check=True).stdout for _ in range(2))
             assert first == again, f"{face} gives other bits the second time"
             parts = [part.splitlines() for part in first.split("case ")[1:]]
-            said[face] = {re.search(r"(\w+)\.txt", path).group(1): lines for path, *lines in parts}
-        return said[face]
+            outputs[face] = {re.search(r"(\w+)\.txt", path).group(1): lines for path, *lines in parts}
+        return outputs[face]
 
     return of
 
@@ -75,7 +75,7 @@ def steps(lines: list[str]) -> tuple[np.ndarray, list]:
 
 
 def units(numbers: np.ndarray) -> np.ndarray:
-    """What each column is measured in: its largest, for parts of the force the largest force."""
+    """Scale of each column: its largest value; for the parts of the force, the largest force."""
     unit = np.abs(numbers).max(axis=0, initial=0.0)
     unit[FORCES] = unit[2]
     return unit
@@ -93,7 +93,7 @@ def test_every_face_gives_the_same_insertion(trace, face):
         assert np.all(error <= TOLERANCE * units(numbers)), f"{face}, {case}: {error.max(axis=0)}"
 
 
-def test_the_set_has_every_law_and_tip(root):
+def test_the_cases_include_every_law_and_tip(root):
     text = "\n".join(path.read_text(encoding="utf-8") for path in root.glob("tests/conformance/cases/*.txt"))
     for family in FAMILIES:
         for law in laws_of(family):
@@ -102,18 +102,20 @@ def test_the_set_has_every_law_and_tip(root):
         assert re.search(rf"^tip {tip.name}\b", text, re.M), tip.name
 
 
-def test_the_set_has_every_phase_status_and_event_and_what_is_refused(trace):
+def test_the_cases_include_every_phase_status_event_and_refusal(trace):
     rows = [line.split() for lines in trace("c++").values() for line in lines]
-    seen = [row for row in rows if len(row) > NUMBERS]
-    assert {row[9] for row in seen} == set(core.phase_names())
-    assert {row[10] for row in seen} == set(core.status_names()) - {"invalid_parameter"}  # models are refused before
-    assert all(any(row[column] == "1" for row in seen) for column in (11, 12, 13))
+    steps_taken = [row for row in rows if len(row) > NUMBERS]
+    assert {row[9] for row in steps_taken} == set(core.phase_names())
+    assert {row[10] for row in steps_taken} == set(core.status_names()) - {
+        "invalid_parameter"
+    }  # such models are refused before
+    assert all(any(row[column] == "1" for row in steps_taken) for column in (11, 12, 13))
     assert ["taken"] in rows and ["refused"] in rows
-    finite = np.isfinite(np.array([row[:NUMBERS] for row in seen], float))
+    finite = np.isfinite(np.array([row[:NUMBERS] for row in steps_taken], float))
     assert finite.all()
 
 
 @pytest.mark.parametrize("face", FACES)
-def test_cases_that_are_to_be_refused_are(trace, face):
+def test_invalid_cases_are_refused(trace, face):
     refused = {case for case, lines in trace(face).items() if lines == ["refused"]}
     assert refused == {case for case in trace(face) if case.startswith("refused_")}

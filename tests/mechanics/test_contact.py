@@ -22,7 +22,7 @@ def sneddon(half_angle, radius):
 
 
 @given(angles, radii, moduli)
-def test_cone_is_sneddons_integral(angle, radius, modulus):
+def test_the_cone_agrees_with_sneddons_integral(angle, radius, modulus):
     contact = nf.contact(nf.tips.Cone(half_angle=angle), contact_radius=radius, reduced_modulus=modulus)
     depth, force = sneddon(angle, radius)
     assert contact.depth == pytest.approx(depth, rel=1e-12)
@@ -30,14 +30,14 @@ def test_cone_is_sneddons_integral(angle, radius, modulus):
 
 
 @given(depths, angles, moduli, st.floats(0.1, 10))
-def test_cone_scales_with_the_square_of_depth(depth, angle, modulus, factor):
+def test_the_force_of_a_cone_scales_with_the_square_of_depth(depth, angle, modulus, factor):
     tip = nf.tips.Cone(half_angle=angle)
     force = nf.contact(tip, depth=np.array([depth, factor * depth]), reduced_modulus=modulus).force
     assert force[1] == pytest.approx(factor**2 * force[0], rel=1e-12)
 
 
 @given(depths, angles, moduli, radii)
-def test_slope_is_twice_modulus_times_radius_and_shank_softens(depth, angle, modulus, radius):
+def test_slope_is_twice_modulus_times_radius_and_a_shank_reduces_the_force(depth, angle, modulus, radius):
     tip, at = nf.tips.Cone(half_angle=angle), depth * np.array([1 - 1e-6, 1, 1 + 1e-6])
     shank = nf.contact(tip, depth=at, reduced_modulus=modulus, shank_radius=radius)
     bare = nf.contact(tip, depth=at, reduced_modulus=modulus)
@@ -47,7 +47,7 @@ def test_slope_is_twice_modulus_times_radius_and_shank_softens(depth, angle, mod
 
 
 @given(depths, moduli, radii, st.floats(0.1, 10), st.floats(0.1, 10))
-def test_dimensions(depth, modulus, radius, length, stiffness):
+def test_force_and_energy_scale_with_their_dimensions(depth, modulus, radius, length, stiffness):
     tip = nf.tips.Cone(half_angle=0.3)
     one = nf.contact(tip, depth=depth, reduced_modulus=modulus, shank_radius=radius)
     other = nf.contact(tip, depth=length * depth, reduced_modulus=stiffness * modulus, shank_radius=length * radius)
@@ -60,7 +60,7 @@ def test_a_blunter_tip_needs_more_force_at_the_same_depth():
     assert force == sorted(force)
 
 
-def test_shapes_follow_the_input():
+def test_results_have_the_shape_of_the_input():
     tip = nf.tips.Cone(half_angle=0.3)
     assert nf.contact(tip, depth=np.zeros((2, 3)), reduced_modulus=1e5).force.shape == (2, 3)
     assert isinstance(nf.contact(tip, depth=1e-3, reduced_modulus=1e5).force, float)
@@ -79,18 +79,18 @@ def test_shapes_follow_the_input():
         {"reduced_modulus": 1e5, "contact_radius": -1e-3},
     ],
 )
-def test_bad_input(arguments):
+def test_invalid_input_is_refused(arguments):
     with pytest.raises(nf.InputError):
         nf.contact(nf.tips.Cone(half_angle=0.3), **arguments)
 
 
 @pytest.mark.parametrize("angle", [0.0, np.pi / 2, -0.1, np.nan])
-def test_angle_limits(angle):
+def test_a_half_angle_outside_0_to_90_degrees_is_refused(angle):
     with pytest.raises(nf.InputError, match="half_angle"):
         nf.tips.Cone(half_angle=angle)
 
 
 @pytest.mark.parametrize("argument", ["a", None, [0.3]])
-def test_what_is_no_number_is_told(argument):
+def test_a_half_angle_that_is_not_a_number_is_refused(argument):
     with pytest.raises(nf.InputError, match=r"cone\.half_angle .* not a number"):
         nf.tips.Cone(half_angle=argument)

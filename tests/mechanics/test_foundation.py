@@ -11,21 +11,21 @@ NEEDLE = nf.Needle(outer_diameter=0.7e-3, length=0.08, young_modulus=14.1e9)
 
 
 @pytest.mark.parametrize("reading", READINGS)
-def test_coefficient_and_force_are_inverse(reading):
+def test_friction_coefficient_is_the_inverse_of_friction_per_length(reading):
     tissue = nf.Tissue(116e3, 0.45)
     force = nf.friction_per_length(NEEDLE, tissue, 0.3, reading=reading)
     assert nf.friction_coefficient(force, NEEDLE, tissue, reading=reading) == pytest.approx(0.3, rel=1e-14)
 
 
 @given(st.floats(1e8, 1e12), st.floats(1e3, 1e7))
-def test_scaling_with_the_moduli(needle_modulus, tissue_modulus):
+def test_the_foundation_modulus_scales_with_both_moduli(needle_modulus, tissue_modulus):
     base = nf.foundation_modulus(NEEDLE, nf.Tissue(116e3, 0.5))
     other = nf.foundation_modulus(NEEDLE.replace(young_modulus=needle_modulus), nf.Tissue(tissue_modulus, 0.5))
     ratio = (tissue_modulus / 116e3) ** (13 / 12) * (needle_modulus / 14.1e9) ** (-1 / 12)
     assert other == pytest.approx(ratio * base, rel=1e-12)
 
 
-def test_the_bracket_of_a_solid_needle_does_not_know_its_diameter():
+def test_the_foundation_modulus_of_a_solid_needle_does_not_depend_on_its_diameter():
     tissue = nf.Tissue(116e3, 0.5)
     thick = nf.foundation_modulus(NEEDLE.replace(outer_diameter=2e-3), tissue)
     assert thick == pytest.approx(nf.foundation_modulus(NEEDLE, tissue), rel=1e-12)
@@ -45,7 +45,7 @@ def test_reduced_modulus_and_poisson_ratio_are_inverse():
         assert implied_poisson_ratio(found, 116e3, NEEDLE) == pytest.approx(ratio, rel=1e-9)
 
 
-def test_bad_input():
+def test_invalid_input_is_refused():
     with pytest.raises(nf.InputError, match="reading"):
         nf.friction_per_length(NEEDLE, nf.Tissue(1e5, 0.5), 0.3, reading="D")
     with pytest.raises(nf.InputError, match=r"poisson_ratio is missing.*32 %"):

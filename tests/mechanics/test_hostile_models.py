@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a hostile user tried on models, layers, motions and contacts."""
+"""Invalid and extreme input to models, layers, motions and contacts."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ import needleforce as nf
 PAPER = nf.preset("paper")
 
 
-def test_minus_zero_is_inwards():
+def test_a_velocity_of_minus_zero_counts_as_insertion():
     for name in ("paper", "lugre", "okamura_liver", "stick_slip"):
         model = nf.preset(name)
         assert model.force([20e-3], [-0.0])[0] == model.force([20e-3], [0.0])[0] > 0.0
@@ -26,17 +26,17 @@ def test_minus_zero_is_inwards():
         lambda: nf.preset("layered"),
     ],
 )
-def test_what_is_equal_hashes_alike(make):
+def test_equal_values_have_equal_hashes(make):
     assert make() == make() and len({make(), make()}) == 1
 
 
 @pytest.mark.parametrize("change", [{"stiffness": None}, {"stiffness": PAPER.friction}, {"relaxation": "prony"}])
-def test_a_law_of_another_family_is_refused_by_name(change):
+def test_a_law_of_another_family_is_refused_with_the_name_of_the_family(change):
     with pytest.raises(nf.InputError, match=f"{next(iter(change))}.*not a law of"):
         PAPER.replace(**change)
 
 
-def test_layers_are_layers_and_kept_as_a_tuple():
+def test_deeper_layers_are_stored_as_a_tuple_and_checked():
     layer = nf.Layer(5e-3, PAPER.stiffness, nf.laws.PunctureDepth(0.0), PAPER.friction, PAPER.cutting)
     assert PAPER.replace(deeper=[layer]) == PAPER.replace(deeper=(layer,))
     with pytest.raises(nf.InputError, match="not a Layer"):
@@ -49,31 +49,31 @@ def test_layers_are_layers_and_kept_as_a_tuple():
 @pytest.mark.parametrize(
     "bad", [{"max_speed": -1.0}, {"max_speed": np.nan}, {"hold_time": -1.0}, {"hold_time": np.inf}]
 )
-def test_limits_of_an_insertion_are_refused_before_the_loop(bad):
+def test_invalid_limits_of_an_insertion_are_refused_before_the_loop(bad):
     with pytest.raises(nf.InputError, match=next(iter(bad))):
         nf.Insertion(PAPER, **bad)
 
 
 @pytest.mark.parametrize("moves", [((np.nan, 1.0),), ((np.inf, 1.0),), ((1e-3, -1.0),)])
-def test_motions_that_cannot_be_are_refused(moves):
+def test_impossible_motions_are_refused(moves):
     with pytest.raises(nf.InputError, match="motion"):
         nf.Motion(0.0, moves)
 
 
-def test_the_second_layers_contact_is_warned_of_too():
+def test_the_contact_of_the_second_layer_is_checked_too():
     deep = nf.Layer(6e-3, nf.laws.Cone(1e5, 0.26), nf.laws.PunctureDepth(5e-3), PAPER.friction, PAPER.cutting)
     model = nf.preset("physical").replace(deeper=(deep,))
     assert any("0.847 mm" in warning for warning in model.warnings)
 
 
-def test_pressure_of_single_numbers_is_a_number():
+def test_the_pressure_at_one_radius_is_one_number():
     contact = nf.contact(nf.tips.Cone(0.5), reduced_modulus=1e5, depth=1e-3)
     # p = E_r cot(alpha) / 2 arccosh(a / r), Sneddon 1965
     expected = 0.5e5 / np.tan(0.5) * np.arccosh(contact.contact_radius / 1e-4)
     assert float(contact.pressure(1e-4)) == pytest.approx(expected, rel=1e-7)
 
 
-def test_functions_that_give_no_slopes_are_refused():
+def test_functions_that_return_no_slopes_are_refused():
     for slope in (lambda r: "steep", lambda r: np.ones(3), lambda r: 1j * r):
         with pytest.raises(nf.InputError, match="slope"):
             nf.contact(slope, reduced_modulus=1e5, contact_radius=1e-3)

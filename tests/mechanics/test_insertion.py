@@ -13,7 +13,7 @@ PAPER = nf.preset("paper")
 CYCLE = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=12e-3, hold=1.0, withdraw=True)
 
 
-def test_sliding_force_is_the_papers_formula():
+def test_the_sliding_force_is_the_papers_formula():
     depth = np.linspace(-1e-3, 20e-3, 1001)
     stiff = 2 / math.pi * 117546.06040021202 * math.tan(math.radians(15)) * depth**2
     inwards = np.select([depth < 0, depth <= 3.237e-3], [0 * depth, stiff], 18.6 * depth + 0.0776)
@@ -22,14 +22,14 @@ def test_sliding_force_is_the_papers_formula():
     np.testing.assert_allclose(outwards, -18.6 * np.maximum(depth, 0), rtol=1e-13)
 
 
-def test_the_run_agrees_with_the_formula_while_sliding():
+def test_a_simulation_agrees_with_the_formula_while_sliding():
     recording = nf.simulate(PAPER, CYCLE)
     sliding = np.abs(recording.velocity) > 2.9e-3
     formula = PAPER.force(recording.depth, recording.velocity)
     np.testing.assert_allclose(recording.force[sliding], formula[sliding], rtol=1e-12, atol=1e-12)
 
 
-def test_one_discontinuity_and_one_reversal():
+def test_the_force_drops_at_the_puncture_only_and_reverses_with_the_friction():
     recording = nf.simulate(PAPER, CYCLE, rate=1e4)
     jumps = np.flatnonzero(np.abs(np.diff(recording.force)) > 0.02)
     assert len(jumps) == 1
@@ -40,7 +40,7 @@ def test_one_discontinuity_and_one_reversal():
 
 @settings(deadline=None)
 @given(st.floats(0, 1), st.floats(3.5e-3, 2e-2))
-def test_cycle_work_is_what_the_run_dissipates(ratio, deepest):
+def test_cycle_work_is_the_work_of_the_simulated_force(ratio, deepest):
     model = PAPER.replace(
         friction=nf.laws.Coulomb(18.6, presliding=1e-7, dimple_ratio=ratio),
         cutting=nf.laws.ConstantCutting(0.0776, unloading=1e-7),
@@ -52,7 +52,7 @@ def test_cycle_work_is_what_the_run_dissipates(ratio, deepest):
     assert np.trapezoid(force, depth) == pytest.approx(sum(terms.values()), rel=2e-3)
 
 
-def test_step_takes_a_velocity_or_none():
+def test_without_a_velocity_a_step_uses_the_difference_of_depths():
     insertion = nf.Insertion(PAPER)
     insertion.step(0.0, None, 1e-3)
     sample = insertion.step(3e-6, None, 1e-3)
@@ -61,7 +61,7 @@ def test_step_takes_a_velocity_or_none():
     assert insertion.step(6e-6, -3e-3, 1e-3).status == nf.Status.outside_range
 
 
-def test_snapshot_is_a_copy():
+def test_a_snapshot_is_an_independent_copy():
     insertion = nf.Insertion(PAPER)
     insertion.run(np.linspace(0, 8e-3, 1000), None, np.full(1000, 1e-3))
     saved = insertion.snapshot()
@@ -74,14 +74,14 @@ def test_snapshot_is_a_copy():
 @pytest.mark.parametrize(
     "depth, velocity, dt", [(math.nan, 0.0, 1e-3), (8e-3, math.inf, 1e-3), (8e-3, 0.0, -1.0), (9.0, None, 1e-3)]
 )
-def test_bad_steps_give_no_force(depth, velocity, dt):
+def test_invalid_steps_give_no_force(depth, velocity, dt):
     insertion = nf.Insertion(PAPER)
     insertion.run(np.linspace(0, 8e-3, 1000), None, np.full(1000, 1e-3))
     sample = insertion.step(depth, velocity, dt)
     assert sample.force == 0.0 and sample.status != nf.Status.ok
 
 
-def test_arrays_must_agree_and_out_is_written():
+def test_arrays_of_unequal_length_are_refused_and_out_is_written():
     depth = np.linspace(0, 1e-2, 10)
     with pytest.raises(nf.InputError, match="length of velocity"):
         PAPER.force(depth, np.zeros(3))
@@ -93,7 +93,7 @@ def test_arrays_must_agree_and_out_is_written():
         PAPER.force(depth, out=np.zeros(10, dtype=np.float32))
 
 
-def test_simulate_refuses_what_cannot_be():
+def test_impossible_motions_and_rates_are_refused():
     with pytest.raises(nf.InputError, match="speed"):
         nf.Motion.insert(start=-1e-3, speed=0.0, depth=1e-2)
     with pytest.raises(nf.InputError, match="depth"):
@@ -102,7 +102,7 @@ def test_simulate_refuses_what_cannot_be():
         nf.simulate(PAPER, CYCLE, rate=0.0)
 
 
-def test_motion_arrives_and_never_exceeds_its_speed():
+def test_a_motion_arrives_and_never_exceeds_its_speed():
     motion = nf.Motion.insert(start=-5e-3, speed=3e-3, depth=20e-3, hold=2.0)
     time = np.linspace(0, motion.duration, 100001)
     depth, velocity = motion.at(time)
@@ -112,12 +112,12 @@ def test_motion_arrives_and_never_exceeds_its_speed():
     assert np.mean(np.abs(velocity) < 1e-9) == pytest.approx(2.0 / motion.duration, abs=1e-3)
 
 
-def test_a_short_move_is_a_triangle_of_speed():
+def test_a_short_move_has_a_triangular_velocity_profile():
     motion = nf.Motion.insert(start=0.0, speed=1.0, depth=1e-3, withdraw=False)
     assert motion.at(np.linspace(0, motion.duration, 1000))[1].max() == pytest.approx(math.sqrt(1e-3 * 10e-3), rel=1e-2)
 
 
-def test_nan_in_an_array_is_not_lost():
+def test_nan_input_gives_nan_force():
     depth = np.array([1e-3, np.nan, 8e-3])
     for law in ("paper", "physical"):
         assert np.isnan(nf.preset(law).force(depth)).tolist() == [False, True, False]
@@ -129,7 +129,7 @@ def test_nan_in_an_array_is_not_lost():
         ]
 
 
-def test_snapshot_can_be_gone_back_to():
+def test_a_snapshot_can_be_restored():
     insertion = nf.Insertion(PAPER)
     insertion.run(np.linspace(0, 8e-3, 1000), None, np.full(1000, 1e-3))
     saved = insertion.snapshot()
@@ -139,7 +139,7 @@ def test_snapshot_can_be_gone_back_to():
     assert insertion.deepest_cut == pytest.approx(8e-3)
 
 
-def test_a_memory_goes_through_bytes():
+def test_a_memory_can_be_saved_as_bytes_and_restored():
     model = nf.preset("layered")
     insertion, twin = nf.Insertion(model), nf.Insertion(model)
     for k in range(3000):
@@ -149,7 +149,7 @@ def test_a_memory_goes_through_bytes():
     assert ahead == [twin.step(12e-3 - 4e-6 * k, None, 1e-3).force for k in range(500)]
 
 
-def test_bytes_of_another_model_or_altered_ones_are_refused():
+def test_altered_bytes_and_those_of_another_model_are_refused():
     insertion = nf.Insertion(nf.preset("paper"))
     saved = insertion.save()
     for bad in (saved[:-1], saved[:100] + b"?" + saved[101:], nf.Insertion(nf.preset("layered")).save(), b""):
@@ -157,7 +157,7 @@ def test_bytes_of_another_model_or_altered_ones_are_refused():
             insertion.restore(bad)
 
 
-def test_events_and_lateral_force_are_in_the_samples():
+def test_samples_have_events_and_the_lateral_force_of_a_bevel():
     bevel = core.Bevel(half_angle=math.radians(15), friction_coefficient=0.3, face_share=1.0)
     insertion = nf.Insertion(nf.preset("paper"), bevel=bevel)
     depths = 1e-5 * np.concatenate([np.arange(-50, 900), np.arange(900, -50, -1)])

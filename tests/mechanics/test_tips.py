@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Every tip against quadrature by SciPy, its limits, and what is refused."""
+"""Every tip against quadrature by SciPy, its limits, and invalid tips."""
 
 import math
 import pickle
@@ -51,7 +51,7 @@ def sneddon(tip, a):
 
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.9, 0.999])
 @pytest.mark.parametrize("tip", GROWING, ids=repr)
-def test_every_tip_is_sneddons_integral(tip, share):
+def test_every_tip_agrees_with_sneddons_integral(tip, share):
     contact = nf.contact(tip, contact_radius=share * R, reduced_modulus=1e5)
     depth, force = sneddon(tip, share * R)
     assert contact.depth == pytest.approx(depth, rel=1e-10)
@@ -62,14 +62,14 @@ def test_every_tip_is_sneddons_integral(tip, share):
 
 
 @each_tip
-def test_energy_and_slope_belong_to_the_force_and_the_law_is_the_contact(tip):
+def test_energy_and_slope_agree_with_the_force_and_the_law_with_the_contact(tip):
     depth = np.linspace(0, 4e-3, 2001)
     contact = nf.contact(tip, depth=depth, reduced_modulus=1e5, shank_radius=R)
     law = nf.laws.TipContact(1e5, R, tip)
     middle = 0.5 * (depth[1:] + depth[:-1])
     rise = nf.contact(tip, depth=middle, reduced_modulus=1e5, shank_radius=R)
     slope = np.diff(contact.force) / np.diff(depth)
-    # the first differences of a power below 2 are no derivatives
+    # for a power below 2 the first differences are not derivatives
     np.testing.assert_allclose(slope[5:], rise.slope[5:], rtol=3e-3, atol=1e-3 * rise.slope.max())
     np.testing.assert_allclose(np.diff(contact.energy), rise.force * np.diff(depth), rtol=2e-3, atol=1e-11)
     assert law.force(3e-3) == pytest.approx(contact.force[1500], rel=1e-6)
@@ -79,7 +79,7 @@ def test_energy_and_slope_belong_to_the_force_and_the_law_is_the_contact(tip):
 
 
 @each_tip
-def test_pressure_carries_the_force(tip):
+def test_the_integral_of_the_pressure_is_the_force(tip):
     for depth in (2e-4, 4e-3):
         contact = nf.contact(tip, depth=depth, reduced_modulus=1e5, shank_radius=0.3e-3)
         theta = (np.arange(4000) + 0.5) * math.pi / 8000
@@ -92,20 +92,20 @@ def test_pressure_carries_the_force(tip):
 
 
 @each_tip
-def test_values_survive(tip):
+def test_tips_are_unchanged_by_pickle_and_repr(tip):
     assert pickle.loads(pickle.dumps(tip)) == tip and eval(f"nf.tips.{tip!r}") == tip
     law = nf.laws.TipContact(1e5, R, tip=tip)
     assert pickle.loads(pickle.dumps(law)) == law and eval(repr(law), vars(nf.laws) | vars(nf.tips)) == law
     assert law.replace(radius=2 * R).tip == tip and law != law.replace(tip=nf.tips.Cone(0.1))
 
 
-def test_every_shape_is_here():
+def test_every_shape_is_tested():
     assert {type(tip) for tip in TIPS} == set(tips())
 
 
 @settings(deadline=None)
 @given(st.floats(1e-6, 5e-2), st.sampled_from(GROWING))
-def test_a_shank_softens_and_slope_is_twice_modulus_times_radius(depth, tip):
+def test_a_shank_reduces_the_force_and_slope_is_twice_modulus_times_radius(depth, tip):
     at = depth * np.array([1 - 1e-5, 1, 1 + 1e-5])
     shank = nf.contact(tip, depth=at, reduced_modulus=1e5, shank_radius=0.2e-3)
     bare = nf.contact(tip, depth=at, reduced_modulus=1e5)
@@ -113,17 +113,17 @@ def test_a_shank_softens_and_slope_is_twice_modulus_times_radius(depth, tip):
     assert shank.force[1] <= bare.force[1] * (1 + 1e-12)
 
 
-def test_a_hemisphere_never_saturates_and_stays_stable():
+def test_sphere_and_ogive_never_saturate_and_remain_stable():
     depth = np.geomspace(1e-6, 1.0, 2000)
     for tip in (nf.tips.Sphere(R), nf.tips.TangentOgive(R, 1.3e-3)):
         contact = nf.contact(tip, depth=depth, reduced_modulus=1.0)
         assert (np.diff(contact.force) > 0).all() and (np.diff(contact.contact_radius) >= 0).all()
         assert (contact.contact_radius < R).all()
-    # far in, a sphere is its shank: F = 2 E_r R h less a constant; E_r R^2 from F - a h = E_r [..] at a -> R
+    # at a large depth a sphere acts as its shank: F = 2 E_r R h less a constant; E_r R^2 from F - a h at a -> R
     assert np.diff(contact.force[-2:])[0] / np.diff(depth[-2:])[0] == pytest.approx(2 * R, rel=1e-9)
 
 
-def test_bevels_as_the_paper_measured_them():
+def test_equivalent_cones_of_a_bevel_have_the_expected_angles():
     # tan of half the bevel, and thirds; 7.63 and 5.10 degrees for 15
     expected = {"paper_half_angle": 15.0, "equal_length": 7.6307, "equal_volume": 5.1037, "wedge_bisector": 7.5}
     for word, degrees in expected.items():
@@ -132,7 +132,7 @@ def test_bevels_as_the_paper_measured_them():
     assert nf.tips.LancetBevel(ANGLE).equivalence == "paper_half_angle"
 
 
-def test_a_function_is_a_tip():
+def test_a_slope_function_agrees_with_the_tip():
     ogive = nf.tips.TangentOgive(R, 1.3e-3)
     rho = (R**2 + 1.3e-3**2) / (2 * R)
     options = {"depth": np.array([0.0, 2e-4, 1e-3, 3e-3]), "reduced_modulus": 1e5, "shank_radius": 0.3e-3}
@@ -143,7 +143,7 @@ def test_a_function_is_a_tip():
     np.testing.assert_allclose(theirs.pressure([1e-5, 1e-4]), ours.pressure([1e-5, 1e-4]), rtol=1e-6)
 
 
-def test_a_function_with_a_break_is_the_blunted_cone():
+def test_a_slope_function_with_a_break_agrees_with_the_blunted_cone():
     b, cot = 2e-5 * math.cos(ANGLE), 1 / math.tan(ANGLE)
     radius = np.array([1e-5, 5e-5, 3e-4])
     theirs = nf.contact(
@@ -165,7 +165,7 @@ def test_a_function_with_a_break_is_the_blunted_cone():
         ("cone", "neither one of nf.tips nor a function"),
     ],
 )
-def test_functions_that_are_no_profile_are_refused(slope, match):
+def test_functions_that_are_not_the_slope_of_a_profile_are_refused(slope, match):
     with pytest.raises(nf.InputError, match=match):
         nf.contact(slope, contact_radius=np.array([1e-4, 4e-4]), reduced_modulus=1e5)
 
@@ -185,7 +185,7 @@ def test_functions_that_are_no_profile_are_refused(slope, match):
         ("tip", [0, 1], "not a column"),
     ],
 )
-def test_knots_that_are_no_profile_are_refused(radii, heights, match):
+def test_knots_that_do_not_make_a_profile_are_refused(radii, heights, match):
     with pytest.raises(nf.InputError, match=match):
         nf.tips.Profile(radii, heights)
 
@@ -204,6 +204,6 @@ def test_knots_that_are_no_profile_are_refused(radii, heights, match):
         (lambda: nf.contact(nf.tips.Cone(ANGLE), depth=R, reduced_modulus=1.0).pressure(-1.0), "radius is negative"),
     ],
 )
-def test_what_does_not_fit_together_is_refused(make, match):
+def test_inconsistent_tips_and_contacts_are_refused(make, match):
     with pytest.raises(nf.InputError, match=match):
         make()

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tips against finite elements: an axisymmetric elastic block, the rigid profile pressed into its surface.
+"""Tips against finite elements: a rigid profile pressed into the surface of an axisymmetric elastic block.
 
-Nothing of needleforce's contact is used: quadratic quadrilaterals, graded towards the contact, and an active set of the
-surface nodes that touch. The block is finite, so its error falls with its size; what is left falls with the mesh.
+The solution is independent of needleforce's contact: quadratic quadrilaterals, graded towards the contact, and an
+active set of the surface nodes in contact. The block is finite, so the error decreases with its size; the rest
+decreases with the mesh size.
 """
 
 import numpy as np
@@ -14,7 +15,7 @@ import needleforce as nf
 
 
 def graded(radius: float, size: float, n: int) -> np.ndarray:
-    """Coordinates from 0: n equal cells over 1.5 radii, then growing by an eighth until `size`."""
+    """Coordinates from 0: n equal cells over 1.5 radii, then cells that grow by an eighth each until `size`."""
     ends = list(np.linspace(0, 1.5 * radius, n + 1))
     step = ends[-1] - ends[-2]
     while ends[-1] < size:
@@ -34,7 +35,7 @@ def stiffness(u, v, w):
 
 
 class Block:
-    """A block of a given size [m], free of friction at the surface, held at bottom and side; its surface compliance."""
+    """A block of a given size [m], frictionless at the surface, fixed at bottom and side; its surface compliance."""
 
     def __init__(self, radius: float, size: float, n: int, ratio: float = 0.3):
         x = graded(radius, size, n)
@@ -60,7 +61,7 @@ class Block:
 
     def force(self, height, depth: float) -> float:
         """Force over reduced modulus [m^2] of a profile at a depth: pressing forces only, no penetration."""
-        wanted = height(self.radii) - depth  # displacement of a node that touches
+        wanted = height(self.radii) - depth  # displacement of a node in contact
         touching = wanted < 0
         for _ in range(60):
             at = np.flatnonzero(touching)
@@ -71,7 +72,7 @@ class Block:
             if (new == touching).all():
                 return -forces.sum()
             touching = new
-        raise RuntimeError("the active set does not settle")
+        raise RuntimeError("the active set does not converge")
 
 
 RADIUS = 0.2e-3  # of the contact [m]; blocks of 10, 20 and 40 radii
@@ -86,14 +87,14 @@ def blocks():
 @pytest.mark.parametrize(
     "tip", [nf.tips.TangentOgive(SHANK, 1.3e-3), nf.tips.BluntedCone(1.0, 1e-4), nf.tips.Flat(RADIUS)], ids=repr
 )
-def test_the_block_comes_to_sneddon_as_it_grows(blocks, tip):
+def test_the_force_of_the_block_converges_to_sneddon_with_its_size(blocks, tip):
     state = {"depth": 1e-4} if tip.name == "flat" else {"contact_radius": RADIUS}
     contact = nf.contact(tip, reduced_modulus=1.0, **state)
     height = tip.height if tip.name != "flat" else lambda r: np.where(r <= RADIUS * 1.001, 0.0, 1.0)
     error = {size: block.force(height, contact.depth) / contact.force - 1 for size, block in blocks.items()}
     print({size: f"{100 * value:.2f} %" for size, value in error.items()})
-    # a block held at a distance is stiffer, in inverse proportion to the distance: twice as far, half the error
+    # a block fixed at a distance is stiffer, in inverse proportion to the distance: twice the distance, half the error
     assert 0 < error[40] < 0.03
     assert 1.8 < error[10] / error[20] < 2.3 and 1.8 < error[20] / error[40] < 2.3
-    # what would be left of a block without end
+    # extrapolated to an infinite block
     assert abs(2 * error[40] - error[20]) < 0.005

@@ -51,13 +51,13 @@ OLD = {"recordings": [], "parameters": [], "model": "paper"}
 @pytest.mark.parametrize(
     "document, words",
     [
-        (OLD, "written before fits kept the whole model"),
-        (OLD | {"model": None, "preset": None}, "without a model, no recording could answer. See its notes"),
+        (OLD, "did not save the complete model"),
+        (OLD | {"model": None, "preset": None}, "without a model, no recording could be evaluated. See its notes"),
         (OLD | {"preset": {"name": "x"}}, "missing required field"),
-        ([{"model": "paper", "bic": 1.0}], "file is no fit"),
-        ({"conditions": []}, "file is no fit"),
-        (OLD | {"recordings": [{"status": "ok"}]}, "file is no fit"),
-        (OLD | {"recordings": None}, "file is no fit"),
+        ([{"model": "paper", "bic": 1.0}], "file is not a fit"),
+        ({"conditions": []}, "file is not a fit"),
+        (OLD | {"recordings": [{"status": "ok"}]}, "file is not a fit"),
+        (OLD | {"recordings": None}, "file is not a fit"),
     ],
 )
 def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_path, capsys, monkeypatch):
@@ -74,11 +74,11 @@ def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_
     "arguments, words",
     [
         (["nowhere.json"], "not readable"),
-        (["nothing"], "not known"),
-        (["paper", "--language", "rust"], "known are c++ and c"),
-        (["paper", "--name", ""], "no name that C and C++ take"),
-        (["paper", "--name", "int"], "no name that C and C++ take"),
-        (["paper", "-o", "nowhere/x.hpp"], "there is no such folder"),
+        (["nothing"], "unknown"),
+        (["paper", "--language", "rust"], "Give c++ or c"),
+        (["paper", "--name", ""], "not a valid name of a constant"),
+        (["paper", "--name", "int"], "not a valid name of a constant"),
+        (["paper", "-o", "nowhere/x.hpp"], "its folder does not exist"),
     ],
 )
 def test_wrong_usage_is_told_in_one_line(arguments, words):
@@ -93,7 +93,7 @@ def test_a_number_lost_in_the_json_is_told_with_its_place(fit, tmp_path):
     with pytest.raises(nf.InputError, match=r"fit.json: .*friction.*per_length"):
         model_source(tmp_path / "fit.json")
     (tmp_path / "fit.json").write_bytes(b"\xff\xfe{")
-    with pytest.raises(nf.InputError, match="no JSON"):
+    with pytest.raises(nf.InputError, match="not JSON"):
         model_source(tmp_path / "fit.json")
 
 
@@ -108,11 +108,11 @@ def test_a_number_lost_in_the_json_is_told_with_its_place(fit, tmp_path):
 )
 def test_a_fit_that_was_altered_is_refused(change, fit, tmp_path):
     (tmp_path / "fit.json").write_text(json.dumps(json.loads(fit.to_json()) | change))
-    with pytest.raises(nf.InputError, match=r"fit\.json: file is no fit"):
+    with pytest.raises(nf.InputError, match=r"fit\.json: file is not a fit"):
         model_source(tmp_path / "fit.json")
 
 
 def test_json_without_end_is_refused(tmp_path):
     (tmp_path / "fit.json").write_text("[" * 200_000)
-    with pytest.raises(nf.InputError, match=r"fit\.json: fit is no JSON"):
+    with pytest.raises(nf.InputError, match=r"fit\.json: fit is not JSON"):
         model_source(tmp_path / "fit.json")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layers in preset files: read, written, and refused with their place."""
+"""Layers in preset files: reading, writing, and errors with their place."""
 
 import re
 
@@ -62,14 +62,14 @@ def written(text, tmp_path):
     return tmp_path / "two.toml"
 
 
-def test_a_layer_takes_what_it_lacks_from_the_needle(tmp_path):
+def test_missing_parameters_of_a_layer_are_derived_from_the_needle(tmp_path):
     model = nf.preset(written(FIRST + LAYER.format(top=5), tmp_path))
     (deeper,) = model.deeper
     assert deeper.top == 5e-3 and deeper.stiffness.radius == 0.35e-3 and deeper.friction.per_length == 30.0
     assert deeper.relaxation == nf.laws.NoRelaxation()
 
 
-def test_layers_survive_a_round_trip(tmp_path):
+def test_layers_are_unchanged_by_a_round_trip(tmp_path):
     prony = '\n[layers.relaxation]\nlaw = "prony"\nshare_1 = 0.3\ntime_1_s = 1\n'
     model = nf.preset(written(FIRST + LAYER.format(top=5) + prony + LAYER.format(top=50), tmp_path))
     assert [layer.top for layer in model.layers] == [0.0, 5e-3, 50e-3]
@@ -77,7 +77,7 @@ def test_layers_survive_a_round_trip(tmp_path):
     assert nf.preset(written(as_toml(model), tmp_path)) == model
 
 
-def test_the_second_layer_adds_its_force(tmp_path):
+def test_the_force_in_the_second_layer_is_the_sum_of_its_parts(tmp_path):
     model = nf.preset(written(FIRST + LAYER.format(top=5), tmp_path))
     run = nf.simulate(model, nf.Motion.insert(start=0.0, speed=3e-3, depth=15e-3, withdraw=False))
     # in the second layer the tip cuts with 0.3 N, and the shaft slides along 5 mm of the first and 10 mm of the second
@@ -100,19 +100,19 @@ def test_the_second_layer_adds_its_force(tmp_path):
         (LAYER.format(top=5).replace("[layers.cutting]\n", "[layers.cuts]\n"), r"\$\.layers\[0\]"),
     ],
 )
-def test_refusals_name_the_layer(text, match, tmp_path):
+def test_errors_name_the_layer(text, match, tmp_path):
     with pytest.raises(nf.InputError, match=re.compile(match, re.S)) as error:
         nf.preset(written(FIRST + text, tmp_path))
     assert str(error.value).startswith("two.toml")
 
 
-def test_a_mechanism_counted_twice_is_refused(tmp_path):
+def test_a_mechanism_included_twice_is_refused(tmp_path):
     dragged = as_toml(nf.preset("layered")).replace('law = "no_cutting"', 'law = "constant_cutting"\nforce_N = 0.1', 1)
     with pytest.raises(nf.InputError, match="counts the force at the tip already"):
         nf.preset(written(dragged, tmp_path))
 
 
-def test_relaxation_that_leaves_nothing_is_refused(tmp_path):
+def test_relaxation_shares_that_reach_1_are_refused(tmp_path):
     text = as_toml(nf.preset("relaxing")).replace("share_2 = 0.26", "share_2 = 0.69")
     with pytest.raises(nf.InputError, match=r"\$\.relaxation: .*reaches 1"):
         nf.preset(written(text, tmp_path))

@@ -36,12 +36,12 @@ def test_a_preset_named_like_a_model_has_its_laws(name):
     assert name in names_of(nf.preset(name))
 
 
-def test_named_models_choose_among_the_laws_there_are():
+def test_named_models_consist_of_existing_laws():
     chosen = {(family, law) for named in NAMED_MODELS.values() for family, law in named.choice.items()}
     assert chosen <= {(family, law.name) for family in FAMILIES for law in laws_of(family)}
 
 
-def test_what_identify_takes_is_a_named_model(root):
+def test_models_of_identify_are_named_models(root):
     assert set(MODELS) <= set(NAMED_MODELS)
     recording = nf.read(root / "examples" / "insertion.csv")
     for name in ("paper", "cone_cylinder"):
@@ -56,18 +56,18 @@ def test_a_model_by_name_with_values():
     assert model.stiffness.force(3.237e-3) == pytest.approx(0.2101, rel=1e-12)
 
 
-def test_what_is_missing_comes_from_needle_and_tissue(needle, tissue):
+def test_missing_parameters_are_derived_from_needle_and_tissue(needle, tissue):
     model = nf.Model.named("physical", needle=needle, tissue=tissue, **PAPER)
     assert model.stiffness == nf.laws.ConeCylinder(nf.reduced_modulus(needle, tissue), needle.tip.half_angle, 0.35e-3)
     assert model.needle == needle and model.tissue == tissue
 
 
-def test_a_given_value_goes_before_needle_and_tissue(needle, tissue):
+def test_a_given_value_has_priority_over_needle_and_tissue(needle, tissue):
     model = nf.Model.named("physical", needle=needle, tissue=tissue, stiffness={"reduced_modulus": 1e5}, **PAPER)
     assert model.stiffness.reduced_modulus == 1e5 and model.stiffness.radius == 0.35e-3
 
 
-def test_spreading_takes_the_plane_strain_modulus(needle, tissue):
+def test_spreading_uses_the_plane_strain_modulus(needle, tissue):
     cutting = {"toughness": 164.0, "crack_length": 0.7e-3}
     model = nf.Model.named("azar", needle=needle, tissue=tissue, **PAPER | {"cutting": cutting})
     assert model.cutting.plane_strain_modulus == pytest.approx(116e3 / 0.75)
@@ -75,14 +75,14 @@ def test_spreading_takes_the_plane_strain_modulus(needle, tissue):
     assert model.cutting.spreading == pytest.approx(math.pi / 4 * 116e3 / 0.75 * 0.35e-3**2)
 
 
-def test_without_tissue_nothing_is_spread(needle):
+def test_without_tissue_there_is_no_spreading(needle):
     stiffness = {"reduced_modulus": 116e3}
     cutting = {"toughness": 164.0, "crack_length": 0.7e-3}
     model = nf.Model.named("azar", needle=needle, stiffness=stiffness, **PAPER | {"cutting": cutting})
     assert model.cutting.spreading == 0.0
 
 
-def test_the_resting_surface_is_held_by_a_flat_punch_and_the_tip(needle):
+def test_relaxing_surface_derives_flat_punch_stiffness_and_tip_force(needle):
     friction = {"per_length": 18.6, "recovery_time": 1.0}
     model = nf.Model.named(
         "relaxing_surface", needle=needle, stiffness={"reduced_modulus": 116e3}, **PAPER | {"friction": friction}
@@ -91,7 +91,7 @@ def test_the_resting_surface_is_held_by_a_flat_punch_and_the_tip(needle):
     assert model.friction.tip_force == 0.0776
 
 
-def test_a_named_model_asked_for_as_a_preset_leads_to_its_presets():
+def test_the_error_for_a_named_model_given_as_a_preset_lists_its_presets():
     with pytest.raises(nf.InputError, match=r"a named model without values.*okamura_liver"):
         nf.preset("simone")
 
@@ -103,12 +103,12 @@ def test_a_named_model_asked_for_as_a_preset_leads_to_its_presets():
         ("maurin", PAPER, "maurin, stiffness: exponential.rate is missing, needed in 1/m"),
         ("maurin", PAPER | {"stiffness": {"rate": 500.0, "scale": -1.0}}, "exponential.scale is -1.0, outside"),
         ("maurin", PAPER | {"stiffness": {"rate": 500.0, "scale": 1.0, "b": 1}}, "It takes: rate scale"),
-        ("maurin", PAPER | {"rigidity": {}}, "'rigidity', not known. Give stiffness, puncture"),
+        ("maurin", PAPER | {"rigidity": {}}, "'rigidity', unknown. Give stiffness, puncture"),
         ("maurin", PAPER | {"stiffness": 3.0}, "not a mapping"),
         ("azar", PAPER | {"stiffness": {"reduced_modulus": 1e5, "half_angle": 0.3, "radius": 3e-4},
                           "cutting": {"toughness": 100.0}}, "fracture.crack_length is missing.*D for a slit"),
     ],
 )  # fmt: skip
-def test_refusals_name_model_part_and_parameter(name, values, match):
+def test_errors_name_model_part_and_parameter(name, values, match):
     with pytest.raises(nf.InputError, match=match):
         nf.Model.named(name, **values)

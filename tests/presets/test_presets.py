@@ -10,7 +10,7 @@ from needleforce.preset_files.writing import as_toml, save
 
 
 @pytest.mark.parametrize("name", nf.presets())
-def test_every_preset_says_where_it_comes_from_and_survives_a_round_trip(name, tmp_path):
+def test_every_preset_has_a_reference_and_is_unchanged_by_a_round_trip(name, tmp_path):
     model = nf.preset(name)
     assert model.name == name and len(model.reference) > 10 and model.doubts
     save(model, tmp_path / "again.toml")
@@ -18,14 +18,14 @@ def test_every_preset_says_where_it_comes_from_and_survives_a_round_trip(name, t
     assert pickle.loads(pickle.dumps(model.stiffness)) == model.stiffness
 
 
-def test_the_paper_meets_its_peak_exactly_and_116_kpa_nearly():
+def test_preset_paper_has_the_papers_peak_exactly_and_paper_116_nearly():
     force = {name: nf.preset(name).stiffness.force(3.237e-3) for name in ("paper", "paper_116", "physical")}
     assert force["paper"] == pytest.approx(0.2101, rel=1e-12)
     assert force["paper_116"] == pytest.approx(0.2073365956887147, rel=1e-12)
     assert force["physical"] == pytest.approx(0.239388, rel=1e-4)  # rigid needle; the steel one is softer by 1e-6
 
 
-def test_physical_takes_its_modulus_from_needle_and_tissue():
+def test_physical_derives_its_modulus_from_needle_and_tissue():
     model = nf.preset("physical")
     assert model.stiffness.reduced_modulus == nf.reduced_modulus(model.needle, model.tissue)
     assert model.stiffness.radius == 0.35e-3
@@ -61,11 +61,11 @@ def refused(text, tmp_path, match):
         ("[needle]", "[[needle", "mine.toml"),
     ],
 )
-def test_refusals_name_the_place(text, tmp_path, old, new, match):
+def test_errors_name_the_place_in_the_file(text, tmp_path, old, new, match):
     refused(text.replace(old, new), tmp_path, re.compile(match, re.S))
 
 
-def test_a_missing_poisson_ratio_says_why_it_matters(text, tmp_path):
+def test_the_error_for_a_missing_poisson_ratio_gives_its_effect(text, tmp_path):
     without = re.sub(r"reduced_modulus_Pa = .*\n", "", text.replace("poisson_ratio = 0.5\n", ""))
     refused(without, tmp_path, "poisson_ratio is missing.*32 %")
 
@@ -77,14 +77,14 @@ def test_friction_from_the_foundation(text, tmp_path):
     assert model.friction.per_length == nf.friction_per_length(model.needle, model.tissue, 0.745)
 
 
-def test_unknown_names_list_the_known():
+def test_the_error_for_an_unknown_name_lists_the_presets():
     with pytest.raises(nf.InputError, match="paper_116"):
         nf.preset("papper")
     with pytest.raises(nf.InputError, match="not a file"):
         nf.preset("nowhere.toml")
 
 
-def test_a_needle_file(tmp_path):
+def test_a_needle_file_is_read_and_checked(tmp_path):
     (tmp_path / "needle.toml").write_text(
         'reference = "ruler"\n[needle]\nouter_diameter_mm = 0.7\nlength_mm = 80\nyoung_modulus_GPa = 200\n'
         '[needle.tip]\nshape = "cone"\nhalf_angle_deg = 15\n'
@@ -98,7 +98,7 @@ def test_a_needle_file(tmp_path):
         read_needle(tmp_path / "needle.toml")
 
 
-def test_a_byte_order_mark_is_no_text(tmp_path, text):
+def test_a_byte_order_mark_is_ignored(tmp_path, text):
     (tmp_path / "mine.toml").write_text(text, encoding="utf-8-sig")
     assert nf.preset(tmp_path / "mine.toml") == nf.preset("physical")
     assert read_needle(tmp_path / "mine.toml") == nf.preset("physical").needle
@@ -122,19 +122,19 @@ def with_tip(text, shape, law):
 
 
 @pytest.mark.parametrize("shape, tip", SHAPES.items(), ids=lambda each: getattr(each, "name", ""))
-def test_every_tip_in_a_file_and_back(text, tmp_path, shape, tip):
+def test_every_tip_is_unchanged_by_a_round_trip(text, tmp_path, shape, tip):
     (tmp_path / "mine.toml").write_text(with_tip(text, shape, "tip_contact"), encoding="utf-8")
     model = nf.preset(tmp_path / "mine.toml")
     assert model.needle.tip == model.stiffness.tip == tip and model.stiffness.radius == 0.35e-3
     save(model, tmp_path / "again.toml")
     assert nf.preset(tmp_path / "again.toml") == model
-    alone = model.replace(needle=None)
-    save(alone, tmp_path / "alone.toml")
-    assert nf.preset(tmp_path / "alone.toml").stiffness == model.stiffness
+    without_needle = model.replace(needle=None)
+    save(without_needle, tmp_path / "without_needle.toml")
+    assert nf.preset(tmp_path / "without_needle.toml").stiffness == model.stiffness
     assert any("scaling law" in warning for warning in model.warnings)
 
 
-def test_a_cone_law_takes_the_cone_of_a_bevel_and_refuses_a_sphere(text, tmp_path):
+def test_a_cone_law_uses_the_equivalent_cone_of_a_bevel_and_refuses_a_sphere(text, tmp_path):
     shapes = list(SHAPES)
     (tmp_path / "mine.toml").write_text(with_tip(text, shapes[1], "cone_cylinder"), encoding="utf-8")
     half_angle = nf.preset(tmp_path / "mine.toml").stiffness.half_angle
@@ -145,7 +145,7 @@ def test_a_cone_law_takes_the_cone_of_a_bevel_and_refuses_a_sphere(text, tmp_pat
     refused(with_tip(text, bad, "tip_contact"), tmp_path, r"\$\.needle\.tip: profile\.heights\[1\]")
 
 
-def test_warnings_of_tips(text, tmp_path):
+def test_steep_and_wide_tips_are_warned_of(text, tmp_path):
     (tmp_path / "mine.toml").write_text(with_tip(text, next(iter(SHAPES)), "tip_contact"), encoding="utf-8")
     model = nf.preset(tmp_path / "mine.toml")
     shallow = model.replace(puncture=nf.laws.PunctureDepth(2e-5))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The forces of the shipped presets against numbers published, or computed by hand from published ones."""
+"""Forces of the shipped presets against published values, or values computed by hand from published ones."""
 
 import math
 
@@ -20,20 +20,20 @@ def cut(name, speed, depth=11e-3):
 
 
 @pytest.mark.parametrize("name", ["paper", "paper_by_force", "paper_by_energy", "power_law", "maurin"])
-def test_the_peak_of_the_paper_is_met(name):
+def test_presets_of_the_paper_have_its_peak_force_and_depth(name):
     model = nf.preset(name)
     assert model.puncture_depth == pytest.approx(DEPTH, rel=1e-7)
     assert model.stiffness.force(model.puncture_depth) == pytest.approx(PEAK, rel=1e-7)
 
 
-def test_stick_slip_meets_both_speeds_of_the_paper():
+def test_stick_slip_has_the_papers_cutting_force_at_both_speeds():
     slow, fast = cut("stick_slip", 1e-3), cut("stick_slip", 3e-3)
-    # at 1 mm/s the paper sees 0.04 to 0.1 N, at 3 mm/s a mean of 0.0776 N
+    # at 1 mm/s the paper reports 0.04 to 0.1 N, at 3 mm/s a mean of 0.0776 N
     assert slow.min() == pytest.approx(0.04, abs=2e-4) and slow.max() == pytest.approx(0.10, abs=2e-4)
-    assert fast[len(fast) // 2 :] == pytest.approx(0.0776, rel=1e-3)  # the first cycles still settle
+    assert fast[len(fast) // 2 :] == pytest.approx(0.0776, rel=1e-3)  # the first cycles are not yet steady
 
 
-def test_stribeck_swings_below_its_critical_speed_and_not_above():
+def test_stribeck_oscillates_below_its_critical_speed_only():
     slow, fast = cut("stribeck", 1e-3), cut("stribeck", 3e-3)
     assert np.ptp(slow) > 0.05
     # F_k + (F_s - F_k) exp(-V / v_s) + c V, by hand
@@ -44,7 +44,7 @@ def test_stribeck_swings_below_its_critical_speed_and_not_above():
     "name, crack",
     [("azar", 0.0776), ("gokgol_liver", 164 * 0.7e-3), ("porcine_liver_toughness", (76 + 185) / 2 * 0.7e-3)],
 )
-def test_fracture_cuts_with_toughness_times_width_and_spreads(name, crack):
+def test_fracture_force_is_toughness_times_width_plus_spreading(name, crack):
     model = nf.preset(name)
     spread = math.pi / 4 * model.tissue.young_modulus / (1 - 0.5**2) * 0.35e-3**2
     assert cut(name, 3e-3) == pytest.approx(crack + spread, rel=1e-9)
@@ -62,15 +62,15 @@ def test_okamura_dissipates_in_both_directions():
     inwards, outwards = (run.depth > 20e-3) & (run.velocity == 3e-3), (run.depth < 20e-3) & (run.velocity == -3e-3)
     into, out = (run.axes["friction"][sliding] / run.depth[sliding] for sliding in (inwards, outwards))
     assert into == pytest.approx(10.57 + 212.31 * 3e-3) and out == pytest.approx(-11.96 - 239.08 * 3e-3)
-    assert model.friction.viscous_out > 0.0 and any("sign turned" in doubt for doubt in model.doubts)
+    assert model.friction.viscous_out > 0.0 and any("sign reversed" in doubt for doubt in model.doubts)
 
 
-def test_lugre_slides_between_coulomb_and_static():
+def test_lugre_has_the_published_ratio_of_static_to_sliding_friction():
     friction = nf.preset("lugre").friction
     assert friction.static_friction / friction.coulomb == pytest.approx(0.295 / 0.255)
 
 
-def test_layered_carries_its_medians():
+def test_layered_has_the_published_medians():
     model = nf.preset("layered")
     # c = 0.030 N/mm^2 up to h_s = 6.0 mm, then straight: c (2 h_s h - h_s^2)
     assert model.stiffness.force(6.0e-3) == pytest.approx(0.030 * 36, rel=1e-12)
@@ -79,19 +79,19 @@ def test_layered_carries_its_medians():
 
 
 @pytest.mark.parametrize("name", nf.presets())
-def test_every_preset_runs_a_whole_cycle_of_finite_forces(name):
+def test_every_preset_gives_finite_forces_over_a_cycle(name):
     run = nf.simulate(nf.preset(name), nf.Motion.insert(start=-1e-3, speed=3e-3, depth=20e-3, hold=0.5), 500.0)
     assert np.isfinite(run.force).all() and run.force.max() > 0.0
     assert run.force[0] == 0.0 and run.notes == ()
 
 
 @pytest.mark.parametrize("name", ["okamura_liver", "gokgol_liver", "lugre", "maurin", "layered", "relaxing"])
-def test_second_hand_and_constructed_values_are_told(name):
+def test_unverified_and_constructed_values_are_warned_of(name):
     model = nf.preset(name)
     assert model.unverified and any("Unverified" in warning for warning in model.warnings)
 
 
-def test_published_values_say_how_they_were_read():
+def test_published_values_state_where_they_were_read():
     values = published_values()
     assert all(value.quantity and value.value and value.tissue for value in values)
     states = {value.source: value.status for value in values}
@@ -101,7 +101,7 @@ def test_published_values_say_how_they_were_read():
     assert (toughness.value, toughness.unit, toughness.status) == ("164 +/- 6", "J/m^2", "verified")
 
 
-def test_citations_are_the_full_references_of_what_is_used():
+def test_citations_are_the_full_references_of_the_works_used():
     cited = "\n".join(nf.preset("layered").citations)
     for words in ("Boussinesq", "layered law", "Fung", "Galin"):
         assert words in cited

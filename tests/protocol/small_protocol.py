@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A protocol as short as one can be."""
+"""The shortest possible protocol."""
 
 SMALL = """
 title = "two sites"

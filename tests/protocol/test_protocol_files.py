@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Protocol files: what the shipped one asks for, and what no file may ask for."""
+"""Protocol files: the runs of the shipped one, and what is refused."""
 
 import re
 
@@ -21,7 +21,7 @@ def read(tmp_path, text: str):
     return read_protocol(path)
 
 
-def test_the_papers_protocol_asks_for_what_the_direct_simulation_does():
+def test_the_papers_protocol_has_the_runs_of_the_direct_simulation():
     runs, direct = plan(read_protocol("paper")), paper_experiment(1).runs
     wanted = sorted((run.speed, 1 + run.second, run.start_depth) for run in direct)
     assert sorted((run.speed, run.pass_number, run.moves[-1][0]) for run in runs) == wanted
@@ -32,11 +32,11 @@ def test_the_papers_protocol_asks_for_what_the_direct_simulation_does():
         assert run.card["filter_length"] == str(direct[0].card.filter_length)
     for first, second in zip(runs[::2], runs[1::2]):
         assert (first.site, first.speed) == (second.site, second.speed)
-    assert len({run.site for run in runs}) == 10, "each pair needs tissue that is whole"
+    assert len({run.site for run in runs}) == 10, "each pair needs a site without a hole"
     assert "paper" in protocols()
 
 
-def test_names_are_read_back_by_the_campaign(tmp_path):
+def test_file_names_are_read_by_the_campaign(tmp_path):
     text = SMALL.replace("[16]", "[16, 12.5]").replace("spare", 'name_prefix = "gel-2_"\nspare')
     for protocol in (read_protocol("paper"), read(tmp_path, text), read(tmp_path, SMALL.replace("= 3", "= 0.05"))):
         pattern = name_pattern(name_pattern_of(protocol))
@@ -50,12 +50,12 @@ def test_names_are_read_back_by_the_campaign(tmp_path):
     assert plan(read_protocol("paper"))[0].name == "3mm_s_site1_pass1.mcap"
 
 
-def test_the_page_shows_a_file_that_is_read(root, tmp_path):
+def test_the_example_on_the_page_is_read(root, tmp_path):
     shown = re.search(r"```toml\n(title.*?)```", (root / "docs" / "protocols.md").read_text(encoding="utf-8"), re.S)
     assert [run.name for run in plan(read(tmp_path, shown[1]))][9] == "phantom1_3mm_s_site5_pass2.mcap"
 
 
-def test_sites_are_numbered_on_and_lists_keep_theirs(tmp_path):
+def test_counted_sites_get_the_next_free_numbers_and_listed_ones_keep_theirs(tmp_path):
     more = "[[series]]\nspeed_mm_s = 1\nsites = [2, 7, 9, 4]\ndepths_mm = [10, 20]\n"
     protocol = read(tmp_path, SMALL + more)
     assert [each.sites for each in protocol.series] == [((1, 3),), ((2, 9), (7, 4))] and protocol.spares == (5,)
@@ -63,7 +63,7 @@ def test_sites_are_numbered_on_and_lists_keep_theirs(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "old, new, says",
+    "old, new, message",
     [
         ("passes = 2", "pases = 2", r"unknown field `pases` - at `\$.series\[0\]`"),
         ("hold_s = 1", "hold_s = -1", r">= 0.* at `\$.series\[0\].hold_s`"),
@@ -76,41 +76,41 @@ def test_sites_are_numbered_on_and_lists_keep_theirs(tmp_path):
         ("speed_mm_s = 3", 'speed_mm_s = "fast"', r"Expected `float`"),
         ("sites = 2", "sites = 0", r"sites"),
         ("sites = 2", "sites = []", r"sites"),
-        ("sites = 2", "sites = [1, 1]", r"site is 1, stands there twice"),
+        ("sites = 2", "sites = [1, 1]", r"site is 1, used twice"),
         ("sites = 2\ndepths_mm = [16]", "sites = 9999\ndepths_mm = [16, 12]", r"too many"),
         ("spare_sites = 1", "spare_sites = [4, 4]", r"\$.spare_sites: site is 4"),
         ("depths_mm = [16]", "depths_mm = []", r"depths_mm"),
-        ("depths_mm = [16]", "depths_mm = [81]", r"\$.series\[0\].depths_mm: depth is 0.081, the needle is 0.08 m"),
-        ("depths_mm = [16]", "depths_mm = [16, 16]", r"each must be there once"),
-        ("depths_mm = [16]\n", "depths_mm = [0.2]\n", r"second_pass_short is 0.0003, the depth is 0.0002"),
-        ("sites = 2\ndepths_mm = [16]", "sites = [1]\ndepths_mm = [16, 12]", r"need a site each"),
+        ("depths_mm = [16]", "depths_mm = [81]", r"\$.series\[0\].depths_mm: depth is 0.081 m, the needle is 0.08 m"),
+        ("depths_mm = [16]", "depths_mm = [16, 16]", r"each depth must occur once"),
+        ("depths_mm = [16]\n", "depths_mm = [0.2]\n", r"second_pass_short is 0.0003 m, .* the depth, 0.0002 m"),
+        ("sites = 2\ndepths_mm = [16]", "sites = [1]\ndepths_mm = [16, 12]", r"need one site each"),
         ("start_mm = -4", "start_mm = 4", r"start_mm"),
-        ("start_mm = -4", "start_mm = -4\ndeepest_mm = 10", r"\$.axis: depth is 0.016, the axis ends at 0.01 m"),
-        ("start_mm = -4", "start_mm = -4\nmax_speed_mm_s = 2", r"\$.axis: speed is 0.003"),
+        ("start_mm = -4", "start_mm = -4\ndeepest_mm = 10", r"\$.axis: depth is 0.016 m, the axis ends at 0.01 m"),
+        ("start_mm = -4", "start_mm = -4\nmax_speed_mm_s = 2", r"\$.axis: speed is 0.003 m/s"),
         ("force_limit_N = 2", "force_limit_N = 0", r"force_limit_N"),
         ("force_limit_N = 2", "", r"missing required field `force_limit_N`"),
-        ("spare_sites = 1", 'name_prefix = "../x"', r"stay in the folder"),
-        ("spare_sites = 1", 'name_prefix = "a/b"', r"stay in the folder"),
-        ("spare_sites = 1", 'name_prefix = ".hidden"', r"stay in the folder"),
-        ("spare_sites = 1", 'name_prefix = "C:"', r"stay in the folder"),
+        ("spare_sites = 1", 'name_prefix = "../x"', r"must not leave the folder"),
+        ("spare_sites = 1", 'name_prefix = "a/b"', r"must not leave the folder"),
+        ("spare_sites = 1", 'name_prefix = ".hidden"', r"must not leave the folder"),
+        ("spare_sites = 1", 'name_prefix = "C:"', r"must not leave the folder"),
         ("title", "=", r"mine.toml"),
     ],
 )
-def test_what_cannot_be_is_refused_with_its_place(tmp_path, old, new, says):
+def test_impossible_values_are_refused_with_their_place(tmp_path, old, new, message):
     assert old in SMALL
-    with pytest.raises(nf.InputError, match=says) as caught:
+    with pytest.raises(nf.InputError, match=message) as caught:
         read(tmp_path, SMALL.replace(old, new))
     assert str(caught.value).startswith("mine.toml: ")
 
 
-def test_not_a_number_is_refused_wherever_it_stands(tmp_path):
+def test_nan_is_refused_for_every_key(tmp_path):
     for key in re.findall(r"^\w+_(?:mm|mm_s|s|N)(?= = \S+$)", SMALL, re.M):
         text = re.sub(rf"^{key} = .*$", f"{key} = nan", SMALL, flags=re.M)
         with pytest.raises(nf.InputError, match=key):
             read(tmp_path, text)
 
 
-def test_files_that_are_none_are_refused(tmp_path):
+def test_invalid_files_are_refused(tmp_path):
     with pytest.raises(nf.InputError, match="paper"):
         read_protocol("papers")
     with pytest.raises(nf.InputError, match="not read"):
@@ -124,15 +124,15 @@ def test_files_that_are_none_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "limits, says",
+    "limits, message",
     [
-        (AxisRange(-3e-3, 50e-3, 10e-3, 0.1), "start is -0.004, the axis begins at -0.003 m"),
-        (AxisRange(-5e-3, 15e-3, 10e-3, 0.1), "depth is 0.016, the axis ends at 0.015 m"),
-        (AxisRange(-5e-3, 50e-3, 2e-3, 0.1), "speed is 0.003, the axis goes at up to 0.002 m/s"),
+        (AxisRange(-3e-3, 50e-3, 10e-3, 0.1), "start is -0.004 m, the axis begins at -0.003 m"),
+        (AxisRange(-5e-3, 15e-3, 10e-3, 0.1), "depth is 0.016 m, the axis ends at 0.015 m"),
+        (AxisRange(-5e-3, 50e-3, 2e-3, 0.1), "speed is 0.003 m/s, the axis moves at up to 0.002 m/s"),
     ],
 )
-def test_what_the_axis_cannot_is_refused_when_it_has_said_so(tmp_path, limits, says):
+def test_moves_outside_the_range_of_the_axis_are_refused(tmp_path, limits, message):
     protocol = read(tmp_path, SMALL)
     check_axis(protocol, AxisRange(-4e-3, 16e-3, 3e-3, 0.1), "the axis")
-    with pytest.raises(nf.InputError, match=f"the axis: {says}"):
+    with pytest.raises(nf.InputError, match=f"the axis: {message}"):
         check_axis(protocol, limits, "the axis")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A campaign over several sessions, interrupted everywhere: which files are there, at which sites, and what is said.
+"""A campaign over several sessions with interruptions: the files, their sites, and the printed text.
 
-The recorder and the axis are stand-ins that write real files; where a needle was is what they put into them.
+Recorder and axis are replaced by test doubles that write real files with the depth of the needle.
 """
 
 import csv
@@ -15,7 +15,7 @@ import needleforce as nf
 from needleforce.acquisition.settings import Settings
 from needleforce.campaign.labels import read_mapping
 from needleforce.protocol import plan, read_protocol, run_protocol
-from needleforce.protocol.folder import alone
+from needleforce.protocol.folder import locked
 from needleforce.recording.log import LogWriter
 from needleforce.recording.log.reader import card_and_end
 from needleforce.wire.axis_lines import AxisRange, AxisState
@@ -26,7 +26,7 @@ SETTINGS = Settings(force_limit=1.0)
 
 
 class Axis:
-    """Moves at once; says so in two states."""
+    """Moves at once, and reports it in the next state."""
 
     limits = AxisRange(-10e-3, 60e-3, 10e-3, 0.1)
 
@@ -39,29 +39,29 @@ class Axis:
 
     def move(self, depth, speed):
         self.rig.depth = depth
-        self.rig.said.append(("move", depth))
+        self.rig.calls.append(("move", depth))
 
     def site(self, number):
         if self.rig.no_sites:
             raise nf.InputError("site", number, "refused")
         assert self.rig.depth < 0.0, "the needle is in the tissue"
-        self.rig.said.append(("site", number))
+        self.rig.calls.append(("site", number))
 
     def alive(self):
-        self.rig.said.append("alive") if self.rig.count_alive else None
+        self.rig.calls.append("alive") if self.rig.count_alive else None
 
     def stop(self):
-        self.rig.said.append("stop")
+        self.rig.calls.append("stop")
 
     def close(self):
         pass
 
 
 class Rig:
-    """Sources and a recorder whose n-th run ends as ``ends`` says: why, and the depth [m] where it was."""
+    """Sources and a recorder; ``ends`` gives the reason and the depth [m] at the end of the n-th run."""
 
     def __init__(self, monkeypatch):
-        self.depth, self.said, self.ends, self.settings, self.moves = -4e-3, [], {}, [], []
+        self.depth, self.calls, self.ends, self.settings, self.moves = -4e-3, [], {}, [], []
         self.no_sites = self.count_alive = False
         self.runs = 0
         monkeypatch.setattr("needleforce.acquisition.recorder.record_run", self.record)
@@ -85,7 +85,7 @@ class Rig:
         if why == "killed":
             path.write_bytes(flushed)
             raise KeyboardInterrupt
-        return type("Outcome", (), {"ended": why, "detail": "as told."})()
+        return type("Outcome", (), {"ended": why, "detail": "as given."})()
 
 
 @pytest.fixture
@@ -101,12 +101,12 @@ def protocol(tmp_path):
 
 @pytest.fixture
 def session(rig, protocol, tmp_path):
-    """A session in the folder ``out``; the outcome, and what was said."""
+    """A session in the folder ``out``: its outcome and the printed text."""
 
     def run(**options):
-        said: list[str] = []
-        done = run_protocol(protocol, tmp_path / "out", rig.open, SETTINGS, say=said.append, **options)
-        return done, "\n".join(said)
+        sentences: list[str] = []
+        done = run_protocol(protocol, tmp_path / "out", rig.open, SETTINGS, say=sentences.append, **options)
+        return done, "\n".join(sentences)
 
     return run
 
@@ -119,17 +119,17 @@ def pairs(*sites: int) -> set[str]:
     return {f"site{site}_pass{number}" for site in sites for number in (1, 2)}
 
 
-def test_a_campaign_makes_every_run_once(rig, session, protocol, tmp_path):
+def test_every_run_is_recorded_once(rig, session, protocol, tmp_path):
     done, _ = session()
     assert (done.ended, done.complete, done.present, done.planned) == ("done", True, 6, 6)
     assert list(done.recorded) == [run.name for run in plan(protocol)] and names(tmp_path) == pairs(1, 2, 3)
-    assert [each for each in rig.said if each[0] == "site"] == [("site", 1), ("site", 2), ("site", 3)]
-    assert {each.force_limit for each in rig.settings} == {1.0}, "the lower of two limits counts"
+    assert [each for each in rig.calls if each[0] == "site"] == [("site", 1), ("site", 2), ("site", 3)]
+    assert {each.force_limit for each in rig.settings} == {1.0}, "the lower of two limits is used"
     again, _ = session()
     assert (again.complete, again.recorded, rig.runs) == (True, (), 6)
 
 
-def test_cards_say_what_was_done_where_by_which_file(rig, session, protocol, tmp_path):
+def test_cards_describe_the_run_the_site_and_the_protocol_file(rig, session, protocol, tmp_path):
     session()
     card, end = card_and_end(tmp_path / "out" / "3mm_s_site2_pass1.mcap")
     assert end == {"ended": "done"}
@@ -143,23 +143,23 @@ def test_cards_say_what_was_done_where_by_which_file(rig, session, protocol, tmp
 
 @pytest.mark.parametrize("why", ["interrupted", "force limit", "axis silent", "killed"])
 @pytest.mark.parametrize("number", range(1, 7))
-def test_broken_off_in_the_tissue_the_site_moves_to_a_spare_one(rig, session, tmp_path, number, why):
+def test_a_site_interrupted_in_the_tissue_is_replaced_by_a_spare_one(rig, session, tmp_path, number, why):
     rig.ends[number] = (why, 5e-3)
-    broken, said = session()
-    assert not broken.complete and "same command" in said and broken.present == number - 1
-    done, said = session()
+    broken, text = session()
+    assert not broken.complete and "same command" in text and broken.present == number - 1
+    done, text = session()
     site, of_pair = divmod(number - 1, 2)
-    spoiled = f"site{site + 1}_pass{of_pair + 1}"
+    interrupted = f"site{site + 1}_pass{of_pair + 1}"
     kept = {f"site{site + 1}_pass1"} if of_pair else set()
     assert done.complete and done.present == 6
     others = {1, 2, 3} - {site + 1}
-    assert names(tmp_path) == pairs(*others, 4) | kept | {f"{spoiled}_interrupted1"}
-    assert "site 4 takes its place" in said
+    assert names(tmp_path) == pairs(*others, 4) | kept | {f"{interrupted}_interrupted1"}
+    assert "replaced by site 4" in text
     card, _ = card_and_end(tmp_path / "out" / "3mm_s_site4_pass2.mcap")
     assert (card["site"], card["replaces"]) == ("4", str(site + 1))
 
 
-def test_broken_off_in_the_air_the_site_is_used_again(rig, session, tmp_path):
+def test_a_site_interrupted_above_the_tissue_is_used_again(rig, session, tmp_path):
     rig.ends = {1: ("interrupted", -3.9e-3), 2: ("sensor silent", -3.9e-3), 5: ("killed", -4e-3)}
     assert [session()[0].complete for _ in range(4)] == [False, False, False, True]
     wanted = pairs(1, 2, 3) | {"site1_pass1_interrupted1", "site1_pass1_interrupted2", "site2_pass1_interrupted1"}
@@ -167,21 +167,21 @@ def test_broken_off_in_the_air_the_site_is_used_again(rig, session, tmp_path):
 
 
 @pytest.mark.parametrize("depth, again", [(-3.5e-3, True), (-1.5e-3, False), (-0.5e-3, False)])
-def test_what_went_unseen_after_the_last_flush_counts(rig, session, tmp_path, depth, again):
-    """At 3 mm/s a needle can go on for 0.75 s, 2.25 mm, before its axis stops by itself; 1 mm may be tissue."""
+def test_travel_after_the_last_flush_counts_as_possible_contact(rig, session, tmp_path, depth, again):
+    """At 3 mm/s a needle can move 2.25 mm in the 0.75 s before its axis stops by itself; 1 mm may be tissue."""
     rig.ends[1] = ("killed", depth)
     session()
     session()
     assert ("site1_pass1" in names(tmp_path)) is again
 
 
-def test_the_needle_is_withdrawn_before_anything_else(rig, session):
+def test_the_needle_is_withdrawn_first(rig, session):
     rig.ends[2] = ("force limit", 9e-3)
     session()
     assert rig.depth == 9e-3
-    rig.said.clear()
+    rig.calls.clear()
     session()
-    assert rig.said[:2] == [("move", -4e-3), ("site", 4)]
+    assert rig.calls[:2] == [("move", -4e-3), ("site", 4)]
 
 
 def spoil_two(rig, session):
@@ -190,17 +190,17 @@ def spoil_two(rig, session):
     session()
 
 
-def test_without_a_spare_site_the_others_are_done_and_it_is_said(rig, session, tmp_path):
+def test_without_a_spare_site_the_others_are_recorded_and_the_end_is_reported(rig, session, tmp_path):
     spoil_two(rig, session)
-    done, said = session()
-    assert (done.ended, done.complete, done.present) == ("sites spoiled", False, 4)
-    assert "--same-site" in said and names(tmp_path) >= pairs(2, 3)
+    done, text = session()
+    assert (done.ended, done.complete, done.present) == ("sites unusable", False, 4)
+    assert "--same-site" in text and names(tmp_path) >= pairs(2, 3)
     assert rig.runs == 6
     assert session()[0].recorded == ()
 
 
 @pytest.mark.parametrize("how", [{"same_site": True}, {"ask": lambda question: True}])
-def test_on_demand_a_run_goes_into_the_hole_and_says_so(rig, session, tmp_path, how):
+def test_on_request_a_run_uses_the_hole_and_its_card_states_it(rig, session, tmp_path, how):
     spoil_two(rig, session)
     done, _ = session(**how)
     assert done.complete and names(tmp_path) >= pairs(2, 3, 4)
@@ -208,27 +208,27 @@ def test_on_demand_a_run_goes_into_the_hole_and_says_so(rig, session, tmp_path, 
     assert "pierced" in card["same_site"]
 
 
-def test_a_no_leaves_the_site_out(rig, session):
+def test_a_site_is_left_out_if_the_operator_declines(rig, session):
     spoil_two(rig, session)
     asked = []
     done, _ = session(ask=lambda question: asked.append(question))
-    assert done.ended == "sites spoiled" and len(asked) == 1 and "hole" in asked[0]
+    assert done.ended == "sites unusable" and len(asked) == 1 and "hole" in asked[0]
 
 
-def test_a_second_pass_without_a_spare_leaves_the_first_alone(rig, session, tmp_path):
+def test_a_second_pass_without_a_spare_site_leaves_the_first_without_a_pair(rig, session, tmp_path):
     rig.ends = {1: ("interrupted", 5e-3), 3: ("interrupted", 5e-3)}
     session()
     session()
-    done, said = session()
-    assert done.ended == "sites spoiled" and "stays without a pair" in said
+    done, text = session()
+    assert done.ended == "sites unusable" and "remains without a pair" in text
     assert names(tmp_path) >= pairs(2, 3) | {"site4_pass1"}
     command = next(line for line in done.commands if " identify " in line)
     assert "site4" not in command
 
 
-def test_the_axis_that_knows_no_sites_needs_an_operator(rig, session):
+def test_an_axis_without_sites_needs_an_operator(rig, session):
     rig.no_sites = True
-    with pytest.raises(nf.InputError, match="does not go there"):
+    with pytest.raises(nf.InputError, match="cannot go there"):
         session()
     asked = []
     done, _ = session(ask=lambda question: not asked.append(question))
@@ -236,13 +236,13 @@ def test_the_axis_that_knows_no_sites_needs_an_operator(rig, session):
     assert session(ask=lambda question: False)[0].complete
 
 
-def test_an_operator_who_says_no_ends_the_session(rig, session):
+def test_an_operator_who_declines_ends_the_session(rig, session):
     rig.no_sites = True
-    done, said = session(ask=lambda question: False)
-    assert (done.ended, done.recorded) == ("interrupted", ()) and "same command" in said
+    done, text = session(ask=lambda question: False)
+    assert (done.ended, done.recorded) == ("interrupted", ()) and "same command" in text
 
 
-def test_a_folder_is_for_one_protocol(rig, session, protocol, tmp_path):
+def test_the_folder_of_another_protocol_is_refused(rig, session, protocol, tmp_path):
     session()
     before = names(tmp_path)
     (tmp_path / "mine.toml").write_text(TEXT + "# another file\n", encoding="utf-8")
@@ -252,21 +252,21 @@ def test_a_folder_is_for_one_protocol(rig, session, protocol, tmp_path):
     assert names(tmp_path) == before
 
 
-def test_a_folder_is_for_one_session_at_a_time(rig, session, protocol, tmp_path):
+def test_a_folder_in_use_by_another_session_is_refused(rig, session, protocol, tmp_path):
     (tmp_path / "out").mkdir()
-    with alone(tmp_path / "out"), pytest.raises(nf.InputError, match="another session"):
+    with locked(tmp_path / "out"), pytest.raises(nf.InputError, match="another session"):
         session()
     assert session()[0].complete and rig.runs == 6
 
 
-def test_what_the_axis_cannot_is_refused_before_anything_moves(rig, session, monkeypatch):
+def test_moves_outside_the_range_of_the_axis_are_refused_before_the_start(rig, session, monkeypatch):
     monkeypatch.setattr(Axis, "limits", AxisRange(-10e-3, 15e-3, 10e-3, 0.1))
     with pytest.raises(nf.InputError, match="the axis ends at"):
         session()
-    assert rig.said == [] and rig.runs == 0
+    assert rig.calls == [] and rig.runs == 0
 
 
-def test_the_table_is_read_by_the_campaign(rig, session, tmp_path):
+def test_the_campaign_reads_the_table(rig, session, tmp_path):
     rig.ends[3] = ("interrupted", 5e-3)
     session()
     session()
@@ -282,9 +282,9 @@ def test_the_table_is_read_by_the_campaign(rig, session, tmp_path):
 def test_the_command_pairs_first_and_second_passes(rig, session, tmp_path):
     rig.ends[4] = ("interrupted", 5e-3)
     session()
-    done, said = session()
+    done, text = session()
     words = shlex.split(done.commands[0])
-    assert words[:2] == ["needleforce", "identify"] and done.commands[0] in said
+    assert words[:2] == ["needleforce", "identify"] and done.commands[0] in text
     firsts = [os.path.basename(word) for word in words[2:5]]
     seconds = [os.path.basename(word) for flag, word in zip(words[5::2], words[6::2]) if flag == "--second-pass"]
     assert firsts == [f"3mm_s_site{site}_pass1.mcap" for site in (1, 4, 3)]
@@ -295,7 +295,7 @@ def test_the_command_pairs_first_and_second_passes(rig, session, tmp_path):
 @pytest.mark.parametrize(
     "content", [b"", b"\x89MCAP0\r\n", b"\x89MCAP0\r\n\x0c\xff\xff\xff\xff\xff\xff\xff\x7f", b"no"]
 )
-def test_a_file_cut_off_before_its_card_is_kept_aside(rig, session, tmp_path, content):
+def test_a_file_without_a_card_is_renamed_and_kept(rig, session, tmp_path, content):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "3mm_s_site1_pass1.mcap").write_bytes(content)
     (tmp_path / "out" / "other.mcap").write_bytes(content)
@@ -304,8 +304,8 @@ def test_a_file_cut_off_before_its_card_is_kept_aside(rig, session, tmp_path, co
     assert (tmp_path / "out" / "other.mcap").read_bytes() == content
 
 
-def test_between_passes_the_axis_is_kept_awake(rig, tmp_path):
+def test_between_passes_the_axis_is_kept_connected(rig, tmp_path):
     (tmp_path / "slow.toml").write_text(TEXT.replace("sites = 3", "sites = 1\npause_s = 0.15"), encoding="utf-8")
     rig.count_alive = True
     run_protocol(read_protocol(tmp_path / "slow.toml"), tmp_path / "out", rig.open, SETTINGS, say=lambda text: None)
-    assert rig.said.count("alive") >= 3
+    assert rig.calls.count("alive") >= 3

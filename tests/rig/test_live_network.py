@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rig as a plain client on the network sees it: raw sockets, no part of the recorder."""
+"""The rig on the network, tested with raw sockets and without the recorder."""
 
 import http.client
 import socket
@@ -53,11 +53,11 @@ def answer(lines, word=("ok", "refused")):
 def until(condition):
     end = time.monotonic() + PATIENCE
     while not condition():
-        assert time.monotonic() < end, "in vain"
+        assert time.monotonic() < end, "timeout"
         time.sleep(5e-3)
 
 
-def test_the_bytes_of_a_stream():
+def test_a_stream_has_the_published_bytes():
     with VirtualRig() as rig, sensor(rig, START) as made:
         got = records(made, 300)
         assert {address for _, address in got} == {("127.0.0.1", rig.sensor_port)} and {len(d) for d, _ in got} == {36}
@@ -69,13 +69,13 @@ def test_the_bytes_of_a_stream():
         until(lambda: not rig.simulated.transfer.streaming)
 
 
-def test_so_many_as_asked_for_and_buffered():
+def test_a_buffered_stream_has_the_requested_number_of_records():
     with VirtualRig() as rig, sensor(rig, struct.pack(">HHI", 0x1234, 3, 50)) as made:
         assert [len(data) for data, _ in records(made, 2)] == [40 * 36, 10 * 36]
         until(lambda: not rig.simulated.transfer.streaming)
 
 
-def test_the_last_who_asks_gets_the_stream_and_nobody_else_ends_it():
+def test_the_last_client_gets_the_stream_and_no_other_client_ends_it():
     with VirtualRig() as rig, sensor(rig, START) as first:
         records(first, 20)
         with sensor(rig, START) as second:
@@ -87,28 +87,28 @@ def test_the_last_who_asks_gets_the_stream_and_nobody_else_ends_it():
         assert len(rig.truth().streams) == 2
 
 
-def test_what_a_client_sees_is_what_the_ledger_says():
+def test_a_client_receives_what_the_ground_truth_states():
     faults = dict.fromkeys(("lost", "doubled", "reordered", "late", "foreign", "wrong_size"), 0.1)
     with VirtualRig(faults=faults) as rig, sensor(rig, struct.pack(">HHI", 0x1234, 2, 1000)) as made:
         until(lambda: not rig.simulated.transfer.streaming)
         made.settimeout(0.3)
-        got, foreign, odd = [], 0, 0
+        got, foreign, wrong_size = [], 0, 0
         while True:
             try:
                 data, address = made.recvfrom(4096)
             except TimeoutError:
                 break
             foreign += address[1] != rig.sensor_port
-            odd += len(data) % 36 != 0 or not data
+            wrong_size += len(data) % 36 != 0 or not data
             if address[1] == rig.sensor_port and len(data) == 36:
                 got.append(struct.unpack(">I", data[:4])[0])
-        ledger = rig.truth().streams[0]
-    assert set(range(1, 1001)) - set(got) == set(ledger.lost) and ledger.lost
-    assert sorted(got) == sorted([*set(got), *ledger.doubled]) and ledger.doubled
-    assert (foreign, odd) == (ledger.foreign, ledger.wrong_size) and foreign and odd
+        truth = rig.truth().streams[0]
+    assert set(range(1, 1001)) - set(got) == set(truth.lost) and truth.lost
+    assert sorted(got) == sorted([*set(got), *truth.doubled]) and truth.doubled
+    assert (foreign, wrong_size) == (truth.foreign, truth.wrong_size) and foreign and wrong_size
 
 
-def test_the_page_and_nothing_else():
+def test_only_the_configuration_page_is_served():
     with VirtualRig() as rig:
         for path, status in (("/netftapi2.xml", 200), ("/../../etc/passwd", 404), ("/", 404)):
             connection = http.client.HTTPConnection("127.0.0.1", rig.page_port, timeout=PATIENCE)
@@ -119,11 +119,11 @@ def test_the_page_and_nothing_else():
             connection.close()
 
 
-@pytest.mark.parametrize("said", [b"", b"GET /netft", b"GET " + 9000 * b"x", b"\r\n\r\n", b"\xff\xfe\r\n\r\n"])
-def test_strange_clients_of_the_page_hold_nothing_up(said):
+@pytest.mark.parametrize("text", [b"", b"GET /netft", b"GET " + 9000 * b"x", b"\r\n\r\n", b"\xff\xfe\r\n\r\n"])
+def test_invalid_clients_of_the_page_do_not_block_the_rig(text):
     with VirtualRig() as rig, ExitStack() as stack:
         for _ in range(12):
-            stack.enter_context(socket.create_connection(("127.0.0.1", rig.page_port), PATIENCE)).sendall(said)
+            stack.enter_context(socket.create_connection(("127.0.0.1", rig.page_port), PATIENCE)).sendall(text)
         with socket.create_connection(("127.0.0.1", rig.page_port), PATIENCE) as made, sensor(rig, START) as other:
             for part in (b"GET /netft", b"api2.xml HTTP/1.1\r\nHost: x\r\n", b"\r\n"):
                 made.sendall(part)
@@ -131,25 +131,25 @@ def test_strange_clients_of_the_page_hold_nothing_up(said):
             assert made.makefile("rb").read().startswith(b"HTTP/1.1 200 OK\r\n")
 
 
-def test_lines_of_the_axis():
+def test_commands_to_the_axis_are_answered():
     with VirtualRig() as rig, axis(rig) as (made, lines):
         assert lines.readline() == "axis -0.03 0.07 0.05 0.01\n"
         made.sendall(b"move 0.0 0.003\nmove 1 1\nhello\nalive\r\nstop\n\xff\xfe\n")
-        said = [answer(lines) for _ in range(6)]
-        assert said[0] == "ok move" and said[1].startswith("refused move depth") and said[2].startswith("refused line")
-        assert said[3:5] == ["ok alive", "ok stop"] and said[5].startswith("refused line")
+        text = [answer(lines) for _ in range(6)]
+        assert text[0] == "ok move" and text[1].startswith("refused move depth") and text[2].startswith("refused line")
+        assert text[3:5] == ["ok alive", "ok stop"] and text[5].startswith("refused line")
         numbers = [int(answer(lines, "state").split()[1]) for _ in range(5)]
         assert numbers == list(range(numbers[0], numbers[0] + 5))
 
 
-def test_a_second_client_is_told_and_let_go():
+def test_a_second_client_is_refused_with_the_reason():
     with VirtualRig() as rig, axis(rig) as (made, lines), axis(rig) as (_, others):
         assert others.read() == "refused connection another client has the axis\n"
         made.sendall(b"alive\n")
         assert answer(lines) == "ok alive"
 
 
-def test_a_line_without_end_ends_the_connection_and_the_next_client_is_served():
+def test_a_line_too_long_ends_the_connection_and_the_next_client_is_served():
     with VirtualRig() as rig:
         with axis(rig) as (made, lines):
             made.sendall(b"x" * 5000)
@@ -158,7 +158,7 @@ def test_a_line_without_end_ends_the_connection_and_the_next_client_is_served():
             assert answer(lines, "axis")
 
 
-def test_an_axis_whose_client_is_gone_stops():
+def test_an_axis_without_its_client_stops():
     with VirtualRig() as rig:
         with axis(rig) as (made, lines):
             made.sendall(b"move 0.06 0.05\n")
@@ -168,14 +168,14 @@ def test_an_axis_whose_client_is_gone_stops():
         assert rig.simulated.axis.motor < 0.05
 
 
-def test_a_client_that_reads_nothing_holds_nothing_up():
+def test_a_client_that_does_not_read_does_not_block_the_rig():
     with VirtualRig() as rig, axis(rig) as (made, _), sensor(rig, START) as other:
         made.sendall(b"alive\n" * 2000)
         records(other, 200)
 
 
 @pytest.mark.parametrize("cut", ["power_cut_s", "axis_silent_at_s"])
-def test_what_falls_silent_says_nothing_more(cut):
+def test_a_silent_axis_sends_nothing_more(cut):
     with VirtualRig(faults={cut: 0.3}) as rig, axis(rig) as (made, lines), sensor(rig, START) as other:
         if cut == "power_cut_s":
             with pytest.raises(OSError):  # reset, no goodbye
@@ -209,14 +209,14 @@ def test_a_port_in_use_is_named_with_its_option(option):
 @pytest.mark.parametrize(
     "wrong", [{"axis_port": -1}, {"page_port": 70_000}, {"sensor_port": 65_536}, {"listen": "256.0.0.1"}]
 )
-def test_an_address_that_is_none_is_refused(wrong):
+def test_an_invalid_address_is_refused(wrong):
     with pytest.raises(InputError):
         VirtualRig(**wrong).__enter__()
 
 
 def test_listening_beyond_this_computer_is_warned_of():
-    said = []
-    with VirtualRig(listen="0.0.0.0", say=said.append):
-        assert said[0].startswith("warning: listening at 0.0.0.0")
+    text = []
+    with VirtualRig(listen="0.0.0.0", say=text.append):
+        assert text[0].startswith("warning: listening at 0.0.0.0")
     with VirtualRig(say=(quiet := []).append):
         assert not quiet

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rig without sockets: commands, sites, clocks, what stops, and that the seed gives everything."""
+"""The rig without sockets: commands, sites, clocks, stops, and reproducibility from the seed."""
 
 import numpy as np
 import pytest
@@ -11,18 +11,18 @@ from needleforce import InputError
 from needleforce.rig import paper_experiment
 from needleforce.rig.live import SimulatedRig
 from needleforce.rig.live.axis import LIMITS, START
-from needleforce.wire.axis_lines import SILENCE, move_line, parse_answer
+from needleforce.wire.axis_lines import MAX_SILENCE_S, move_line, parse_answer
 from needleforce.wire.rdt import Command, pack_request, unpack_records
 
 STREAM = pack_request(Command.START)
 
 
-def go(rig, begin, end, *lines, talking=True):
-    """From ``begin`` to ``end`` in steps of 50 ms; the lines are said at the beginning. Answers, records, states."""
+def go(rig, begin, end, *lines, active=True):
+    """From ``begin`` to ``end`` in steps of 50 ms; the lines are sent at the beginning. Answers, records, states."""
     answers = [parse_answer(rig.command(begin, line)) for line in lines]
     out, states = [], []
     for now in np.arange(begin, end + 1e-9, 50e-3).tolist():
-        if talking and now > begin:
+        if active and now > begin:
             rig.command(now, "alive")
         rig.advance(now)
         out += rig.datagrams(now)
@@ -30,7 +30,7 @@ def go(rig, begin, end, *lines, talking=True):
     return answers, [record for one in out for record in unpack_records(one.data)], states
 
 
-def test_the_force_over_the_network_is_that_of_the_phantom_at_the_needle():
+def test_the_transmitted_force_is_that_of_the_phantom_at_the_needle():
     rig = SimulatedRig(5)
     rig.request(0.0, STREAM)
     answers, records, _ = go(rig, 0.0, 8.0, move_line(16e-3, 3e-3))
@@ -49,7 +49,7 @@ def test_the_force_over_the_network_is_that_of_the_phantom_at_the_needle():
     assert truth.refused == 0
 
 
-def test_everything_follows_from_the_seed_and_the_commands():
+def test_seed_and_commands_determine_the_stream():
     def bytes_of(seed):
         rig = SimulatedRig(seed, faults={"lost": 0.1, "late": 0.1})
         rig.request(0.0, STREAM)
@@ -58,16 +58,16 @@ def test_everything_follows_from_the_seed_and_the_commands():
     assert bytes_of(3) == bytes_of(3) != bytes_of(4)
 
 
-def test_silence_stops_the_needle():
+def test_a_silent_client_stops_the_needle():
     rig = SimulatedRig()
-    go(rig, 0.0, 3.0, move_line(60e-3, 3e-3), talking=False)
+    go(rig, 0.0, 3.0, move_line(60e-3, 3e-3), active=False)
     truth = rig.truth()
-    expected = nf.Motion(START, ((60e-3, 3e-3),)).at(SILENCE)[0] + (3e-3) ** 2 / 2.0
+    expected = nf.Motion(START, ((60e-3, 3e-3),)).at(MAX_SILENCE_S)[0] + (3e-3) ** 2 / 2.0
     assert truth.depth[-1] == pytest.approx(expected, abs=1e-8)
     assert rig.axis.condition == "idle"
 
 
-def test_sites_are_changed_outside_and_at_rest_and_keep_their_holes():
+def test_sites_are_changed_only_outside_at_rest_and_keep_their_holes():
     rig = SimulatedRig()
     refused = [go(rig, 0.0, 0.5, move_line(8e-3, 5e-3), "site 2")[0][1]]
     go(rig, 0.5, 6.0)
@@ -79,7 +79,7 @@ def test_sites_are_changed_outside_and_at_rest_and_keep_their_holes():
     go(rig, 6.05, 12.0, move_line(START, 5e-3))
     assert go(rig, 12.0, 12.1, "site 2")[0][0].accepted
     go(rig, 12.1, 22.0, move_line(7.5e-3, 5e-3))
-    go(rig, 22.0, 28.0, move_line(START, 5e-3), talking=True)
+    go(rig, 22.0, 28.0, move_line(START, 5e-3), active=True)
     assert go(rig, 28.0, 28.1, "site 1")[0][0].accepted
     go(rig, 28.1, 36.0, move_line(7.5e-3, 5e-3))
     truth = rig.truth()
@@ -90,19 +90,19 @@ def test_sites_are_changed_outside_and_at_rest_and_keep_their_holes():
 
 
 @pytest.mark.parametrize("line", ["site 0", "site 70000", "site 99999999999999999999"])
-def test_sites_there_are_not_are_refused(line):
+def test_unknown_sites_are_refused(line):
     assert not parse_answer(SimulatedRig().command(0.0, line)).accepted
 
 
 @pytest.mark.parametrize("line", ["", "jump", "move 1", "move nan 1", "\ufffd\ufffd", "state 1 2 3 4 idle", "x" * 200])
-def test_garbage_is_answered_and_changes_nothing(line):
+def test_invalid_lines_are_answered_and_change_nothing(line):
     rig = SimulatedRig()
     assert parse_answer(rig.command(0.0, line)).command == "line"
     rig.advance(0.1)
     assert (rig.truth().depth == START).all()
 
 
-def test_requests_that_are_none_are_counted():
+def test_invalid_requests_are_counted():
     rig = SimulatedRig()
     rig.request(0.0, STREAM)
     for data in (b"", b"x" * 7, b"x" * 8, STREAM + b"0", pack_request(Command.STOP)[:7]):
@@ -112,17 +112,17 @@ def test_requests_that_are_none_are_counted():
 
 
 @given(st.lists(st.one_of(st.binary(max_size=40), st.text(max_size=250)), max_size=20))
-def test_whatever_is_said_is_answered_or_counted(said):
+def test_any_input_is_answered_or_counted(inputs):
     rig = SimulatedRig()
-    for k, each in enumerate(said):
+    for k, each in enumerate(inputs):
         if isinstance(each, bytes):
             rig.request(1e-3 * k, each)
         else:
             parse_answer(rig.command(1e-3 * k, each))
-    assert rig.truth().garbage == sum(isinstance(each, bytes) for each in said)
+    assert rig.truth().garbage == sum(isinstance(each, bytes) for each in inputs)
 
 
-def test_a_stop_of_the_stream_and_a_zero():
+def test_the_stream_is_stopped_and_the_sensor_zeroed_on_request():
     rig = SimulatedRig()
     rig.request(0.0, STREAM)
     rig.advance(0.1)
@@ -139,40 +139,40 @@ def test_a_stop_of_the_stream_and_a_zero():
 
 
 @pytest.mark.parametrize("ppm", [-5000.0, 0.0, 5000.0])
-def test_the_sensor_runs_on_a_clock_of_its_own(ppm):
+def test_the_sensor_has_its_own_clock(ppm):
     rig = SimulatedRig(faults={"sensor_drift_ppm": ppm})
     rig.request(0.0, STREAM)
     rig.advance(4.0)
     assert len(rig.datagrams(4.0)) == pytest.approx(4000 * (1 + 1e-6 * ppm), abs=1)
 
 
-def test_the_axis_clock_is_told_with_its_drift_and_offset():
+def test_states_have_the_drift_and_offset_of_the_axis_clock():
     rig = SimulatedRig(faults={"axis_drift_ppm": 10_000.0, "clock_offset_s": 50.0})
     rig.advance(5.0)
     states = rig.states()
     assert states[-1].time == pytest.approx(50.0 + 5.0 * 1.01, abs=1 / 60) and len(states) == int(5.0 * 60 * 1.01) + 1
 
 
-def test_what_falls_silent():
+def test_silent_devices_send_nothing_and_the_axis_stops():
     rig = SimulatedRig(faults={"sensor_silent_at_s": 1.0, "axis_silent_at_s": 2.0, "power_cut_s": 4.0})
     rig.request(0.0, STREAM)
     _, records, states = go(rig, 0.0, 3.9, move_line(60e-3, 3e-3))
     assert len(records) == 999 and states[-1].time < 2.0
     assert rig.command(3.9, "stop") is None and rig.request(3.9, STREAM) is None
-    # nobody was heard after 2 s: it stopped by itself
-    assert rig.truth().depth[-1] < nf.Motion(START, ((60e-3, 3e-3),)).at(2.0 + SILENCE)[0] + 5e-6
+    # no line was received after 2 s: it stopped by itself
+    assert rig.truth().depth[-1] < nf.Motion(START, ((60e-3, 3e-3),)).at(2.0 + MAX_SILENCE_S)[0] + 5e-6
     rig.advance(10.0)
     assert rig.truth().time[-1] == pytest.approx(4.0, abs=1e-3)
 
 
-def test_a_stalled_axis_tells_it_and_the_force_stays():
+def test_a_stalled_axis_reports_it_and_the_force_stays_constant():
     rig = SimulatedRig(faults={"stall_at_s": 3.0})
     _, _, states = go(rig, 0.0, 5.0, move_line(16e-3, 3e-3))
     assert {state.condition for state in states if state.time > 3.0} == {"stalled"}
     assert len({state.depth for state in states if state.time > 3.0}) == 1
     truth = rig.truth()
     assert np.ptp(truth.depth[truth.time > 3.01]) == 0.0
-    # the crack comes to rest, then nothing changes any more
+    # after the crack has come to rest the force is constant
     assert np.ptp(truth.force[truth.time > 4.5]) < 1e-12 < truth.force[-1]
 
 
@@ -188,10 +188,10 @@ def test_any_model_is_tissue():
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, "one"])
-def test_a_seed_that_is_none_is_refused(seed):
+def test_invalid_seeds_are_refused(seed):
     with pytest.raises(InputError, match="seed"):
         SimulatedRig(seed)
 
 
-def test_the_range_is_told():
+def test_the_greeting_has_the_range_of_the_axis():
     assert parse_answer(SimulatedRig().greeting) == LIMITS

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The phantom step by step against the same phantom simulated at once."""
+"""The phantom step by step against the direct simulation of the same phantom."""
 
 import numpy as np
 import pytest
@@ -32,15 +32,17 @@ def test_two_passes_are_those_of_the_experiment_of_the_same_seed(sites, number, 
     site, tissue = sites[number - 1], PhantomTissue(phantom_site(5, number))
     first, second = stroke(DEPTH, speed), stroke(DEPTH - SHORT, speed)
     direct = site.specimen.force(first - site.surface)
-    again = site.specimen.force(second - site.surface, hole=DEPTH - site.surface)
+    second_force = site.specimen.force(second - site.surface, hole=DEPTH - site.surface)
     np.testing.assert_allclose(stepped(tissue, first), direct, atol=1e-9)
-    np.testing.assert_allclose(stepped(tissue, second), again, atol=1e-9)
-    # a third one finds what the second found
-    np.testing.assert_allclose(stepped(tissue, second), again, atol=1e-9)
-    assert tissue.refused == 0 and np.abs(direct[: len(again)] - again).max() > 0.1  # the peak, which a hole has not
+    np.testing.assert_allclose(stepped(tissue, second), second_force, atol=1e-9)
+    # a third pass equals the second
+    np.testing.assert_allclose(stepped(tissue, second), second_force, atol=1e-9)
+    assert (
+        tissue.refused == 0 and np.abs(direct[: len(second_force)] - second_force).max() > 0.1
+    )  # the puncture peak is missing in a hole
 
 
-def test_the_whole_wrench_is_what_a_run_without_noise_records(sites):
+def test_the_wrench_is_that_of_a_run_recorded_without_noise(sites):
     quiet = Sensor(1, noise=0.0, torque_noise=0.0, bias=0.0)
     motion = path_of_run(-4e-3, 3e-3, DEPTH, 1.0)
     run = perform(sites[0], motion, quiet, SpeedClock(), np.random.Generator(np.random.PCG64(0)))
@@ -52,12 +54,12 @@ def test_the_whole_wrench_is_what_a_run_without_noise_records(sites):
         )
 
 
-def test_a_site_is_the_same_whatever_was_visited_before():
-    alone, after = (
+def test_a_site_does_not_depend_on_sites_visited_before():
+    first, after = (
         PhantomTissue(phantom_site(5, 2)),
         [PhantomTissue(phantom_site(5, number)) for number in (7, 1, 2)][-1],
     )
-    assert (stepped(alone, stroke(DEPTH)) == stepped(after, stroke(DEPTH))).all()
+    assert (stepped(first, stroke(DEPTH)) == stepped(after, stroke(DEPTH))).all()
 
 
 def test_a_needle_that_did_not_pierce_leaves_no_hole(sites):
@@ -71,9 +73,9 @@ def test_a_needle_that_did_not_pierce_leaves_no_hole(sites):
 def test_going_back_and_forth_inside_returns_no_energy():
     tissue = PhantomTissue(phantom_site(5, 1))
     stepped(tissue, stroke(DEPTH)[: len(stroke(DEPTH)) // 2])
-    way_back = DEPTH - 2e-3 * (1 - np.cos(np.linspace(0, 6 * np.pi, 4000)))
-    force = stepped(tissue, way_back)
-    assert np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(way_back)) > 0.0
+    oscillating = DEPTH - 2e-3 * (1 - np.cos(np.linspace(0, 6 * np.pi, 4000)))
+    force = stepped(tissue, oscillating)
+    assert np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(oscillating)) > 0.0
 
 
 @pytest.mark.parametrize("preset", ["paper", "physical"])
@@ -81,5 +83,5 @@ def test_any_model_is_tissue_as_simulated(preset):
     model = nf.preset(preset)
     motion = nf.Motion.insert(-2e-3, 3e-3, 10e-3, 0.5)
     run = nf.simulate(model, motion)
-    # the simulation hands over the velocity, the rig its difference
+    # the simulation passes the velocity, the rig uses the difference of depths
     np.testing.assert_allclose(stepped(ModelTissue(model), run.depth), run.force, atol=1e-3)

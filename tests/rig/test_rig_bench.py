@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The bench tests: the exact rod against its limits, the small-deflection formula against the exact rod."""
+"""The bench tests: the exact rod against limits, and the small-deflection formula against the exact rod."""
 
 import numpy as np
 import pytest
@@ -18,9 +18,9 @@ def small(force, position, length=LENGTH, stiffness=STIFFNESS):
     return force * position**2 * (3.0 * length - position) / (6.0 * stiffness)
 
 
-def test_the_paper_s_needle_at_its_tip():
-    assert tip_deflection(0.1, LENGTH, LENGTH, STIFFNESS) / LENGTH == pytest.approx(0.662, abs=5e-4)  # the elastica's
-    assert small(0.1, LENGTH) > LENGTH  # the formula leaves the needle
+def test_the_tip_deflection_of_the_papers_needle_is_that_of_the_elastica():
+    assert tip_deflection(0.1, LENGTH, LENGTH, STIFFNESS) / LENGTH == pytest.approx(0.662, abs=5e-4)  # of the elastica
+    assert small(0.1, LENGTH) > LENGTH  # the formula exceeds the length of the needle
 
 
 @pytest.mark.parametrize(
@@ -28,7 +28,7 @@ def test_the_paper_s_needle_at_its_tip():
     # Bisshopp and Drucker's curve, tabulated in textbooks on large deflections: F L^2 / EI and deflection / L
     [(1.0, 0.30172), (2.0, 0.49346), (3.0, 0.60325), (5.0, 0.71379), (10.0, 0.81061)],
 )
-def test_the_published_curve_of_the_cantilever(load, deflection):
+def test_the_deflection_follows_the_published_curve_of_the_cantilever(load, deflection):
     assert tip_deflection(load, 1.0, 1.0, 1.0) == pytest.approx(deflection, abs=1e-5)
 
 
@@ -41,7 +41,7 @@ def test_small_forces_give_the_small_deflection_formula(position):
 
 
 @pytest.mark.parametrize("position", [20e-3, 60e-3, 80e-3])
-def test_the_rod_s_equation_integrated_by_steps_agrees(position):
+def test_numerical_integration_of_the_rod_agrees(position):
     from scipy.integrate import solve_bvp
 
     def slope(s, y):
@@ -61,7 +61,7 @@ def test_impossible_loads_are_refused(bad):
         tip_deflection(*bad, LENGTH, STIFFNESS)
 
 
-def test_the_readings_are_small_deflections_around_the_needle_s_modulus():
+def test_the_readings_agree_with_small_deflections_and_the_needles_modulus():
     second_moment = np.pi * 0.7e-3**4 / 64.0
     tests = [bend_needle(stream(seed)) for seed in range(200)]
     ratios = np.array([small(t.force, t.position, LENGTH, second_moment) / t.tip_deflection / e for t, e in tests])
@@ -71,7 +71,7 @@ def test_the_readings_are_small_deflections_around_the_needle_s_modulus():
     assert drawn.std() == pytest.approx(1.6e9, rel=0.1)
 
 
-def test_the_initial_slope_of_the_tension_is_the_tissue_s_modulus():
+def test_the_initial_slope_of_the_tension_test_is_the_tissues_modulus():
     curves = [pull_tissue(stream(seed)) for seed in range(200)]
     slopes = [np.polyfit(c.stretch[:11] - 1.0, c.stress[:11], 2)[1] for c in curves]
     assert np.mean(slopes) == pytest.approx(116e3, rel=0.02)
@@ -88,6 +88,6 @@ def test_the_tables_are_small_csv_files(tmp_path):
     np.testing.assert_allclose(table[:, 0], [6, 9, 12, 16, 20])
 
 
-def test_a_table_is_never_half_written(tmp_path):
+def test_a_table_in_a_missing_folder_is_refused(tmp_path):
     with pytest.raises(InputError, match="absent"):
         bend_needle(stream(1))[0].write(tmp_path / "absent")

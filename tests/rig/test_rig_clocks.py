@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Velocity on its own clock, and the depth it integrates to."""
+"""Velocity on its own clock, and the depth as its integral."""
 
 import numpy as np
 import pytest
@@ -22,13 +22,13 @@ def test_the_integral_of_the_velocity_returns_to_the_commanded_depth(speed, seed
     stamps, velocity = clock.record(motion, stream(seed))
     true = motion.at(stamps)[0]
     depth = integral(stamps, velocity, motion.start, stamps)
-    # noise and rounding wander as a random walk of n steps; the stamps are late by jitter times speed
+    # noise and rounding give a random walk of n steps; jitter of the stamps adds jitter times speed
     sd = np.hypot(clock.noise, clock.resolution / np.sqrt(12.0)) / clock.rate
     allowed = 4.0 * (sd * np.sqrt(len(stamps)) + 2.0 * clock.jitter * speed)
     assert np.abs(depth - true).max() < allowed < 0.1e-3
 
 
-def test_a_clock_without_faults_gives_the_motion_itself():
+def test_an_ideal_clock_gives_the_motion():
     motion = path_of_run(-4e-3, 3e-3, 16e-3, 1.0)
     stamps, velocity = SpeedClock(jitter=0.0, noise=0.0, resolution=0.0).record(motion, stream())
     np.testing.assert_allclose(velocity, motion.at(stamps)[1], atol=1e-8)
@@ -37,7 +37,7 @@ def test_a_clock_without_faults_gives_the_motion_itself():
     assert np.abs(depth - motion.at(stamps)[0]).max() < 8 * corner + 1e-7
 
 
-def test_it_runs_at_its_own_rate_from_its_own_phase():
+def test_it_has_its_own_rate_and_phase():
     motion = path_of_run(-4e-3, 3e-3, 16e-3, 0.0)
     first, second = (SpeedClock(jitter=0.0).record(motion, stream(seed))[0] for seed in (1, 2))
     np.testing.assert_allclose(np.diff(first), 1.0 / 60.0, atol=2e-6)
@@ -45,12 +45,12 @@ def test_it_runs_at_its_own_rate_from_its_own_phase():
     assert motion.duration - first[-1] <= 1.0 / 60.0
 
 
-def test_time_increases_whatever_the_jitter():
+def test_time_increases_for_any_jitter():
     stamps, _ = SpeedClock(jitter=1.0).record(path_of_run(-4e-3, 3e-3, 16e-3, 0.0), stream())
     assert (np.diff(stamps) > 0.0).all()
 
 
-def test_velocity_comes_in_steps():
+def test_velocity_is_quantised():
     _, velocity = SpeedClock(resolution=0.05e-3).record(path_of_run(-4e-3, 3e-3, 16e-3, 0.0), stream())
     np.testing.assert_allclose(velocity / 0.05e-3, np.rint(velocity / 0.05e-3), atol=1e-4)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The experiment as a whole: bytes, files, truth, and what the reader makes of it."""
+"""The complete experiment: bytes, files, true values, and reading of its files."""
 
 import numpy as np
 import pytest
@@ -24,7 +24,7 @@ def test_the_same_seed_gives_the_same_bytes(tmp_path):
         assert path.read_bytes() == same.read_bytes() != different.read_bytes()
 
 
-def test_it_is_the_paper_s_experiment():
+def test_it_is_the_papers_experiment():
     whole = paper_experiment(0, depth=6e-3)
     assert len(whole.runs) == 2 * 5 * 2 and len(whole.sites) == 2 * 5
     for first, second in whole.pairs():
@@ -34,16 +34,16 @@ def test_it_is_the_paper_s_experiment():
         assert set(first.axes) == {"force", "fx", "fy", "tx", "ty", "tz"}
 
 
-def test_files_tell_speed_site_and_pass_and_nothing_else_is_left(tmp_path):
-    told = []
-    written = paper_experiment(2, **SMALL).write(tmp_path, progress=lambda runs, text: told.append(len(runs)) or runs)
+def test_file_names_have_speed_site_and_pass_and_there_are_no_other_files(tmp_path):
+    counts = []
+    written = paper_experiment(2, **SMALL).write(tmp_path, progress=lambda runs, text: counts.append(len(runs)) or runs)
     runs = [f"3mm_s_site{site}_pass{number}" for site in (1, 2) for number in (1, 2)]
     expected = {f"{run}_{stream}.csv" for run in runs for stream in ("force", "motion")}
     assert {path.name for path in tmp_path.iterdir()} == expected | {"needle_bending.csv", "tissue_tension.csv"}
-    assert len(written) == 10 and told == [4]
+    assert len(written) == 10 and counts == [4]
 
 
-def test_read_finds_the_motion_and_gives_what_the_run_gives_in_memory(tmp_path, experiment):
+def test_a_file_read_with_its_motion_equals_the_run_in_memory(tmp_path, experiment):
     run = experiment.runs[0]
     force, motion = run.write(tmp_path)
     there, here = nf.read(force), run.recording()
@@ -54,7 +54,7 @@ def test_read_finds_the_motion_and_gives_what_the_run_gives_in_memory(tmp_path, 
     assert there.card.filter_length == here.card.filter_length == 10
 
 
-def test_no_file_tells_the_truth(tmp_path, experiment):
+def test_files_do_not_contain_the_true_values(tmp_path, experiment):
     text = experiment.runs[0].write(tmp_path)[0].read_text()
     assert not any(word in text for word in ("cutting", "friction", "modulus", "dimple"))
 
@@ -66,7 +66,7 @@ def test_the_recorded_depth_is_the_commanded_one(experiment):
         assert first.recording().depth[-1] == pytest.approx(-4e-3, abs=0.05e-3)
 
 
-def test_every_run_records_its_specimen_wherever_the_surface_is():
+def test_every_run_records_its_specimen_for_any_depth_of_the_surface():
     experiment = paper_experiment(8, sites=6, speeds=(3e-3,))
     assert min(site.surface for site in experiment.sites) < 0.0 < max(site.surface for site in experiment.sites)
     for number, site in enumerate(experiment.sites):
@@ -78,7 +78,7 @@ def test_every_run_records_its_specimen_wherever_the_surface_is():
             assert abs(np.median(off)) < 4.0 * 2e-3 and np.percentile(np.abs(off - np.median(off)), 95) < 6e-3
 
 
-def test_peak_and_its_depth_are_recorded_as_drawn_but_for_the_filter(experiment):
+def test_peak_and_its_depth_are_recorded_as_drawn_except_for_the_filter(experiment):
     for (first, _), site in zip(experiment.pairs(), experiment.sites):
         recording = first.recording()
         indentation = recording.depth - site.surface
@@ -98,7 +98,7 @@ def test_lateral_forces_are_recorded_and_small(experiment):
     assert torque == pytest.approx(80e-3 * site.lateral[0], abs=2e-5)
 
 
-def test_truth_has_what_was_set_and_what_was_drawn(experiment):
+def test_truth_has_nominal_and_drawn_values(experiment):
     truth = experiment.truth
     assert set(truth) == {
         "needle_young_modulus", "tissue_young_modulus", "puncture_force", "puncture_indentation", "friction_per_length",
@@ -109,7 +109,7 @@ def test_truth_has_what_was_set_and_what_was_drawn(experiment):
     assert truth["needle_young_modulus"].nominal == 14.1e9 and truth["tissue_young_modulus"].drawn == 116e3
 
 
-def test_a_part_at_one_speed_has_its_own_truth():
+def test_the_part_at_one_speed_has_its_own_truth():
     both = paper_experiment(1, sites=2, speeds=(2e-3, 3e-3), depth=6e-3)
     part = both.at(3e-3)
     assert {run.speed for run in part.runs} == {3e-3} and len(part.sites) == 2
@@ -118,7 +118,7 @@ def test_a_part_at_one_speed_has_its_own_truth():
         both.at(1e-3)
 
 
-def test_changing_a_mean_leaves_every_draw_as_it_was():
+def test_changing_a_mean_changes_no_draw():
     few, more = (paper_experiment(3, cutting_force=force, **SMALL) for force in (0.0776, 1.2 * 0.0776))
     for a, b in zip(few.sites, more.sites):
         assert b.specimen.cutting_force == pytest.approx(1.2 * a.specimen.cutting_force, rel=1e-12)
@@ -142,12 +142,12 @@ def recorded_difference(cutting_force):
 
 def test_the_recorded_difference_has_the_known_bias_and_follows_the_cutting_force():
     usual, more = recorded_difference(0.0776), recorded_difference(1.2 * 0.0776)
-    left_over = 4.0 * 2e-3 * np.sqrt(2.0 / 3.0)  # biases of six runs, of which the reader removes the sure ones
+    left_over = 4.0 * 2e-3 * np.sqrt(2.0 / 3.0)  # biases of six runs, of which the reader removes the significant ones
     assert usual == pytest.approx(0.0776 - 18.6 * 0.8e-3, abs=left_over)
     assert more - usual == pytest.approx(0.2 * 0.0776, abs=0.3e-3)
 
 
-def test_segmenting_finds_what_was_drawn(experiment):
+def test_segmentation_finds_the_drawn_events(experiment):
     for (first, _), site in zip(experiment.pairs(), experiment.sites):
         events = nf.segment(first.recording())
         assert events.status == "ok" and len(events.punctures) == 1
@@ -155,7 +155,7 @@ def test_segmenting_finds_what_was_drawn(experiment):
         assert events.contact.depth == pytest.approx(site.surface, abs=0.25e-3)
 
 
-def test_the_example_is_small_and_read_like_any_other(tmp_path):
+def test_the_example_is_small_and_can_be_read(tmp_path):
     example = example_recording(1)
     path = nf.write(example, tmp_path / "example.csv")
     assert path.stat().st_size < 100_000
@@ -165,7 +165,7 @@ def test_the_example_is_small_and_read_like_any_other(tmp_path):
     assert len(nf.segment(back).punctures) == 1
 
 
-def test_the_example_is_a_command(tmp_path, capsys):
+def test_the_command_writes_the_example(tmp_path, capsys):
     from needleforce.rig.__main__ import main
 
     assert main([str(tmp_path / "example.csv"), "1"]) == 0

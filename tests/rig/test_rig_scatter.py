@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's scatter between sites, over many of them."""
+"""The paper's scatter between sites, tested with many sites."""
 
 import numpy as np
 import pytest
@@ -39,8 +39,8 @@ def test_peak_and_depth_are_drawn_independently(sites):
     assert abs(np.corrcoef(pairs.T)[0, 1]) < 4.0 / np.sqrt(SITES)
 
 
-def test_modulus_and_depth_drawn_independently_would_scatter_the_peak_too_much(sites):
-    """The trap the rig avoids: the same moduli and depths, paired at random."""
+def test_independent_modulus_and_depth_would_give_too_much_scatter_of_the_peak(sites):
+    """The same moduli and depths paired at random, which the rig avoids."""
     depths = [site.specimen.puncture_depth for site in sites]
     laws = [site.specimen.model().stiffness for site in sites]
     shuffled = np.random.Generator(np.random.PCG64(0)).permutation(depths)

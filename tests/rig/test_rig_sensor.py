@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The force sensor: counts, ends of range, and what its average filter does to a step."""
+"""The force sensor: counts, saturation, and the step response of its moving-average filter."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def quiet(length):
     return Sensor(filter_length=length, noise=0.0, torque_noise=0.0, bias=0.0)
 
 
-def test_a_reading_is_a_whole_number_of_counts():
+def test_a_reading_is_an_integer_number_of_counts():
     true = np.linspace(-0.3, 0.3, 1001)
     read = quiet(1).record({"force": true, "tx": 1e-3 * true}, stream())
     np.testing.assert_allclose(read["force"] * 320, np.rint(true * 320), atol=1e-12)
@@ -32,12 +32,12 @@ def test_it_saturates_at_the_ends_of_its_range():
 
 
 @pytest.mark.parametrize("length", [1, 2, 10, 50])
-def test_a_step_is_smeared_over_the_filter_and_a_ramp_delayed_by_half(length):
+def test_a_step_is_spread_over_the_filter_and_a_ramp_delayed_by_half_of_it(length):
     sensor = quiet(length)
     step = sensor.record({"force": np.repeat([0.0, 1.0], 100)}, stream())["force"]
     expected = np.clip((np.arange(200) - 99) / length, 0.0, 1.0)
     np.testing.assert_allclose(step, expected, atol=1e-12)
-    ramp = np.arange(200) / 320.0  # one count a sample: rounding leaves it alone
+    ramp = np.arange(200) / 320.0  # one count per sample: not changed by rounding
     read = sensor.record({"force": ramp}, stream())["force"]
     np.testing.assert_allclose(read[length:], ramp[length:] - 0.5 * (length - 1) / 320.0, atol=1e-12)
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The specimen against closed forms: what the two passes share and where they differ."""
+"""The specimen against closed forms: equal and different forces of the two passes."""
 
 import math
 
@@ -20,7 +20,7 @@ def passes(specimen):
     return specimen.force(IN), specimen.force(IN, hole=DEEPEST + 1e-3)
 
 
-def test_the_peak_is_the_paper_s_and_the_modulus_follows_from_the_saturated_contact():
+def test_the_peak_is_the_papers_and_the_modulus_follows_from_the_saturated_contact():
     specimen = Specimen()
     saturation = 0.5 * math.pi * R / math.tan(ALPHA)
     shape = 0.5 * math.pi * R**2 / math.tan(ALPHA) + 2.0 * R * (3.237e-3 - saturation)
@@ -36,12 +36,12 @@ def test_the_difference_of_the_passes_is_cutting_minus_the_friction_of_the_dimpl
     np.testing.assert_allclose((first - second)[INSIDE], 0.0776 - 18.6 * 0.8e-3, atol=1e-9)
 
 
-def test_without_anything_unmodelled_the_difference_is_the_cutting_force():
+def test_without_unmodelled_effects_the_difference_is_the_cutting_force():
     first, second = passes(Specimen(unmodelled=NOTHING_UNMODELLED))
     np.testing.assert_allclose((first - second)[INSIDE], 0.0776, atol=1e-9)
 
 
-def test_unequal_friction_tilts_the_difference():
+def test_unequal_friction_adds_a_slope_to_the_difference():
     first, second = passes(Specimen(unmodelled=Unmodelled(second_friction_ratio=0.69)))
     expected = 0.0776 + 18.6 * (IN - 0.8e-3) - 0.69 * 18.6 * IN
     np.testing.assert_allclose((first - second)[INSIDE], expected[INSIDE], atol=1e-9)
@@ -57,7 +57,7 @@ def test_the_second_pass_neither_deforms_nor_punctures_nor_cuts():
     parts = Specimen().parts(IN, hole=DEEPEST + 1e-3)
     assert not parts["stiffness"].any() and not parts["cutting"].any()
     force = sum(parts.values())
-    assert np.diff(force).min() > -1e-12  # no drop anywhere on the way in
+    assert np.diff(force).min() > -1e-12  # no drop during the insertion stroke
 
 
 def test_the_second_pass_is_friction_and_the_spreading_force_up_to_twelve_millimetres():
@@ -100,15 +100,15 @@ def test_a_hole_no_deeper_than_the_puncture_is_refused(hole):
         Specimen().force(IN, hole=hole)
 
 
-def test_another_law_of_cutting_can_be_put_in():
-    asked = []
+def test_another_cutting_law_can_be_used():
+    forces = []
 
     def cutting(force):
-        asked.append(force)
+        forces.append(force)
         return Specimen().model().cutting
 
     Specimen(cutting_force=0.05, cutting=cutting).force(IN)
-    assert asked and set(asked) == {0.05}
+    assert forces and set(forces) == {0.05}
 
 
 @pytest.mark.parametrize("bad", [{"dimple": -1.0}, {"spreading_force": np.nan}, {"second_friction_ratio": -0.1}])

@@ -82,11 +82,11 @@ def test_unknown_attributes_are_refused(mujoco):
     [
         ({}, "joint or site is neither"),
         ({"joint": "slide", "site": "tip"}, "joint or site is both"),
-        ({"joint": "nowhere"}, "joint is nowhere, no such name in the model"),
+        ({"joint": "nowhere"}, "joint is nowhere, not a name in the model"),
         ({"joint": "wrist"}, "joint is wrist, not a slide joint"),
-        ({"joint": "z", "surface_site": "skin"}, "surface is a site or normal, not for a joint"),
-        ({"site": "tip", "surface_site": "tip"}, "surface_site is tip, on a body that moves"),
-        ({"site": "tip", "surface_normal": (0, 0)}, "surface_normal is (0, 0), no direction"),
+        ({"joint": "z", "surface_site": "skin"}, "surface is a site or normal, not possible for a joint"),
+        ({"site": "tip", "surface_site": "tip"}, "surface_site is tip, on a moving body"),
+        ({"site": "tip", "surface_normal": (0, 0)}, "surface_normal is (0, 0), not a direction"),
         ({"joint": "z", "surface_height": float("nan")}, "surface_height is nan, not a finite number"),
         ({"site": "tip", "surface_height": "skin"}, "surface_height is skin, not a finite number"),
         ({"joint": "z", "max_speed": -1.0}, "max_speed is -1.0, outside"),
@@ -108,7 +108,7 @@ def test_rk4_is_left_to_the_plugin(mujoco):
 def test_xml_of_what_has_no_model_is_refused():
     with pytest.raises(nf.InputError, match="without a model"):
         plugin_xml(None, joint="slide")
-    with pytest.raises(nf.InputError, match="keyword is hinge, of no known name"):
+    with pytest.raises(nf.InputError, match="keyword is hinge, unknown"):
         plugin_xml(nf.preset("paper"), hinge="slide")
 
 
@@ -117,4 +117,4 @@ def test_without_mujoco_the_extra_is_named():
     code += "from needleforce.mujoco import attach, plugin_xml\nplugin_xml(nf.preset('paper'), joint='slide')\n"
     code += "try: attach(nf.preset('paper'), None, joint='slide')\nexcept nf.InputError as error: print(error)"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert said == 'mujoco is not installed, needed here. pip install "needleforce[mujoco]" installs it.\n'
+    assert said == 'mujoco is not installed, it is needed here. Run pip install "needleforce[mujoco]".\n'

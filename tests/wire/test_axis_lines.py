@@ -1,4 +1,4 @@
-"""Lines of the axis: there and back, and what is none."""
+"""Lines of the axis: writing, reading, and invalid lines."""
 
 import pytest
 from hypothesis import given
@@ -19,7 +19,7 @@ from needleforce.wire.axis_lines import (
 
 
 @pytest.mark.parametrize(
-    "said, line",
+    "message, line",
     [
         (AxisState(3, 0.05, -0.004, 0.003, "moving"), "state 3 0.050000 -0.00400000 0.0030000 moving"),
         (AxisRange(-0.01, 0.06, 0.02, 0.01), "axis -0.01 0.06 0.02 0.01"),
@@ -29,13 +29,13 @@ from needleforce.wire.axis_lines import (
         (Answer("connection", False, "another client"), "refused connection another client"),
     ],
 )
-def test_what_an_axis_says(said, line):
-    written = {AxisState: state_line, AxisRange: range_line, Answer: answer_line}[type(said)](said)
+def test_lines_of_an_axis_are_written_and_read(message, line):
+    written = {AxisState: state_line, AxisRange: range_line, Answer: answer_line}[type(message)](message)
     assert written == line
-    assert parse_answer(line) == said
+    assert parse_answer(line) == message
 
 
-def test_commands():
+def test_commands_are_read():
     assert parse_command(move_line(16e-3, 3e-3)) == ("move", (16e-3, 3e-3))
     assert parse_command("stop") == ("stop", ())
     assert parse_command("site 2") == ("site", (2.0,))
@@ -44,7 +44,7 @@ def test_commands():
 @pytest.mark.parametrize(
     "line", ["", "move", "move 1", "move a b", "move nan 1", "move inf 1", "site -1", "state 1", "go", "stop now"]
 )
-def test_what_is_no_command_is_refused(line):
+def test_invalid_commands_are_refused(line):
     with pytest.raises(InputError, match="line of the axis"):
         parse_command(line)
 
@@ -57,7 +57,7 @@ def test_what_is_no_command_is_refused(line):
         "axis -0.03 0.07 0 0.01", "axis 0.07 -0.03 0.05 0.01", "axis -0.03 0.07 0.05 -1",
     ],
 )  # fmt: skip
-def test_what_no_axis_can_be_is_refused(line):
+def test_impossible_states_and_ranges_are_refused(line):
     with pytest.raises(InputError, match="line of the axis"):
         parse_answer(line)
 

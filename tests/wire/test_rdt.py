@@ -34,7 +34,7 @@ def test_a_record_has_the_published_bytes():
     assert unpack_records(3 * RECORD) == 3 * [PACKET]
 
 
-def test_counters_wrap():
+def test_counters_wrap_at_32_bits():
     assert unpack_records(pack_record(PACKET._replace(sequence=2**32 + 5)))[0].sequence == 5
 
 
@@ -45,7 +45,7 @@ def test_a_datagram_of_the_wrong_size_is_refused(size):
 
 
 @pytest.mark.parametrize("data", ["1234000200", "4321000200000000", "1234007700000000"])
-def test_what_is_no_request_is_refused(data):
+def test_invalid_requests_are_refused(data):
     with pytest.raises(InputError, match="request"):
         unpack_request(bytes.fromhex(data))
 
@@ -60,10 +60,10 @@ def test_any_bytes_are_read_or_refused(data):
         assert b"".join(map(pack_record, packets)) == data
 
 
-def test_a_status_is_told_in_words_and_judged():
+def test_a_status_is_described_and_classified():
     assert status_words(0) == "healthy"
     assert "saturated" in status_words(0x80020000)
     assert status_words(0x00000001) == "bits 0x00000001"
     assert is_fault(0x80020000)
     assert not is_fault(0)
-    assert not is_fault(0x80010000)  # the user's own threshold, no fault of the sensor
+    assert not is_fault(0x80010000)  # a threshold set by the user, not a fault of the sensor

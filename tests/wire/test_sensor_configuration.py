@@ -1,4 +1,4 @@
-"""A sensor's own page: as one is published, and spoilt."""
+"""The configuration page of a sensor: a published one, and corrupted ones."""
 
 import pytest
 
@@ -26,7 +26,7 @@ def test_other_units_are_converted():
     assert known.ratings[2] == pytest.approx(17 * 4.4482216152605)
 
 
-def test_a_configuration_says_itself():
+def test_a_configuration_is_unchanged_by_writing_and_reading():
     known = SensorConfiguration(1e6, 2e6, 7000.0, "a<b&c", (12.0, 12.0, 17.0, 0.12, 0.12, 0.12))
     assert parse_configuration(known.xml(), "itself") == known
 
@@ -43,11 +43,11 @@ def test_a_configuration_says_itself():
         (b"<netft>", b'<!DOCTYPE a [<!ENTITY b "c">]><netft>', "not readable"),
     ],
 )
-def test_a_spoilt_page_is_refused_with_its_tag(old, new, what):
+def test_a_corrupted_page_is_refused_with_its_tag(old, new, what):
     assert old in PAGE
     with pytest.raises(InputError, match=f"sensor: .*{what}"):
         parse_configuration(PAGE.replace(old, new), "sensor")
 
 
-def test_other_ratings_are_unknown():
+def test_invalid_ratings_count_as_unknown():
     assert parse_configuration(PAGE.replace(b"12;12;17", b"12;x;17"), "sensor").ratings == (0.0,) * 6

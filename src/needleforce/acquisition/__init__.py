@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From a sensor and an axis to a file, while it happens."""
+"""Recording of a force sensor and a motion axis into a file during a run."""

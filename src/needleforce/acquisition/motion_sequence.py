@@ -1,132 +1,163 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The moves of a run, one after the other, by what the axis says of itself; nothing here waits."""
+"""The moves of a run in sequence, driven by the states that the axis reports; no function here waits."""
 
 from collections.abc import Callable, Iterator, Sequence
+from enum import StrEnum
 
 from ..vocabulary import Phase
 from ..wire.axis_lines import AxisState
+from .sources.source import MotionAxis
 
-DONE = "done"  # why a run ended that went to its end
-REACHED = 0.25e-3  # [m] from where it was sent: lag and play of a spindle
-_SAME = 5e-6  # [m] within which a move goes nowhere, and so waits
-_SHARE = 0.1  # of the way it ought to have gone, below which an axis stands
-_ASTRAY = 1e-3  # [m] off the way it was sent, beyond which an axis is let go no further
-_BEGIN = 0.5  # [s] from the answer to a first state that says moving
+POSITION_TOLERANCE_M = 0.25e-3  # from the target: lag and backlash of a spindle
+_HOLD_TOLERANCE_M = 5e-6  # a move shorter than this is a hold
+_MIN_PROGRESS = 0.1  # share of the expected travel below which an axis has stalled
+_MAX_DEVIATION_M = 1e-3  # outside the commanded range, at which an axis is stopped
+_MAX_START_DELAY_S = 0.5  # from the answer to the first state with the condition moving
+
+
+class EndReason(StrEnum):
+    """Why a run ended. The values are written into the recorded file."""
+
+    DONE = "done"
+    INTERRUPTED = "interrupted"
+    FORCE_LIMIT = "force limit"
+    SOURCE_ENDED = "source ended"
+    SENSOR_SILENT = "sensor silent"
+    SENSOR_FAULT = "sensor fault"
+    SENSOR_LOST = "sensor lost"
+    AXIS_SILENT = "axis silent"
+    AXIS_STALLED = "axis stalled"
+    AXIS_FAULT = "axis fault"
+    AXIS_STOPPED = "axis stopped"
+    AXIS_LOST = "axis lost"
+    MOVE_REFUSED = "move refused"
+    DISK_FULL = "disk full"
+    FILE_NOT_WRITTEN = "file not written"
+    FAILED = "failed"
+
+
+_FAILED_CONDITIONS = {"stalled": EndReason.AXIS_STALLED, "fault": EndReason.AXIS_FAULT}
 
 
 class RunEnded(Exception):
-    """A run is over: why, in a word or two, and what more there is to say."""
+    """A run has ended: the reason, and details if there are any."""
 
-    def __init__(self, why: str, detail: str = ""):
-        super().__init__(why, detail)
-        self.why, self.detail = why, detail
+    def __init__(self, reason: EndReason, detail: str = ""):
+        super().__init__(reason, detail)
+        self.reason, self.detail = reason, detail
 
 
 class MotionSequence:
-    """Sends the moves. ``hear`` the states, ``step`` often; ``RunEnded`` is raised with ``DONE`` or what went wrong.
+    """Sends the moves one after the other; raises ``RunEnded`` at the end or when something goes wrong.
 
-    ``phase`` is that of the motion, for the force plays no part in it: ``free`` until the first move, then
-    ``insertion`` for all of the way in, ``hold``, ``extraction``.
+    Pass the axis' states to ``add_states`` and call ``step`` often. ``phase`` is that of the motion, independent of the
+    force: ``free`` until the first move, then ``insertion`` for the insertion stroke, ``hold``, ``extraction``.
+    ``timeout`` [s] is how long the axis may be silent or without progress.
     """
 
-    def __init__(self, axis, moves: Sequence[tuple[float, float]], patience: float, send_move: Callable):
+    def __init__(self, axis: MotionAxis, moves: Sequence[tuple[float, float]], timeout: float, send_move: Callable):
         self.phase = Phase.free
         self.state: AxisState | None = None
-        self._axis, self._moves, self._patience, self._send_move = axis, moves, patience, send_move
-        self._heard = self._now = 0.0
-        self._moved: list[tuple[float, float]] = []  # time and depth while it moves, over the last ``patience``
-        self._steps = self._all()
+        self._axis, self._moves, self._timeout, self._send_move = axis, moves, timeout, send_move
+        self._last_state_time = self._now = 0.0
+        self._travelled: list[tuple[float, float]] = []  # time and depth during a move, over the last ``timeout``
+        self._steps = self._all_moves()
 
-    def hear(self, states: list[tuple[AxisState, int]], now: float) -> None:
-        """What the axis said, and the time [s] of the monotonic clock. Raises Ended for a fault of the axis."""
+    def add_states(self, states: list[tuple[AxisState, int]], now: float) -> None:
+        """Add the axis' new states at ``now`` [s] of the monotonic clock. Raises RunEnded for a fault of the axis."""
         if states:
-            self.state, self._heard = states[-1][0], now
+            self.state, self._last_state_time = states[-1][0], now
         for state, _ in states:
-            if state.condition in ("stalled", "fault"):
-                raise RunEnded(f"axis {state.condition}", f"at {1e3 * state.depth:.3f} mm")
+            if state.condition in _FAILED_CONDITIONS:
+                raise RunEnded(_FAILED_CONDITIONS[state.condition], f"at {1e3 * state.depth:.3f} mm")
 
     def step(self, now: float) -> None:
-        """Go on where there is something to do. Raises Ended."""
+        """Send the next move if it is due. Raises RunEnded."""
         self._now = now
-        self._heard = self._heard or now
-        if now - self._heard > self._patience:
-            raise RunEnded("axis silent", f"no state for {self._patience:g} s")
+        self._last_state_time = self._last_state_time or now
+        if now - self._last_state_time > self._timeout:
+            raise RunEnded(EndReason.AXIS_SILENT, f"no state for {self._timeout:g} s")
         next(self._steps)
 
-    def _all(self) -> Iterator[None]:
+    def _all_moves(self) -> Iterator[None]:
         while self.state is None:
             yield
         here = self.state.depth
         for depth, speed in self._moves:
-            if abs(depth - here) <= _SAME:
+            if abs(depth - here) <= _HOLD_TOLERANCE_M:
                 yield from self._hold(speed)
                 continue
             self.phase = Phase.insertion if depth > here else Phase.extraction
             yield from self._move(here, depth, speed)
             here = depth
-        raise RunEnded(DONE)
+        raise RunEnded(EndReason.DONE)
 
     def _hold(self, seconds: float) -> Iterator[None]:
         self.phase, end = Phase.hold, self._now + seconds
-        way = self._way(self.state.depth, self.state.depth)
+        low, high = self._allowed_range(self.state.depth, self.state.depth)
         while self._now < end:
-            self._check_way(*way)
+            self._check_range(low, high)
             yield
 
     def _move(self, start: float, depth: float, speed: float) -> Iterator[None]:
-        way = self._way(start, depth)
+        low, high = self._allowed_range(start, depth)
         self._send_move(depth, speed)
         sent = self._now
         while (answer := self._axis.answer("move")) is None:
-            if self._now - sent > self._patience:
-                raise RunEnded("axis silent", f"no answer to a move for {self._patience:g} s")
+            if self._now - sent > self._timeout:
+                raise RunEnded(EndReason.AXIS_SILENT, f"no answer to a move for {self._timeout:g} s")
             yield
         if not answer.accepted:
-            raise RunEnded("move refused", answer.reason)
-        before, begun, self._moved = self.state.number, self._now, []
-        longest = self._longest(abs(depth - start), speed)
-        while not self._there(before, begun, depth):
-            if self._now - begun > longest:
-                raise RunEnded("axis stalled", f"not at {1e3 * depth:.3f} mm after {longest:.1f} s")
-            self._check_way(*way)
+            raise RunEnded(EndReason.MOVE_REFUSED, answer.reason)
+        number_before, begun, self._travelled = self.state.number, self._now, []
+        max_duration = self._max_duration(abs(depth - start), speed)
+        while not self._arrived(number_before, begun, depth):
+            if self._now - begun > max_duration:
+                raise RunEnded(EndReason.AXIS_STALLED, f"not at {1e3 * depth:.3f} mm after {max_duration:.1f} s")
+            self._check_range(low, high)
             self._check_progress(depth, speed)
             yield
 
-    def _way(self, start: float, depth: float) -> tuple[float, float]:
-        """The lowest and highest depth between the two, with what it needs to brake where it still moves."""
-        spare = _ASTRAY + self.state.velocity**2 / (2.0 * self._axis.limits.max_acceleration)
-        return min(start, depth) - spare, max(start, depth) + spare
+    def _allowed_range(self, start: float, depth: float) -> tuple[float, float]:
+        """The lowest and highest allowed depth [m]: from start to target, with a margin to brake if it still moves."""
+        margin = _MAX_DEVIATION_M + self.state.velocity**2 / (2.0 * self._axis.limits.max_acceleration)
+        return min(start, depth) - margin, max(start, depth) + margin
 
-    def _check_way(self, lowest: float, highest: float) -> None:
+    def _check_range(self, low: float, high: float) -> None:
         here = self.state.depth
-        if not lowest <= here <= highest:
-            sent = f"{1e3 * lowest:.3f} to {1e3 * highest:.3f} mm"
-            raise RunEnded("axis fault", f"at {1e3 * here:.3f} mm, off the way it was sent, {sent}")
+        if not low <= here <= high:
+            commanded = f"{1e3 * low:.3f} to {1e3 * high:.3f} mm"
+            raise RunEnded(EndReason.AXIS_FAULT, f"at {1e3 * here:.3f} mm, outside the commanded range {commanded}")
 
-    def _longest(self, way: float, speed: float) -> float:
-        return 5.0 + 2.0 * (way / speed + speed / self._axis.limits.max_acceleration)
+    def _max_duration(self, travel: float, speed: float) -> float:
+        """The longest time [s] that a move may take."""
+        return 5.0 + 2.0 * (travel / speed + speed / self._axis.limits.max_acceleration)
 
-    def _there(self, before: int, begun: float, depth: float) -> bool:
-        """Whether it rests at its target. Raises Ended if it rests elsewhere."""
+    def _arrived(self, number_before: int, begun: float, depth: float) -> bool:
+        """Whether the axis rests at its target. Raises RunEnded if it rests elsewhere."""
         state = self.state
-        if state.number == before or state.condition != "idle":
+        if state.number == number_before or state.condition != "idle":
             return False
-        if abs(state.depth - depth) <= REACHED:
+        if abs(state.depth - depth) <= POSITION_TOLERANCE_M:
             return True
-        if self._moved or self._now - begun > _BEGIN:
-            raise RunEnded("axis stopped", f"at {1e3 * state.depth:.3f} mm instead of {1e3 * depth:.3f} mm")
+        if self._travelled or self._now - begun > _MAX_START_DELAY_S:
+            where = f"at {1e3 * state.depth:.3f} mm instead of {1e3 * depth:.3f} mm"
+            raise RunEnded(EndReason.AXIS_STOPPED, where)
         return False
 
     def _check_progress(self, depth: float, speed: float) -> None:
         if self.state.condition != "moving":
             return
-        if not self._moved or self._moved[-1][0] != self._heard:  # an axis that says nothing is another matter
-            self._moved.append((self._heard, self.state.depth))
-        since, from_depth = self._moved[0]
-        span = self._heard - since
-        if span < self._patience:
+        travelled = self._travelled
+        if not travelled or travelled[-1][0] != self._last_state_time:  # silence of the axis is checked elsewhere
+            travelled.append((self._last_state_time, self.state.depth))
+        since, from_depth = travelled[0]
+        span = self._last_state_time - since
+        if span < self._timeout:
             return
-        ought = min(speed * span, 0.5 * self._axis.limits.max_acceleration * span**2, abs(depth - from_depth))
-        if ought > REACHED and abs(self.state.depth - from_depth) < _SHARE * ought:
-            raise RunEnded("axis stalled", f"at {1e3 * self.state.depth:.3f} mm, though it says that it moves")
-        self._moved.pop(0)
+        accelerating = 0.5 * self._axis.limits.max_acceleration * span**2
+        expected = min(speed * span, accelerating, abs(depth - from_depth))
+        if expected > POSITION_TOLERANCE_M and abs(self.state.depth - from_depth) < _MIN_PROGRESS * expected:
+            where = f"at {1e3 * self.state.depth:.3f} mm, although it reports that it is moving"
+            raise RunEnded(EndReason.AXIS_STALLED, where)
+        travelled.pop(0)

@@ -1,34 +1,37 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One run, from the readings and the bias at rest to the closed file, whatever happens on the way."""
+"""Recording of one run, from the first readings and the bias at rest to the closed file."""
 
 import contextlib
+import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
+from ..wire.axis_lines import AxisState
 from ..wire.rdt import is_fault, status_words
 from .force_monitor import ForceMonitor
-from .motion_sequence import DONE, REACHED, MotionSequence, RunEnded
-from .run import EVERY, Run
+from .motion_sequence import POSITION_TOLERANCE_M, EndReason, MotionSequence, RunEnded
+from .run import POLL_INTERVAL_S, Run
 from .run_writer import RunWriter
 from .settings import Progress, RestBias, RunResult, Settings
-from .sources.source import ForceSample, ForceSource
+from .sources.source import ForceSample, ForceSource, MotionAxis
 
-_SLOWEST = 10.0  # times as long as its own clock says that the bias may take
-_ADVICE = "Check its address, and that no one else reads it."
-FEWEST = 10  # readings
-_ADVICE_AT_REST = "Keep the needle free and at rest, or allow more with --steady-N."
+MIN_READINGS_AT_REST = 10
+_MAX_CLOCK_RATIO = 10.0  # longest wait for readings over a time on their own clock, relative to that time
+_SENSOR_ADVICE = "Check its address, and that no other program reads it."
+_REST_ADVICE = "Keep the needle free and at rest, or allow more with --steady-N."
 
 
 def record_run(
-    path,
+    path: str | os.PathLike,
     force: ForceSource,
-    axis,
+    axis: MotionAxis | None,
     moves: Sequence[tuple[float, float]],
     card: Mapping[str, str],
     settings: Settings,
@@ -36,160 +39,206 @@ def record_run(
     view: Callable[[Progress], None] | None = None,
     stop: threading.Event | None = None,
 ) -> RunResult:
-    """Record one run into ``path``: bias at rest, then ``moves`` (depth [m], speed [m/s]; to where the tip is: a time
-    [s] to wait). Without any it goes on for ``settings.duration``, or until it is stopped or the source ends. A first
-    move outwards is made before the bias is taken, and is not in the file.
+    """Record one run: the bias at rest, then the moves.
 
-    Both sources are stopped and closed at the end. Ctrl-C or ``stop`` ends a run and its file. Raises InputError, or
-    KeyboardInterrupt, for what prevents the start; there is no file then. Every later end is in the outcome.
+    Without moves the recording continues for ``settings.duration``, or until it is stopped or the source ends. A first
+    move outwards is made before the bias is taken and is not in the file. Both sources are stopped and closed at the
+    end. Ctrl-C or ``stop`` ends a run; its file is complete.
+
+    Parameters
+    ----------
+    path : str or path
+        The MCAP file to write; it must not exist.
+    force : ForceSource
+        The force sensor, not yet started.
+    axis : MotionAxis or None
+        The motion axis.
+    moves : sequence of (float, float)
+        Target depth [m] and speed [m/s] of each move; a move to the present depth is a hold, its second number then
+        the duration [s].
+    card : mapping of str to str
+        Entries for the card of the recording.
+    settings : Settings
+        Force limit, bias, duration and sensor.
+    view : callable, optional
+        Called with a ``Progress`` about eight times a second.
+    stop : threading.Event, optional
+        Ends the run when it is set.
+
+    Returns
+    -------
+    RunResult
+        Why the run ended, counts, bias and clocks; any end after the start is reported here.
+
+    Raises
+    ------
+    InputError
+        If the run cannot start; then there is no file.
+    KeyboardInterrupt
+        If it is interrupted before the start; then there is no file.
     """
-    import mcap.writer  # noqa: F401 - before anything comes: an import holds up every thread
+    import mcap.writer  # noqa: F401 - before readings arrive: an import blocks every thread
 
     stop = threading.Event() if stop is None else stop
-    watch = ForceMonitor(force, axis, settings, stop)
+    monitor = ForceMonitor(force, axis, settings, stop)
     try:
         _check(Path(path), axis, moves, settings)
-        force.start()  # may wait for a header: Ctrl-C breaks into it, nothing is open yet
-        with _interrupts(stop):
-            watch.start()
-            await_readings(watch, 0.0, settings.silence, stop)
+        force.start()  # may wait for a header: Ctrl-C interrupts it, no file is open yet
+        with _signals_set(stop):
+            monitor.start()
+            await_readings(monitor, 0.0, settings.silence, stop)
             if moves:
-                withdraw(axis, moves[0], watch, settings.silence, stop)
-            bias = take_bias(watch, settings, stop)
-            writer = _writer(path, force, card, settings)
-            run_writer = RunWriter(writer, force)
-            course = MotionSequence(axis, moves, settings.silence, watch.send_move) if moves else None
-            heard = axis or getattr(force, "axis", None)  # samples on standard input can have a depth beside them
-            return Run(Path(path), run_writer, watch, heard, bias, settings, view).run(course, stop)
+                withdraw(axis, moves[0], monitor, settings.silence, stop)
+            bias = take_bias(monitor, settings, stop)
+            run = Run(
+                path=Path(path),
+                run_writer=RunWriter(_log_writer(path, force, card, settings), force),
+                monitor=monitor,
+                axis=axis or getattr(force, "axis", None),  # lines on standard input may contain a depth
+                bias=bias,
+                settings=settings,
+                view=view,
+            )
+            motion = MotionSequence(axis, moves, settings.silence, monitor.send_move) if moves else None
+            return run.run(motion, stop)
     finally:
         if axis:
             axis.stop()
-        watch.stop()
+        monitor.stop()
         force.stop()
         if axis:
             axis.close()
 
 
-def _check(path: Path, axis, moves, settings: Settings) -> None:
-    """Refuse what cannot be done before anything is started."""
+def _check(path: Path, axis: MotionAxis | None, moves: Sequence[tuple[float, float]], settings: Settings) -> None:
+    """Raise InputError for a file or moves that are impossible, before anything is started."""
     if path.exists():
-        raise InputError("output", str(path), "exists; a recording is never written over", "", "Name another file.")
+        limit = "this file exists; a recording is never overwritten"
+        raise InputError("output", str(path), limit, next_step="Give another name.")
     if not path.parent.is_dir():
-        raise InputError("folder", str(path.parent), "does not exist", "", "Make it first.")
+        raise InputError("folder", str(path.parent), "does not exist", next_step="Make it first.")
     if axis is None and moves:
-        raise InputError("axis", "none", "moves need one")
+        raise InputError("axis", "none", "moves need one", next_step="Give --axis.")
     here = None
     for depth, speed in moves:
         if depth != here:
-            fastest = axis.limits.max_speed
-            axis.check_move(depth, min(speed, fastest) if here is None else speed)  # the first may be a wait
+            max_speed = axis.limits.max_speed
+            axis.check_move(depth, min(speed, max_speed) if here is None else speed)  # the first one may be a hold
         elif not 0.0 <= speed <= 1e6:
             raise InputError("hold", speed, "outside 0 to 1e6 s")
         here = depth
 
 
-def _writer(path, force: ForceSource, card: Mapping[str, str], settings: Settings):
+def _log_writer(path: str | os.PathLike, force: ForceSource, card: Mapping[str, str], settings: Settings) -> Any:
     from ..recording.log.writer import LogWriter
 
     configuration = getattr(force, "configuration", None)
-    told = {"axial": settings.axial, "filter_length": str(settings.filter_length)}
-    told |= {"wrench_rate_Hz": f"{force.clock_rate:.12g}", "sensor_serial": getattr(configuration, "serial", "")}
-    return LogWriter(path, told | dict(card))
+    entries = {"axial": settings.axial, "filter_length": str(settings.filter_length)}
+    entries |= {"wrench_rate_Hz": f"{force.clock_rate:.12g}", "sensor_serial": getattr(configuration, "serial", "")}
+    return LogWriter(path, entries | dict(card))
 
 
 @contextlib.contextmanager
-def _interrupts(stop: threading.Event):
-    """Ctrl-C, or the end of the terminal, sets ``stop`` and breaks into no write, where this thread may say so."""
+def _signals_set(stop: threading.Event) -> Iterator[None]:
+    """Ctrl-C and the end of the terminal set ``stop`` instead of interrupting a write; in the main thread only."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    asked = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
-    heeded = {
-        number: handler for number in asked if (handler := signal.getsignal(number)) not in (signal.SIG_IGN, None)
+    numbers = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    replaced = {
+        number: handler for number in numbers if (handler := signal.getsignal(number)) not in (signal.SIG_IGN, None)
     }
-    for number in heeded:
+    for number in replaced:
         signal.signal(number, lambda *_: stop.set())
     try:
         yield
     finally:
-        for number, handler in heeded.items():
+        for number, handler in replaced.items():
             signal.signal(number, handler)
 
 
-def await_readings(watch: ForceMonitor, seconds: float, silence: float, stop: threading.Event) -> None:
-    """Until there are readings over so many ``seconds`` of their own clock. Raises InputError where none come, or their
-    clock hardly goes on; KeyboardInterrupt.
+def await_readings(monitor: ForceMonitor, seconds: float, silence: float, stop: threading.Event) -> None:
+    """Wait until the readings span ``seconds`` of their own clock.
+
+    Raises InputError if no readings arrive or their clock hardly advances, and KeyboardInterrupt.
     """
-    until = time.monotonic() + silence + _SLOWEST * seconds
-    while not watch.samples or watch.samples[-1].device - watch.samples[0].device < 1e9 * seconds:
-        _check_monitor(watch, stop)
-        if time.monotonic() - watch.last > silence:
-            raise InputError("sensor", "silent", f"nothing came for {silence:g} s", "", _ADVICE)
+    until = time.monotonic() + silence + _MAX_CLOCK_RATIO * seconds
+    while not monitor.samples or monitor.samples[-1].device - monitor.samples[0].device < 1e9 * seconds:
+        _check_monitor(monitor, stop)
+        if time.monotonic() - monitor.last_time > silence:
+            raise InputError("sensor", "silent", f"no reading for {silence:g} s", "", _SENSOR_ADVICE)
         if time.monotonic() > until:
-            raise _standing(watch, silence + _SLOWEST * seconds, seconds)
-        time.sleep(EVERY)
+            raise _slow_clock(monitor, silence + _MAX_CLOCK_RATIO * seconds, seconds)
+        time.sleep(POLL_INTERVAL_S)
 
 
-def _standing(watch: ForceMonitor, waited: float, seconds: float) -> InputError:
-    gone = (watch.samples[-1].device - watch.samples[0].device) * 1e-9 if watch.samples else 0.0
-    limit = f"{seconds:g} s are needed; its counter or its times hardly go on"
+def _slow_clock(monitor: ForceMonitor, waited: float, seconds: float) -> InputError:
+    advanced = (monitor.samples[-1].device - monitor.samples[0].device) * 1e-9 if monitor.samples else 0.0
+    limit = f"{seconds:g} s are needed; its counter or its time stamps hardly advance"
     advice = "Check the rate on the sensor's page, or the times in the lines."
-    return InputError("sensor's clock", f"{gone:.3g} s on after {waited:.1f} s", limit, "bias", advice)
+    return InputError("sensor's clock", f"{advanced:.3g} s ahead after {waited:.1f} s", limit, "bias", advice)
 
 
-def withdraw(axis, move: tuple[float, float], watch: ForceMonitor, patience: float, stop: threading.Event) -> None:
-    """Make a move that goes outwards: a needle in tissue is not at rest. Any other is left as it is."""
-    state = _gone(MotionSequence(axis, [], patience, watch.send_move), axis, watch, stop)
-    if move[0] < state.depth - REACHED:
+def withdraw(
+    axis: MotionAxis, move: tuple[float, float], monitor: ForceMonitor, timeout: float, stop: threading.Event
+) -> None:
+    """Make a move that goes outwards, as a needle in tissue is not at rest; leave any other move for later."""
+    state = _state_after(MotionSequence(axis, [], timeout, monitor.send_move), axis, monitor, stop)
+    if move[0] < state.depth - POSITION_TOLERANCE_M:
         axis.check_move(*move)
-        _gone(MotionSequence(axis, [move], patience, watch.send_move), axis, watch, stop)
-        watch.samples.clear()
+        _state_after(MotionSequence(axis, [move], timeout, monitor.send_move), axis, monitor, stop)
+        monitor.samples.clear()
 
 
-def take_bias(watch: ForceMonitor, settings: Settings, stop: threading.Event) -> RestBias:
-    """The bias from ``bias_time`` of readings; the watch then holds its limit. What was read stays in its queue."""
-    await_readings(watch, settings.bias_time, settings.silence, stop)
+def take_bias(monitor: ForceMonitor, settings: Settings, stop: threading.Event) -> RestBias:
+    """The bias from ``bias_time`` of readings, which remain in the monitor's queue; the force limit holds from now."""
+    await_readings(monitor, settings.bias_time, settings.silence, stop)
     bias = RestBias()
     if settings.bias_time:
-        samples = list(watch.samples)
+        samples = list(monitor.samples)
         bias = bias_of([s for s in samples if s.device - samples[0].device <= 1e9 * settings.bias_time], settings)
-    watch.bias = bias.wrench[settings.column]
+    monitor.bias = bias.wrench[settings.column]
     return bias
 
 
-def _gone(course: MotionSequence, axis, watch: ForceMonitor, stop: threading.Event):
-    """The state of the axis at the end of a course. Raises InputError where it ends badly."""
+def _state_after(
+    motion: MotionSequence, axis: MotionAxis, monitor: ForceMonitor, stop: threading.Event
+) -> AxisState | None:
+    """The state of the axis at the end of a motion. Raises InputError if it does not end as planned."""
     try:
         while True:
-            _check_monitor(watch, stop)
-            course.hear(axis.receive(), time.monotonic())
-            course.step(time.monotonic())
-            time.sleep(EVERY)
+            _check_monitor(monitor, stop)
+            motion.add_states(axis.receive(), time.monotonic())
+            motion.step(time.monotonic())
+            time.sleep(POLL_INTERVAL_S)
     except RunEnded as ended:
-        if ended.why != DONE:
-            raise InputError("axis", ended.why.removeprefix("axis "), ended.detail) from None
-        return course.state
+        if ended.reason is not EndReason.DONE:
+            raise InputError("axis", ended.reason.removeprefix("axis "), ended.detail) from None
+        return motion.state
 
 
-def _check_monitor(watch: ForceMonitor, stop: threading.Event) -> None:
+def _check_monitor(monitor: ForceMonitor, stop: threading.Event) -> None:
     if stop.is_set():
         raise KeyboardInterrupt
-    if isinstance(watch.error, EOFError):
-        raise InputError("source", "ended", "before the bias was taken")
-    if watch.error:
-        raise watch.error if isinstance(watch.error, InputError) else InputError("sensor", "lost", str(watch.error))
+    if isinstance(monitor.error, EOFError):
+        advice = "Let the source run longer, or take no bias with --bias-s 0."
+        raise InputError("source", "ended", "before the bias was taken", next_step=advice)
+    if monitor.error:
+        known = isinstance(monitor.error, InputError)
+        raise monitor.error if known else InputError("sensor", "lost", str(monitor.error), "", _SENSOR_ADVICE)
 
 
 def bias_of(samples: list[ForceSample], settings: Settings) -> RestBias:
-    """Mean and noise of healthy readings. Raises InputError for too few, or for an axial force that is not steady.
+    """Mean and standard deviation of the healthy readings at rest.
 
-    Steady: the mean of the last third within ``settings.steady`` [N] of that of the first, and so the noise.
+    Raises InputError for too few of them, or if the axial force is not steady: if the means of the first and the last
+    third differ by more than ``settings.steady`` [N], or the standard deviation is larger than that.
     """
     healthy = [sample.wrench for sample in samples if not is_fault(sample.status)]
-    fewest = max(FEWEST, len(samples) // 2)
-    if len(healthy) < fewest:
+    needed = max(MIN_READINGS_AT_REST, len(samples) // 2)
+    if len(healthy) < needed:
         words = status_words(next((s.status for s in samples if is_fault(s.status)), 0))
-        limit = f"{fewest} of {len(samples)} must be healthy; status: {words}"
+        limit = f"{needed} of {len(samples)} must be healthy; status: {words}"
         raise InputError("readings at rest", len(healthy), limit, "bias", "Give a longer rest with --bias-s, or 0.")
     wrench = np.array(healthy)
     _check_steady(wrench[:, settings.column], settings.steady)
@@ -201,9 +250,9 @@ def _check_steady(force: np.ndarray, steady: float) -> None:
     third = len(force) // 3
     drift = float(force[-third:].mean() - force[:third].mean())
     if not abs(drift) <= steady:
-        limit = f"more than {steady:g} N: it drifts, or the needle touches"
-        raise InputError("change of the force at rest", f"{drift:.3f} N", limit, "bias", _ADVICE_AT_REST)
+        limit = f"more than {steady:g} N: the sensor drifts, or the needle touches"
+        raise InputError("change of the force at rest", f"{drift:.3f} N", limit, "bias", _REST_ADVICE)
     noise = float(force.std(ddof=1))
     if not noise <= steady:
-        limit = f"more than {steady:g} N: it shakes, or the needle touches"
-        raise InputError("standard deviation of the force at rest", f"{noise:.3f} N", limit, "bias", _ADVICE_AT_REST)
+        limit = f"more than {steady:g} N: the needle vibrates or touches"
+        raise InputError("standard deviation of the force at rest", f"{noise:.3f} N", limit, "bias", _REST_ADVICE)

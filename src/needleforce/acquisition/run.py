@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run while it goes on: what came is kept, what ends it is looked for; then the axis comes to rest."""
+"""A run in progress: writes what was received, checks for what ends the run, then waits until the axis rests."""
 
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,206 +11,221 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording.alignment import align
-from ..wire.axis_lines import SILENCE, AxisState
+from ..wire.axis_lines import MAX_SILENCE_S, AxisState
 from .force_monitor import ForceMonitor
-from .motion_sequence import DONE, MotionSequence, RunEnded
+from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run_writer import FILE_ENDS, RunWriter
 from .settings import Progress, RestBias, RunResult, Settings
+from .sources.source import MotionAxis
 
-EVERY = 0.02  # [s] between two looks at what came
-_VIEW_EVERY = 0.125  # [s]
-_COASTS = 3.0  # [s] that an axis may need to come to rest once told to
+POLL_INTERVAL_S = 0.02
+_VIEW_INTERVAL_S = 0.125
+_MAX_STOP_TIME_S = 3.0  # for an axis to come to rest after a stop
+_MIN_ALIGNMENT_PAIRS = 20
+_MAX_LATE_SHARE = 0.5  # of the records of a second, above which the sensor's counter is invalid
+_END_ENTRIES = ("ended", "detail", "seconds", "received", "lost", "doubled", "late", "longest_own_gap", "peak_force")
 
 
 class Run:
-    """The run while it goes on, on the caller's thread."""
+    """The run in progress, on the caller's thread."""
 
     def __init__(
         self,
+        *,
         path: Path,
         run_writer: RunWriter,
-        watch: ForceMonitor,
-        axis,
+        monitor: ForceMonitor,
+        axis: MotionAxis | None,
         bias: RestBias,
         settings: Settings,
         view: Callable[[Progress], None] | None,
     ):
-        self._path, self._writer_of_run, self._watch, self._axis = path, run_writer, watch, axis
+        self._path, self._run_writer, self._monitor, self._axis = path, run_writer, monitor, axis
         self._bias, self._settings, self._view = bias, settings, view
         self._begun = self._flushed = time.monotonic()
-        self._processor = time.process_time()
+        self._processor_time = time.process_time()
         self._viewed = self._peak = self._force = 0.0
-        self._course: MotionSequence | None = None
+        self._motion: MotionSequence | None = None
         self._state: AxisState | None = None
 
-    def run(self, course: MotionSequence | None, stop: threading.Event) -> RunResult:
-        """From the first move of ``course`` to the closed file."""
-        self._course = course
+    def run(self, motion: MotionSequence | None, stop: threading.Event) -> RunResult:
+        """Record from the first move of ``motion`` until the file is closed."""
+        self._motion = motion
         try:
-            self._keep(self._begun)
-            self._writer_of_run.bias(self._bias)
+            self._write_received(self._begun)
+            self._run_writer.bias(self._bias)
             while True:
-                self._look(stop)
-                time.sleep(EVERY)
+                self._poll(stop)
+                time.sleep(POLL_INTERVAL_S)
         except RunEnded as ended:
             end = ended
         except BaseException as error:
             self._view = None
-            self._end(RunEnded("failed", repr(error)))
+            self._end(RunEnded(EndReason.FAILED, repr(error)))
             raise
         return self._end(end)
 
-    def _look(self, stop: threading.Event) -> None:
-        """One look at all that came, and at all that may end the run."""
+    def _poll(self, stop: threading.Event) -> None:
+        """Write what was received, and raise RunEnded for anything that ends the run."""
         now = time.monotonic()
-        self._keep(now)
-        if self._watch.over:
-            over = self._watch.axial(self._watch.over)
-            self._writer_of_run.mark("limit", force=over, limit=self._settings.force_limit)
-            raise RunEnded("force limit", f"{over:.3f} N")
+        self._write_received(now)
+        if self._monitor.over_limit:
+            force = self._monitor.axial(self._monitor.over_limit)
+            self._run_writer.mark("limit", force=force, limit=self._settings.force_limit)
+            raise RunEnded(EndReason.FORCE_LIMIT, f"{force:.3f} N, limit {self._settings.force_limit:g} N")
         if stop.is_set():
-            raise RunEnded("interrupted")
+            raise RunEnded(EndReason.INTERRUPTED)
         self._check_sensor(now)
-        if self._course:
-            self._step(self._course, now)
-            self._writer_of_run.phase(self._course.phase)
+        if self._motion:
+            self._step(self._motion, now)
+            self._run_writer.phase(self._motion.phase)
         if self._settings.duration is not None and now - self._begun >= self._settings.duration:
-            raise RunEnded(DONE)
+            raise RunEnded(EndReason.DONE)
 
-    def _keep(self, now: float) -> None:
-        """Write what came."""
-        samples = _taken(self._watch.samples)
+    def _write_received(self, now: float) -> None:
+        samples = _emptied(self._monitor.samples)
         for sample in samples:
-            self._force = self._watch.axial(sample)
+            self._force = self._monitor.axial(sample)
             self._peak = max(self._peak, self._force, key=abs)
-        self._writer_of_run.force(samples)
+        self._run_writer.force(samples)
         if self._axis:
-            self._keep_states(now)
+            self._write_states(now)
         if now - self._flushed >= self._settings.flush_every:
             self._flushed = now
-            self._writer_of_run.flush()
+            self._run_writer.flush()
         self._show(now)
 
-    def _keep_states(self, now: float) -> None:
+    def _write_states(self, now: float) -> None:
         try:
             states = self._axis.receive()
         except InputError as error:
-            raise RunEnded("axis lost", str(error)) from None
-        self._writer_of_run.axis(states)
+            raise RunEnded(EndReason.AXIS_LOST, str(error)) from None
+        self._run_writer.axis(states)
         if states:
             self._state = states[-1][0]
-        if self._course:
-            self._course.hear(states, now)
+        if self._motion:
+            self._motion.add_states(states, now)
 
-    def _step(self, course: MotionSequence, now: float) -> None:
-        """Go on with the moves. An axis that stops by itself does so where readings, and so words to it, have ended."""
+    def _step(self, motion: MotionSequence, now: float) -> None:
+        """Send the next move if it is due; an axis that stopped because readings ended counts as a silent sensor."""
         try:
-            course.step(now)
+            motion.step(now)
         except RunEnded as ended:
-            quiet = now - self._watch.last
-            if ended.why == "axis stopped" and quiet > 0.5 * SILENCE:
-                detail = f"no reading for {quiet:.2f} s, so the {ended.why} {ended.detail}"
-                raise RunEnded("sensor silent", detail) from None
+            silence = now - self._monitor.last_time
+            if ended.reason is EndReason.AXIS_STOPPED and silence > 0.5 * MAX_SILENCE_S:
+                detail = f"no reading for {silence:.2f} s, so the {ended.reason} {ended.detail}"
+                raise RunEnded(EndReason.SENSOR_SILENT, detail) from None
             raise
 
     def _check_sensor(self, now: float) -> None:
         silence = self._settings.silence
-        if isinstance(self._watch.error, EOFError):
-            raise RunEnded("source ended")
-        if self._watch.error:
-            raise RunEnded("sensor lost", str(self._watch.error))
-        if now - self._watch.last > silence:
-            raise RunEnded("sensor silent", f"no reading for {silence:g} s")
-        if now - self._watch.last_healthy > silence:
-            raise RunEnded("sensor fault", f"no healthy reading for {silence:g} s")
-        for second in self._writer_of_run.check.seconds[-1:]:
-            if second.late > 0.5 * second.received:
-                what = f"its counter goes astray: {second.late} of {second.received} late in a second"
-                raise RunEnded("sensor fault", what)
+        if isinstance(self._monitor.error, EOFError):
+            raise RunEnded(EndReason.SOURCE_ENDED)
+        if self._monitor.error:
+            raise RunEnded(EndReason.SENSOR_LOST, str(self._monitor.error))
+        if now - self._monitor.last_time > silence:
+            raise RunEnded(EndReason.SENSOR_SILENT, f"no reading for {silence:g} s")
+        if now - self._monitor.last_healthy_time > silence:
+            raise RunEnded(EndReason.SENSOR_FAULT, f"no healthy reading for {silence:g} s")
+        for second in self._run_writer.check.seconds[-1:]:
+            if second.late > _MAX_LATE_SHARE * second.received:
+                detail = f"its counter is invalid: {second.late} of {second.received} records late in a second"
+                raise RunEnded(EndReason.SENSOR_FAULT, detail)
 
     def _end(self, ended: RunEnded) -> RunResult:
-        """Stop the axis, keep what comes until it rests, and close the file."""
-        if self._course:
-            self._watch.send_stop()
+        """Stop the axis, write what arrives until it rests, and close the file."""
+        if self._motion:
+            self._monitor.send_stop()
         try:
-            self._coast()
-        except RunEnded as another:  # an axis that fails as well changes nothing; a file does
-            ended = _worse(ended, another)
-        outcome = self._outcome(ended)
+            self._wait_for_rest()
+        except RunEnded as later:  # a file that fails replaces the reason, an axis that fails does not
+            ended = _reported(ended, later)
+        result = self._result(ended)
         try:
-            self._writer_of_run.close(ended.why, told(outcome))
-        except RunEnded as another:
-            outcome = self._outcome(_worse(ended, another))
-        return outcome
+            self._run_writer.close(ended.reason, end_entries(result))
+        except RunEnded as later:
+            result = self._result(_reported(ended, later))
+        return result
 
-    def _coast(self) -> None:
-        """Keep what comes until the axis has come to rest, or says nothing more."""
+    def _wait_for_rest(self) -> None:
+        """Write what arrives until the axis rests or is silent."""
         before, begun = self._state, time.monotonic()
         last = begun
-        self._keep(begun)
-        while self._course and time.monotonic() - begun < _COASTS and time.monotonic() - last < self._settings.silence:
-            time.sleep(EVERY)
-            heard = self._state
-            self._keep(time.monotonic())
-            last = last if self._state is heard else time.monotonic()
+        self._write_received(begun)
+        while (
+            self._motion
+            and time.monotonic() - begun < _MAX_STOP_TIME_S
+            and time.monotonic() - last < self._settings.silence
+        ):
+            time.sleep(POLL_INTERVAL_S)
+            previous = self._state
+            self._write_received(time.monotonic())
+            last = last if self._state is previous else time.monotonic()
             if self._state is not before and self._state.condition not in ("moving", "stopping"):
                 return
 
-    def _outcome(self, ended: RunEnded) -> RunResult:
-        counts, seconds = self._writer_of_run.check.total, time.monotonic() - self._begun
+    def _result(self, ended: RunEnded) -> RunResult:
+        counts, seconds = self._run_writer.check.total, time.monotonic() - self._begun
         return RunResult(
-            ended.why,
-            ended.detail,
-            seconds,
-            *(counts.received, counts.lost, counts.doubled, counts.late),
-            self._watch.longest_gap * 1e-9,
-            self._bias,
-            self._peak,
-            (time.process_time() - self._processor) / max(seconds, 1e-3),
-            alignment_uncertainty(self._writer_of_run.pairs),
-            self._path,
-            self._writer_of_run.dropped,
-            self._writer_of_run.buffer,
+            ended=ended.reason,
+            detail=ended.detail,
+            seconds=seconds,
+            received=counts.received,
+            lost=counts.lost,
+            doubled=counts.doubled,
+            late=counts.late,
+            longest_own_gap=self._monitor.max_gap_ns * 1e-9,
+            bias=self._bias,
+            peak_force=self._peak,
+            cpu_share=(time.process_time() - self._processor_time) / max(seconds, 1e-3),
+            alignment_uncertainty=alignment_uncertainty(self._run_writer.pairs),
+            path=self._path,
+            dropped=self._run_writer.dropped,
+            buffer=self._run_writer.buffer,
         )
 
     def _show(self, now: float) -> None:
-        if self._view is None or now - self._viewed < _VIEW_EVERY:
+        if self._view is None or now - self._viewed < _VIEW_INTERVAL_S:
             return
         self._viewed = now
-        counts = self._writer_of_run.check.total
-        phase = self._course.phase if self._course else None
-        depth = self._state.depth if self._state else None
-        bias = self._settings.sign * self._bias.wrench[self._settings.column]
+        counts = self._run_writer.check.total
+        progress = Progress(
+            seconds=now - self._begun,
+            received=counts.received,
+            lost=counts.lost,
+            force=self._force,
+            depth=self._state.depth if self._state else None,
+            phase=self._motion.phase if self._motion else None,
+            bias=self._settings.sign * self._bias.wrench[self._settings.column],
+        )
         try:
-            self._view(Progress(now - self._begun, counts.received, counts.lost, self._force, depth, phase, bias))
-        except OSError:  # nobody watches any more, which ends no recording
+            self._view(progress)
+        except OSError:  # the terminal is gone; the recording continues without a view
             self._view = None
 
 
-def _worse(first: RunEnded, then: RunEnded) -> RunEnded:
-    """The end to tell: the first, unless it is then that the file fails."""
-    return then if then.why in FILE_ENDS and first.why not in FILE_ENDS else first
+def _reported(first: RunEnded, later: RunEnded) -> RunEnded:
+    """The end that is reported: the first one, unless only the later one is a failure of the file."""
+    return later if later.reason in FILE_ENDS and first.reason not in FILE_ENDS else first
 
 
-def _taken(queue) -> list:
-    """What stands in a queue that another thread fills."""
+def _emptied(queue: deque) -> list:
+    """The present content of a queue that another thread fills; it is removed."""
     return [queue.popleft() for _ in range(len(queue))]
 
 
-def told(outcome: RunResult) -> dict[str, str]:
-    """The end of a file, in words."""
-    shown = ("ended", "detail", "seconds", "received", "lost", "doubled", "late", "longest_own_gap", "peak_force")
-    return {
-        name: f"{value:.6g}" if isinstance(value := getattr(outcome, name), float) else str(value) for name in shown
-    }
+def end_entries(result: RunResult) -> dict[str, str]:
+    """The entries at the end of a recorded file, as text."""
+    values = {name: getattr(result, name) for name in _END_ENTRIES}
+    return {name: f"{value:.6g}" if isinstance(value, float) else str(value) for name, value in values.items()}
 
 
 def alignment_uncertainty(pairs: list[tuple[int, int]]) -> float | None:
-    """How well the sensor's clock is known on this computer's [s], 95 %; None for too few readings."""
-    if len(pairs) < 20:
+    """95 % uncertainty [s] of the sensor's clock relative to this computer's; None with too few readings."""
+    if len(pairs) < _MIN_ALIGNMENT_PAIRS:
         return None
-    kept = np.array(sorted(pairs), dtype=np.int64)  # late ones in their place
-    device, arrival = 1e-9 * (kept - kept[0]).T
+    ordered = np.array(sorted(pairs), dtype=np.int64)  # late readings in their place
+    device, arrival = 1e-9 * (ordered - ordered[0]).T
     try:
         return float(align(device, arrival).uncertainty)
     except InputError:

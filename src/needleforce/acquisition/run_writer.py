@@ -1,28 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The writing side of a run: counts, aligns, marks and writes what the other threads received."""
+"""The run writer: counts, aligns, marks and writes the readings and states that other threads received."""
 
 import errno
 import math
 import os
 from collections.abc import Mapping
+from typing import Any
 
 from ..errors import InputError
 from ..recording.alignment import LiveAlignment
 from ..wire.axis_lines import AxisState
 from ..wire.rdt import is_fault, status_words
-from .motion_sequence import RunEnded
+from .motion_sequence import EndReason, RunEnded
 from .settings import RestBias
 from .sources.sequence import Kind, SequenceCheck
 from .sources.source import ForceSample, ForceSource
 
-_TALLIES = ("foreign", "wrong_size", "stale", "restart", "dropped")
-FILE_ENDS = ("disk full", "file not written")
-_FULL = [os.strerror(number) for number in (errno.ENOSPC, errno.EDQUOT)]
+SOURCE_COUNTS = ("foreign", "wrong_size", "stale", "restart", "dropped")
+FILE_ENDS = (EndReason.DISK_FULL, EndReason.FILE_NOT_WRITTEN)
+_DISK_FULL_MESSAGES = [os.strerror(number) for number in (errno.ENOSPC, errno.EDQUOT)]
+_PAIR_INTERVAL = 10  # readings for each pair of times that is kept for the alignment
 _SECOND = 1_000_000_000  # [ns]
 
 
 class DeviceClock:
-    """A device's clock [ns] as this computer's [ns], as well as is known so far."""
+    """Converts times of a device's clock [ns] to this computer's [ns], from the readings received so far."""
 
     def __init__(self):
         self._live = LiveAlignment()
@@ -30,41 +32,41 @@ class DeviceClock:
         self._last = self._host = 0
 
     def host(self, device: int, arrival: int) -> int:
-        """When the device meant, for a reading of its clock that arrived."""
-        here, there = self._origin = self._origin or (device, arrival)
-        if self._last > device:  # late: as far before the newest as it was taken before it
+        """The time on this computer's clock at which a reading with time ``device`` was taken."""
+        device_origin, host_origin = self._origin = self._origin or (device, arrival)
+        if self._last > device:  # a late reading: its distance to the newest one on the device's clock is kept
             return max(0, self._host - (self._last - device))
-        seconds = self._live.update((device - here) / _SECOND, (arrival - there) / _SECOND)
-        self._last, self._host = device, there + round(seconds * _SECOND)
+        seconds = self._live.update((device - device_origin) / _SECOND, (arrival - host_origin) / _SECOND)
+        self._last, self._host = device, host_origin + round(seconds * _SECOND)
         return self._host
 
 
 class RunWriter:
-    """Writes one run with ``writer``, a LogWriter. What the writer cannot raises Ended."""
+    """Writes one run with ``writer``, a LogWriter. Raises RunEnded if the writer fails."""
 
-    def __init__(self, writer, source: ForceSource):
+    def __init__(self, writer: Any, source: ForceSource):
         self.check = SequenceCheck()
-        self.pairs: list[tuple[int, int]] = []  # clock of the sensor and arrival [ns], of one reading in ten
+        self.pairs: list[tuple[int, int]] = []  # time of the sensor and arrival [ns], of one reading in ten
         self._writer, self._source = writer, source
         self._clock, self._axis_clock = DeviceClock(), DeviceClock()
-        self._told = 0  # seconds that are marked
-        self._tally = dict.fromkeys(_TALLIES, 0)
+        self._seconds_marked = 0
+        self._source_counts = dict.fromkeys(SOURCE_COUNTS, 0)
         self._status: set[int] = {0}
         self._condition, self._phase = "", ""
         self._arrival = 0
 
     @property
     def dropped(self) -> int:
-        """Packets that found this computer's buffer full."""
+        """Packets that arrived when this computer's receive buffer was full."""
         return getattr(self._source, "dropped", 0)
 
     @property
     def buffer(self) -> float:
-        """How long [s] this computer keeps readings that wait."""
+        """Time [s] for which this computer's receive buffer holds unread readings."""
         return getattr(self._source, "buffer", math.inf)
 
     def force(self, samples: list[ForceSample]) -> None:
-        """Write what is not doubled, and mark what is wrong with it."""
+        """Write the readings except doubled ones, and mark faults and losses."""
         for sample in samples:
             self._arrival = max(self._arrival, sample.arrival)
             kind = self.check.add(sample.sequence, sample.arrival)
@@ -72,13 +74,14 @@ class RunWriter:
                 continue
             self._mark_status(sample)
             stamp = self._clock.host(sample.device, sample.arrival)
-            self._write("wrench", sample.sequence, sample.arrival, sample.device, stamp, sample.wrench)
-            if not self.check.received % 10:
+            record = sample.sequence, sample.arrival, sample.device, stamp, sample.wrench
+            self._write("wrench", *record)
+            if not self.check.received % _PAIR_INTERVAL:
                 self.pairs.append((sample.device, sample.arrival))
         self._mark_seconds()
 
     def axis(self, states: list[tuple[AxisState, int]]) -> None:
-        """Write states, and mark what the axis says of itself where that changes."""
+        """Write states, and mark the axis' condition where it changes."""
         for state, arrival in states:
             self._arrival = max(self._arrival, arrival)
             if state.condition != self._condition:
@@ -86,7 +89,8 @@ class RunWriter:
                 self.mark("axis", condition=state.condition)
             device = max(0, round(state.time * _SECOND))
             stamp = self._axis_clock.host(device, arrival)
-            self._write("state", state.number, arrival, device, stamp, state.depth, state.velocity)
+            record = state.number, arrival, device, stamp, state.depth, state.velocity
+            self._write("state", *record)
 
     def bias(self, bias: RestBias) -> None:
         """Mark the bias."""
@@ -98,45 +102,46 @@ class RunWriter:
             self._phase = name
             self.mark("phase", name=name)
 
-    def mark(self, kind: str, **facts) -> None:
-        """A mark at the time of the last arrival."""
+    def mark(self, kind: str, **facts: Any) -> None:
+        """Write a mark at the time of the last arrival."""
         self._write("mark", self._arrival, kind, **facts)
 
     def flush(self) -> None:
-        """Bring all before to the disk."""
+        """Pass everything written so far to the system, so that it survives a crash of this program."""
         self._write("flush")
 
-    def close(self, why: str, end: Mapping[str, str]) -> None:
+    def close(self, reason: EndReason, end: Mapping[str, str]) -> None:
         """Mark the end and close the file."""
         self.check.close()
         self._mark_seconds()
-        self.mark("end", why=why)
+        self.mark("end", why=reason)
         self._write("close", end)
 
     def _mark_status(self, sample: ForceSample) -> None:
-        """Each reading that is not to be trusted, so that it can be left out; another status once a second."""
+        """Mark each reading with a fault, so that it can be left out; any other status once a second."""
         if is_fault(sample.status) or sample.status not in self._status:
             self._status.add(sample.status)
             words = status_words(sample.status)
             self.mark("status", sequence=sample.sequence, status=sample.status, words=words)
 
     def _mark_seconds(self) -> None:
-        """Losses and strange packets, once a second; a status is told again in the next."""
-        if len(self.check.seconds) == self._told:
+        """Mark losses and the counts of the source for each full second."""
+        if len(self.check.seconds) == self._seconds_marked:
             return
-        for counts in self.check.seconds[self._told :]:
+        for counts in self.check.seconds[self._seconds_marked :]:
             if counts.lost or counts.doubled or counts.late:
                 self.mark("lost", **counts._asdict())
-        self._told = len(self.check.seconds)
+        self._seconds_marked = len(self.check.seconds)
         self._status = {0}
-        for kind in _TALLIES:
+        for kind in SOURCE_COUNTS:
             now = getattr(self._source, kind, 0)
-            if now > self._tally[kind]:
-                self.mark(kind, count=now - self._tally[kind])
-                self._tally[kind] = now
+            if now > self._source_counts[kind]:
+                self.mark(kind, count=now - self._source_counts[kind])
+                self._source_counts[kind] = now
 
-    def _write(self, what: str, *arguments, **facts) -> None:
+    def _write(self, method: str, *arguments: Any, **facts: Any) -> None:
         try:
-            getattr(self._writer, what)(*arguments, **facts)
+            getattr(self._writer, method)(*arguments, **facts)
         except (InputError, OSError) as error:
-            raise RunEnded(FILE_ENDS[not any(words in str(error) for words in _FULL)], str(error)) from None
+            full = any(message in str(error) for message in _DISK_FULL_MESSAGES)
+            raise RunEnded(EndReason.DISK_FULL if full else EndReason.FILE_NOT_WRITTEN, str(error)) from None

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a run is told, what it shows while it goes on, and what came of it."""
+"""Settings of a run, its progress for a live view, and its result."""
 
 import math
 from dataclasses import dataclass
@@ -9,16 +9,37 @@ from typing import NamedTuple
 from ..errors import InputError
 from ..recording.card import check_filter_length
 from ..wire.rdt import AXES
+from .motion_sequence import EndReason
 
 
 @dataclass(frozen=True)
 class Settings:
     """How a run is recorded.
 
-    ``force_limit`` [N] on the axial force without bias, infinite for none. ``bias_time`` [s] at rest before motion, 0
-    for no bias; ``steady`` [N] is how far the axial force may wander in it. ``duration`` [s] where no axis moves.
-    ``axial`` is the sensor's axis along the needle, with a minus where it opposes the force on the needle.
-    ``silence`` [s] without a word, or a movement, ends the run. Raises InputError for what is none of these.
+    Parameters
+    ----------
+    force_limit : float
+        Limit of the absolute axial force minus the bias [N], at least 1e-6; infinite for no limit.
+    bias_time : float
+        Time at rest before the motion from which the bias is determined [s], 0 to 60; 0 for no bias.
+    duration : float, optional
+        Duration of a recording without motion [s], 1e-3 to 1e6. Default: until it is stopped or the source ends.
+    flush_every : float
+        Interval at which the file is flushed [s], 0.01 to 10.
+    axial : str
+        The sensor's axis along the needle, ``"fx"``, ``"fy"`` or ``"fz"``; with a minus, such as ``"-fz"``, if its
+        reading decreases when the force against insertion increases.
+    filter_length : int
+        Samples in the sensor's moving-average filter, for the card of the recording.
+    silence : float
+        Time without a reading, an axis state or a movement after which the run ends [s], 0.05 to 60.
+    steady : float
+        Largest drift and standard deviation of the axial force at rest [N], at least 1e-6.
+
+    Raises
+    ------
+    InputError
+        If a value is outside its range.
     """
 
     force_limit: float
@@ -43,41 +64,62 @@ class Settings:
             if not low <= value <= high:
                 raise InputError(quantity, value, f"outside {low:g} to {high:g} {unit}")
         if self.axial.removeprefix("-") not in AXES[:3]:
-            raise InputError("axial", repr(self.axial), "one of fx, fy, fz, or with a minus")
+            raise InputError("axial", repr(self.axial), "not fx, fy or fz, with or without a minus")
         check_filter_length(self.filter_length)
 
     @property
     def column(self) -> int:
-        """Where the axial force stands in a wrench."""
+        """Index of the axial force in a wrench."""
         return AXES.index(self.axial.removeprefix("-"))
 
     @property
     def sign(self) -> float:
-        """What makes it positive against insertion."""
+        """Factor that makes the axial force positive against insertion."""
         return -1.0 if self.axial.startswith("-") else 1.0
 
 
 @dataclass(frozen=True)
 class RestBias:
-    """What the sensor says at rest: mean and standard deviation (6,) [N, N m] over ``samples`` readings."""
+    """Readings at rest: mean and standard deviation (6,) [N, N m] over ``samples`` readings."""
 
     wrench: tuple[float, ...] = (0.0,) * 6
     noise: tuple[float, ...] = (0.0,) * 6
     samples: int = 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RunResult:
-    """What a run came to. ``ended`` is one of ``done``, ``force limit``, ``interrupted``, ``source ended``, ``sensor
-    silent``, ``sensor fault``, ``sensor lost``, ``axis silent``, ``axis stalled``, ``axis fault``, ``axis stopped``,
-    ``axis lost``, ``move refused``, ``disk full``, ``file not written``; ``detail`` says more where there is more.
+    """Result of a run.
 
-    ``longest_own_gap`` [s] is the longest that a reading lay in this computer before it was taken; ``peak_force`` [N]
-    the largest axial force, with its sign, without bias; ``cpu_share`` processor time over time. Counts are of records;
-    of the lost, ``dropped`` packets came and found this computer's buffer full, which holds ``buffer`` [s] of readings.
+    Attributes
+    ----------
+    ended : EndReason
+        Why the run ended.
+    detail : str
+        Details of the reason, if there are any.
+    seconds : float
+        Duration [s].
+    received, lost, doubled, late : int
+        Counts of records.
+    longest_own_gap : float
+        Longest time that a reading waited in this computer before it was read [s].
+    bias : RestBias
+        The bias at rest.
+    peak_force : float
+        Axial force of the largest magnitude, with its sign, minus the bias [N].
+    cpu_share : float
+        Processor time over duration [1].
+    alignment_uncertainty : float or None
+        95 % uncertainty of the sensor's clock relative to this computer's [s]; None with too few readings.
+    path : Path
+        The recorded file.
+    dropped : int
+        Packets among the lost ones that arrived when this computer's receive buffer was full.
+    buffer : float
+        Time for which that buffer holds unread readings [s].
     """
 
-    ended: str
+    ended: EndReason
     detail: str
     seconds: float
     received: int
@@ -95,8 +137,8 @@ class RunResult:
 
 
 class Progress(NamedTuple):
-    """What a live view shows: since the start [s], readings and losses, axial force [N], depth [m], phase of the
-    motion, bias [N]; None where there is none."""
+    """Values for a live view: time since the start [s], readings and losses, axial force [N], depth [m] and phase of
+    the motion or None, bias [N]."""
 
     seconds: float
     received: int

@@ -66,7 +66,7 @@ def run(
     A force limit stops the axis; Ctrl-C ends the recording and closes the file. Exit code 0: completed, or ended by
     Ctrl-C; 1: ended early for another reason, which is printed, and the data are kept; 2: could not start.
     """
-    from ..acquisition.motion_sequence import DONE
+    from ..acquisition.motion_sequence import EndReason
     from ..acquisition.recorder import record_run
     from ..acquisition.settings import Settings
     from ..protocol import read_protocol
@@ -106,7 +106,7 @@ def run(
         force, motion = open_sources()
         outcome = record_run(output, force, motion, moves=moves, card=card, settings=settings, view=view)
     _print_outcome(outcome, json)
-    if outcome.ended not in (DONE, "interrupted", "source ended"):
+    if outcome.ended not in (EndReason.DONE, "interrupted", "source ended"):
         raise typer.Exit(1)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The force in the hand: what a loop needs around an insertion."""
+"""Control loops: limits of a haptic device or robot around an insertion, and models replaced while the loop runs."""
 
 from .guard import Guard
 from .live import LiveInsertion

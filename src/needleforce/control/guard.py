@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Between an engine and a hand: the limits of a device, and the last cycles."""
+"""The guard between an engine and a device: limits of the force, and a record of the last cycles."""
+
+import os
+from typing import Any
 
 import numpy as np
 
@@ -10,33 +13,44 @@ from ..vocabulary import Phase, Status
 
 
 class Guard(core.Guard):
-    """Limits between an engine and a device: scale, clamp, slew, watchdog, energy.
+    """Limits between an engine and a device: scale, largest force, slew rate, watchdog, energy.
 
-    ``settings`` are those of ``core.GuardSettings``, in SI and the device's range; ``core.GuardSettings.table()`` lists
-    them. Raises InputError for one that is unknown or outside its range, and for two that do not go together. The
-    engine, ``nf.Insertion`` or ``LiveInsertion``, stays the caller's and must not be stepped elsewhere. ``step`` and
-    ``miss`` give a ``GuardOutput``: ``force`` [N] for the device, ``sample``, the balance of energy, and what the guard
-    did.
+    ``step(depth, velocity, dt)`` and ``miss(dt)``, for a cycle without input, return a ``GuardOutput``: the ``force``
+    [N] for the device, the engine's ``sample``, the energy balance, and flags for the guard's interventions.
+
+    Parameters
+    ----------
+    engine : Insertion or LiveInsertion
+        The engine, owned by the caller; it must not be stepped elsewhere.
+    **settings : float
+        Settings of ``core.GuardSettings``, in SI and in the device's range; ``core.GuardSettings.table()`` lists them
+        with unit and range.
+
+    Raises
+    ------
+    InputError
+        If the engine cannot be stepped by a guard, a setting is unknown or outside its range, or settings contradict
+        each other.
     """
 
-    def __init__(self, engine, **settings: float):
+    def __init__(self, engine: Any, **settings: float):
         checked = core.GuardSettings(**settings)
         try:
             super().__init__(engine, checked)
         except TypeError:
-            raise InputError(
-                "engine",
-                type(engine).__name__,
-                "not one that a guard can step",
-                "",
-                "Give nf.Insertion(…) or LiveInsertion(…).",
-            ) from None
+            limit, next_step = "not an engine that a guard can step", "Give nf.Insertion(…) or LiveInsertion(…)."
+            raise InputError("engine", type(engine).__name__, limit, next_step=next_step) from None
         self.engine = engine
 
     def recorder(self) -> dict[str, np.ndarray]:
-        """The last 4096 cycles, oldest first, by name, (n,) each: ``number``; ``dt`` [s], ``depth`` [m] and
-        ``velocity`` [m/s] as given, NaN where none was; ``sample_force`` and ``force`` [N]; ``energy`` and ``reserve``
-        [J]; ``phase`` and ``status`` in words; a flag for each thing the guard may do. May be called from any thread.
+        """Record of the last 4096 cycles; may be called from any thread.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Columns (n,), oldest cycle first: ``number``; ``dt`` [s], ``depth`` [m] and ``velocity`` [m/s] as given, NaN
+            if not given; ``sample_force`` and ``force`` [N]; ``energy`` and ``reserve`` [J]; ``phase`` and ``status``
+            in words; a flag for each kind of intervention.
         """
         columns = self.columns()
         columns["number"] = columns["number"].astype(np.int64)
@@ -44,8 +58,19 @@ class Guard(core.Guard):
         columns["status"] = np.array(list(Status))[columns["status"].astype(int)]
         return columns | {flag: columns[flag].astype(bool) for flag in core.interventions}
 
-    def save_recorder(self, path) -> None:
-        """Writes ``recorder()`` as CSV, a column for each name. Raises InputError where it cannot be written."""
+    def save_recorder(self, path: str | os.PathLike) -> None:
+        """Write ``recorder()`` as CSV, one column for each name.
+
+        Parameters
+        ----------
+        path : str or path
+            The file.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be written.
+        """
         columns = self.recorder()
         with atomic_write(path) as file:
             file.write(",".join(columns) + "\n")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An insertion whose model other threads replace while the loop runs."""
+"""An insertion whose model can be replaced by other threads while the loop runs."""
 
 from .. import core
 from ..errors import InputError
@@ -9,11 +9,24 @@ from ..models.model import Model
 class LiveInsertion(core.LiveInsertion):
     """An insertion whose model other threads may replace while one thread, the loop, steps it.
 
-    ``step(depth, velocity, dt) -> Sample`` and ``reset()`` as of an ``Insertion``; ``replace(model)`` from any thread.
-    The memory of the hole goes on; the force goes evenly from the old model's to the new one's over ``blend_time`` [s],
-    0 to 1, and the next model is taken when that is over. ``max_speed`` [m/s], ``hold_time`` [s] and ``bevel`` as of an
-    ``Insertion``. ``taken``, ``refused``, ``last_refused`` and ``blending`` say what became of the models. Raises
-    InputError for what is no model, and for times and speeds outside their limits.
+    ``step(depth, velocity, dt) -> Sample`` and ``reset()`` are those of an ``Insertion``. After ``replace`` the memory
+    of the hole is kept, and the force changes linearly from the old to the new model during the blend; a further model
+    is accepted when the blend is complete. ``taken`` and ``refused`` count models, ``last_refused`` and ``blending``
+    are flags.
+
+    Parameters
+    ----------
+    model : Model
+        The first model.
+    blend_time : float
+        Duration of the blend from one model to the next [s], 0 to 1.
+    max_speed, hold_time, bevel
+        As for ``Insertion``.
+
+    Raises
+    ------
+    InputError
+        If the model is not a ``Model``, or a time or speed is outside its range.
     """
 
     def __init__(
@@ -26,20 +39,29 @@ class LiveInsertion(core.LiveInsertion):
         bevel: core.Bevel | None = None,
     ):
         if not 0.0 <= blend_time <= core.longest_blend:
-            raise InputError("blend_time", blend_time, f"must be 0 to {core.longest_blend:g} s")
+            raise InputError("blend_time", f"{blend_time} s", f"outside 0 to {core.longest_blend:g} s")
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
         super().__init__(_layers(model), blend_time, limits, bevel or core.Bevel())
 
     def replace(self, model: Model) -> None:
-        """Offers a model to the loop, which takes the newest over with its next step, or after a blend.
+        """Offer a model to the loop, which uses the newest one from its next step on, or after the present blend.
 
-        It is checked and prepared in the calling thread, without the interpreter's lock. Raises InputError for what is
-        no model; then the model before it goes on.
+        The model is checked and prepared in the calling thread, without the interpreter's lock.
+
+        Parameters
+        ----------
+        model : Model
+            The new model.
+
+        Raises
+        ------
+        InputError
+            If the model is invalid; the loop then continues with the previous one.
         """
         self.replace_layers(_layers(model))
 
 
-def _layers(model: Model) -> list:
+def _layers(model: Model) -> list[tuple[float, core.Laws]]:
     if not isinstance(model, Model):
         raise InputError("model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or nf.Model(…).")
     return model.stack

@@ -1,19 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model as a C++ header of typed laws, or as a C header of laws and values by name: an array of layers."""
+"""A model as a C++ header with typed laws, or as a C header with laws and parameters by name: an array of layers."""
 
 import re
 import textwrap
 import unicodedata
+from typing import Any
 
 from ..errors import InputError
 from ..models.laws import FAMILIES
-from ..models.model import Model
+from ..models.model import Layer, Model
 from ..vocabulary import __version__
 
-MOST_KNOTS = 32
-WIDTH = 106
+MAX_KNOTS = 32
+MAX_LINE_WIDTH = 106
 CONVENTION = "SI units. Depth counts from the undeformed surface, + inwards; force is + when it opposes insertion."
-# words that either language keeps for itself
+# keywords and reserved names of both languages
 RESERVED = frozenset(
     "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t char8_t class "
     "co_await co_return co_yield compl concept const const_cast consteval constexpr constinit continue decltype "
@@ -23,29 +24,58 @@ RESERVED = frozenset(
     "struct switch template this thread_local throw true try typedef typeid typename union unsigned using virtual void "
     "volatile wchar_t while xor xor_eq".split()
 )
-# letters, digits and _, and none of what either language or the C library of this project has for itself
+# letters, digits and _, except names that both languages or this project's C library reserve
 NAME = re.compile(r"(?!nf_|NULL$|NAN$|INFINITY$|EOF$)[A-Za-z]\w*", re.ASCII)
 
 
 def header(model: Model, language: str = "c++", name: str | None = None, sources: tuple[str, ...] = ()) -> str:
-    """The text of a header that holds ``model`` as the constant array ``name``, its layers from the surface down.
+    """The text of a header with a model as a constant array of layers, from the surface down.
 
-    ``language``: ``c++`` for ``needleforce::Layer`` with typed laws, ``c`` for ``nf_layer`` with laws by name. Every
-    number is in SI and the same to the last bit when a compiler reads it. ``name``: without it the model's own.
-    ``sources`` are lines that say where the model comes from. The same model gives the same text, without a date.
-    Raises InputError for another language and for a name that is no identifier.
+    Parameters
+    ----------
+    model : Model
+        The model.
+    language : str
+        ``"c++"`` for ``needleforce::Layer`` with typed laws, ``"c"`` for ``nf_layer`` with laws by name.
+    name : str, optional
+        Name of the constant; default: from the model's name.
+    sources : tuple of str
+        Lines for the heading on where the model comes from.
+
+    Returns
+    -------
+    str
+        The header. Numbers are in SI and are restored to the last bit by a compiler; the same model gives the same
+        text, without a date.
+
+    Raises
+    ------
+    InputError
+        If the language is unknown, or the name is not an identifier in both languages.
     """
     if language not in LANGUAGES:
-        raise InputError("language", repr(language), f"known are {' and '.join(LANGUAGES)}")
+        next_step = f"Give {' or '.join(LANGUAGES)}."
+        raise InputError("language", repr(language), "unknown", next_step=next_step)
     name = identifier(model.name) if name is None else name
     if not _free(name):
-        limit = "no name that C and C++ take for a constant"
-        raise InputError("name", repr(name), limit, next_step="Give letters, digits and _, no keyword, as liver_18G.")
+        limit, example = "not a valid name of a constant in C and C++", "Give letters, digits and _, such as liver_18G."
+        raise InputError("name", repr(name), limit, next_step=example)
     return LANGUAGES[language](model, name, sources)
 
 
 def identifier(text: str) -> str:
-    """``text`` as a name for a constant: what neither language takes becomes _, and a bad start a prefix."""
+    """Convert a text to the name of a constant.
+
+    Parameters
+    ----------
+    text : str
+        Any text, such as the name of a file.
+
+    Returns
+    -------
+    str
+        The text with ``_`` for characters that are not allowed, and with a prefix if it is not a valid name.
+    """
     name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
     return name if _free(name) else f"model_{name}".rstrip("_")
 
@@ -55,7 +85,7 @@ def _free(name: str) -> bool:
 
 
 def _cpp_header(model: Model, name: str, sources: tuple[str, ...]) -> str:
-    """The text of the header."""
+    """The text of the header in this language."""
     top = [f"// {line}" for line in _heading(model, f"needleforce::Insertion insertion({name});", sources)]
     layers = [line for number, layer in enumerate(model.layers, 1) for line in _cpp_layer(layer, number)]
     lines = [
@@ -71,7 +101,7 @@ def _cpp_header(model: Model, name: str, sources: tuple[str, ...]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _cpp_layer(layer, number: int) -> list[str]:
+def _cpp_layer(layer: Layer, number: int) -> list[str]:
     laws = [line for family in FAMILIES for line in _member(family, getattr(layer, family))]
     return [
         f"{{.top = {float(layer.top)!r},  // {_top_meaning(number)}",
@@ -81,31 +111,31 @@ def _cpp_layer(layer, number: int) -> list[str]:
     ]
 
 
-def _member(name: str, value) -> list[str]:
-    """``.name = Type{...},`` with a line for each number."""
+def _member(name: str, value: Any) -> list[str]:
+    """``.name = Type{...},`` with one line for each parameter."""
     inner = _columns(value) if hasattr(value, "columns") else _cpp_numbers(value)
     inner += [line for part in value.parts for line in _part(value, part)]
     start = f".{name} = {value.cpp_name}{{"
     return [f"{start}}},"] if not inner else [start, *(f"    {line}" for line in inner), "},"]
 
 
-def _cpp_numbers(value) -> list[str]:
+def _cpp_numbers(value: Any) -> list[str]:
     numbers = value.parameters()
     return [f".{row['name']} = {numbers[row['name']]!r},  // {_meaning(row)}" for row in value.table()]
 
 
-def _part(value, part: str) -> list[str]:
-    """A value within, such as a tip, or the reading of a bevel."""
+def _part(value: Any, part: str) -> list[str]:
+    """A nested value: a tip, or the equivalence of a bevel."""
     inner = getattr(value, part)
     if isinstance(inner, str):
         return [f".{part} = needleforce::tips::BevelEquivalence::{inner},"]
     return _member(part, inner)
 
 
-def _columns(profile) -> list[str]:
-    """A profile is endless behind its last knot."""
+def _columns(profile: Any) -> list[str]:
+    """The knots of a profile; unused radii are marked as endless."""
     radii, heights = profile.radii, profile.heights
-    behind = ["needleforce::tips::endless"] * (MOST_KNOTS - len(radii))
+    behind = ["needleforce::tips::endless"] * (MAX_KNOTS - len(radii))
     return [
         f".radius = {{{{{', '.join([*map(repr, map(float, radii)), *behind])}}}}},  // m",
         f".rise = {{{{{', '.join(map(repr, map(float, heights)))}}}}},  // m, height above the apex at each radius",
@@ -114,7 +144,7 @@ def _columns(profile) -> list[str]:
 
 
 def _c_header(model: Model, name: str, sources: tuple[str, ...]) -> str:
-    """The text of the header."""
+    """The text of the header in this language."""
     use = f"nf_init(memory, size, {name}, {name}_layers, NULL, &why);"
     top = [f"   {line}" for line in _heading(model, use, sources)]
     tips, layers = [], []
@@ -140,8 +170,8 @@ def _c_header(model: Model, name: str, sources: tuple[str, ...]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _c_layer(layer, number: int, tip_name: str, tips: list[str]) -> list[str]:
-    """The lines of a layer; the tip of its contact, if it has one, goes before the array, to ``tips``."""
+def _c_layer(layer: Layer, number: int, tip_name: str, tips: list[str]) -> list[str]:
+    """The lines of a layer; the definition of the tip of its contact, if it has one, is added to ``tips``."""
     laws = []
     for family in FAMILIES:
         law = getattr(layer, family)
@@ -151,12 +181,12 @@ def _c_layer(layer, number: int, tip_name: str, tips: list[str]) -> list[str]:
     return [f"{{.top = {float(layer.top)!r}, /* {_top_meaning(number)} */", *(f" {line}" for line in laws), "},"]
 
 
-def _law(family: str, law, tip_name: str) -> list[str]:
+def _law(family: str, law: Any, tip_name: str) -> list[str]:
     tip = f", .tip = &{tip_name}" if "tip" in law.parts else ""
     numbers = _c_numbers(law)
     if not numbers:
         return [f'.{family} = {{.name = "{law.name}"{tip}}},']
-    # in the order of the members: C++ takes no other
+    # in the order of the members: which C++ requires
     return [
         f'.{family} = {{.name = "{law.name}", .parameters = {{',
         *(f"    {line}" for line in numbers),
@@ -164,12 +194,12 @@ def _law(family: str, law, tip_name: str) -> list[str]:
     ]
 
 
-def _c_numbers(value) -> list[str]:
+def _c_numbers(value: Any) -> list[str]:
     numbers = value.parameters()
     return [f'{{"{row["name"]}", {numbers[row["name"]]!r}}}, /* {_meaning(row)} */' for row in value.table()]
 
 
-def _tip(tip, name: str) -> list[str]:
+def _tip(tip: Any, name: str) -> list[str]:
     if hasattr(tip, "columns"):
         return _profile(tip, name)
     words = "".join(f', .{part} = "{getattr(tip, part)}"' for part in tip.parts)
@@ -177,7 +207,7 @@ def _tip(tip, name: str) -> list[str]:
     return [f'static const nf_tip {name} = {{.name = "{tip.name}", .parameters = {{', *numbers, f"}}{words}}};"]
 
 
-def _profile(tip, name: str) -> list[str]:
+def _profile(tip: Any, name: str) -> list[str]:
     columns = {"radii": tip.radii, "heights": tip.heights}
     arrays = [
         f"static const double {name}_{column}[] = {{{', '.join(map(repr, map(float, values)))}}}; /* m */"
@@ -188,18 +218,18 @@ def _profile(tip, name: str) -> list[str]:
 
 
 def _plain(text: str) -> str:
-    """``text`` on one line, with nothing that would end or go on with a comment."""
-    seen = "".join(" " if unicodedata.category(letter)[0] in "CZ" else letter for letter in text)
+    """``text`` on one line, without sequences that end or continue a comment."""
+    line = "".join(" " if unicodedata.category(letter)[0] in "CZ" else letter for letter in text)
     for ends, harmless in (("\\", "/"), ("*/", "* /"), ("/*", "/ *"), ("??", "? ?")):
-        seen = seen.replace(ends, harmless)
-    return " ".join(seen.split())
+        line = line.replace(ends, harmless)
+    return " ".join(line.split())
 
 
 def _heading(model: Model, use: str, sources: tuple[str, ...]) -> list[str]:
-    """The lines on top, without comment marks."""
-    told = [
+    """The lines of the heading, without comment marks."""
+    texts = [
         f"{model.name}: {model.summary}",
-        f"Written by needleforce export, version {__version__}: write it anew rather than change it.",
+        f"Written by needleforce export, version {__version__}: export it again instead of editing it.",
         CONVENTION,
         f"Use: {use}",
         f"Reference: {model.reference}" if model.reference else "",
@@ -207,7 +237,7 @@ def _heading(model: Model, use: str, sources: tuple[str, ...]) -> list[str]:
         *(f"Doubt: {doubt}" for doubt in model.doubts),
         *(f"Unverified: {quantity}" for quantity in model.unverified),
     ]
-    return [line for text in map(_plain, told) for line in textwrap.wrap(text, WIDTH, subsequent_indent="  ")]
+    return [line for text in map(_plain, texts) for line in textwrap.wrap(text, MAX_LINE_WIDTH, subsequent_indent="  ")]
 
 
 def _meaning(row: dict) -> str:
@@ -216,7 +246,7 @@ def _meaning(row: dict) -> str:
 
 
 def _top_meaning(number: int) -> str:
-    """What the top of a layer is."""
+    """Unit and meaning of the top of a layer."""
     return f"m, where layer {number} begins below the undeformed surface"
 
 

@@ -1,31 +1,45 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is exported: a preset by name, a preset file, or the JSON of a fit, with the lines that say where it is from."""
+"""The model to export, from a preset by name, a preset file, or the JSON of a fit, with lines on its source."""
 
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ..errors import InputError
 from ..models.model import Model
 from ..preset_files import preset, preset_of
 
-FIT = {"recordings", "parameters", "model"}
-AGAIN = "Identify again with --json, or give the preset that --save wrote."
+FIT_KEYS = {"recordings", "parameters", "model"}
+_NEXT_STEP = "Identify again with --json, or give the preset that --save wrote."
 
 
 @dataclass(frozen=True)
 class ModelSource:
-    """A model, the name under which it was given, and lines on where it comes from."""
+    """A model, the name of its file or preset, and lines on its source."""
 
     model: Model
     name: str
     sources: tuple[str, ...] = ()
 
 
-def model_source(name_or_path) -> ModelSource:
-    """The model of ``needleforce identify --json`` or ``--save``, or of a shipped preset by its name.
+def model_source(name_or_path: str | os.PathLike) -> ModelSource:
+    """The model of a fit, of a preset file, or of a shipped preset.
 
-    Raises InputError for a file that is none of them, for a fit without a model, and for one without its numbers.
+    Parameters
+    ----------
+    name_or_path : str or path
+        File written by ``needleforce identify`` with ``--json`` or ``--save``, or name of a shipped preset.
+
+    Returns
+    -------
+    ModelSource
+
+    Raises
+    ------
+    InputError
+        If the file is none of these, or the fit has no model.
     """
     path = Path(name_or_path)
     if path.suffix.lower() != ".json":
@@ -35,7 +49,7 @@ def model_source(name_or_path) -> ModelSource:
         return ModelSource(_model(document), path.stem, _sources(document))
     except InputError as error:
         raise error.at(path.name) from None
-    except (TypeError, ValueError, AttributeError):  # JSON, but altered by hand
+    except (TypeError, ValueError, AttributeError):  # JSON that was edited
         raise _no_fit(path) from None
 
 
@@ -43,10 +57,10 @@ def _read(path: Path) -> dict:
     try:
         document = json.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
-        raise InputError("fit", "not readable", error.strerror or "", str(path)) from None
+        raise InputError("fit", "not readable", error.strerror or "", str(path), "Check the path.") from None
     except (ValueError, RecursionError) as error:  # of JSON, and of text that is not UTF-8
-        raise InputError("fit", "no JSON", str(error), path.name, AGAIN) from None
-    if not (isinstance(document, dict) and FIT <= set(document) and isinstance(document["recordings"], list)):
+        raise InputError("fit", "not JSON", str(error), path.name, _NEXT_STEP) from None
+    if not (isinstance(document, dict) and FIT_KEYS <= set(document) and isinstance(document["recordings"], list)):
         raise _no_fit(path)
     if not all(map(_is_recording, document["recordings"])):
         raise _no_fit(path)
@@ -54,24 +68,27 @@ def _read(path: Path) -> dict:
 
 
 def _no_fit(path: Path) -> InputError:
-    return InputError("file", "no fit", "needed is what identify --json writes", path.name, AGAIN)
+    limit = "a file written by identify --json is needed"
+    return InputError("file", "not a fit", limit, path.name, _NEXT_STEP)
 
 
-def _is_recording(each) -> bool:
+def _is_recording(each: Any) -> bool:
     return isinstance(each, dict) and isinstance(each.get("file"), str) and "status" in each
 
 
 def _model(document: dict) -> Model:
     if document["model"] is None:
-        raise InputError("fit", "without a model", "no recording could answer", next_step="See its notes and warnings.")
+        raise InputError(
+            "fit", "without a model", "no recording could be evaluated", next_step="See its notes and warnings."
+        )
     if not isinstance(document.get("preset"), dict):
-        limit = "it was written before fits kept the whole model"
-        raise InputError("fit", "without the numbers of its model", limit, next_step=AGAIN)
+        limit = "it was written by a version that did not save the complete model"
+        raise InputError("fit", "without the parameters of its model", limit, next_step=_NEXT_STEP)
     return preset_of(document["preset"])
 
 
 def _sources(document: dict) -> tuple[str, ...]:
-    """The recordings, each with the start of its hash, the speed the forces are for, and the warnings of the fit."""
+    """Lines on the recordings with the start of their hashes, the speed of the forces, and the warnings of the fit."""
     lines = []
     for each in document["recordings"]:
         mark = each.get("sha256") or ""

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Closed forms over arrays: contact, foundation, stability, work of a cycle, limits of validity."""
+"""Closed forms: contact over arrays, foundation, buckling, work of a cycle; limits of validity."""

@@ -1,26 +1,41 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contact of a rigid axisymmetric tip with an elastic half-space, over arrays; also of a profile that a function
-gives by its slope."""
+"""Contact of a rigid axisymmetric tip with an elastic half-space, over arrays; the tip may be a function that gives
+the slope of its profile."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import core
 from ..errors import InputError
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 NODES, WEIGHTS = 0.5 * (1 + NODES), 0.5 * WEIGHTS  # on [0, 1]
-WIDEST = 1e3  # [m]; a contact that has to be wider is out of the profile's reach
-LOOKS = 400  # radii at which a slope is looked at before it is believed
+MAX_CONTACT_RADIUS_M = 1e3  # the search for a contact radius ends here
+N_SLOPE_CHECKS = 400  # radii at which the values of a slope function are checked
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Contact:
-    """Depth [m], contact radius [m], force [N] and slope dF/dh [N/m]; shaped like the input.
+    """State of a contact; each array has the shape of the input of ``contact``, a float for a number.
 
-    ``energy`` [J] is the elastic energy stored, integrated when it is first asked for.
+    Attributes
+    ----------
+    depth : ndarray or float
+        Depth of the apex below the undeformed surface [m].
+    contact_radius : ndarray or float
+        Radius of the contact [m].
+    force : ndarray or float
+        Axial force [N].
+    slope : ndarray or float
+        Stiffness dF/dh [N/m].
+    tip : object
+        The tip.
+    reduced_modulus : float
+        Reduced modulus E_r [Pa].
     """
 
     depth: np.ndarray
@@ -31,28 +46,41 @@ class Contact:
     reduced_modulus: float = field(repr=False, compare=False)
 
     @property
-    def energy(self):
-        """Elastic energy stored [J], shaped like the input."""
+    def energy(self) -> np.ndarray | float:
+        """Elastic energy stored [J], shaped like the input; integrated at each call."""
         depth, radius = np.atleast_1d(self.depth).ravel(), np.atleast_1d(self.contact_radius).ravel()
         energy = _mechanics(self.tip).contact_energy(self.tip, depth, radius, self.reduced_modulus)
         return _shaped(energy, self._shape)
 
-    def pressure(self, radius) -> np.ndarray:
-        """Contact pressure [Pa] at radii [m] from the axis, any shape; shaped like the contact, then like ``radius``.
+    def pressure(self, radius: ArrayLike) -> np.ndarray:
+        """Contact pressure at distances from the axis.
 
-        Zero outside the contact, infinite at an edge that the shank or a flat face fixes and under a sharp apex. To
-        1e-8, for pictures. Raises InputError for radii that are negative or not finite.
+        Parameters
+        ----------
+        radius : array_like
+            Distances from the axis [m], at least 0, any shape.
+
+        Returns
+        -------
+        ndarray
+            Pressure [Pa] to a relative 1e-8; its shape is that of the contact followed by that of ``radius``. It is 0
+            outside the contact, and infinite under a sharp apex and at an edge that the shank or a flat face fixes.
+
+        Raises
+        ------
+        InputError
+            If a radius is negative or not finite.
         """
-        given = np.asarray(radius, dtype=float)
-        if not (np.isfinite(given).all() and (given >= 0).all()):
+        radii = np.asarray(radius, dtype=float)
+        if not (np.isfinite(radii).all() and (radii >= 0).all()):
             raise InputError("radius", "negative or not finite", next_step="Give distances from the axis in m.")
-        flat = np.ascontiguousarray(given.ravel())
+        flat = np.ascontiguousarray(radii.ravel())
         states = zip(np.ravel(self.depth), np.ravel(self.contact_radius))
         pressure = _mechanics(self.tip).contact_pressure
         rows = [
             pressure(self.tip, h, a, self.reduced_modulus, flat) if a > 0 else np.zeros(flat.shape) for h, a in states
         ]
-        return np.array(rows).reshape((*self._shape, *given.shape))[()]
+        return np.array(rows).reshape((*self._shape, *radii.shape))[()]
 
     @property
     def _shape(self) -> tuple[int, ...]:
@@ -60,30 +88,60 @@ class Contact:
 
 
 def contact(
-    tip,
+    tip: Any,
     *,
     reduced_modulus: float,
-    depth=None,
-    contact_radius=None,
+    depth: ArrayLike | None = None,
+    contact_radius: ArrayLike | None = None,
     shank_radius: float | None = None,
-    slope_breaks=(),
+    slope_breaks: ArrayLike = (),
 ) -> Contact:
-    """Sneddon's contact of ``tip`` at a depth or at a contact radius [m], any shape; give exactly one of the two.
+    """Contact of a rigid axisymmetric tip with an elastic half-space, at a depth or at a contact radius.
 
-    ``tip`` is one of ``nf.tips``, of which ``Profile`` takes arrays, or a function that gives the slope df/dr of a
-    profile at an array of radii [m], integrated at Gauss nodes between the radii ``slope_breaks`` [m] where it breaks.
-    ``reduced_modulus`` [Pa] > 0. ``shank_radius`` [m]: the tip sits on a cylinder of that radius, where the contact
-    stops growing (Galin's form with a fixed edge), as it does at the tip's own end; None is a tip that goes on for
-    ever, as the paper's eq. (6) has it.
-    Raises InputError for a modulus or radius that is not positive, for values that are not finite or negative radii,
-    for a radius that does not tell the depth, and for a slope that falls, is vertical or makes the contact jump.
+    Exactly one of ``depth`` and ``contact_radius`` is given.
+
+    Parameters
+    ----------
+    tip : object
+        One of ``nf.tips``, or a function that returns the slope df/dr of a profile for an array of radii [m].
+    reduced_modulus : float
+        Reduced modulus E_r [Pa], above 0.
+    depth : array_like, optional
+        Depth of the apex below the undeformed surface [m], any shape; the force is 0 above the surface.
+    contact_radius : array_like, optional
+        Radius of the contact [m], at least 0, any shape.
+    shank_radius : float, optional
+        Radius of the cylinder behind the tip [m], above 0, at which the contact stops growing. Without it the tip is
+        unbounded, as in the source paper's eq. (6). The contact also stops at the tip's own end.
+    slope_breaks : array_like
+        For a function: radii [m] at which the slope is not smooth.
+
+    Returns
+    -------
+    Contact
+        Depth, contact radius, force and stiffness, with the shape of the input.
+
+    Raises
+    ------
+    InputError
+        If not exactly one of depth and contact radius is given; if a modulus or shank radius is not above 0; if a value
+        is not finite or a radius is negative; if a contact radius does not determine the depth; if a slope function is
+        negative or vertical, or makes the contact radius jump.
+
+    Notes
+    -----
+    Sneddon 1965, eqs. (2) and (3), with the contact edge fixed at the shank (Galin 1953). The slope of a function is
+    integrated at Gauss nodes between its breaks.
     """
     if (depth is None) == (contact_radius is None):
-        raise InputError("contact", next_step="Give exactly one of depth and contact_radius.")
+        found = "neither" if depth is None else "both"
+        raise InputError("depth or contact_radius", found, "exactly one is needed", next_step="Give one of the two.")
     _positive("reduced_modulus", reduced_modulus, "Pa")
+    quantity = "depth" if contact_radius is None else "contact_radius"
     given = np.asarray(depth if contact_radius is None else contact_radius, dtype=float)
     if not np.isfinite(given).all():
-        raise InputError("contact", "not finite", "at least one depth or radius is NaN or infinite")
+        limit = f"{np.count_nonzero(~np.isfinite(given))} of {given.size} values are NaN or infinite"
+        raise InputError(quantity, "not finite", limit, next_step="Remove these values.")
     values = np.ascontiguousarray(given.ravel())
     shank = np.inf if shank_radius is None else _positive("shank_radius", shank_radius, "m")
     tip = _checked(tip, slope_breaks, shank, values)
@@ -92,36 +150,44 @@ def contact(
     else:
         _within(values, tip, shank)
         columns = _mechanics(tip).contact_at_radius(tip, values, reduced_modulus)
-    depth_, radius, force = (_shaped(column, given.shape) for column in columns)
-    return Contact(depth_, radius, force, 2.0 * reduced_modulus * radius, tip, float(reduced_modulus))
+    reached, radius, force = (_shaped(column, given.shape) for column in columns)
+    return Contact(
+        depth=reached,
+        contact_radius=radius,
+        force=force,
+        slope=2.0 * reduced_modulus * radius,
+        tip=tip,
+        reduced_modulus=float(reduced_modulus),
+    )
 
 
-def _checked(tip, slope_breaks, shank: float, values: np.ndarray):
-    """A tip of the core as it is; a function as a tip of its own, checked as far as the values reach."""
+def _checked(tip: Any, slope_breaks: ArrayLike, shank: float, values: np.ndarray) -> Any:
+    """A tip of the core unchanged, or a function as a ``SlopeContact``, checked up to the largest of ``values``."""
     if type(tip) in vars(core.tips).values():
         return tip
     if not callable(tip):
         raise InputError(
-            "tip", repr(tip), "neither one of nf.tips nor a function", next_step="Arrays make a tips.Profile."
+            "tip", repr(tip), "neither one of nf.tips nor a function", next_step="For arrays give nf.tips.Profile."
         )
     return SlopeContact(tip, slope_breaks, shank, values)
 
 
-def _mechanics(tip):
-    """Where the contact of a tip is computed: the core, or a slope's own quadrature."""
+def _mechanics(tip: Any) -> Any:
+    """What computes the contact of a tip: the core, or the quadrature of a slope function."""
     return tip if isinstance(tip, SlopeContact) else core
 
 
 def _positive(quantity: str, value: float, unit: str) -> float:
     if not (np.isfinite(value) and value > 0):
-        raise InputError(quantity, value, f"must be above 0 {unit}")
+        raise InputError(quantity, value, f"must be finite and above 0 {unit}")
     return float(value)
 
 
-def _within(radius: np.ndarray, tip, shank_radius: float) -> None:
+def _within(radius: np.ndarray, tip: Any, shank_radius: float) -> None:
+    """Raise InputError for contact radii beyond the shank or the end of the tip, or within its flat face."""
     limit = min(shank_radius, tip.end)
     if radius.size and (radius.min() < 0 or radius.max() > limit or (radius.max() == tip.end > tip.flat)):
-        next_step = "Give the depth instead: beyond the shank or the end of the tip the radius no longer tells it."
+        next_step = "Give the depth instead: from the shank or the end of the tip on, the radius is constant."
         raise InputError(
             "contact_radius",
             f"{radius.min():.4g} to {radius.max():.4g} m",
@@ -132,78 +198,79 @@ def _within(radius: np.ndarray, tip, shank_radius: float) -> None:
         raise InputError(
             "contact_radius",
             f"{radius[radius > 0].min():.4g} m",
-            f"not beyond the flat face, {tip.flat:.4g} m, which touches at once",
+            f"within the flat face of radius {tip.flat:.4g} m, all of which touches at first contact",
             next_step="Give the depth instead.",
         )
 
 
-def _shaped(column: np.ndarray, shape: tuple[int, ...]):
+def _shaped(column: np.ndarray, shape: tuple[int, ...]) -> np.ndarray | float:
     return column.reshape(shape) if shape else float(column[0])
 
 
 class SlopeContact:
-    """Depth, force, energy and pressure of a slope function; it offers what the core offers for its tips.
+    """Depth, force, energy and pressure for a slope function, with the functions that the core has for its tips.
 
-    Smooth between its breaks it keeps 1e-12; the function sees arrays of radii [m] and gives as many slopes.
+    The relative error is 1e-12 if the slope is smooth between its breaks. The function is called with an array of radii
+    [m] and returns as many slopes.
     """
 
     end, flat = np.inf, 0.0
 
-    def __init__(self, slope, breaks, shank: float, values: np.ndarray):
+    def __init__(self, slope: Callable, breaks: ArrayLike, shank: float, values: np.ndarray):
         self.slope = slope
         self.breaks = np.sort(np.asarray(breaks, dtype=float).ravel())
-        self._check(min(shank, self._farthest(values)))
+        self._check(min(shank, self._max_radius(values)))
 
-    def _farthest(self, values: np.ndarray) -> float:
-        """No contact is wider than this: where the profile stands as high as the largest value."""
+    def _max_radius(self, values: np.ndarray) -> float:
+        """Upper bound of the contact radius [m]: where the depth reaches the largest value."""
         largest = float(values.max(initial=0.0)) or 1e-3
         with np.errstate(all="ignore"):
             radius = largest * 2.0 ** np.arange(-10, 30)
             wide = [r for r in radius if np.isfinite(d := self.depths(np.array([r]))[0]) and d >= largest]
         return max(wide[0], largest) if wide else largest
 
-    def _check(self, farthest: float) -> None:
-        radii = farthest * (np.arange(LOOKS) + 0.5) / LOOKS
+    def _check(self, max_radius: float) -> None:
+        radii = max_radius * (np.arange(N_SLOPE_CHECKS) + 0.5) / N_SLOPE_CHECKS
         slopes = self._slopes(radii)
         for wrong, limit, next_step in (
             (
                 ~np.isfinite(slopes),
                 "not finite: the profile is vertical there",
-                "End the tip with shank_radius before.",
+                "Give a shank_radius below this radius.",
             ),
-            (slopes < 0, "falling: the profile is not monotone", "Give df/dr of heights above the apex."),
+            (slopes < 0, "negative: the profile is not monotone", "Give df/dr of heights above the apex."),
         ):
             if wrong.any():
                 at = int(np.argmax(wrong))
                 raise InputError("slope", f"{slopes[at]:.4g}", limit, f"at radius {radii[at]:.4g} m", next_step)
-        self._rising(radii)
+        self._check_depths(radii)
 
     def _slopes(self, radii: np.ndarray) -> np.ndarray:
-        """What the function gives, which may be one number for all radii, as (n,)."""
+        """Values of the function (n,); it may return one number for all radii."""
         try:
             with np.errstate(all="ignore"):
-                given = np.asarray(self.slope(radii))
-                if np.iscomplexobj(given):
+                slopes = np.asarray(self.slope(radii))
+                if np.iscomplexobj(slopes):
                     raise TypeError("complex slopes")
-                return np.broadcast_to(given.astype(float), radii.shape)
+                return np.broadcast_to(slopes.astype(float), radii.shape)
         except (TypeError, ValueError) as error:
-            next_step = "Give a function of an array of radii that gives as many real slopes."
+            next_step = "Give a function that returns a real slope for each of an array of radii."
             raise InputError("slope", repr(self.slope), str(error), "at its radii", next_step) from None
 
-    def _rising(self, radii: np.ndarray) -> None:
+    def _check_depths(self, radii: np.ndarray) -> None:
+        """Raise InputError where the depth does not increase with the contact radius."""
         depths = self.depths(radii)
         falling = np.diff(depths) < -1e-9 * np.abs(depths[1:])
         if falling.any():
             at = int(np.argmax(falling)) + 1
             place, next_step = f"at contact radius {radii[at]:.4g} m", "Give a profile without hollows."
-            raise InputError(
-                "depth", f"{depths[at]:.4g} m", "less than of a smaller contact, which would jump", place, next_step
-            )
+            limit = "less than at a smaller contact radius: the contact would jump"
+            raise InputError("depth", f"{depths[at]:.4g} m", limit, place, next_step)
         if not depths[-1] > 0:
-            raise InputError("slope", 0, "0 everywhere", next_step="A flat face is the tip Flat.")
+            raise InputError("slope", 0, "0 everywhere", next_step="For a flat face give nf.tips.Flat.")
 
-    def _sums(self, radius: np.ndarray):
-        """Depth and force over reduced modulus at contact radii (n,)."""
+    def _sums(self, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Depth [m] and force over reduced modulus [m^2] at contact radii (n,)."""
         ends = np.concatenate(([0.0], self.breaks[self.breaks > 0], [np.inf]))
         theta = np.arcsin(np.minimum(ends / np.where(radius > 0, radius, np.inf)[:, None], 1.0))
         theta[:, -1] = np.pi / 2
@@ -217,22 +284,24 @@ class SlopeContact:
         """Depth [m] at contact radii (n,)."""
         return self._sums(radius)[0]
 
-    def contact_at_radius(self, _tip, radius: np.ndarray, modulus: float):
-        """Depth, contact radius and force at contact radii (n,)."""
+    def contact_at_radius(self, _tip: Any, radius: np.ndarray, modulus: float) -> tuple[np.ndarray, ...]:
+        """Depth [m], contact radius [m] and force [N] at contact radii (n,)."""
         depth, force = self._sums(radius)
         return depth, radius, modulus * force
 
-    def contact_at_depth(self, _tip, depth: np.ndarray, modulus: float, shank: float):
-        """Depth, contact radius and force at depths (n,), on a shank."""
+    def contact_at_depth(
+        self, _tip: Any, depth: np.ndarray, modulus: float, shank: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Depth [m], contact radius [m] and force [N] at depths (n,), on a shank."""
         wanted = np.maximum(depth, 0.0)
         low, high = np.zeros_like(wanted), np.full_like(wanted, min(shank, max(wanted.max(initial=0.0), 1e-12)))
         with np.errstate(all="ignore"):
-            while high.size and high[0] < min(shank, WIDEST) and (self.depths(high) < wanted).any():
+            while high.size and high[0] < min(shank, MAX_CONTACT_RADIUS_M) and (self.depths(high) < wanted).any():
                 high = np.minimum(2 * high, shank)
-        if high.size and high[0] >= WIDEST:
+        if high.size and high[0] >= MAX_CONTACT_RADIUS_M:
             next_step = "Give a shallower depth, or the shank_radius at which the tip ends."
             raise InputError("depth", f"{wanted.max():.4g} m", "deeper than the profile is high", next_step=next_step)
-        for _ in range(60):  # bisection: two digits in seven steps, whatever the function
+        for _ in range(60):  # bisection gains two digits in seven steps for any function
             middle = 0.5 * (low + high)
             deep = self.depths(middle) >= wanted
             low, high = np.where(deep, low, middle), np.where(deep, middle, high)
@@ -243,19 +312,21 @@ class SlopeContact:
             modulus * np.where(wanted > 0, force + 2 * high * (wanted - reached), 0.0),
         )
 
-    def contact_energy(self, _tip, depth: np.ndarray, radius: np.ndarray, modulus: float) -> np.ndarray:
+    def contact_energy(self, _tip: Any, depth: np.ndarray, radius: np.ndarray, modulus: float) -> np.ndarray:
         """Stored energy (n,) [J]: E_r times the integral of (h - g)^2, where g(s) is the depth at contact radius s."""
         return np.array([modulus * self._energy(h, a) if a > 0 else 0.0 for h, a in zip(depth, radius)])
 
     def _energy(self, depth: float, radius: float) -> float:
         ends = np.concatenate(([0.0], self.breaks[(self.breaks > 0) & (self.breaks < radius)], [radius]))
         width = np.diff(ends)[:, None]
-        at = (ends[:-1, None] + width * NODES**2).ravel()  # g rises like a root behind a break
+        at = (ends[:-1, None] + width * NODES**2).ravel()  # g grows as a square root behind a break
         left = (depth - self.depths(at)) ** 2
         return float((width * WEIGHTS * 2 * NODES * left.reshape(len(width), -1)).sum())
 
-    def contact_pressure(self, _tip, depth: float, contact_radius: float, modulus: float, radius: np.ndarray):
-        """Pressure [Pa] at radii (n,): Galin's form by parts, as the core has it."""
+    def contact_pressure(
+        self, _tip: Any, depth: float, contact_radius: float, modulus: float, radius: np.ndarray
+    ) -> np.ndarray:
+        """Pressure [Pa] at radii (n,): Galin's form, integrated by parts as in the core."""
         return np.array([modulus * self._pressure(depth, contact_radius, r) for r in radius])
 
     def _pressure(self, h: float, a: float, r: float) -> float:

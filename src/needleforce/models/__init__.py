@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Laws with values, in layers: a model, and what it gives along a motion."""
+"""Models: laws with parameter values, in layers, and their simulation along a motion."""

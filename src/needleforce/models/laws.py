@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The laws of the core by the part of the force they give, and a law from its values; what it lacks it takes from
-needle, tissue, foundation or another law."""
+"""The laws of the core by the part of the force they describe, and a law from its parameters; missing parameters are
+derived from needle, tissue, foundation or another law."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -12,7 +12,7 @@ from ..mechanics.buckling import equivalent_half_angle
 from ..mechanics.foundation import friction_per_length
 
 FAMILIES = ("stiffness", "puncture", "friction", "cutting", "relaxation")
-# friction may ask for the stiffness and the cutting law, no other law for another
+# parameters of friction may be derived from the stiffness and the cutting law; no other law depends on another
 ORDER = ("stiffness", "puncture", "cutting", "friction", "relaxation")
 
 
@@ -28,10 +28,10 @@ def law_called(family: str, name: str) -> type:
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a law may take its numbers from; each may be None.
+    """What the missing parameters of a law are derived from; each may be None.
 
-    ``tissue`` is called when a law needs it, and may refuse. ``foundation`` has ``friction_coefficient``, ``reading``
-    and ``embedment_factor``. ``laws`` are those of the same layer that are made already.
+    ``tissue`` is called when a law needs it, and may raise InputError. ``foundation`` has ``friction_coefficient``,
+    ``reading`` and ``embedment_factor``. ``laws`` are those of the same layer that are already made.
     """
 
     needle: Any = None
@@ -41,9 +41,9 @@ class Surroundings:
 
 
 def make_laws(chosen: dict[str, tuple[type, dict]], around: Surroundings, place: str = "") -> dict[str, Any]:
-    """The laws of one layer from {family: (law class, its numbers in SI)}.
+    """The laws of one layer from {family: (law class, its parameters in SI)}.
 
-    Raises InputError, with the family as its place, for a number that is missing, unknown or outside its range.
+    Raises InputError, with the family as its place, for a parameter that is missing, unknown or outside its range.
     """
     made = {}
     for family in ORDER:
@@ -54,10 +54,10 @@ def make_laws(chosen: dict[str, tuple[type, dict]], around: Surroundings, place:
 
 
 def make_law(law: type, values: dict[str, float], around: Surroundings, place: str) -> Any:
-    """One law: ``values`` as given, then what follows from ``around``, then the law's defaults."""
-    lacking = [name for name in [*(row["name"] for row in law.table()), *law.parts] if name not in values]
+    """One law: ``values`` as given, then those derived from ``around``, then the law's defaults."""
+    missing = [name for name in [*(row["name"] for row in law.table()), *law.parts] if name not in values]
     try:
-        derived = {name: DERIVED[name](around) for name in lacking if name in DERIVED}
+        derived = {name: DERIVED[name](around) for name in missing if name in DERIVED}
         known = {name: value for name, value in derived.items() if value is not None}
         return law(**values, **known)
     except InputError as error:
@@ -99,7 +99,7 @@ def _per_length(around: Surroundings) -> float | None:
 
 
 def _surface_stiffness(around: Surroundings) -> float | None:
-    """2 E_r R of a flat punch; the stiffness law's modulus goes before that of needle and tissue."""
+    """2 E_r R of a flat punch; the stiffness law's modulus has priority over that of needle and tissue."""
     modulus = getattr(around.laws.get("stiffness"), "reduced_modulus", None) or _reduced_modulus(around)
     radius = _radius(around)
     return None if modulus is None or radius is None else 2.0 * modulus * radius
@@ -110,8 +110,8 @@ def _tip_force(around: Surroundings) -> float | None:
     return cutting.force if isinstance(cutting, core.laws.ConstantCutting) else None
 
 
-# parameter -> what it is where nothing is given, or None; the length of a crack is no such number: D for a slit, more
-# for a wider one
+# parameter -> how it is derived if it is not given; the length of a crack cannot be derived: it is D for a slit and
+# larger for a wider crack
 DERIVED = {
     "reduced_modulus": _reduced_modulus,
     "half_angle": _half_angle,

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model with values: one law for each part of the force in each layer, next to the needle and tissue they come
-from."""
+"""A model: one law for each part of the force in each layer, with the needle and tissue they are derived from."""
 
 import dataclasses
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import core
 from ..errors import InputError
@@ -18,9 +18,20 @@ from .named_models import laws_with_values, named_model
 
 @dataclass(frozen=True)
 class Layer:
-    """One law for each part of the force, from the depth ``top`` [m] below the undeformed surface on.
+    """One layer of tissue: a law for each part of the force.
 
-    The puncture is counted from the layer's top; a puncture depth or force of 0 is an interface that does not resist.
+    Parameters
+    ----------
+    top : float
+        Depth below the undeformed surface at which the layer begins [m].
+    stiffness, puncture, friction, cutting, relaxation : law
+        One of ``nf.laws`` for each part of the force; the default relaxation is none. The puncture depth is measured
+        from the layer's top; a puncture depth or force of 0 is an interface without resistance.
+
+    Raises
+    ------
+    InputError
+        If a law is not of its family, or ``top`` is not a number.
     """
 
     top: float
@@ -43,18 +54,32 @@ class Layer:
         return (self.stiffness, self.puncture, self.friction, self.cutting, self.relaxation)
 
     @property
-    def laws(self):
-        """The five laws as the core takes them."""
+    def laws(self) -> core.Laws:
+        """The five laws as one value of the core."""
         return core.Laws(*self.parts)
 
 
 @dataclass(frozen=True)
 class Model:
-    """Laws for stiffness, puncture, friction, cutting and relaxation; where they come from; and what is doubtful.
+    """Laws with parameter values for every part of the force, with their reference and their doubtful values.
 
-    ``needle`` and ``tissue`` are None where the laws were given without them, as after identification from a log
-    alone. ``deeper`` are further layers, from the second down. Raises InputError for laws that contradict each other
-    or count a mechanism twice, and for layers that overlap or are out of order.
+    Parameters
+    ----------
+    stiffness, puncture, friction, cutting, relaxation : law
+        The laws of the first layer, one of ``nf.laws`` for each; the default relaxation is none.
+    name, summary, reference : str
+        Name, one sentence, and source of the parameter values.
+    doubts, unverified : tuple of str
+        What is doubtful, and which values were not verified.
+    needle, tissue : Needle, Tissue, optional
+        None if the laws were given without them, as after identification from a force–depth log only.
+    deeper : tuple of Layer
+        Further layers, from the second down.
+
+    Raises
+    ------
+    InputError
+        If laws contradict each other or include the same mechanism twice, or if layers overlap or are out of order.
     """
 
     stiffness: Any
@@ -79,13 +104,37 @@ class Model:
         core.check_layers(self.stack)
 
     @classmethod
-    def named(cls, name: str, *, needle=None, tissue=None, deeper: tuple[Layer, ...] = (), **values) -> "Model":
-        """A model by its name, as ``maurin``, with values: ``stiffness={"rate": 500.0, "scale": 0.05}`` and so on for
-        puncture, friction, cutting, relaxation, in SI.
+    def named(
+        cls,
+        name: str,
+        *,
+        needle: core.Needle | None = None,
+        tissue: core.Tissue | None = None,
+        deeper: tuple[Layer, ...] = (),
+        **values: dict[str, Any],
+    ) -> "Model":
+        """A model by its name, which selects the laws, with parameter values.
 
-        Parameters not given are taken from ``needle`` and ``tissue`` as in preset files, else from the law's defaults.
-        ``deeper`` are further layers. Raises InputError for an unknown name, part or parameter, and for a value that
-        is missing or outside its range.
+        Parameters
+        ----------
+        name : str
+            Name of a model, such as ``"maurin"``.
+        needle, tissue : Needle, Tissue, optional
+            Parameters that are not given are derived from them as in preset files, otherwise the law's default is used.
+        deeper : tuple of Layer
+            Further layers.
+        **values : dict
+            Parameters in SI for each part of the force, such as ``stiffness={"rate": 500.0, "scale": 0.05}``; the parts
+            are stiffness, puncture, friction, cutting and relaxation.
+
+        Returns
+        -------
+        Model
+
+        Raises
+        ------
+        InputError
+            If a name, part or parameter is unknown, or a value is missing or outside its range.
         """
         laws = laws_with_values(name, values, needle, tissue)
         summary = named_model(name).summary
@@ -94,49 +143,66 @@ class Model:
     @property
     def layers(self) -> tuple[Layer, ...]:
         """Every layer from the surface down, the first at depth 0."""
-        first = Layer(0.0, self.stiffness, self.puncture, self.friction, self.cutting, self.relaxation)
-        return (first, *self.deeper)
+        laws = {family: getattr(self, family) for family in FAMILIES}
+        return (Layer(top=0.0, **laws), *self.deeper)
 
     @property
-    def stack(self) -> list:
-        """The layers as the core takes them: (top [m], laws)."""
+    def stack(self) -> list[tuple[float, core.Laws]]:
+        """The layers for the core: (top [m], laws)."""
         return [(layer.top, layer.laws) for layer in self.layers]
 
     @property
-    def laws(self):
-        """The first layer's laws as the core takes them."""
+    def laws(self) -> core.Laws:
+        """The first layer's laws as one value of the core."""
         return self.layers[0].laws
 
     @property
     def puncture_depth(self) -> float:
-        """Depth of the tip at the first puncture [m], whatever the criterion; where the contact relaxes, the least."""
+        """Depth of the tip at the first puncture [m] for any criterion; the smallest one if the contact relaxes."""
         return self.laws.puncture_depth
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """The limits of validity this model crosses, and what in it is unverified, in plain words."""
+        """A sentence for each limit of validity that this model crosses and for its unverified values."""
         return crossed_limits(self)
 
     @property
     def citations(self) -> tuple[str, ...]:
-        """Full references of every law and parameter used, after the model's own reference."""
+        """Full references: the model's own, then those of every law and parameter used."""
         return citations(self)
 
-    def replace(self, **changes) -> "Model":
-        """A copy with the given laws or values changed."""
+    def replace(self, **changes: Any) -> "Model":
+        """A copy with the given laws or other fields changed."""
         return dataclasses.replace(self, **changes)
 
-    def force(self, depth, velocity=None, out=None) -> np.ndarray:
-        """Force [N] while sliding at each depth (n,) [m]: the paper's complete model of a first insertion, without
-        memory.
+    def force(self, depth: ArrayLike, velocity: ArrayLike | None = None, out: np.ndarray | None = None) -> np.ndarray:
+        """Force while sliding in a first insertion, without memory: the source paper's complete model.
 
-        ``velocity`` (n,) [m/s] gives the direction, >= 0 inwards, and the rate terms; None is slow insertion
-        throughout. ``out`` (n,) float64 is written and returned where given. For holds, reversals, second insertions,
-        relaxation and layers run an ``Insertion``. Raises InputError for unequal lengths and for models whose force
-        needs memory; a depth or velocity that is NaN gives NaN.
+        For holds, reversals, second insertions, relaxation and layers run an ``Insertion``.
+
+        Parameters
+        ----------
+        depth : array_like, shape (n,)
+            Depth [m].
+        velocity : array_like, shape (n,), optional
+            Velocity [m/s]: its sign is the direction, at least 0 for insertion, and its value enters the rate terms.
+            Default: slow insertion.
+        out : ndarray of float64, shape (n,), optional
+            Array that is written and returned.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Force [N]; NaN where the depth or the velocity is NaN.
+
+        Raises
+        ------
+        InputError
+            If the lengths differ, or the force of the model depends on memory or on several layers.
         """
         if self.deeper:
-            raise InputError("layers", len(self.layers), "more than one", next_step="Run an Insertion.")
+            limit = "this function supports one layer only"
+            raise InputError("layers", len(self.layers), limit, next_step="Run an Insertion.")
         depth = np.ascontiguousarray(depth, dtype=float)
         velocity = None if velocity is None else np.ascontiguousarray(velocity, dtype=float)
         out = np.empty_like(depth) if out is None else out
@@ -145,13 +211,27 @@ class Model:
 
 
 class Insertion(core.Insertion):
-    """The simulated insertion: ``step(depth, velocity, dt) -> Sample``, ``reset()``, ``snapshot()``, ``restore()``,
-    ``run(...)``.
+    """A simulated insertion, stepped one cycle at a time.
 
-    ``max_speed`` [m/s]: a depth that moved faster is refused. ``hold_time`` [s], at most 1: how long a refused step
-    keeps the last force before it falls to 0. A step never raises; its ``status`` says what was wrong. ``bevel``, as
-    ``needleforce.core.Bevel(half_angle, friction_coefficient, face_share)``, gives each sample a ``lateral`` force [N].
-    ``save()`` gives the memory as bytes, which ``restore()`` takes as it takes a snapshot.
+    Methods: ``step(depth, velocity, dt) -> Sample``, ``run(depth, velocity, dt)`` over arrays, ``reset()``,
+    ``snapshot()``, ``restore(snapshot)``, and ``save()``, which returns the memory as bytes for ``restore``. A step
+    never raises; the ``status`` of its sample reports invalid input.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    max_speed : float
+        Largest speed between two steps [m/s], above 0; a faster step is refused.
+    hold_time : float
+        How long a refused step keeps the last force before it becomes 0 [s], 0 to 1.
+    bevel : core.Bevel, optional
+        Half angle [rad], friction coefficient and face share of a bevel: each sample then has a ``lateral`` force [N].
+
+    Raises
+    ------
+    InputError
+        If the model is not a ``Model``, or a limit is outside its range.
     """
 
     def __init__(
@@ -166,7 +246,7 @@ class Insertion(core.Insertion):
         self.model = model
 
     def snapshot(self) -> "Insertion":
-        """A copy, state included: step it on its own, or ``restore`` it later."""
+        """A copy with its state, which can be stepped independently or passed to ``restore``."""
         copy = Insertion(self.model)
         copy.restore(self)
         return copy

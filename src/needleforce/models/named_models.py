@@ -5,10 +5,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from .. import core
 from ..errors import InputError
 from .laws import FAMILIES, Surroundings, law_called, make_laws
 
-# name: stiffness, puncture, friction, cutting, relaxation; sentence; source, in the keys of the bibliography
+# name: stiffness, puncture, friction, cutting, relaxation; summary; source, in the keys of the bibliography
 _TABLE = {
     "paper": (
         "cone puncture_depth coulomb constant_cutting no_relaxation",
@@ -17,17 +18,17 @@ _TABLE = {
     ),
     "paper_by_force": (
         "cone puncture_force coulomb constant_cutting no_relaxation",
-        "The paper's model, punctured by the greatest stiffness force in place of the depth.",
+        "The paper's model with the puncture at a stiffness force instead of a depth.",
         "sec. 2.1-2.4",
     ),
     "paper_by_energy": (
         "cone puncture_energy coulomb constant_cutting no_relaxation",
-        "The paper's model, punctured by the work of indentation.",
+        "The paper's model with the puncture at a work of indentation.",
         "sec. 2.1-2.4; Azar & Hayward 2008, the criterion",
     ),
     "cone_cylinder": (
         "cone_cylinder puncture_depth coulomb constant_cutting no_relaxation",
-        "The paper's model with the contact stopped at the needle's radius.",
+        "The paper's model with a contact that stops growing at the needle's radius.",
         "sec. 2.1-2.4; Sneddon 1965; Galin 1953",
     ),
     "physical": (
@@ -37,7 +38,7 @@ _TABLE = {
     ),
     "any_tip": (
         "tip_contact puncture_depth coulomb constant_cutting no_relaxation",
-        "The paper's model with the contact of the needle's own tip, whatever its shape, on its shank.",
+        "The paper's model with the contact of the needle's tip, of any shape, on its shank.",
         "Sneddon 1965; Galin 1953; sec. 2.1-2.4",
     ),
     "power_law": (
@@ -72,12 +73,12 @@ _TABLE = {
     ),
     "stick_slip": (
         "cone_cylinder puncture_depth coulomb stick_slip no_relaxation",
-        "Cutting that sticks and slips below an arrest speed.",
+        "Stick–slip cutting below an arrest speed.",
         "sec. 2.3, range of the cutting force; free: the law is this project's",
     ),
     "stribeck": (
         "cone_cylinder puncture_depth coulomb stribeck_cutting no_relaxation",
-        "The smooth variant of stick_slip, with a force that falls with the crack's speed.",
+        "The smooth variant of stick_slip: the force decreases with the crack's speed.",
         "sec. 2.3, range of the cutting force; Stribeck 1902",
     ),
     "relaxing": (
@@ -92,7 +93,7 @@ _TABLE = {
     ),
     "friction_alone": (
         "power_law puncture_depth coulomb no_cutting no_relaxation",
-        "Friction along the shaft in a hole that is there already.",
+        "Friction along the shaft in an existing hole.",
         "sec. 2.2",
     ),
     "layered": (
@@ -110,7 +111,7 @@ _TABLE = {
 
 @dataclass(frozen=True)
 class NamedModel:
-    """One law for each part of the force, one sentence, and the source of the choice."""
+    """One law for each part of the force, a one-sentence summary, and the source of the choice."""
 
     name: str
     stiffness: str
@@ -133,31 +134,33 @@ NAMED_MODELS = {
 
 
 def named_model(name: str) -> NamedModel:
-    """The choice of laws of a model's name; InputError listing the names where there is none."""
+    """The choice of laws of a model's name; InputError that lists the names for an unknown one."""
     if name not in NAMED_MODELS:
         known = ", ".join(NAMED_MODELS)
         raise InputError("model", repr(name), "not a named model", next_step=f"Give one of {known}.")
     return NAMED_MODELS[name]
 
 
-def names_of(model) -> tuple[str, ...]:
-    """The names whose choice of laws is that of every layer of ``model``; more than one where names share it."""
+def names_of(model: Any) -> tuple[str, ...]:
+    """The names whose choice of laws is that of every layer of ``model``; several names may share one choice."""
     chosen = [{family: getattr(layer, family).name for family in FAMILIES} for layer in model.layers]
     return tuple(name for name, named in NAMED_MODELS.items() if all(laws == named.choice for laws in chosen))
 
 
-def laws_with_values(name: str, values: Mapping[str, Any], needle=None, tissue=None) -> dict[str, Any]:
-    """The laws of a named model from {family: {parameter: SI value}}; families without values may be absent.
+def laws_with_values(
+    name: str, values: Mapping[str, Any], needle: core.Needle | None = None, tissue: core.Tissue | None = None
+) -> dict[str, Any]:
+    """The laws of a named model from {family: {parameter: SI value}}; a family without values may be absent.
 
-    What a law lacks is taken from needle and tissue as in preset files. Raises InputError for an unknown name, family
-    or parameter, and for a value that is missing or outside its range.
+    Missing parameters are derived from needle and tissue as in preset files. Raises InputError for an unknown name,
+    family or parameter, and for a value that is missing or outside its range.
     """
     choice = named_model(name).choice
     for family, numbers in values.items():
         if family not in choice:
-            raise InputError("part", repr(family), "not known", name, f"Give {', '.join(FAMILIES)}.")
+            raise InputError("part", repr(family), "unknown", name, f"Give {', '.join(FAMILIES)}.")
         if not isinstance(numbers, Mapping):
-            next_step = f"Give its numbers, as {family}=dict(...)."
+            next_step = f"Give its parameters as {family}=dict(...)."
             raise InputError(family, repr(numbers), "not a mapping of parameters to SI values", name, next_step)
     chosen = {family: (law_called(family, law), dict(values.get(family, {}))) for family, law in choice.items()}
     around = Surroundings(needle, None if tissue is None else lambda: tissue)

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A prescribed motion of the tip along its axis, and a model run along it: a recording without sensor, filter or
-noise."""
+"""A prescribed motion of the tip along its axis, and the simulation of a model along it: a recording without sensor,
+filter or noise."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import InputError
 from ..mechanics.validity import crossed_by_depth
@@ -12,21 +13,33 @@ from ..recording import Card, Note, Recording
 from ..vocabulary import Status
 from .model import Insertion, Model
 
-MOST_SAMPLES = 50_000_000
+MAX_SAMPLES = 50_000_000
 PARTS = ("stiffness", "friction", "cutting")
-WORDS = {
-    Status.outside_range: "samples outside the range of the model, beyond a law's reach or faster than a step may be",
-    Status.invalid_parameter: "samples without force, as the model's parameters are impossible",
+STATUS_NOTES = {
+    Status.outside_range: "samples outside the range of the model: beyond a law's range of depth, or too fast a step",
+    Status.invalid_parameter: "samples without force: a parameter of the model is invalid",
     Status.not_finite: "samples with a depth, velocity or time that is not finite",
 }
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Depth over time. ``moves`` are (target depth [m], speed [m/s]); a move to where the tip is waits, its speed a
-    time [s].
+    """Prescribed depth over time, with trapezoidal velocity profiles.
 
-    ``start`` [m] is the depth at time 0, below 0 above the surface; ``acceleration`` [m/s^2] is the same everywhere.
+    Parameters
+    ----------
+    start : float
+        Depth at time 0 [m], -1 to 1; negative above the surface.
+    moves : tuple of (float, float)
+        Target depth [m], -1 to 1, and speed [m/s] of each move. A move to the present depth is a hold; its second
+        number is then the duration [s].
+    acceleration : float
+        Acceleration and deceleration of every move [m/s^2].
+
+    Raises
+    ------
+    InputError
+        If a value is outside its range.
     """
 
     start: float
@@ -39,7 +52,7 @@ class Motion:
             if not -1.0 <= target <= 1.0:
                 raise InputError("motion.moves", target, "outside -1 to 1 m")
             if not 0.0 <= speed <= 1e6:
-                raise InputError("motion.moves", speed, "not a speed [m/s], or a time to wait [s], from 0 to 1e6")
+                raise InputError("motion.moves", speed, "not a speed [m/s] or a duration of a hold [s] from 0 to 1e6")
 
     @classmethod
     def insert(
@@ -51,18 +64,56 @@ class Motion:
         withdraw: bool = True,
         acceleration: float = 10e-3,
     ) -> "Motion":
-        """In from ``start`` to ``depth`` [m] at ``speed`` [m/s], a hold [s], and out again where ``withdraw``."""
+        """An insertion stroke, a hold, and a withdrawal stroke.
+
+        Parameters
+        ----------
+        start : float
+            Depth at time 0 [m], negative above the surface.
+        speed : float
+            Speed of both strokes [m/s], 1e-9 to 10.
+        depth : float
+            Deepest point [m], above ``start`` and at most 1.
+        hold : float
+            Duration of the hold at the deepest point [s], 0 to 1e6.
+        withdraw : bool
+            Whether the needle is withdrawn to ``start``.
+        acceleration : float
+            Acceleration [m/s^2], 1e-9 to 1e4.
+
+        Returns
+        -------
+        Motion
+
+        Raises
+        ------
+        InputError
+            If a value is outside its range.
+        """
         _check(start, speed, depth, hold, acceleration)
         moves = [(depth, speed), (depth, hold)] + ([(start, speed)] if withdraw else [])
         return cls(start, tuple(moves), acceleration)
 
     @property
     def duration(self) -> float:
-        """Time from start to end [s]."""
+        """Duration of the motion [s]."""
         return float(self._knots()[0][-1])
 
-    def at(self, time) -> tuple[np.ndarray, np.ndarray]:
-        """Depth [m] and velocity [m/s] at times (n,) [s]; at rest before the start and after the end."""
+    def at(self, time: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Depth and velocity at given times; the tip is at rest before the start and after the end.
+
+        Parameters
+        ----------
+        time : array_like, shape (n,)
+            Times [s].
+
+        Returns
+        -------
+        depth : ndarray, shape (n,)
+            Depth [m].
+        velocity : ndarray, shape (n,)
+            Velocity [m/s], positive inwards.
+        """
         begin, depth, velocity, acceleration = self._knots()
         time = np.asarray(time, dtype=float)
         k = np.clip(np.searchsorted(begin, time, side="right") - 1, 0, len(begin) - 1)
@@ -70,10 +121,10 @@ class Motion:
         return depth[k] + velocity[k] * t + 0.5 * acceleration[k] * t * t, velocity[k] + acceleration[k] * t
 
     def _knots(self) -> tuple[np.ndarray, ...]:
-        """Where each stretch of constant acceleration begins: time, depth, velocity, acceleration."""
+        """Time, depth, velocity and acceleration at the start of each segment of constant acceleration."""
         knots, now, here = [], 0.0, self.start
         for target, speed in self.moves:
-            for length, velocity, acceleration in self._stretches(here, target, speed):
+            for length, velocity, acceleration in self._segments(here, target, speed):
                 knots.append((now, here, velocity, acceleration))
                 now += length
                 here += velocity * length + 0.5 * acceleration * length**2
@@ -81,14 +132,15 @@ class Motion:
         knots.append((now, here, 0.0, 0.0))
         return tuple(np.array(column) for column in zip(*knots))
 
-    def _stretches(self, here: float, target: float, speed: float):
+    def _segments(self, here: float, target: float, speed: float) -> list[tuple[float, float, float]]:
+        """Duration [s], initial velocity [m/s] and acceleration [m/s^2] of the segments of one move."""
         travel, sign = abs(target - here), np.sign(target - here)
         if travel == 0.0:
             return [(speed, 0.0, 0.0)]
         top = min(speed, np.sqrt(travel * self.acceleration))
-        ramp, push = top / self.acceleration, sign * self.acceleration
+        ramp, acceleration = top / self.acceleration, sign * self.acceleration
         cruise = travel / top - ramp
-        return [(ramp, 0.0, push), (cruise, sign * top, 0.0), (ramp, sign * top, -push)]
+        return [(ramp, 0.0, acceleration), (cruise, sign * top, 0.0), (ramp, sign * top, -acceleration)]
 
 
 def _check(start: float, speed: float, depth: float, hold: float, acceleration: float) -> None:
@@ -105,16 +157,33 @@ def _check(start: float, speed: float, depth: float, hold: float, acceleration: 
 
 
 def simulate(model: Model, motion: Motion, rate: float = 1000.0) -> Recording:
-    """The force of ``model`` along ``motion``, sampled at ``rate`` [Hz]; the force's parts are in ``axes``.
+    """Simulate the force of a model along a motion; sensor, filter and clocks are added by the virtual rig instead.
 
-    Depth is in the model's zero: the undeformed surface. The card assumes the limits the model crosses, and ``notes``
-    tell how many samples are not ok. The virtual rig adds sensor, filter and clocks.
+    Parameters
+    ----------
+    model : Model
+        The model.
+    motion : Motion
+        The motion of the tip.
+    rate : float
+        Sampling rate [Hz], above 0 and at most 1e6.
+
+    Returns
+    -------
+    Recording
+        Depth is measured from the undeformed surface. ``axes`` has the parts of the force, the card lists the limits of
+        validity that are crossed, and ``notes`` count the samples whose status is not ``ok``.
+
+    Raises
+    ------
+    InputError
+        If the rate is outside its range, or the simulation has fewer than 2 or more than 5e7 samples.
     """
     if not (np.isfinite(rate) and 0.0 < rate <= 1e6):
         raise InputError("rate", rate, "outside 0 to 1e6 Hz")
     count = int(np.floor(motion.duration * rate)) + 1
-    if not 2 <= count <= MOST_SAMPLES:
-        raise InputError("samples", count, f"outside 2 to {MOST_SAMPLES}", "simulation", "Change rate, speed or hold.")
+    if not 2 <= count <= MAX_SAMPLES:
+        raise InputError("samples", count, f"outside 2 to {MAX_SAMPLES}", "simulation", "Change rate, speed or hold.")
     time = np.arange(count) / rate
     depth, velocity = motion.at(time)
     columns = Insertion(model).run(depth, velocity, np.full(len(time), 1.0 / rate))
@@ -125,10 +194,15 @@ def simulate(model: Model, motion: Motion, rate: float = 1000.0) -> Recording:
         assumptions=(*model.warnings, *crossed_by_depth(model, depth.max())),
     )
     axes = {part: columns[part] for part in PARTS}
-    return Recording(time, depth, velocity, columns["force"], axes, card, _not_ok(columns["status"]))
+    notes = _status_notes(columns["status"])
+    return Recording(
+        time=time, depth=depth, velocity=velocity, force=columns["force"], axes=axes, card=card, notes=notes
+    )
 
 
-def _not_ok(status: np.ndarray) -> tuple[Note, ...]:
-    """One note for each status but ok, with its count."""
+def _status_notes(status: np.ndarray) -> tuple[Note, ...]:
+    """One note for each status other than ok that occurs, with its count."""
     counts = {word: int(np.count_nonzero(status == number)) for number, word in enumerate(Status)}
-    return tuple(Note(word, f"{counts[word]} {said}", counts[word]) for word, said in WORDS.items() if counts[word])
+    return tuple(
+        Note(word, f"{counts[word]} {text}", counts[word]) for word, text in STATUS_NOTES.items() if counts[word]
+    )

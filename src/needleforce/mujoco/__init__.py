@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A needle in MuJoCo: any model on a slide joint or at the tip of an arm, from Python or as the plugin's XML.
+"""A needle in MuJoCo: any model on a slide joint or at the tip of an arm, from Python or as XML for the plugin.
 
-``attach`` and ``step`` need the extra ``mujoco``; ``plugin_xml`` needs nothing.
+``attach`` and ``step`` need the extra ``mujoco``; ``plugin_xml`` has no requirements.
 """
 
 from .attached import Attached, attach, step

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Presets: models with values, one TOML file per source."""
+"""Presets: models with parameter values, one TOML file per source."""
 
 from .presets import preset, preset_of, presets
 

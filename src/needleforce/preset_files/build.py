@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A checked preset file becomes a model, and a file's section a needle or a tissue."""
+"""From a decoded preset file to a model, and from a section of a file to a needle or a tissue."""
 
+import os
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -13,60 +16,59 @@ from ..models.model import Layer, Model
 from .schema import TOP, NeedleSection, PresetFile, TissueSection, keys, tips, to_si
 
 NO_POISSON = (
-    "It is never assumed: with the paper's numbers 0.5 (an incompressible gel) puts the peak "
-    "force 32 % above the measured one, "
-    "and the measured peak implies 0.115. Give poisson_ratio, or the stiffness law's reduced_modulus."
+    "It is never assumed: with the paper's values, 0.5 (an incompressible gel) puts the peak force 32 % above the "
+    "measured one, and the measured peak implies 0.115. Give poisson_ratio, or the stiffness law's reduced_modulus."
 )
 OTHER_SECTIONS = {field.name for field in msgspec.structs.fields(PresetFile)} - {"needle", "reference"}
 
 
-def build(file) -> Model:
-    """The model of a preset file; InputError with the path inside the file for what is missing or impossible."""
+def build(file: Any) -> Model:
+    """The model of a decoded preset file; InputError, with the path inside the file, for missing or invalid values."""
     needle = make_needle(file.needle)
     parts = _laws(file, file, needle, "$")
     deeper = tuple(_layer(section, file, needle, f"$.layers[{i}]") for i, section in enumerate(file.layers))
     tissue = make_tissue(file.tissue) if file.tissue is not None and file.tissue.poisson_ratio is not None else None
-    about = {key: getattr(file, key) for key in ("name", "summary", "reference", "doubts", "unverified")}
+    description = {key: getattr(file, key) for key in ("name", "summary", "reference", "doubts", "unverified")}
     try:
-        return Model(**parts, **about, needle=needle, tissue=tissue, deeper=deeper)
+        return Model(**parts, **description, needle=needle, tissue=tissue, deeper=deeper)
     except InputError as error:
         raise error.at(_place_of_layer(error)) from None
 
 
 def _place_of_layer(error: InputError) -> str:
-    """Where in the file a fault of "layer 1", "layer 2" … stands: the first layer is the file's own sections."""
+    """Path inside the file of an error in "layer 1", "layer 2" …: the first layer is the file's own sections."""
     found = re.match(r"layer ([2-9]),", error.quantity)
     return f"$.layers[{int(found[1]) - 2}]" if found else "$"
 
 
-def _laws(section, file, needle, place: str) -> dict:
+def _laws(section: Any, file: Any, needle: core.Needle | None, place: str) -> dict:
     tissue = None if file.tissue is None else lambda: make_tissue(file.tissue)
     chosen = {}
     for family in FAMILIES:
         numbers = getattr(section, family)
         if numbers is not None:
             law = law_called(family, numbers.__struct_config__.tag)
-            values = given(numbers, law.table(), f"{place}.{family}")
+            values = si_values(numbers, law.table(), f"{place}.{family}")
             if getattr(numbers, "tip", None) is not None:
                 values["tip"] = make_tip(numbers.tip, f"{place}.{family}.tip")
             chosen[family] = (law, values)
     return make_laws(chosen, Surroundings(needle, tissue, file.foundation), f"{place}.")
 
 
-def _layer(section, file, needle, place: str) -> Layer:
-    top = given(section, TOP, place)
+def _layer(section: Any, file: Any, needle: core.Needle | None, place: str) -> Layer:
+    top = si_values(section, TOP, place)
     if not top:
-        raise InputError("top", "missing", "needed in m", place, "Give the depth where the layer begins.")
+        raise InputError("top", "missing", "needed in m", place, "Give the depth at which the layer begins.")
     return Layer(**top, **_laws(section, file, needle, place))
 
 
-def given(section, table: list[dict], place: str) -> dict[str, float]:
-    """The numbers a section gives, in SI; InputError where one is given twice in different units."""
+def si_values(section: Any, table: list[dict], place: str) -> dict[str, float]:
+    """The parameters in a section, in SI; InputError for one that is given twice in different units."""
     values = {}
     for row in table:
-        given_keys = keys(row["name"], row["unit"]).items()
+        units = keys(row["name"], row["unit"]).items()
         found = {
-            key: to_si(getattr(section, key), factor) for key, factor in given_keys if getattr(section, key) is not None
+            key: to_si(getattr(section, key), factor) for key, factor in units if getattr(section, key) is not None
         }
         if len(found) > 1:
             raise InputError(row["name"], " and ".join(found), "given twice", place, "Keep one of the two.")
@@ -75,54 +77,54 @@ def given(section, table: list[dict], place: str) -> dict[str, float]:
     return values
 
 
-def _make(kind, values: dict, place: str):
+def _make(kind: Callable, values: dict, place: str) -> Any:
+    """The value of a class, with ``place`` added to its InputError."""
     try:
         return kind(**values)
     except InputError as error:
         raise error.at(place) from None
 
 
-def make_needle(section):
-    """The needle of a checked section, or None for no section."""
+def make_needle(section: Any) -> core.Needle | None:
+    """The needle of a decoded section, or None without a section."""
     if section is None:
         return None
     tip = make_tip(section.tip, "$.needle.tip")
-    return _make(core.Needle, given(section, core.Needle.table(), "$.needle") | {"tip": tip}, "$.needle")
+    return _make(core.Needle, si_values(section, core.Needle.table(), "$.needle") | {"tip": tip}, "$.needle")
 
 
-def make_tip(section, place: str):
-    """The tip of a checked section, or None for no section."""
+def make_tip(section: Any, place: str) -> Any:
+    """The tip of a decoded section, or None without a section."""
     if section is None:
         return None
     shape = next(tip for tip in tips() if tip.name == section.__struct_config__.tag)
     words = {part: getattr(section, part) for part in shape.parts if getattr(section, part) is not None}
-    values = given(section, shape.table(), place)
+    values = si_values(section, shape.table(), place)
     missing = [row["name"] for row in shape.table() if row["name"] not in values] if hasattr(shape, "columns") else []
     if missing:
         raise InputError(f"{shape.name}.{missing[0]}", "missing", "needed in m", place, "Give a column of knots.")
     return _make(shape, values | words, place)
 
 
-def make_tissue(section):
-    """The tissue of a checked section; InputError where the Poisson ratio is missing."""
-    values = given(section, core.Tissue.table(), "$.tissue")
+def make_tissue(section: Any) -> core.Tissue:
+    """The tissue of a decoded section; InputError if the Poisson ratio is missing."""
+    values = si_values(section, core.Tissue.table(), "$.tissue")
     if "poisson_ratio" not in values:
         raise InputError("tissue.poisson_ratio", "missing", "needed for the reduced modulus", "$.tissue", NO_POISSON)
     return _make(core.Tissue, values, "$.tissue")
 
 
 class NeedleFile(msgspec.Struct, forbid_unknown_fields=True):
-    """The sections of a needle's file; ``reference`` says where its numbers come from."""
+    """The sections of a needle file; ``reference`` is the source of its values."""
 
     needle: NeedleSection
     reference: str = ""
 
 
-def read_needle(path):
-    """The needle of a TOML file with a section ``[needle]`` and its ``[needle.tip]``; the other sections of a preset
-    may follow.
+def read_needle(path: str | os.PathLike) -> core.Needle:
+    """The needle of a TOML file with a section ``[needle]`` and, for the tip, ``[needle.tip]``.
 
-    Raises InputError with the path inside the file.
+    Other sections of a preset are ignored. Raises InputError, with the path inside the file.
     """
     import tomllib
 
@@ -143,10 +145,10 @@ def read_needle(path):
         ) from None
 
 
-def read_tissue(path, required: bool = True):
-    """The tissue of a TOML file with a section ``[tissue]``; other sections, as of a preset, are passed over.
+def read_tissue(path: str | os.PathLike, required: bool = True) -> core.Tissue | None:
+    """The tissue of a TOML file with a section ``[tissue]``; other sections are ignored.
 
-    None where there is no such section and it is not ``required``. Raises InputError with the path inside the file.
+    None without such a section if it is not ``required``. Raises InputError, with the path inside the file.
     """
     import tomllib
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The schema of preset files, generated from the parameter tables of the core; keys carry their unit, unknown keys
-are refused."""
+"""The schema of preset files, generated from the parameter tables of the core: each key contains its unit, and unknown
+keys are refused."""
 
 import math
 from fractions import Fraction
@@ -11,7 +11,7 @@ import msgspec
 from .. import core
 from ..models.laws import FAMILIES, laws_of
 
-# SI unit of a parameter table -> endings a key may have -> SI units in one
+# SI unit of a parameter table -> ending of a key -> factor to SI
 ENDINGS = {
     "m": {"m": "1", "mm": "1/1000", "um": "1/1000000"},
     "Pa": {"Pa": "1", "kPa": "1000", "MPa": "1000000", "GPa": "1000000000"},
@@ -32,21 +32,21 @@ OPTIONAL_FAMILIES = {"relaxation"}  # without it the tissue does not relax
 OPTIONAL = float | None
 COLUMN = tuple[float, ...] | None
 EQUIVALENCES = tuple(core.tips.equivalences)
-# what is no number and stands beside the numbers of a section
+# entries of a section that are not numbers
 PARTS = {"equivalence": Literal[EQUIVALENCES] | None}
 TOP = [{"name": "top", "unit": "m"}]
 
 
 def keys(name: str, unit: str) -> dict[str, str]:
-    """Every key under which a parameter may stand, with the SI units in one of the key's."""
+    """Every key that a parameter may have, with its factor to SI."""
     if unit == "1":
         return {name: "1"}
     return {f"{name}_{ending}": factor for ending, factor in ENDINGS[unit].items()}
 
 
-def to_si(value, factor: str):
-    """``value`` in SI as the decimal it was written: 3.237 mm are 3.237e-3 m to the last bit, which 3.237 * 1e-3 is
-    not. Of a column each."""
+def to_si(value: Any, factor: str) -> Any:
+    """A number, or each of a tuple, in SI, converted as a decimal: 3.237 mm is 3.237e-3 m to the last bit, which
+    3.237 * 1e-3 is not."""
     if isinstance(value, tuple):
         return tuple(to_si(each, factor) for each in value)
     if factor == "pi/180":
@@ -55,7 +55,7 @@ def to_si(value, factor: str):
 
 
 def si_key(name: str, unit: str) -> str:
-    """The key whose value is SI: what is written."""
+    """The key in the SI unit, used for writing."""
     return next(iter(keys(name, unit)))
 
 
@@ -64,15 +64,15 @@ def tips() -> list[type]:
     return [tip for tip in vars(core.tips).values() if isinstance(tip, type)]
 
 
-def _numbers(table: list[dict], kind=OPTIONAL) -> list[tuple]:
+def _numbers(table: list[dict], kind: Any = OPTIONAL) -> list[tuple]:
     return [(key, kind, None) for row in table for key in keys(row["name"], row["unit"])]
 
 
-def _struct(name: str, fields: list[tuple], **options) -> type:
+def _struct(name: str, fields: list[tuple], **options: Any) -> type:
     return msgspec.defstruct(name, fields, kw_only=True, forbid_unknown_fields=True, **options)
 
 
-def _section(name: str, owner, **options) -> type:
+def _section(name: str, owner: Any, **options: Any) -> type:
     numbers = _numbers(owner.table(), COLUMN if hasattr(owner, "columns") else OPTIONAL)
     return _struct(name, [*numbers, *((part, PARTS[part], None) for part in owner.parts)], **options)
 
@@ -91,7 +91,7 @@ TissueSection = _section("TissueSection", core.Tissue)
 
 
 class FoundationSection(msgspec.Struct, forbid_unknown_fields=True):
-    """Friction per length from a friction coefficient, in place of a measured one."""
+    """Friction per length from a friction coefficient, instead of a measured value."""
 
     friction_coefficient: float
     reading: str = "A"

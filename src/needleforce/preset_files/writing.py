@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model becomes a preset file again, every number in SI and to the last digit."""
+"""Writing of a model as a preset file, with every number in SI and to the last digit."""
+
+import os
+from typing import Any
 
 from ..files import atomic_write
 from ..models.laws import FAMILIES
@@ -7,8 +10,8 @@ from ..models.model import Model
 from .schema import si_key
 
 
-def save(model: Model, path) -> None:
-    """Writes ``model`` as a preset file that ``preset(path)`` reads back equal."""
+def save(model: Model, path: str | os.PathLike) -> None:
+    """Write ``model`` as a preset file that ``preset(path)`` reads as an equal model."""
     with atomic_write(path) as file:
         file.write(as_toml(model))
 
@@ -31,7 +34,7 @@ def as_toml(model: Model) -> str:
     return "\n\n".join("\n".join(lines) for lines in [head, *sections]) + "\n"
 
 
-def _laws(owner, path: str) -> list[list[str]]:
+def _laws(owner: Any, path: str) -> list[list[str]]:
     sections = []
     for family in FAMILIES:
         law = getattr(owner, family)
@@ -41,28 +44,28 @@ def _laws(owner, path: str) -> list[list[str]]:
     return sections
 
 
-def _list(texts) -> str:
+def _list(texts: tuple[str, ...]) -> str:
     return "[" + "".join(f"\n  {_text(text)}," for text in texts) + ("\n]" if texts else "]")
 
 
-def _needle(needle) -> list[str]:
+def _needle(needle: Any) -> list[str]:
     lines = ["[needle]", *_numbers(needle)]
     if needle.tip is not None:
         lines += ["", *_tip(needle.tip, "needle")]
     return lines
 
 
-def _tip(tip, owner: str) -> list[str]:
+def _tip(tip: Any, owner: str) -> list[str]:
     words = [f"{part} = {_text(getattr(tip, part))}" for part in tip.parts]
     return [f"[{owner}.tip]", f'shape = "{tip.name}"', *_numbers(tip), *words]
 
 
-def _numbers(value) -> list[str]:
+def _numbers(value: Any) -> list[str]:
     numbers = value.parameters()
     return [f"{si_key(row['name'], row['unit'])} = {_number(numbers[row['name']])}" for row in value.table()]
 
 
-def _number(value) -> str:
+def _number(value: Any) -> str:
     return f"[{', '.join(repr(each) for each in value)}]" if isinstance(value, tuple) else repr(value)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An experiment as a file: sites, speeds, depths, holds, passes; and its runner."""
+"""An experiment as a file (sites, speeds, depths, holds, passes) and the runner that records it."""
 
 from .protocol import Protocol, RunPlan, Series, plan
 from .reading import protocols, read_protocol

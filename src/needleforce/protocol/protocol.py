@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A protocol as plain values in SI: what is done where, and the list of runs that follows from it."""
+"""A protocol as plain values in SI, and the list of runs that follows from it."""
 
 from dataclasses import dataclass
 
 ENDING = ".mcap"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Series:
-    """Insertions at one ``speed`` [m/s] at sites of their own, with a ``hold`` [s] at the deepest point.
+    """Insertions at one ``speed`` [m/s] at their own sites, with a ``hold`` [s] at the deepest point.
 
-    ``depths`` [m], past the surface as the axis has it, with the numbers of their ``sites``: a site is for one depth.
-    There are ``passes`` insertions at a site, ``pause`` [s] apart; all but the first end ``short`` [m] above the depth.
+    ``depths`` [m] are measured from the surface, the zero of the axis; ``sites`` are the numbers of the sites for each
+    depth. There are ``passes`` insertions at a site, ``pause`` [s] apart; all but the first end ``short`` [m] above the
+    depth.
     """
 
     speed: float
@@ -23,13 +24,34 @@ class Series:
     pause: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Protocol:
-    """An experiment. ``start`` [m], below 0 above the surface, is where each insertion begins and ends.
+    """An experiment.
 
-    ``deepest`` [m] and ``max_speed`` [m/s] are the axis' as the file says them, None where it does not; ``axial``,
-    ``filter_length`` [samples] and ``bias_time`` [s] are for the sensor; ``force_limit`` [N] stops the axis. ``spares``
-    are the sites that take the place of a spoiled one, in their order. ``sha256`` is that of the file.
+    Attributes
+    ----------
+    title, reference, needle, tissue, rig : str
+        Descriptions for the cards of the recordings.
+    start : float
+        Depth at which each insertion begins and ends [m], negative: above the surface.
+    deepest, max_speed : float or None
+        Range [m] and speed [m/s] of the axis if the file gives them.
+    axial : str
+        The sensor's axis along the needle.
+    filter_length : int
+        Samples in the sensor's moving-average filter.
+    bias_time : float
+        Time at rest for the bias [s].
+    force_limit : float
+        Axial force at which the axis is stopped [N].
+    series : tuple of Series
+        The insertions.
+    spares : tuple of int
+        Sites that replace one at which an insertion was interrupted in the tissue, in their order.
+    name_prefix : str
+        Prefix of the names of the recordings.
+    sha256 : str
+        SHA-256 of the protocol file.
     """
 
     title: str
@@ -50,12 +72,13 @@ class Protocol:
     sha256: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RunPlan:
     """One insertion. ``series`` counts from 0, ``site`` and ``pass_number`` from 1; SI.
 
-    ``moves`` are (depth [m], speed [m/s]); a move to where the tip is waits, its speed a time [s]. ``planned_site`` is
-    the site that ``site`` takes the place of, or itself. ``card`` lacks what is known only when it is run.
+    ``moves`` are (depth [m], speed [m/s]); a move to the present depth is a hold, its second number the duration [s].
+    ``planned_site`` is the site that ``site`` replaces, or ``site`` itself. ``card`` has all entries that are known
+    before the run.
     """
 
     name: str
@@ -72,12 +95,23 @@ class RunPlan:
 
 
 def plan(protocol: Protocol) -> list[RunPlan]:
-    """All runs of a protocol in their order: series by series, depth by depth, site by site, pass by pass."""
+    """All runs of a protocol in their order.
+
+    Parameters
+    ----------
+    protocol : Protocol
+        The protocol.
+
+    Returns
+    -------
+    list of RunPlan
+        The runs, series by series, depth by depth, site by site, pass by pass.
+    """
     return [run for series, depth, site in slots(protocol) for run in passes_at(protocol, series, depth, site)]
 
 
 def slots(protocol: Protocol) -> list[tuple[int, int, int]]:
-    """The index of the series, that of the depth, and the planned site, in their order."""
+    """Index of the series, index of the depth, and planned site, for every site in order."""
     return [
         (k, d, site)
         for k, series in enumerate(protocol.series)
@@ -86,36 +120,48 @@ def slots(protocol: Protocol) -> list[tuple[int, int, int]]:
     ]
 
 
-def passes_at(protocol: Protocol, k: int, d: int, planned: int, site: int | None = None) -> list[RunPlan]:
-    """The runs planned for a site, at that site or at the spare one ``site``."""
-    return [_run(protocol, k, d, planned, planned if site is None else site, n) for n in _numbers(protocol.series[k])]
+def passes_at(protocol: Protocol, series: int, depth: int, planned: int, site: int | None = None) -> list[RunPlan]:
+    """The runs planned for the site ``planned`` of a series and depth (indices), there or at the spare ``site``."""
+    slot = series, depth, planned
+    actual = planned if site is None else site
+    return [_run(protocol, slot, actual, number) for number in range(1, protocol.series[series].passes + 1)]
 
 
 def name_pattern_of(protocol: Protocol) -> str:
-    """The names of a protocol's files as a pattern for a campaign: sites are repeats of one condition."""
+    """The pattern of a protocol's file names for a campaign: sites are repeats of one condition."""
     depth = "{depth_mm}mm_" if _many_depths(protocol) else ""
     return protocol.name_prefix + "{speed_mm_s}mm_s_" + depth + "site{repeat}_pass{pass}"
-
-
-def _numbers(series: Series) -> range:
-    return range(1, series.passes + 1)
 
 
 def _many_depths(protocol: Protocol) -> bool:
     return len({depth for series in protocol.series for depth in series.depths}) > 1
 
 
-def _run(protocol: Protocol, k: int, d: int, planned: int, site: int, number: int) -> RunPlan:
-    series = protocol.series[k]
+def _run(protocol: Protocol, slot: tuple[int, int, int], site: int, number: int) -> RunPlan:
+    """Pass ``number`` at ``site`` for a slot (series, depth, planned site)."""
+    series_index, depth_index, planned = slot
+    series = protocol.series[series_index]
     speed, start = series.speed, protocol.start
-    depth = series.depths[d] - (series.short if number > 1 else 0.0)
-    said = {"speed_mm_s": f"{speed * 1e3:.6g}", "depth_mm": f"{series.depths[d] * 1e3:.6g}", "repeat": site}
-    name = name_pattern_of(protocol).format(**said, **{"pass": number}) + ENDING
+    depth = series.depths[depth_index] - (series.short if number > 1 else 0.0)
+    fields = {"speed_mm_s": f"{speed * 1e3:.6g}", "depth_mm": f"{series.depths[depth_index] * 1e3:.6g}"}
+    name = name_pattern_of(protocol).format(**fields, **{"repeat": site, "pass": number}) + ENDING
     moves = ((depth, speed), (depth, series.hold), (start, speed)) if series.hold else ((depth, speed), (start, speed))
-    about = [protocol.needle, protocol.tissue, protocol.rig, protocol.title, protocol.sha256]
-    card = dict(zip(("needle", "tissue", "rig", "protocol", "protocol_sha256"), about))
+    card = {"needle": protocol.needle, "tissue": protocol.tissue, "rig": protocol.rig}
+    card |= {"protocol": protocol.title, "protocol_sha256": protocol.sha256}
     card |= {"filter_length": str(protocol.filter_length), "axial": protocol.axial}
-    card |= {"site": str(site), "pass": str(number), "speed_mm_s": said["speed_mm_s"]}
+    card |= {"site": str(site), "pass": str(number), "speed_mm_s": fields["speed_mm_s"]}
     card |= {"depth_mm": f"{depth * 1e3:.6g}", "hold_s": f"{series.hold:.6g}"}
     card |= {"replaces": str(planned)} if site != planned else {}
-    return RunPlan(name, k, site, planned, number, speed, depth, series.hold, series.pause, moves, card)
+    return RunPlan(
+        name=name,
+        series=series_index,
+        site=site,
+        planned_site=planned,
+        pass_number=number,
+        speed=speed,
+        depth=depth,
+        hold=series.hold,
+        pause=series.pause,
+        moves=moves,
+        card=card,
+    )

@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A protocol from its file: keys carry their unit, unknown keys are refused, what cannot be is refused by itself or
-by the axis that is there."""
+"""Reading of a protocol file: each key contains its unit, unknown keys are refused, and values are checked against
+each other and against the range of an axis."""
 
 import hashlib
 import math
 import os
 import re
+from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta, Struct
 
@@ -19,10 +20,12 @@ from ..wire.axis_lines import AxisRange
 from .protocol import Protocol, Series
 
 FOLDER = Path(__file__).parent / "protocols"
-_LONGEST = 1 << 20  # bytes
+_MAX_BYTES = 1 << 20
 _MILLI = "1/1000"
-_MOST_SITES = 9999
-Text = Annotated[str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")]  # it is printed
+_MAX_SITES = 9999
+Text = Annotated[
+    str, Meta(min_length=1, max_length=1000, pattern=r"^[^\x00-\x1f\x7f-\x9f]*$")
+]  # without control characters, as it is printed
 Length = Annotated[float, Meta(gt=0, le=1000)]  # [mm]
 Speed = Annotated[float, Meta(ge=1e-3, le=1000)]  # [mm/s]
 Time = Annotated[float, Meta(ge=0, le=86400)]  # [s]
@@ -32,22 +35,34 @@ _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 
 
 def protocols() -> tuple[str, ...]:
-    """The names of the protocols that come with needleforce."""
+    """The names of the protocols that are shipped with needleforce."""
     return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 
 def read_protocol(name_or_path: str | os.PathLike) -> Protocol:
-    """The protocol of a shipped file, by name, or of a file, by path.
+    """Read a protocol.
 
-    Raises InputError, with the path inside the file, for an unknown key, a wrong kind, or an impossible value.
+    Parameters
+    ----------
+    name_or_path : str or path
+        Name of a shipped protocol, or path of a TOML file.
+
+    Returns
+    -------
+    Protocol
+
+    Raises
+    ------
+    InputError
+        With the path inside the file, for an unknown key, a wrong type, or an impossible value.
     """
     shipped = str(name_or_path) in protocols()
     path = FOLDER / f"{name_or_path}.toml" if shipped else Path(name_or_path)
     try:
         with open(path, "rb") as file:
-            text = file.read(_LONGEST + 1)
-        if len(text) > _LONGEST:
-            raise InputError("protocol", f"over {_LONGEST} bytes", "no protocol is so long")
+            text = file.read(_MAX_BYTES + 1)
+        if len(text) > _MAX_BYTES:
+            raise InputError("protocol", f"over {_MAX_BYTES} bytes", "the limit for a protocol file")
         return _protocol(text)
     except InputError as error:
         raise error.at(path.name) from None
@@ -58,7 +73,7 @@ def read_protocol(name_or_path: str | os.PathLike) -> Protocol:
 
 def _protocol(text: bytes) -> Protocol:
     file = _decoded(text)
-    made = Protocol(
+    protocol = Protocol(
         title=file.title,
         reference=file.reference,
         needle=f"diameter {file.needle.diameter_mm:g} mm, length {file.needle.length_mm:g} mm, {file.needle.tip}",
@@ -75,11 +90,11 @@ def _protocol(text: bytes) -> Protocol:
         sha256=hashlib.sha256(text).hexdigest(),
         **_numbered(file),
     )
-    check(made, needle_length=to_si(file.needle.length_mm, _MILLI))
-    return made
+    check(protocol, needle_length=to_si(file.needle.length_mm, _MILLI))
+    return protocol
 
 
-def _decoded(text: bytes):
+def _decoded(text: bytes) -> "ProtocolFile":
     import tomllib
 
     import msgspec
@@ -87,14 +102,14 @@ def _decoded(text: bytes):
     try:
         file = msgspec.toml.decode(text.removeprefix(BOM), type=ProtocolFile)
     except (msgspec.DecodeError, tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError("protocol", limit=str(error), next_step="Mend the file at this place.") from None
+        raise InputError("protocol", limit=str(error), next_step="Correct the file at this place.") from None
     _check_finite(msgspec.to_builtins(file), "$")
     return file
 
 
-def _check_finite(value, place: str) -> None:
+def _check_finite(value: Any, place: str) -> None:
     if isinstance(value, float) and not math.isfinite(value):
-        raise InputError("value", value, "a number is needed", place)
+        raise InputError("value", value, "a finite number is needed", place)
     inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list | tuple) else ()
     for key, each in inner:
         _check_finite(each, f"{place}[{key}]" if isinstance(key, int) else f"{place}.{key}")
@@ -104,11 +119,11 @@ def _milli(value: float | None) -> float | None:
     return None if value is None else to_si(value, _MILLI)
 
 
-def _numbered(file) -> dict:
-    """Series and spare sites with numbers: a number of sites takes the next ones that no list has."""
+def _numbered(file: "ProtocolFile") -> dict:
+    """Series and spare sites with site numbers: a count of sites gets the next numbers that are in no list."""
     lists = [each.sites for each in file.series] + [file.spare_sites]
-    if sum(_count(each.sites) * len(each.depths_mm) for each in file.series) > _MOST_SITES:
-        raise InputError("sites", "too many", f"at most {_MOST_SITES} in all", "$.series")
+    if sum(_count(each.sites) * len(each.depths_mm) for each in file.series) > _MAX_SITES:
+        raise InputError("sites", "too many", f"at most {_MAX_SITES} in total", "$.series")
     listed = {site for each in lists if isinstance(each, tuple) for site in each}
     free = (site for site in count(1) if site not in listed)
     series = tuple(_series(section, free) for section in file.series)
@@ -123,18 +138,28 @@ def _count(sites: int | tuple[int, ...]) -> int:
     return len(sites) if isinstance(sites, tuple) else sites
 
 
-def _series(section, free) -> Series:
+def _series(section: "SeriesSection", free: Iterator[int]) -> Series:
     depths = tuple(to_si(depth, _MILLI) for depth in section.depths_mm)
     if isinstance(section.sites, tuple):
-        sites = tuple(section.sites[k :: len(depths)] for k in range(len(depths)))  # dealt out like cards
+        sites = tuple(
+            section.sites[k :: len(depths)] for k in range(len(depths))
+        )  # every n-th site of the list for each of n depths
     else:
         sites = tuple(tuple(next(free) for _ in range(section.sites)) for _ in depths)
     speed, short = to_si(section.speed_mm_s, _MILLI), to_si(section.second_pass_short_mm, _MILLI)
-    return Series(speed, depths, sites, section.hold_s, section.passes, short, section.pause_s)
+    return Series(
+        speed=speed,
+        depths=depths,
+        sites=sites,
+        hold=section.hold_s,
+        passes=section.passes,
+        short=short,
+        pause=section.pause_s,
+    )
 
 
 class ProtocolNeedle(Struct, forbid_unknown_fields=True):
-    """The needle; ``tip`` in words."""
+    """The needle; ``tip`` is a description."""
 
     diameter_mm: Length
     length_mm: Length
@@ -142,13 +167,13 @@ class ProtocolNeedle(Struct, forbid_unknown_fields=True):
 
 
 class ProtocolTissue(Struct, forbid_unknown_fields=True):
-    """The tissue, in words."""
+    """The tissue, as a description."""
 
     text: Text
 
 
 class AxisSection(Struct, forbid_unknown_fields=True):
-    """Where insertions begin, as a depth: below 0 above the surface; what the axis can do, if it is to be said."""
+    """The depth at which insertions begin, negative: above the surface; optionally the range of the axis."""
 
     start_mm: Annotated[float, Meta(lt=0, ge=-1000)]
     deepest_mm: Length | None = None
@@ -156,7 +181,7 @@ class AxisSection(Struct, forbid_unknown_fields=True):
 
 
 class SensorSection(Struct, forbid_unknown_fields=True, frozen=True):
-    """The sensor: the axis that opposes insertion, samples in its average filter, time at rest for the bias."""
+    """The sensor: its axis against insertion, samples in its moving-average filter, time at rest for the bias."""
 
     axial: Literal["fz", "-fz"] = "fz"
     filter_length: Annotated[int, Meta(ge=1, le=1_000_000)] = 1
@@ -164,7 +189,7 @@ class SensorSection(Struct, forbid_unknown_fields=True, frozen=True):
 
 
 class SeriesSection(Struct, forbid_unknown_fields=True):
-    """Insertions at one speed; ``sites`` is how many of each depth, numbered on from those before, or their numbers."""
+    """Insertions at one speed; ``sites`` is their count for each depth, numbered in sequence, or their numbers."""
 
     speed_mm_s: Speed
     sites: Sites
@@ -192,55 +217,54 @@ class ProtocolFile(Struct, forbid_unknown_fields=True):
 
 
 def check(protocol: Protocol, needle_length: float) -> None:
-    """Raise InputError, with the path inside the file, for what no rig can do; lengths in m."""
+    """Raise InputError, with the path inside the file, for values that no rig can execute; lengths in m."""
     for k, series in enumerate(protocol.series):
         place = f"$.series[{k}]"
         for depth in series.depths:
             _check_depth(depth, needle_length, "the needle is {:g} m long", f"{place}.depths_mm")
             if series.short >= depth:
-                limit = f"the depth is {depth:g} m"
-                raise InputError("second_pass_short", series.short, limit, f"{place}.second_pass_short_mm")
+                limit = f"it must be less than the depth, {depth:g} m"
+                raise InputError("second_pass_short", f"{series.short} m", limit, f"{place}.second_pass_short_mm")
         if len(set(series.depths)) != len(series.depths):
-            raise InputError("depths", series.depths, "each must be there once", f"{place}.depths_mm", "Add sites.")
+            raise InputError("depths", series.depths, "each depth must occur once", f"{place}.depths_mm", "Add sites.")
         if not all(series.sites):
-            raise InputError("sites", "too few", f"{len(series.depths)} depths need a site each", f"{place}.sites")
+            raise InputError("sites", "too few", f"{len(series.depths)} depths need one site each", f"{place}.sites")
     _check_sites(protocol)
     prefix = protocol.name_prefix
     if prefix and not _PLAIN.fullmatch(prefix):
         advice = "Use letters, digits, . _ and -, and begin with a letter or digit."
-        raise InputError("name_prefix", repr(prefix), "names of files stay in the folder", "$.name_prefix", advice)
-    check_axis(protocol, AxisRange(protocol.start, *_said(protocol), 1.0), "$.axis")
+        limit = "file names must not leave the folder"
+        raise InputError("name_prefix", repr(prefix), limit, "$.name_prefix", advice)
+    max_depth, max_speed = protocol.deepest or math.inf, protocol.max_speed or math.inf
+    check_axis(protocol, AxisRange(protocol.start, max_depth, max_speed, 1.0), "$.axis")
 
 
 def check_axis(protocol: Protocol, limits: AxisRange, place: str) -> None:
-    """Raise InputError for what is beyond an axis with these ``limits``; ``place`` says whose they are."""
+    """Raise InputError for moves outside the ``limits`` of an axis; ``place`` is where they come from."""
     if protocol.start < limits.lowest:
-        raise InputError("start", protocol.start, f"the axis begins at {limits.lowest:g} m", place)
+        limit = f"the axis begins at {limits.lowest:g} m"
+        raise InputError("start", f"{protocol.start:g} m", limit, place, "Give a smaller distance from the surface.")
     for series in protocol.series:
         for depth in series.depths:
             _check_depth(depth, limits.highest, "the axis ends at {:g} m", place)
         if series.speed > limits.max_speed:
-            raise InputError("speed", series.speed, f"the axis goes at up to {limits.max_speed:g} m/s", place)
-
-
-def _said(protocol: Protocol) -> tuple[float, float]:
-    """The deepest place [m] and the speed [m/s] that the file itself allows the axis."""
-    beyond = float("inf")
-    return protocol.deepest or beyond, protocol.max_speed or beyond
+            limit = f"the axis moves at up to {limits.max_speed:g} m/s"
+            raise InputError("speed", f"{series.speed:g} m/s", limit, place, "Insert more slowly.")
 
 
 def _check_depth(depth: float, end: float, limit: str, place: str) -> None:
     if depth > end:
-        raise InputError("depth", depth, limit.format(end), place, "Insert less deep.")
+        raise InputError("depth", f"{depth:g} m", limit.format(end), place, "Insert less deep.")
 
 
 def _check_sites(protocol: Protocol) -> None:
-    """A site is pierced by one series only: a second one would find a hole. It also gives every file its own name."""
-    seen: set[int] = set()
+    """Each site is used once: another series would find a hole there, and file names would not be unique."""
+    used: set[int] = set()
     places = [
         (f"$.series[{k}].sites", site) for k, each in enumerate(protocol.series) for s in each.sites for site in s
     ]
     for place, site in places + [("$.spare_sites", site) for site in protocol.spares]:
-        if site in seen:
-            raise InputError("site", site, "stands there twice: it would be pierced already", place, "Number it anew.")
-        seen.add(site)
+        if site in used:
+            limit = "used twice: the second insertion would find a hole"
+            raise InputError("site", site, limit, place, "Give another number.")
+        used.add(site)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The virtual rig: the paper's experiment with a specimen that knows more than the identified model."""
+"""The virtual rig: the source paper's experiment on a specimen with effects that the fitted model omits."""
 
 from .bench_tests import BendingTest, TensionTest
 from .experiment import Experiment, Truth, example_recording, paper_experiment

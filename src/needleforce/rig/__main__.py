@@ -9,7 +9,7 @@ from .experiment import example_recording
 
 
 def main(arguments: list[str]) -> int:
-    """Write the example; 0 done, 1 not written, 2 wrong usage."""
+    """Write the example recording; returns 0 if done, 1 if it cannot be written, 2 for wrong usage."""
     if len(arguments) not in (1, 2) or not all(seed.isdigit() for seed in arguments[1:]):
         print("usage: python -m needleforce.rig FILE [SEED]", file=sys.stderr)
         return 2

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's two bench tests: bending of the needle, beyond small deflections, and tension of the tissue."""
+"""The source paper's two bench tests: bending of the needle with large deflections, and tension of the tissue."""
 
 import math
 import os
@@ -15,11 +15,11 @@ from .paper import PAPER
 
 NEEDLE_MODULUS, NEEDLE_SPREAD = PAPER["needle_young_modulus"]
 TISSUE_MODULUS = PAPER["tissue_young_modulus"][0]
-_DIAMETER, _LENGTH = 0.7e-3, 80e-3  # [m] paper, sec. 1
-_POSITIONS = (6e-3, 9e-3, 12e-3, 16e-3, 20e-3)  # [m]; the paper gives none. F a^2/EI = 0.02 to 0.24: small
-_DIAL = 0.02e-3  # [m] standard deviation of the dial gauge
+_DIAMETER_M, _LENGTH_M = 0.7e-3, 80e-3  # source paper sec. 1
+_POSITIONS_M = (6e-3, 9e-3, 12e-3, 16e-3, 20e-3)  # assumed; F a^2/EI = 0.02 to 0.24: small
+_DIAL_NOISE_M = 0.02e-3  # standard deviation of the dial gauge
 _STRETCH = np.linspace(1.0, 1.2, 41)
-_STRESS_NOISE = 0.1e3  # [Pa]
+_STRESS_NOISE_PA = 0.1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,30 +51,52 @@ class TensionTest:
 
 
 def bend_needle(random: np.random.Generator) -> tuple[BendingTest, np.ndarray]:
-    """Five tests with 0.1 N, each with a modulus of its own, as the paper's scatter has it; and those moduli (5,) [Pa].
+    """Five bending tests with 0.1 N, each with a modulus drawn from the paper's scatter, and the moduli (5,) [Pa].
 
-    The needle bends as the exact rod does. Where F a^2/EI is above 0.3 the small-deflection formula reads too
-    stiff a needle: by 94 % at the tip.
+    The deflection is that of the exact rod. Where F a^2/EI is above 0.3 the small-deflection formula gives too large a
+    modulus: by 94 % at the tip.
     """
-    drawn = NEEDLE_MODULUS + NEEDLE_SPREAD * random.standard_normal(len(_POSITIONS))
-    second_moment = core.Needle(_DIAMETER, 0.0, _LENGTH, NEEDLE_MODULUS, 0.3).second_moment
-    exact = [tip_deflection(0.1, a, _LENGTH, float(e) * second_moment) for a, e in zip(_POSITIONS, drawn)]
-    read = np.round(np.array(exact) + random.normal(0.0, _DIAL, len(exact)), 5)  # the dial has steps of 0.01 mm
-    return BendingTest(np.array(_POSITIONS), np.full(len(exact), 0.1), read), drawn
+    drawn = NEEDLE_MODULUS + NEEDLE_SPREAD * random.standard_normal(len(_POSITIONS_M))
+    second_moment = core.Needle(_DIAMETER_M, 0.0, _LENGTH_M, NEEDLE_MODULUS, 0.3).second_moment
+    exact = [tip_deflection(0.1, a, _LENGTH_M, float(e) * second_moment) for a, e in zip(_POSITIONS_M, drawn)]
+    read = np.round(np.array(exact) + random.normal(0.0, _DIAL_NOISE_M, len(exact)), 5)  # steps of 0.01 mm
+    return BendingTest(np.array(_POSITIONS_M), np.full(len(exact), 0.1), read), drawn
 
 
 def pull_tissue(random: np.random.Generator) -> TensionTest:
-    """A neo-Hookean strip, P = E/3 (stretch - stretch^-2), up to 20 % of strain, with noise on the stress."""
-    stress = TISSUE_MODULUS / 3.0 * (_STRETCH - _STRETCH**-2) + random.normal(0.0, _STRESS_NOISE, len(_STRETCH))
+    """Tension of a neo-Hookean strip, P = E/3 (stretch - stretch^-2), up to 20 % strain, with noise on the stress."""
+    stress = TISSUE_MODULUS / 3.0 * (_STRETCH - _STRETCH**-2) + random.normal(0.0, _STRESS_NOISE_PA, len(_STRETCH))
     return TensionTest(_STRETCH.copy(), stress)
 
 
 def tip_deflection(force: float, position: float, length: float, stiffness: float) -> float:
-    """Deflection [m] of a clamped rod's tip under a force [N] that stays across the undeformed rod.
+    """Tip deflection of a clamped rod under a force that remains perpendicular to the undeformed rod.
 
-    ``position`` [m] of the force from the clamp along the rod, up to ``length`` [m]; ``stiffness`` EI [N m^2]. Between
-    clamp and force EI theta'' = -F cos(theta); beyond it the rod is straight. Solved with elliptic integrals
-    (Bisshopp and Drucker 1945, from memory). For small deflections F a^2 (3 L - a) / (6 EI).
+    Parameters
+    ----------
+    force : float
+        Force F [N], above 0.
+    position : float
+        Position a of the force along the rod from the clamp [m], above 0 and at most ``length``.
+    length : float
+        Length L of the rod [m].
+    stiffness : float
+        Bending stiffness EI [N m^2], above 0.
+
+    Returns
+    -------
+    float
+        Deflection of the tip [m].
+
+    Raises
+    ------
+    InputError
+        If a value is not above 0, or the force is not on the rod.
+
+    Notes
+    -----
+    Between clamp and force EI theta'' = -F cos(theta); beyond the force the rod is straight. Solved with elliptic
+    integrals (Bisshopp and Drucker 1945, from memory). For small deflections: F a^2 (3 L - a) / (6 EI).
     """
     _check(force, position, length, stiffness)
     from scipy.special import ellipe, ellipeinc
@@ -82,9 +104,9 @@ def tip_deflection(force: float, position: float, length: float, stiffness: floa
     load = position * math.sqrt(force / stiffness)
     modulus = _modulus(load)
     start = math.asin(1.0 / (math.sqrt(2.0) * modulus))
-    turned = math.asin(min(1.0, 2.0 * modulus**2 - 1.0))  # slope at the force
+    slope_angle = math.asin(min(1.0, 2.0 * modulus**2 - 1.0))  # at the force
     sag = 1.0 - 2.0 * (ellipe(modulus**2) - ellipeinc(start, modulus**2)) / load
-    return float(position * sag + (length - position) * math.sin(turned))
+    return float(position * sag + (length - position) * math.sin(slope_angle))
 
 
 def _modulus(load: float) -> float:
@@ -92,22 +114,22 @@ def _modulus(load: float) -> float:
     from scipy.optimize import brentq
     from scipy.special import ellipk, ellipkinc
 
-    def missing(k: float) -> float:
+    def residual(k: float) -> float:
         return ellipk(k * k) - ellipkinc(math.asin(min(1.0, 1.0 / (math.sqrt(2.0) * k))), k * k) - load
 
-    return brentq(missing, math.sqrt(0.5), 1.0 - 1e-15, xtol=1e-15, rtol=1e-14)
+    return brentq(residual, math.sqrt(0.5), 1.0 - 1e-15, xtol=1e-15, rtol=1e-14)
 
 
 def _check(force: float, position: float, length: float, stiffness: float) -> None:
     for quantity, value in (("force", force), ("position", position), ("stiffness", stiffness)):
         if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"bending.{quantity}", value, "must be above 0")
+            raise InputError(f"bending.{quantity}", value, "must be finite and above 0")
     if not position <= length < math.inf:
-        raise InputError("bending.position", position, f"must be on the needle, which is {length} m long")
+        raise InputError("bending.position", position, f"must be at most the length of the needle, {length} m")
 
 
 def write_table(path: Path, columns: dict[str, np.ndarray], digits: int = 7) -> Path:
-    """Write (n,) columns under their headers with so many significant digits; the same bytes for the same numbers."""
+    """Write columns (n,) with their headers as CSV, rounded to significant digits; equal values give equal bytes."""
     rows = [",".join(f"{value:.{digits}g}" for value in row) for row in zip(*columns.values(), strict=True)]
     with atomic_write(path) as file:
         file.write("\n".join([",".join(columns), *rows, ""]))

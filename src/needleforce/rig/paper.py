@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The numbers of the source paper's experiment, sec. 1 and 2, as mean and standard deviation [SI]; None where it has
-none."""
+"""Values of the source paper's experiment, sec. 1 and 2: mean and standard deviation [SI], None if it gives none."""
 
 from .. import core
 
@@ -12,15 +11,14 @@ PAPER = {
     "friction_per_length": (18.6, None),
     "cutting_force": (0.0776, 0.0139),
 }
-# the range over which the cutting force swings at 1 mm/s; at 3 mm/s it does not
+# range of the stick–slip oscillation of the cutting force [N] at 1 mm/s; at 3 mm/s there is none
 CUTTING_OSCILLATION = {"cutting_force_low_1mm_s": 0.04, "cutting_force_high_1mm_s": 0.1}
-_ARREST_SPEED = 1.5e-3  # [m/s] between the two; any other between them would do as well
+_ARREST_SPEED = 1.5e-3  # [m/s] any value between the two speeds gives the same forces
 _STEADY_SPEED = 3e-3  # [m/s]
 
 
-def stick_slip(force: float):
-    """The cutting law that is steady at 3 mm/s with ``force`` [N] and swings at 1 mm/s, over the paper's range to
-    scale."""
+def stick_slip(force: float) -> core.laws.StickSlip:
+    """A cutting law with a steady ``force`` [N] at 3 mm/s that oscillates at 1 mm/s over the paper's scaled range."""
     low, high = (force / PAPER["cutting_force"][0] * end for end in CUTTING_OSCILLATION.values())
     return core.laws.StickSlip(
         break_force=high,

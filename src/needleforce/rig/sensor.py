@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A six-axis force sensor behind an average filter."""
+"""A six-axis force sensor with a moving-average filter."""
 
 from dataclasses import dataclass
 
@@ -8,22 +8,36 @@ import numpy as np
 from ..errors import InputError
 
 # ATI Nano17, calibration SI-12-0.12: 12 N across, 17 N along the axis, 120 N mm; 1/320 N and 1/64 N mm. The paper names
-# the sensor and not the calibration; this is the finest one. The figures are the maker's as several public projects
-# quote them, not read from the data sheet itself; a resolution is no accuracy.
+# the sensor and not the calibration; this is the one with the finest resolution. The values are the maker's as quoted
+# by several public projects, not read in the data sheet; a resolution is not an accuracy.
 RANGE = {"fx": 12.0, "fy": 12.0, "force": 17.0, "tx": 0.12, "ty": 0.12, "tz": 0.12}  # N, N m
 COUNTS = {"fx": 320, "fy": 320, "force": 320, "tx": 64_000, "ty": 64_000, "tz": 64_000}  # per N, per N m
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """Noise, quantisation, saturation, then a causal moving average of ``filter_length`` samples at the recorded rate.
+    """Noise, quantisation and saturation, then a causal moving average at the recorded rate.
 
-    The paper records at 1 kHz "after being smoothed by an average filter" and gives no length; 10 is assumed. The
-    filter delays by (filter_length - 1) / 2 samples and smears a step over filter_length of them. ``noise`` [N] and
-    ``torque_noise`` [N m] are standard deviations before the filter, one count each by default (assumed): with the
-    rounding's own 0.29 counts that leaves 1.03 mN in the record for 10 samples, a third of a count. ``bias`` [N] is
-    the standard deviation of what zeroing before a run leaves behind (assumed), one constant for each run and axis;
-    torques take it at 1 mm of lever.
+    The source paper records at 1 kHz "after being smoothed by an average filter" without its length. The filter delays
+    by (filter_length - 1) / 2 samples and spreads a step over filter_length samples. Noise of one count and rounding of
+    0.29 counts give 1.03 mN in the record for 10 samples, a third of a count.
+
+    Parameters
+    ----------
+    filter_length : int
+        Samples in the moving average, at least 1; the default is assumed.
+    noise : float
+        Standard deviation of the forces before the filter [N], at least 0; default: one count (assumed).
+    torque_noise : float
+        Standard deviation of the torques before the filter [N m], at least 0; default: one count (assumed).
+    bias : float
+        Standard deviation of the residual bias after zeroing [N], at least 0 (assumed): one constant for each run and
+        axis; for torques with a lever of 1 mm.
+
+    Raises
+    ------
+    InputError
+        If a value is below its limit or not finite.
     """
 
     filter_length: int = 10
@@ -33,15 +47,27 @@ class Sensor:
 
     def __post_init__(self):
         if self.filter_length < 1 or int(self.filter_length) != self.filter_length:
-            raise InputError("sensor.filter_length", self.filter_length, "must be a whole number of samples from 1")
+            raise InputError(
+                "sensor.filter_length", self.filter_length, "must be an integer number of samples, at least 1"
+            )
         for quantity in ("noise", "torque_noise", "bias"):
             if not (np.isfinite(getattr(self, quantity)) and getattr(self, quantity) >= 0.0):
-                raise InputError(f"sensor.{quantity}", getattr(self, quantity), "must be at least 0")
+                raise InputError(f"sensor.{quantity}", getattr(self, quantity), "must be finite and at least 0")
 
     def record(self, wrench: dict[str, np.ndarray], random: np.random.Generator) -> dict[str, np.ndarray]:
-        """What is recorded of the true ``wrench``: (n,) each [N, N m], by axis as in ``RANGE``; an absent axis reads 0.
+        """Record a true wrench.
 
-        The filter has been running before the first sample, on the first value.
+        Parameters
+        ----------
+        wrench : dict of str to ndarray
+            True values (n,) [N, N m] by axis as in ``RANGE``; an axis that is absent is 0.
+        random : numpy.random.Generator
+            Source of bias and noise.
+
+        Returns
+        -------
+        dict of str to ndarray
+            Recorded values (n,) [N, N m] by axis. Before the first sample the filter is filled with the first value.
         """
         count = len(next(iter(wrench.values())))
         still = np.zeros(count)
@@ -56,12 +82,12 @@ class Sensor:
 
 
 def counted(value: np.ndarray, axis: str) -> np.ndarray:
-    """Whole counts of a value (n,) [N, N m], stopped at the end of the axis' range."""
+    """Integer counts of a value (n,) [N, N m], limited to the range of the axis."""
     end = RANGE[axis] * COUNTS[axis]
     return np.clip(np.rint(value * COUNTS[axis]), -end, end).astype(np.int64)
 
 
 def average(counts: np.ndarray, length: int) -> np.ndarray:
-    """Sums (n - length + 1,) over the last ``length`` counts: exact, as the counts are whole."""
+    """Sums (n - length + 1,) over the last ``length`` counts; exact, as the counts are integers."""
     total = np.concatenate([[0], np.cumsum(counts)])
     return total[length:] - total[:-length]

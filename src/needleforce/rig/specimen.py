@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One place in the phantom: what differs from site to site, and the force along the needle, with effects that the
-identified model omits."""
+"""A site of the phantom: its own values, and the axial force with effects that the fitted model omits."""
 
 import math
 from collections.abc import Callable
@@ -13,26 +12,40 @@ from ..errors import InputError
 from ..models.model import Insertion, Model
 from .paper import PAPER
 
-RADIUS = 0.35e-3  # [m] paper, sec. 1
-HALF_ANGLE = math.radians(15.0)  # paper, sec. 2.1: the bevel's angle, taken as a cone's
+RADIUS = 0.35e-3  # [m] source paper sec. 1
+HALF_ANGLE = math.radians(15.0)  # source paper sec. 2.1: the bevel angle, used as the half angle of a cone
 HOLD = 1.0  # [s] at the deepest point
-PRESLIDING = 20e-6  # [m] of travel from nothing to sliding
+PRESLIDING = 20e-6  # [m] of travel until the friction is that of sliding
 # Opening a slit to the needle's radius in plane strain: pi/4 E' R^2 = 0.0149 N, with E = 116 kPa and an incompressible
-# tissue. It is the energy a length of slit takes, after Azar and Hayward 2008.
+# tissue: the energy per length of slit (Azar & Hayward 2008).
 SPREADING = 0.25 * math.pi * PAPER["tissue_young_modulus"][0] / (1.0 - 0.5**2) * RADIUS**2
 
 
 @dataclass(frozen=True)
 class Unmodelled:
-    """What happens at the needle and is in neither the paper's model nor its procedure; sizes are assumed but for two.
+    """Effects that are in neither the source paper's model nor its procedure.
 
-    ``dimple`` [m]: the surface stays pushed in by so much on the first pass, not on the second, so that less shaft is
-    embedded while the hole is cut; on the first pass the needle leaves the tissue there too. ``spreading_force`` [N]
-    opens the hole on both passes while the tip advances, growing with the square of the tip's radius at the surface.
-    Beyond ``straight_to`` [m] of depth the needle is no longer straight (the paper's 12 mm, where friction departs):
-    friction per length grows by the share ``friction_growth`` [1/m] times the depth beyond, the force with its
-    square.
-    ``second_friction_ratio``: friction of the second pass over that of the first.
+    The defaults are assumed, except ``spreading_force`` and ``straight_to``.
+
+    Parameters
+    ----------
+    dimple : float
+        Depth of the surface around the shaft during the first pass [m]: less shaft is embedded while the hole is cut,
+        and the needle exits there on withdrawal. The second pass has no dimple.
+    spreading_force : float
+        Force that opens the hole in both passes while the tip advances [N]; proportional to the square of the tip's
+        radius at the surface until the shank is reached.
+    straight_to : float
+        Depth up to which the needle is straight [m]: the paper's 12 mm, where friction begins to deviate.
+    friction_growth : float
+        Relative growth of the friction per length per depth beyond ``straight_to`` [1/m].
+    second_friction_ratio : float
+        Friction of the second pass relative to the first [1].
+
+    Raises
+    ------
+    InputError
+        If a value is negative or not finite.
     """
 
     dimple: float = 0.8e-3
@@ -44,7 +57,7 @@ class Unmodelled:
     def __post_init__(self):
         for quantity, value in vars(self).items():
             if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(f"specimen.{quantity}", value, "must be at least 0")
+                raise InputError(f"specimen.{quantity}", value, "must be finite and at least 0")
 
 
 NOTHING_UNMODELLED = Unmodelled(dimple=0.0, spreading_force=0.0, friction_growth=0.0)
@@ -53,11 +66,21 @@ _PAPER = Unmodelled()
 
 @dataclass(frozen=True)
 class Specimen:
-    """A site with its own values; the defaults are the paper's means (sec. 2.1-2.3, at 3 mm/s).
+    """A site with its own values; the defaults are the source paper's means (sec. 2.1-2.3, at 3 mm/s).
 
-    ``puncture_force`` [N] at ``puncture_depth`` [m] give the modulus through the contact that stops growing at the
-    needle's radius. ``friction_per_length`` [N/m]; ``cutting_force`` [N] is handed to ``cutting``, which makes the law
-    of it, ``cutting(force=…)``: give another one where the force of cutting is no constant.
+    Parameters
+    ----------
+    puncture_force, puncture_depth : float
+        Force [N] and depth [m] of the puncture. They determine the modulus, with a contact that stops growing at the
+        needle's radius.
+    friction_per_length : float
+        Friction per embedded length [N/m].
+    cutting_force : float
+        Cutting force [N].
+    unmodelled : Unmodelled
+        Effects that the paper's model omits.
+    cutting : callable
+        ``cutting(force=cutting_force)`` returns the cutting law.
     """
 
     puncture_force: float = PAPER["puncture_force"][0]
@@ -69,12 +92,12 @@ class Specimen:
 
     @property
     def reduced_modulus(self) -> float:
-        """The modulus [Pa] with which the saturated contact has the peak force at the puncture depth."""
+        """Reduced modulus [Pa] for which the saturated contact has the peak force at the puncture depth."""
         unit = core.laws.ConeCylinder(reduced_modulus=1.0, half_angle=HALF_ANGLE, radius=RADIUS)
         return self.puncture_force / unit.force(self.puncture_depth)
 
     def model(self, second: bool = False) -> Model:
-        """The compiled laws of the first or the second pass; what is unmodelled is not all in them."""
+        """The laws of the first or the second pass; of the unmodelled effects it includes dimple and friction ratio."""
         dimple = 0.0 if second else self.unmodelled.dimple
         ratio = self.unmodelled.second_friction_ratio if second else 1.0
         return Model(
@@ -86,11 +109,28 @@ class Specimen:
         )
 
     def parts(self, depth: np.ndarray, *, hole: float = 0.0, dt: float = 1e-3) -> dict[str, np.ndarray]:
-        """The parts of the axial force (n,) [N] along ``depth`` (n,) [m], past the undeformed surface.
+        """Parts of the axial force in one insertion: in, optionally a hold, and out.
 
-        One insertion: in, perhaps a hold, and out, in steps of ``dt`` [s]. ``hole`` [m] is the depth of the hole an
-        earlier pass left, 0 for fresh tissue: down to it nothing deforms, punctures or is cut. ``spreading`` and
-        ``bending``, the friction of the needle no longer straight, are unmodelled.
+        Parameters
+        ----------
+        depth : ndarray, shape (n,)
+            Depth below the undeformed surface [m].
+        hole : float
+            Depth of the hole of an earlier pass [m], 0 for fresh tissue: down to it there is no deformation, puncture
+            or cutting.
+        dt : float
+            Time step [s].
+
+        Returns
+        -------
+        dict of str to ndarray
+            Forces (n,) [N]: ``stiffness``, ``friction``, ``cutting``, and the unmodelled ``spreading`` and ``bending``,
+            the additional friction of the needle that is not straight.
+
+        Raises
+        ------
+        InputError
+            If the hole is not deeper than the puncture, or a step is invalid.
         """
         depth = np.ascontiguousarray(depth, dtype=float)
         second = hole != 0.0
@@ -102,16 +142,17 @@ class Specimen:
         return parts | self._unmodelled_parts(depth, second)
 
     def force(self, depth: np.ndarray, *, hole: float = 0.0, dt: float = 1e-3) -> np.ndarray:
-        """The axial force (n,) [N], + opposes insertion: the sum of ``parts``."""
+        """The axial force (n,) [N], + opposes insertion: the sum of ``parts``, with the same parameters."""
         return sum(self.parts(depth, hole=hole, dt=dt).values())
 
     def pierced(self, hole: float, outside: float, step: float, dt: float) -> Insertion:
         """The second pass at its start, ``outside`` <= 0 [m], after a first one to ``hole`` [m] and out again.
 
-        That one goes in steps of ``step`` [m] and ``dt`` [s], with a hold: how deep the crack stands depends on both.
+        The first pass is made in steps of ``step`` [m] and ``dt`` [s], with a hold: the depth of its crack depends on
+        both.
         """
         if not hole > self.puncture_depth:
-            raise InputError("hole", hole, f"must be deeper than the puncture at {self.puncture_depth:.4g} m")
+            raise InputError("hole", f"{hole} m", f"must be deeper than the puncture at {self.puncture_depth:.4g} m")
         stroke = np.linspace(outside, hole, max(2, int(np.ceil((hole - outside) / max(step, 1e-7)))))
         depth, times = np.concatenate([stroke, [hole], stroke[::-1]]), np.full(2 * len(stroke) + 1, dt)
         times[len(stroke)] = HOLD
@@ -122,39 +163,55 @@ class Specimen:
     def _unmodelled_parts(self, depth: np.ndarray, second: bool) -> dict[str, np.ndarray]:
         deepest = np.maximum.accumulate(depth)
         pierced = second | (deepest > self.puncture_depth)
-        # +1 in, -1 out: the bristle of the core's friction
+        # +1 for insertion, -1 for withdrawal: the bristle state of the core's friction
         sliding = np.clip(1.0 - (deepest - depth) / PRESLIDING, -1.0, 1.0) * pierced
         return self.unmodelled_forces(depth, sliding, second)
 
-    def unmodelled_forces(self, depth, sliding, second: bool) -> dict:
-        """What is in no law [N], at each ``depth`` [m] with ``sliding`` from +1 in to -1 out, 0 before the puncture.
+    def unmodelled_forces(
+        self, depth: float | np.ndarray, sliding: float | np.ndarray, second: bool
+    ) -> dict[str, float | np.ndarray]:
+        """The forces [N] that are in no law, at ``depth`` [m], numbers or (n,) each.
 
-        Numbers, or (n,) each.
+        ``sliding`` is +1 for insertion to -1 for withdrawal, and 0 before the puncture.
         """
         more = self.unmodelled
         opened = np.clip((depth - (0.0 if second else more.dimple)) * math.tan(HALF_ANGLE) / RADIUS, 0.0, 1.0)
         beyond = np.maximum(depth - more.straight_to, 0.0)
         ratio = more.second_friction_ratio if second else 1.0
         growth = 0.5 * self.friction_per_length * ratio * more.friction_growth
-        # coming out, the hole closes behind the tip and gives nothing back
+        # during withdrawal the hole closes behind the tip and no energy is recovered
         spreading = more.spreading_force * opened**2 * np.maximum(sliding, 0.0)
         return {"spreading": spreading, "bending": growth * beyond**2 * sliding}
 
 
 def _check(status: np.ndarray) -> None:
-    bad = np.flatnonzero(status)
-    if len(bad):
-        why = core.status_names()[int(status[bad[0]])]
-        raise InputError("depth of the specimen", str(why), f"at sample {bad[0]}", next_step="Take smaller steps.")
+    invalid = np.flatnonzero(status)
+    if len(invalid):
+        name = core.status_names()[int(status[invalid[0]])]
+        limit = f"at sample {invalid[0]}"
+        raise InputError("status of the specimen", str(name), limit, next_step="Give depths in smaller steps.")
 
 
 @dataclass(frozen=True)
 class Scatter:
-    """Standard deviations between sites. The first three are the paper's; it gives none for friction and the surface.
+    """Standard deviations between sites; those of friction and surface are assumed, the others are the source paper's.
 
-    ``puncture_force`` [N] and ``puncture_depth`` [m] are drawn independently and the modulus is derived from them:
-    modulus and depth drawn independently would scatter the peak by more than the paper's 0.0105 N. ``cutting_force``
-    and ``friction_per_length`` are shares of the mean; ``surface`` [m] is where the surface is in the rig's zero.
+    The modulus is derived from puncture force and depth, which are drawn independently: with an independent modulus and
+    depth the scatter of the peak would exceed the paper's 0.0105 N.
+
+    Parameters
+    ----------
+    puncture_force, puncture_depth : float
+        Of the force [N] and the depth [m] of the puncture, at least 0.
+    cutting_force, friction_per_length : float
+        Relative to the mean [1], at least 0.
+    surface : float
+        Of the depth of the surface in the rig's zero [m], at least 0.
+
+    Raises
+    ------
+    InputError
+        If a value is negative or not finite.
     """
 
     puncture_force: float = PAPER["puncture_force"][1]
@@ -166,15 +223,15 @@ class Scatter:
     def __post_init__(self):
         for quantity, value in vars(self).items():
             if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(f"scatter.{quantity}", value, "must be at least 0")
+                raise InputError(f"scatter.{quantity}", value, "must be finite and at least 0")
 
 
 @dataclass(frozen=True)
 class PhantomSite:
-    """One site as drawn: its specimen, where its surface is in the rig's depth [m], and its lateral force.
+    """A drawn site: its specimen, the depth of its surface in the rig's zero [m], and its lateral force.
 
-    ``lateral`` are Fx and Fy as shares of the axial force, 2 to 5 % together (assumed): the paper calls them relatively
-    small and neglects them.
+    ``lateral`` is Fx and Fy relative to the axial force, 2 to 5 % together (assumed): the source paper calls them
+    relatively small and neglects them.
     """
 
     speed: float
@@ -185,7 +242,7 @@ class PhantomSite:
 
 
 def draw_site(mean: Specimen, scatter: Scatter, speed: float, number: int, random: np.random.Generator) -> PhantomSite:
-    """A site around ``mean``. Every quantity takes its draw in a fixed order, so that changing one moves no other."""
+    """Draw a site around ``mean``, each quantity in a fixed order, so that changing one does not affect the others."""
     peak, depth, cutting, friction, surface = random.standard_normal(5)
     share, direction = random.uniform(0.02, 0.05), random.uniform(0.0, 2.0 * np.pi)
     specimen = replace(

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Raw data transfer (RDT) of an ATI Net F/T sensor: requests of 8 bytes, records of 36, big-endian, over UDP.
 
-A datagram holds one record, or several in buffered streaming. ``sequence`` counts the records sent, ``sample`` the
-sensor's own readings (``ft_sequence``), which is faster; both wrap at 2^32.
+A datagram holds one record, or several in buffered streaming. ``sequence`` counts the records sent and ``sample`` the
+sensor's own readings (``ft_sequence``), which are faster; both wrap at 2^32.
 """
 
 import struct
@@ -18,10 +18,10 @@ _REQUEST = struct.Struct(">HHI")
 _RECORD = struct.Struct(">3I6i")
 RECORD_SIZE = _RECORD.size
 _SATURATED_BIT, _SERIAL_LINK_BIT = 17, 27
-SUMMARY = 1 << 31  # stands with any other bit
-SATURATED = 1 << _SATURATED_BIT  # the sensor reads no further
+SUMMARY = 1 << 31  # set together with any other bit
+SATURATED = 1 << _SATURATED_BIT  # a gauge is at the end of its range
 LINK_FAILED = 1 << _SERIAL_LINK_BIT
-# the words for the bits of a status that this sensor family sets
+# meaning of the status bits of this sensor family
 _STATUS = {
     30: "processor or memory error",
     29: "digital board error",
@@ -42,7 +42,7 @@ _NO_FAULT = 1 << 16 | SUMMARY  # a monitored condition
 
 
 class Command(IntEnum):
-    """What a request asks for."""
+    """Command of a request."""
 
     STOP = 0
     START = 2
@@ -65,12 +65,12 @@ def pack_request(command: Command, count: int = 0) -> bytes:
 
 
 def unpack_request(data: bytes) -> tuple[Command, int]:
-    """Command and count of a request. Raises InputError for what is none."""
+    """Command and count of a request. Raises InputError for an invalid request."""
     if len(data) != _REQUEST.size:
         raise InputError("request", f"{len(data)} bytes", f"{_REQUEST.size} are needed")
     header, command, count = _REQUEST.unpack(data)
     if header != _HEADER or command not in list(Command):
-        raise InputError("request", data.hex(), f"no known command after {_HEADER:#06x}")
+        raise InputError("request", data.hex(), f"not {_HEADER:#06x} followed by a known command")
     return Command(command), count
 
 
@@ -80,19 +80,19 @@ def pack_record(packet: Packet) -> bytes:
 
 
 def unpack_records(data: bytes) -> list[Packet]:
-    """The records of one datagram. Raises InputError for a size that is no multiple of 36, or zero."""
+    """The records of one datagram. Raises InputError for a size of zero or that is not a multiple of 36."""
     if not data or len(data) % RECORD_SIZE:
         raise InputError("datagram", f"{len(data)} bytes", f"a multiple of {RECORD_SIZE} is needed")
     return [Packet(a, b, c, tuple(counts)) for a, b, c, *counts in _RECORD.iter_unpack(data)]
 
 
 def is_fault(status: int) -> bool:
-    """Whether a status says that the counts beside it are not to be trusted."""
+    """Whether a status means that the counts of its record are invalid."""
     return status & ~_NO_FAULT != 0
 
 
 def status_words(status: int) -> str:
-    """A status in words; bits without one are given as a number."""
+    """A status in words; unknown bits are given as a number."""
     words = [word for bit, word in _STATUS.items() if status >> bit & 1]
     rest = status & ~SUMMARY & ~sum(1 << bit for bit in _STATUS)
     if rest or (status and not words):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a Net F/T sensor says of itself, in the XML page ``netftapi2.xml`` of its own web server."""
+"""The configuration of a Net F/T sensor in the XML page ``netftapi2.xml`` of its web server."""
 
 import math
 from dataclasses import dataclass
@@ -10,13 +10,25 @@ from ..errors import InputError
 from ..units import size
 
 PAGE = "netftapi2.xml"
-LONGEST = 1 << 18  # bytes of the page
+MAX_PAGE_BYTES = 1 << 18
 
 
 @dataclass(frozen=True)
 class SensorConfiguration:
-    """``counts_per_force`` [1/N] and ``counts_per_torque`` [1/(N m)], records a second, serial number, and ``ratings``:
-    the ends of the six ranges [N, N m], 0 where unknown.
+    """Configuration of a sensor.
+
+    Attributes
+    ----------
+    counts_per_force : float
+        [1/N]
+    counts_per_torque : float
+        [1/(N m)]
+    rate : float
+        Records per second [Hz].
+    serial : str
+        Serial number.
+    ratings : tuple of float
+        Rated range of each axis [N, N m], 0 if unknown.
     """
 
     counts_per_force: float
@@ -26,12 +38,12 @@ class SensorConfiguration:
     ratings: tuple[float, ...] = (0.0,) * 6
 
     def wrench(self, counts: tuple[int, ...]) -> tuple[float, ...]:
-        """Six counts as forces [N] and torques [N m]."""
+        """Forces [N] and torques [N m] from six counts."""
         f, t = self.counts_per_force, self.counts_per_torque
         return (*(count / f for count in counts[:3]), *(count / t for count in counts[3:]))
 
     def xml(self) -> bytes:
-        """The page that says so."""
+        """The XML page with this configuration."""
         ratings = ";".join(f"{value:g}" for value in self.ratings)
         tags = {
             "runstat": "0x00000000", "scfgfu": "N", "scfgtu": "Nm", "cfgcpf": f"{self.counts_per_force:.12g}",
@@ -43,17 +55,18 @@ class SensorConfiguration:
 
 
 def parse_configuration(page: bytes, place: str) -> SensorConfiguration:
-    """Read the page. Raises InputError, with the tag, for what does not give counts, units and a rate."""
+    """Parse the page. Raises InputError, with the tag, if counts, units or a rate are missing or invalid."""
     root = _root(page, place)
     force, torque = _unit(root, "scfgfu", "force", place), _unit(root, "scfgtu", "torque", place)
     counts = _positive(root, "cfgcpf", place) / force, _positive(root, "cfgcpt", place) / torque
     serial = (root.findtext("cfgcalsn") or "").strip()[:80]
-    return SensorConfiguration(*counts, _positive(root, "comrdtrate", place), serial, _ratings(root, force, torque))
+    rate, ratings = _positive(root, "comrdtrate", place), _ratings(root, force, torque)
+    return SensorConfiguration(*counts, rate, serial, ratings)
 
 
 def _root(page: bytes, place: str) -> ElementTree.Element:
     try:
-        if len(page) > LONGEST or b"<!" in page:  # no entity grows
+        if len(page) > MAX_PAGE_BYTES or b"<!" in page:  # no entities that expand
             raise ElementTree.ParseError
         return ElementTree.fromstring(page)
     except (ElementTree.ParseError, ValueError, LookupError):
@@ -73,11 +86,11 @@ def _positive(root: ElementTree.Element, tag: str, place: str) -> float:
 
 
 def _unit(root: ElementTree.Element, tag: str, dimension: str, place: str) -> float:
-    """A unit's size in SI."""
+    """The factor from a unit to SI."""
     text = (root.findtext(tag) or "").strip()
     unit = size(text, dimension)
     if unit is None:
-        raise InputError(f"<{tag}> of the sensor", repr(text[:40]), f"no known unit of {dimension}", place)
+        raise InputError(f"<{tag}> of the sensor", repr(text[:40]), f"not a known unit of {dimension}", place)
     return unit
 
 

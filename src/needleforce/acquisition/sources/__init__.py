@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Where force and motion come from: a sensor or an axis on the network, gauge voltages, standard input."""
+"""Sources of force and motion: a sensor or an axis on the network, gauge voltages, standard input."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A motion axis on the network: its states, and commands that are answered."""
+"""A motion axis on the network: states from it, and commands with answers."""
 
 import contextlib
 import select
@@ -7,36 +7,57 @@ import socket
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 
 from ...errors import InputError
-from ...wire.axis_lines import LONGEST, PORT, Answer, AxisRange, AxisState, move_line, parse_answer
+from ...wire.axis_lines import MAX_LINE_LENGTH, PORT, Answer, AxisRange, AxisState, move_line, parse_answer
 from .source import ask_for_stamps, receive_stamped
 
-PATIENCE = 1.0  # [s] for an answer
-_AGAIN = 0.05  # [s] after which an unanswered stop is sent again
-_STUCK = 0.2  # [s] for sending a line
-_ALIVE_EVERY = 0.1  # [s]; an axis waits for half a second
+ANSWER_TIMEOUT_S = 1.0
+_STOP_REPEAT_S = 0.05  # after which an unanswered stop is sent again
+_SEND_TIMEOUT_S = 0.2
+_ALIVE_INTERVAL_S = 0.1  # an axis stops after half a second of silence
 
 
 class AxisClient:
-    """One axis. A thread reads what it says and sends ``stop`` again until it is answered; ``close`` joins it.
+    """A connection to one axis.
 
-    ``limits`` is what the axis can do. An axis stops by itself half a second after the last word: while it moves, call
-    ``alive`` often. Raises InputError for an axis that is not there, or says what an axis does not say, from any method
-    but ``send_stop``, ``stop``, ``alive`` and ``close``. All but ``receive`` may be called from any thread.
+    A thread reads its lines and repeats a ``stop`` until it is answered; ``close`` joins the thread. An axis stops by
+    itself half a second after the last line from its client: while it moves, call ``alive`` often. All methods except
+    ``receive`` may be called from any thread. All except ``send_stop``, ``stop``, ``alive`` and ``close`` raise
+    InputError if the connection is lost or the axis sends an invalid line.
+
+    Parameters
+    ----------
+    host : str
+        Name or address of the axis.
+    port : int
+        TCP port.
+    timeout : float
+        Longest wait for a connection or an answer [s].
+
+    Attributes
+    ----------
+    limits : AxisRange
+        Lowest and highest depth, largest speed and acceleration.
+
+    Raises
+    ------
+    InputError
+        If the axis is not reached or does not send its range.
     """
 
-    def __init__(self, host: str, port: int = PORT, patience: float = PATIENCE):
+    def __init__(self, host: str, port: int = PORT, timeout: float = ANSWER_TIMEOUT_S):
         self.place = f"axis at {host}:{port}"
-        self._patience = patience
-        self._socket = _connected(host, port, patience, self.place)
+        self._timeout = timeout
+        self._socket = _connected(host, port, timeout, self.place)
         self._arrived: deque[tuple[AxisState, int]] = deque()
         self._answers: dict[str, Answer] = {}
         self._changed = threading.Condition()
         self._sending = threading.Lock()
         self._fault: InputError | None = None
         self._stopping = self._closing = False
-        self._rest, self._last_word = b"", 0.0
+        self._incomplete, self._last_sent = b"", 0.0
         self.limits: AxisRange | None = None
         self._thread = threading.Thread(target=self._read, name="axis", daemon=True)
         self._thread.start()
@@ -52,18 +73,18 @@ class AxisClient:
         return states
 
     def move(self, depth: float, speed: float) -> None:
-        """Send the tip to ``depth`` [m] at ``speed`` [m/s]; returns when it is accepted. InputError if not."""
+        """Send the tip to ``depth`` [m] at ``speed`` [m/s]; return when it is accepted. Raises InputError if not."""
         self.send_move(depth, speed)
         self._accepted("move")
 
     def send_move(self, depth: float, speed: float) -> None:
-        """As ``move``, but returns at once; ``answer`` tells."""
+        """As ``move``, but return at once; ``answer`` has the result."""
         self.check_move(depth, speed)
         self._answers.pop("move", None)
         self._send(move_line(depth, speed))
 
     def answer(self, command: str) -> Answer | None:
-        """The answer to the last command of this name, None as long as there is none."""
+        """The answer to the last command of this name, None until it arrives."""
         return self._answers.get(command)
 
     def site(self, number: int) -> None:
@@ -73,32 +94,32 @@ class AxisClient:
         self._accepted("site")
 
     def check_move(self, depth: float, speed: float) -> None:
-        """Raise InputError for what is beyond the axis."""
-        low, high, fastest, _ = self.limits
+        """Raise InputError for a move outside the limits of the axis."""
+        low, high, max_speed, _ = self.limits
         if not low <= depth <= high:
-            raise InputError("depth", depth, f"the axis goes from {low:g} to {high:g} m", self.place)
-        if not 0.0 < speed <= fastest:
-            raise InputError("speed", speed, f"the axis goes at up to {fastest:g} m/s", self.place)
+            raise InputError("depth", f"{depth:g} m", f"the axis moves from {low:g} to {high:g} m", self.place)
+        if not 0.0 < speed <= max_speed:
+            raise InputError("speed", f"{speed:g} m/s", f"the axis moves at up to {max_speed:g} m/s", self.place)
 
     def alive(self) -> None:
-        """Say that the axis may go on, at most ten times a second."""
-        if time.monotonic() - self._last_word > _ALIVE_EVERY:
+        """Let the axis continue; sends at most ten lines a second."""
+        if time.monotonic() - self._last_sent > _ALIVE_INTERVAL_S:
             self._send("alive")
 
     def send_stop(self) -> None:
-        """Send the stop and return at once; it is sent again until it is answered."""
+        """Send a stop and return at once; it is repeated until it is answered."""
         self._answers.pop("stop", None)
         self._stopping = True
         self._send("stop")
 
     def stop(self) -> bool:
-        """Send the stop, and whether it was answered in time."""
+        """Send a stop; whether it was answered in time."""
         self.send_stop()
         with self._changed:
-            return self._changed.wait_for(lambda: "stop" in self._answers or self._fault, self._patience) is True
+            return self._changed.wait_for(lambda: "stop" in self._answers or self._fault, self._timeout) is True
 
     def close(self) -> None:
-        """Close the connection, upon which an axis stops by itself."""
+        """Close the connection; the axis then stops by itself."""
         self._closing = True
         with contextlib.suppress(OSError):
             self._socket.shutdown(socket.SHUT_RDWR)
@@ -111,67 +132,73 @@ class AxisClient:
         if not answer.accepted:
             raise InputError(command, "refused", answer.reason, self.place)
 
-    def _await(self, there, what: str) -> None:
+    def _await(self, arrived: Callable[[], bool], what: str) -> None:
         with self._changed:
-            self._changed.wait_for(lambda: there() or self._fault, self._patience)
-        if there():
+            self._changed.wait_for(lambda: arrived() or self._fault, self._timeout)
+        if arrived():
             return
-        fault = self._fault or InputError(what, "none", f"awaited for {self._patience:g} s", self.place)
+        advice = "Check that the axis is on and speaks the protocol in docs/rig.md."
+        fault = self._fault or InputError(what, "missing", f"none within {self._timeout:g} s", self.place, advice)
         if self.limits is None:
             self.close()
         raise fault
 
     def _send(self, line: str) -> None:
-        self._last_word = time.monotonic()
-        with contextlib.suppress(OSError), self._sending:  # a connection that is gone is told by who reads
+        self._last_sent = time.monotonic()
+        with contextlib.suppress(OSError), self._sending:  # the reading thread reports a lost connection
             self._socket.sendall(line.encode() + b"\n")
 
     def _read(self) -> None:
         try:
             while not self._closing:
-                if select.select([self._socket], [], [], _AGAIN)[0]:
+                if select.select([self._socket], [], [], _STOP_REPEAT_S)[0]:
                     received = receive_stamped(self._socket, 65536)
-                    self._take(received.data, received.arrival)
-                if self._stopping and time.monotonic() - self._last_word > _AGAIN:
+                    self._split(received.data, received.arrival)
+                if self._stopping and time.monotonic() - self._last_sent > _STOP_REPEAT_S:
                     self._send("stop")
         except (OSError, InputError) as error:
             known = isinstance(error, InputError)
-            self._fault = error.at(self.place) if known else InputError("connection", "lost", "", self.place)
+            self._fault = error.at(self.place) if known else _connection_lost(self.place)
         with self._changed:
             self._changed.notify_all()
 
-    def _take(self, data: bytes, arrival: int) -> None:
-        *lines, self._rest = (self._rest + data).split(b"\n")
+    def _split(self, data: bytes, arrival: int) -> None:
+        *lines, self._incomplete = (self._incomplete + data).split(b"\n")
         for line in lines:
-            self._hear(line.rstrip(b"\r").decode("ascii", "replace"), arrival)
+            self._interpret(line.rstrip(b"\r").decode("ascii", "replace"), arrival)
         if not data:
             raise ConnectionError
-        if len(self._rest) > LONGEST:
-            self._hear(self._rest.decode("ascii", "replace"), arrival)
+        if len(self._incomplete) > MAX_LINE_LENGTH:
+            self._interpret(self._incomplete.decode("ascii", "replace"), arrival)
 
-    def _hear(self, line: str, arrival: int) -> None:
-        said = parse_answer(line)
-        if isinstance(said, AxisState):
-            self._arrived.append((said, arrival))
+    def _interpret(self, line: str, arrival: int) -> None:
+        message = parse_answer(line)
+        if isinstance(message, AxisState):
+            self._arrived.append((message, arrival))
             return
-        if isinstance(said, Answer) and said.command == "connection":
-            raise InputError("connection", "refused", said.reason, "", "One client at a time: end the other one.")
+        if isinstance(message, Answer) and message.command == "connection":
+            advice = "The axis has one client at a time: end the other one."
+            raise InputError("connection", "refused", message.reason, next_step=advice)
         with self._changed:
-            if isinstance(said, AxisRange):
-                self.limits = said
+            if isinstance(message, AxisRange):
+                self.limits = message
             else:
-                self._answers[said.command] = said
-                self._stopping = self._stopping and said.command != "stop"
+                self._answers[message.command] = message
+                self._stopping = self._stopping and message.command != "stop"
             self._changed.notify_all()
 
 
-def _connected(host: str, port: int, patience: float, place: str) -> socket.socket:
+def _connection_lost(place: str) -> InputError:
+    return InputError("connection", "lost", place=place, next_step="Check the cable and the axis, then start again.")
+
+
+def _connected(host: str, port: int, timeout: float, place: str) -> socket.socket:
     try:
-        made = socket.create_connection((host, port), timeout=patience)
+        connection = socket.create_connection((host, port), timeout=timeout)
     except (OSError, OverflowError, UnicodeError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError("axis", "not reached", reason, place, "Check its address, and that it is on.") from None
-    made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-    made.settimeout(_STUCK)
-    ask_for_stamps(made)
-    return made
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connection.settimeout(_SEND_TIMEOUT_S)
+    ask_for_stamps(connection)
+    return connection

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Six gauge voltages of a force/torque sensor as a wrench, with a calibration from TOML, CSV, or the XML file that
-comes with a sensor."""
+"""The wrench from the six gauge voltages of a force/torque sensor, with a calibration from TOML, CSV or the sensor
+maker's XML file."""
 
 import csv
 import os
@@ -10,22 +10,23 @@ from xml.etree import ElementTree
 
 import msgspec
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ...errors import InputError
 from ...units import size
 from ...wire.rdt import AXES, SATURATED
 
-_LONGEST = 1 << 20  # bytes
-_NEXT = "See docs/protocols.md for the three layouts."
+_MAX_BYTES = 1 << 20
+_NEXT_STEP = "See docs/protocols.md for the three layouts."
 GAUGES = 6
-FULL_SCALE = 10.0  # [V] on either side, what converters for these sensors span
-_WORST_CONDITION = 1e8  # of the matrix, its rows to scale; the sensors' own are below 100
-_OLD = "the file has no UserAxis: the matrix is Axis / scale, its torques moved by BasicTransform"
+FULL_SCALE = 10.0  # [V] of either sign: the usual range of converters for these sensors
+_MAX_CONDITION_NUMBER = 1e8  # of the matrix with scaled rows; that of the sensors is below 100
+_WITHOUT_USER_AXIS = "the file has no UserAxis: the matrix is Axis / scale, its torques moved by BasicTransform"
 _TRANSFORM = ("Dx", "Dy", "Dz", "Rx", "Ry", "Rz")
 
 
 class CalibrationFile(msgspec.Struct, forbid_unknown_fields=True):
-    """A calibration in TOML: rows of the matrix in ``force_unit`` and ``torque_unit`` for a volt."""
+    """A calibration in TOML: rows of the matrix in ``force_unit`` and ``torque_unit`` per volt."""
 
     force_unit: str
     torque_unit: str
@@ -38,11 +39,27 @@ class CalibrationFile(msgspec.Struct, forbid_unknown_fields=True):
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """``matrix`` (6, 6) [N/V, N m/V] from gauges to fx fy fz tx ty tz, ``bias`` (6,) [V] of the unloaded sensor,
-    ``full_scale`` [V] of the converter, serial number, ``ratings``: the ends of the six ranges [N, N m], 0 where
-    unknown, and ``said``, what had to be assumed of the file.
+    """Calibration of six gauges.
 
-    Raises InputError for a matrix that is singular, not finite or of another shape.
+    Parameters
+    ----------
+    matrix : ndarray, shape (6, 6)
+        From gauge voltages to fx fy fz tx ty tz [N/V, N m/V].
+    bias : ndarray, shape (6,)
+        Voltages of the unloaded sensor [V].
+    full_scale : float
+        Largest voltage of the converter [V], above 0 and at most 1000.
+    serial : str
+        Serial number of the sensor.
+    ratings : tuple of float
+        Rated range of each axis [N, N m], 0 if unknown.
+    notes : tuple of str
+        What was assumed about the file.
+
+    Raises
+    ------
+    InputError
+        If the matrix is singular, not finite or of another shape.
     """
 
     matrix: np.ndarray
@@ -50,53 +67,65 @@ class Calibration:
     full_scale: float = FULL_SCALE
     serial: str = ""
     ratings: tuple[float, ...] = (0.0,) * GAUGES
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self):
         _check(self.matrix, (GAUGES, GAUGES), "calibration matrix")
         _check(self.bias, (GAUGES,), "bias voltages")
         _check(np.asarray(self.ratings), (GAUGES,), "ratings")
         if not 0.0 < self.full_scale <= 1e3:
-            raise InputError("full scale of the converter", self.full_scale, "outside 0 to 1000 V")
+            raise InputError("full scale of the converter", f"{self.full_scale} V", "outside 0 to 1000 V")
         rows = np.abs(self.matrix).max(axis=1, keepdims=True)
-        if not rows.all() or not np.linalg.cond(self.matrix / rows) < _WORST_CONDITION:
-            advice = "Compare it with the sensor's own sheet: two rows or columns may be the same."
+        if not rows.all() or not np.linalg.cond(self.matrix / rows) < _MAX_CONDITION_NUMBER:
+            advice = "Compare it with the sensor's calibration sheet: two rows or columns may be equal."
             raise InputError("calibration matrix", "singular", "six axes need six gauges", next_step=advice)
 
-    def wrench(self, volts) -> np.ndarray:
-        """Forces and torques (n, 6) [N, N m] of voltages (n, 6) [V]."""
+    def wrench(self, volts: ArrayLike) -> np.ndarray:
+        """Forces and torques (n, 6) [N, N m] from voltages (n, 6) [V]."""
         return (np.asarray(volts, dtype=float) - self.bias) @ self.matrix.T
 
-    def status(self, volts) -> np.ndarray:
-        """(n,) status words of voltages (n, 6) [V]: saturated where a gauge is at the end of the converter's range."""
+    def status(self, volts: ArrayLike) -> np.ndarray:
+        """Status (n,) of voltages (n, 6) [V]: saturated if a gauge is at the end of the converter's range."""
         return np.where(np.abs(volts).max(axis=1) >= self.full_scale, SATURATED, 0)
 
 
 def read_calibration(path: str | os.PathLike) -> Calibration:
-    """The calibration in a ``.toml`` file, in a ``.csv`` table, or in a sensor maker's ``.cal`` or ``.xml`` file.
+    """Read a calibration from a ``.toml`` file, a ``.csv`` table, or a sensor maker's ``.cal`` or ``.xml`` file.
 
-    Raises InputError, with the place in the file, for what makes no six axes of six gauges.
+    Parameters
+    ----------
+    path : str or path
+        The file.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    InputError
+        With the place in the file, if it does not contain six axes of six gauges.
     """
     path = Path(path)
     kinds = {".toml": _of_toml, ".csv": _of_csv, ".cal": calibration_of_xml, ".xml": calibration_of_xml}
     if path.suffix.lower() not in kinds:
         known = ", ".join(kinds)
-        raise InputError("calibration file", repr(path.name), f"known endings are {known}", next_step=_NEXT)
+        raise InputError("calibration file", repr(path.name), f"known endings are {known}", next_step=_NEXT_STEP)
     try:
-        if path.stat().st_size > _LONGEST:
-            raise InputError("calibration file", f"{path.stat().st_size} bytes", f"at most {_LONGEST}")
+        if path.stat().st_size > _MAX_BYTES:
+            raise InputError("calibration file", f"{path.stat().st_size} bytes", f"at most {_MAX_BYTES} are read")
         return kinds[path.suffix.lower()](path.read_bytes())
     except InputError as error:
         raise error.at(str(path)) from None
     except (OSError, ValueError) as error:
-        said = getattr(error, "strerror", None) or str(error)
-        raise InputError("calibration file", "not read", said, str(path), _NEXT) from None
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError("calibration file", "not read", reason, str(path), _NEXT_STEP) from None
 
 
 def _unit_factor(text: str, dimension: str) -> float:
     unit = size(text, dimension)
     if unit is None:
-        raise InputError(f"unit of {dimension}", repr(text), "not known", next_step="Write N, lbf, Nmm or the like.")
+        raise InputError(f"unit of {dimension}", repr(text), "unknown", next_step="Write a unit such as N, lbf or Nmm.")
     return unit
 
 
@@ -114,20 +143,23 @@ def _of_toml(text: bytes) -> Calibration:
 
 
 def _of_csv(text: bytes) -> Calibration:
-    """``axis,unit,g0,…,g5``, a row for each axis and, if there is one, the row ``bias`` in V."""
+    """A table ``axis,unit,g0,…,g5`` with a row for each axis and, optionally, a row ``bias`` in V."""
     rows = [[cell.strip() for cell in row] for row in csv.reader(text.decode("utf-8-sig").splitlines()) if any(row)]
     if not rows or [cell.casefold() for cell in rows[0][:2]] != ["axis", "unit"]:
-        raise InputError("header", "missing", "axis,unit,g0,g1,g2,g3,g4,g5 is needed", next_step=_NEXT)
+        raise InputError("header", "missing", "axis,unit,g0,g1,g2,g3,g4,g5 is needed", next_step=_NEXT_STEP)
     found: dict[str, tuple[str, list[float]]] = {}
     for row in rows[1:]:
         axis, unit, numbers = row[0], "".join(row[1:2]), row[2:]
         if axis.casefold() in found or axis.casefold() not in (*AXES, "bias") or len(numbers) != GAUGES:
-            raise InputError("row", repr(axis), f"{', '.join(AXES)} once each, with six numbers", next_step=_NEXT)
+            raise InputError("row", repr(axis), f"{', '.join(AXES)} once each, with six numbers", next_step=_NEXT_STEP)
         found[axis.casefold()] = unit, [float(number) for number in numbers]
     bias_unit, bias = found.pop("bias", ("V", [0.0] * GAUGES))
     if bias_unit != "V" or len(found) != GAUGES:
-        missing = ", ".join(axis for axis in AXES if axis not in found) or f"unit of the bias {bias_unit!r}, not V"
-        raise InputError("rows", "incomplete", missing, next_step=_NEXT)
+        missing = (
+            ", ".join(axis for axis in AXES if axis not in found)
+            or f"V as the unit of the bias, which is {bias_unit!r}"
+        )
+        raise InputError("rows", "incomplete", f"missing: {missing}", next_step=_NEXT_STEP)
     unit = [_unit_factor(found[axis][0], "force" if axis.startswith("f") else "torque") for axis in AXES]
     return Calibration(np.array(unit)[:, None] * np.array([found[axis][1] for axis in AXES]), np.array(bias))
 
@@ -140,29 +172,35 @@ def _check(values: np.ndarray, shape: tuple[int, ...], quantity: str) -> None:
 
 
 def calibration_of_xml(text: bytes) -> Calibration:
-    """The calibration in such a file. Raises InputError for another file, and for one with a turned origin."""
+    """The calibration in a sensor maker's XML file. Raises InputError for another file or a rotated origin."""
     root = _root(text)
     about = root.find("Calibration")
     if root.tag != "FTSensor" or about is None:
         raise InputError("calibration file", f"<{root.tag}>", "<FTSensor> with a <Calibration> is needed")
     unit = np.array([_unit(about, "ForceUnits", "force")] * 3 + [_unit(about, "TorqueUnits", "torque")] * 3)
-    old = about.find("UserAxis") is None
-    matrix, ratings = _of_axes(about, unit) if old else _rows(about, "UserAxis", unit)
-    said = (_OLD,) if old else ()
-    return Calibration(matrix, np.zeros(GAUGES), _full_scale(about), root.get("Serial", "")[:80], ratings, said)
+    has_user_axis = about.find("UserAxis") is not None
+    matrix, ratings = _rows(about, "UserAxis", unit) if has_user_axis else _of_axes(about, unit)
+    return Calibration(
+        matrix=matrix,
+        bias=np.zeros(GAUGES),
+        full_scale=_full_scale(about),
+        serial=root.get("Serial", "")[:80],
+        ratings=ratings,
+        notes=() if has_user_axis else (_WITHOUT_USER_AXIS,),
+    )
 
 
 def _root(text: bytes) -> ElementTree.Element:
     try:
-        if b"<!DOCTYPE" in text or b"<!ENTITY" in text:  # no entity grows
+        if b"<!DOCTYPE" in text or b"<!ENTITY" in text:  # no entities that expand
             raise ElementTree.ParseError
         return ElementTree.fromstring(text)
     except (ElementTree.ParseError, LookupError):
         raise InputError("calibration file", "not readable", "XML is expected") from None
 
 
-def _rows(about, tag: str, unit: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
-    """The matrix [SI/V] and the ends of the ranges [SI], by the rows' names."""
+def _rows(about: ElementTree.Element, tag: str, unit: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
+    """The matrix [SI/V] and the rated ranges [SI], by the names of the rows."""
     rows = {row.get("Name", "").casefold(): row for row in about.findall(tag)}
     if set(rows) != set(AXES) or len(about.findall(tag)) != GAUGES:
         raise InputError(f"<{tag}>", ", ".join(rows) or "missing", "one each of Fx Fy Fz Tx Ty Tz is needed")
@@ -173,32 +211,32 @@ def _rows(about, tag: str, unit: np.ndarray) -> tuple[np.ndarray, tuple[float, .
     return unit[:, None] * np.array(numbers), tuple(float(each) for each in unit * np.array(ratings))
 
 
-def _of_axes(about, unit: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
+def _of_axes(about: ElementTree.Element, unit: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
     matrix, ratings = _rows(about, "Axis", unit)
     scales = {row.get("Name", "").casefold(): _number(row.get("scale", ""), "Axis") for row in about.findall("Axis")}
     if not all(scales.values()):
         raise InputError("scale of <Axis>", 0, "a number other than 0 is needed")
     matrix /= np.array([scales[axis] for axis in AXES])[:, None]
-    moved, length = about.find("BasicTransform"), _unit(about, "DistUnits", "length")
-    place = [0.0 if moved is None else _number(moved.get(key, "0"), "BasicTransform") for key in _TRANSFORM]
-    if any(place[3:]):
+    transform, length = about.find("BasicTransform"), _unit(about, "DistUnits", "length")
+    shift = [0.0 if transform is None else _number(transform.get(key, "0"), "BasicTransform") for key in _TRANSFORM]
+    if any(shift[3:]):
         advice = "Ask the maker for a file with UserAxis, or write the matrix as TOML."
-        raise InputError("<BasicTransform>", "turned", "only a shift can be undone", next_step=advice)
-    matrix[3:] -= np.cross(length * np.array(place[:3]), matrix[:3], axis=0)
+        raise InputError("<BasicTransform>", "a rotation", "only a translation can be undone", next_step=advice)
+    matrix[3:] -= np.cross(length * np.array(shift[:3]), matrix[:3], axis=0)
     return matrix, ratings
 
 
-def _full_scale(about) -> float:
-    """Half of ``OutputRange`` [V] where the output has both signs."""
+def _full_scale(about: ElementTree.Element) -> float:
+    """The full scale [V]: half of ``OutputRange`` if the output is bipolar."""
     span = _number(about.get("OutputRange", "20"), "Calibration")
     return span / 2.0 if about.get("OutputBipolar", "True").casefold() == "true" else span
 
 
-def _unit(about, key: str, dimension: str) -> float:
+def _unit(about: ElementTree.Element, key: str, dimension: str) -> float:
     text = about.get(key, "")
     unit = size(text, dimension)
     if unit is None:
-        raise InputError(key, repr(text[:40]), f"no known unit of {dimension}")
+        raise InputError(key, repr(text[:40]), f"not a known unit of {dimension}")
     return unit
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A Net F/T sensor on the network as a force source, and its configuration from its own web server or from a file."""
+"""A Net F/T sensor on the network as a force source, and its configuration from its web server or from a file."""
 
 import contextlib
 import select
@@ -12,67 +12,88 @@ from urllib.parse import urlsplit
 
 from ...errors import InputError
 from ...wire.rdt import PORT, RECORD_SIZE, Command, Packet, pack_request, unpack_records
-from ...wire.sensor_configuration import LONGEST, PAGE, SensorConfiguration, parse_configuration
+from ...wire.sensor_configuration import MAX_PAGE_BYTES, PAGE, SensorConfiguration, parse_configuration
 from .sequence import Unwrapped
-from .source import ForceSample, ask_for_drops, ask_for_stamps, receive_stamped
+from .source import ForceSample, Received, ask_for_drops, ask_for_stamps, receive_stamped
 
-_DATAGRAM = 65536  # bytes
-_AT_ONCE = 1024  # datagrams read before what they say is looked at
-_HELD = 2304  # bytes of the kernel's memory for a small packet on a network card
-_STANDS = 10  # records in which the sensor's own counter stands before it is told
+_MAX_DATAGRAM_BYTES = 65536
+_MAX_DATAGRAMS = 1024  # read in one call
+_KERNEL_BYTES_PER_PACKET = 2304  # of the receive buffer, for a small packet on a network card
+_MIN_STALE_RECORDS = 10  # consecutive records with the same reading of the sensor, from which they count as stale
 _SECOND = 1_000_000_000  # [ns]
-_PATIENCE = 3.0  # [s]
-_ADVICE = "Name its address or a saved copy with --sensor-page."
+_PAGE_TIMEOUT_S = 3.0
+_ADVICE = "Give its address or a saved copy with --sensor-page."
 
 
 class SensorClient:
-    """Records of one sensor. What comes from another address, has a wrong size, or repeats a reading is counted.
+    """Readings of one sensor over UDP.
 
-    ``clock_rate`` [Hz] is the configured one, and the device's clock the unwrapped counter over it. ``buffer`` [s] is,
-    once started, how long the kernel keeps what is not read; ``dropped`` are packets that found it full. Raises
-    InputError for a host that is not known or has no way to it.
+    Parameters
+    ----------
+    host : str
+        Name or address of the sensor.
+    port : int
+        UDP port.
+    configuration : SensorConfiguration
+        Counts per newton, rate and ratings of the sensor; see ``read_configuration``.
+
+    Attributes
+    ----------
+    clock_rate : float
+        Configured rate [Hz]; the device's time is the unwrapped counter over this rate.
+    foreign, wrong_size, stale, dropped : int
+        Counts of packets from other addresses, packets of a wrong size, records that repeat a reading, and packets that
+        the kernel dropped because its buffer was full.
+    buffer : float
+        Time for which the kernel's buffer holds unread readings [s]; known once started.
+
+    Raises
+    ------
+    InputError
+        If the configuration is missing, or the host is unknown or not reachable.
     """
 
     def __init__(self, host: str, port: int = PORT, configuration: SensorConfiguration | None = None):
         if configuration is None:
-            raise InputError("configuration of the sensor", "none", "counts are no newtons without it")
+            limit, advice = "it is needed to convert counts to newtons", "Give read_configuration(host)."
+            raise InputError("configuration of the sensor", "none", limit, next_step=advice)
         self.configuration, self.clock_rate = configuration, configuration.rate
         self.foreign = self.wrong_size = self.stale = self.dropped = 0
         self._numbers = Unwrapped(configuration.rate)
-        self._sample, self._standing = None, 0
-        self._address, self._own = _way_to(host, port)
+        self._sample, self._repeats = None, 0
+        self._address, self._own_address = _route_to(host, port)
         self._socket: socket.socket | None = None
         self.buffer = 0.0
 
     @property
     def restart(self) -> int:
-        """How often the sensor's counter began anew."""
+        """How often the sensor's counter restarted."""
         return self._numbers.restart
 
     def start(self) -> None:
-        """Open a socket and ask for records without end."""
+        """Open a socket and request records without end."""
         self.stop()
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.bind((self._own, 0))
+        self._socket.bind((self._own_address, 0))
         self._socket.setblocking(False)
         ask_for_stamps(self._socket)
         ask_for_drops(self._socket)
-        self.buffer = _widened(self._socket) / _HELD / self.clock_rate
+        self.buffer = _enlarged_buffer(self._socket) / _KERNEL_BYTES_PER_PACKET / self.clock_rate
         self._send(Command.START)
 
     def receive(self, timeout: float) -> list[ForceSample]:
-        """The samples that came, the first awaited for at most ``timeout`` [s]."""
+        """The samples received; waits at most ``timeout`` [s] for the first one."""
         if not select.select([self._socket], [], [], timeout)[0]:
             return []
         samples: list[ForceSample] = []
         with contextlib.suppress(BlockingIOError):
-            for _ in range(_AT_ONCE):
+            for _ in range(_MAX_DATAGRAMS):
                 try:
-                    received = receive_stamped(self._socket, _DATAGRAM)
-                except ConnectionError:  # nobody listens there, says the network; silence tells the same
+                    received = receive_stamped(self._socket, _MAX_DATAGRAM_BYTES)
+                except ConnectionError:  # the network reports a closed port; the recorder detects the silence
                     continue
                 self.dropped = max(self.dropped, received.dropped)
-                samples += self._samples(*received[:4])
+                samples += self._samples(received)
         return samples
 
     def stop(self) -> None:
@@ -89,29 +110,36 @@ class SensorClient:
         except OSError as error:
             raise _unreachable(self._address, error) from None
 
-    def _samples(self, data: bytes, arrival: int, read: int, sender: tuple) -> list[ForceSample]:
-        if sender[:2] != self._address[:2]:
+    def _samples(self, received: Received) -> list[ForceSample]:
+        if received.sender[:2] != self._address[:2]:
             self.foreign += 1
             return []
-        if not data or len(data) % RECORD_SIZE:
+        if not received.data or len(received.data) % RECORD_SIZE:
             self.wrong_size += 1
             return []
-        return [self._sample_of(packet, arrival, read) for packet in unpack_records(data)]
+        return [self._sample_of(packet, received.arrival, received.read) for packet in unpack_records(received.data)]
 
     def _sample_of(self, packet: Packet, arrival: int, read: int) -> ForceSample:
-        self._standing = self._standing + 1 if packet.sample == self._sample else 0
+        self._repeats = self._repeats + 1 if packet.sample == self._sample else 0
         self._sample = packet.sample
-        self.stale += self._standing >= _STANDS
+        self.stale += self._repeats >= _MIN_STALE_RECORDS
         number = self._numbers.number(packet.sequence, arrival)
         device = max(0, round(number * _SECOND / self.clock_rate))
-        return ForceSample(number, device, arrival, read, self.configuration.wrench(packet.counts), packet.status)
+        return ForceSample(
+            sequence=number,
+            device=device,
+            arrival=arrival,
+            read=read,
+            wrench=self.configuration.wrench(packet.counts),
+            status=packet.status,
+        )
 
 
-def _way_to(host: str, port: int) -> tuple[tuple, str]:
-    """The sensor's address, and that of the one interface that leads to it."""
+def _route_to(host: str, port: int) -> tuple[tuple, str]:
+    """The sensor's address, and that of the interface that leads to it."""
     try:
         if not 0 < port < 65536:
-            raise OverflowError("no such port")
+            raise OverflowError(f"port {port} is outside 1 to 65535")
         address = socket.getaddrinfo(host, port, socket.AF_INET, socket.SOCK_DGRAM)[0][4]
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.connect(address)  # sends nothing
@@ -120,8 +148,8 @@ def _way_to(host: str, port: int) -> tuple[tuple, str]:
         raise _unreachable((host, port), error) from None
 
 
-def _widened(receiver: socket.socket) -> int:
-    """The bytes got of the largest buffer that the system gives."""
+def _enlarged_buffer(receiver: socket.socket) -> int:
+    """The size [bytes] of the receive buffer, made as large as the system allows."""
     for size in (1 << 25, 1 << 24, 1 << 23, 1 << 22):
         with contextlib.suppress(OSError):
             receiver.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size)
@@ -135,7 +163,24 @@ def _unreachable(address: tuple, error: Exception) -> InputError:
 
 
 def read_configuration(host: str, page: str = "") -> SensorConfiguration:
-    """What ``page`` says, a URL or a file; without one, the page of ``host`` on port 80. Raises InputError."""
+    """Read the configuration of a sensor.
+
+    Parameters
+    ----------
+    host : str
+        Name or address of the sensor, whose web server on port 80 is asked if no page is given.
+    page : str
+        URL or file of the configuration page.
+
+    Returns
+    -------
+    SensorConfiguration
+
+    Raises
+    ------
+    InputError
+        If the page cannot be read or does not contain counts, units and a rate.
+    """
     place = page or f"http://{host}/{PAGE}"
     read = _fetched if place.startswith(("http://", "https://")) else _from_file
     return parse_configuration(read(place), place)
@@ -143,58 +188,58 @@ def read_configuration(host: str, page: str = "") -> SensorConfiguration:
 
 def _fetched(url: str) -> bytes:
     try:
-        with contextlib.closing(_connection(url)) as connection, _cut_after(_PATIENCE, connection) as cut:
+        with contextlib.closing(_connection(url)) as connection, _limited_to(_PAGE_TIMEOUT_S, connection) as timed_out:
             path = urlsplit(url)
             connection.request("GET", (path.path or "/") + (f"?{path.query}" if path.query else ""))
             answer = connection.getresponse()
-            page = answer.read(LONGEST + 1)
+            page = answer.read(MAX_PAGE_BYTES + 1)
     except (OSError, ValueError, HTTPException) as error:
         raise _not_read(getattr(error, "strerror", None) or str(error), url) from None
-    if cut.is_set():
-        raise _not_read(f"not there after {_PATIENCE:g} s", url)
+    if timed_out.is_set():
+        raise _not_read(f"not complete after {_PAGE_TIMEOUT_S:g} s", url)
     if answer.status != 200:
-        raise _not_read(f"the server says {answer.status} {answer.reason}", url)
+        raise _not_read(f"the server answers {answer.status} {answer.reason}", url)
     return page
 
 
 def _connection(url: str) -> HTTPConnection:
-    """A connection to the server itself, by no proxy: a sensor is on the lab's own network."""
+    """A direct connection to the server without a proxy, as a sensor is on the lab's own network."""
     parts = urlsplit(url)
     kind = HTTPSConnection if parts.scheme == "https" else HTTPConnection
     if not parts.hostname:
-        raise ValueError("no host given")
-    connection = kind(parts.hostname, parts.port, timeout=_PATIENCE)
+        raise ValueError("the URL has no host")
+    connection = kind(parts.hostname, parts.port, timeout=_PAGE_TIMEOUT_S)
     connection.connect()
     return connection
 
 
 @contextlib.contextmanager
-def _cut_after(seconds: float, connection: HTTPConnection) -> Iterator[threading.Event]:
-    """Shut the connection down after so many ``seconds``, however slowly something still comes; an event says so."""
-    cut, held = threading.Event(), connection.sock
+def _limited_to(seconds: float, connection: HTTPConnection) -> Iterator[threading.Event]:
+    """Shut the connection down after ``seconds``, even while data arrive slowly; the event is then set."""
+    timed_out, open_socket = threading.Event(), connection.sock
 
     def shut() -> None:
-        cut.set()
+        timed_out.set()
         with contextlib.suppress(OSError):
-            held.shutdown(socket.SHUT_RDWR)
+            open_socket.shutdown(socket.SHUT_RDWR)
 
     timer = threading.Timer(seconds, shut)
     timer.start()
     try:
-        yield cut
+        yield timed_out
     finally:
         timer.cancel()
         timer.join()
 
 
 def _not_read(reason: str, url: str) -> InputError:
-    told = "".join(filter(str.isprintable, reason)).strip()[:120]
-    return InputError("sensor's configuration", "not read", told or "no answer that is known", url, _ADVICE)
+    printable = "".join(filter(str.isprintable, reason)).strip()[:120]
+    return InputError("sensor's configuration", "not read", printable or "unknown answer", url, _ADVICE)
 
 
 def _from_file(path: str) -> bytes:
     try:
         with Path(path).open("rb") as file:
-            return file.read(LONGEST + 1)
+            return file.read(MAX_PAGE_BYTES + 1)
     except OSError as error:
         raise InputError("sensor's configuration", "not read", error.strerror or "", path, _ADVICE) from None

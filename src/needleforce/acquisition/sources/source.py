@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a force source gives the recorder, whatever it is, and when each packet arrived by the kernel's clock."""
+"""Interfaces of force sources and motion axes, and packets with the kernel's time of arrival."""
 
 import contextlib
 import socket
@@ -8,18 +8,21 @@ import sys
 import time
 from typing import NamedTuple, Protocol
 
+from ...wire.axis_lines import Answer, AxisRange, AxisState
+
 _LINUX = sys.platform == "linux"
-_STAMP = getattr(socket, "SO_TIMESTAMPNS", 35)  # the number of most Linux architectures
+_STAMP = getattr(socket, "SO_TIMESTAMPNS", 35)  # its number on most Linux architectures
 _OVERFLOW = getattr(socket, "SO_RXQ_OVFL", 40)
 _TIMESPEC, _COUNT = struct.Struct("@ll"), struct.Struct("@I")
 _ANCILLARY = socket.CMSG_SPACE(_TIMESPEC.size) + socket.CMSG_SPACE(_COUNT.size) if _LINUX else 0
 
 
 class ForceSample(NamedTuple):
-    """One reading: its number, unwrapped; the source's own clock, arrival and when the program had it [ns]; six of
-    N and N m in the order of ``wire.rdt.AXES``; a status as in ``wire.rdt``, 0 for healthy.
+    """One reading of a force sensor.
 
-    ``arrival`` is by the kernel's stamp where there is one, of the same clock as ``read``.
+    ``sequence`` is its unwrapped number. Times [ns]: ``device`` on the source's clock, ``arrival`` by the kernel's time
+    stamp if there is one, ``read`` when the program read it; the last two are on the same clock. ``wrench`` [N, N m] is
+    in the order of ``wire.rdt.AXES``. ``status`` is as in ``wire.rdt``, 0 for healthy.
     """
 
     sequence: int
@@ -31,26 +34,62 @@ class ForceSample(NamedTuple):
 
 
 class ForceSource(Protocol):
-    """``clock_rate`` is readings a second [Hz], nominal.
+    """A source of force readings with the nominal rate ``clock_rate`` [Hz].
 
-    A source that can tell has also the counts ``foreign``, ``wrong_size``, ``stale``, ``restart`` and ``dropped``,
-    which only grow, and ``buffer`` [s], how long this computer keeps what waits.
+    Optional attributes: the counts ``foreign``, ``wrong_size``, ``stale``, ``restart`` and ``dropped``, which never
+    decrease, and ``buffer`` [s], the time for which this computer holds unread readings.
     """
 
     clock_rate: float
 
     def start(self) -> None:
-        """Begin to send. Raises InputError for what cannot be reached."""
+        """Start the stream. Raises InputError if the source cannot be reached."""
 
     def receive(self, timeout: float) -> list[ForceSample]:
-        """What came, after at most ``timeout`` [s]; empty if nothing did. EOFError if nothing more can come."""
+        """The new readings after at most ``timeout`` [s], perhaps none; EOFError at the end of the source."""
 
     def stop(self) -> None:
-        """End the stream and give back what it holds; never raises, may be called twice."""
+        """End the stream and release its resources; never raises, may be called twice."""
+
+
+class MotionAxis(Protocol):
+    """A motion axis with its ``limits``, None for one that takes no commands. Depth is + inwards."""
+
+    limits: AxisRange | None
+
+    def receive(self) -> list[tuple[AxisState, int]]:
+        """The states since the last call, each with its arrival [ns]. Raises InputError if the axis is lost."""
+
+    def move(self, depth: float, speed: float) -> None:
+        """Send the tip to ``depth`` [m] at ``speed`` [m/s]; return when it is accepted. Raises InputError if not."""
+
+    def send_move(self, depth: float, speed: float) -> None:
+        """As ``move``, but return at once; ``answer`` has the result."""
+
+    def answer(self, command: str) -> Answer | None:
+        """The answer to the last command of this name, None until it arrives."""
+
+    def site(self, number: int) -> None:
+        """Go to the site ``number`` of the specimen, from 1. Raises InputError if the axis cannot."""
+
+    def check_move(self, depth: float, speed: float) -> None:
+        """Raise InputError for a move outside the limits."""
+
+    def alive(self) -> None:
+        """Let the axis continue."""
+
+    def send_stop(self) -> None:
+        """Send a stop and return at once."""
+
+    def stop(self) -> bool:
+        """Stop; whether the axis answered."""
+
+    def close(self) -> None:
+        """Close the connection."""
 
 
 def ask_for_stamps(receiver: socket.socket) -> bool:
-    """Ask the kernel to stamp what ``receiver`` gets; False where it does not know how."""
+    """Ask the kernel for time stamps of what ``receiver`` receives; False if it has none."""
     try:
         receiver.setsockopt(socket.SOL_SOCKET, _STAMP if _LINUX else -1, 1)
     except OSError:
@@ -59,13 +98,13 @@ def ask_for_stamps(receiver: socket.socket) -> bool:
 
 
 def ask_for_drops(receiver: socket.socket) -> None:
-    """Ask the kernel to tell how many packets found its buffer full."""
+    """Ask the kernel to count the packets that it drops because its buffer is full."""
     with contextlib.suppress(OSError):
         receiver.setsockopt(socket.SOL_SOCKET, _OVERFLOW if _LINUX else -1, 1)
 
 
 class Received(NamedTuple):
-    """Data, arrival and reading [ns since 1970], the sender, and what the kernel dropped of this socket so far."""
+    """Data, times of arrival and reading [ns since 1970], the sender, and the packets dropped on this socket so far."""
 
     data: bytes
     arrival: int
@@ -75,7 +114,7 @@ class Received(NamedTuple):
 
 
 def receive_stamped(receiver: socket.socket, size: int) -> Received:
-    """What came first. Raises BlockingIOError where nothing waits."""
+    """The first packet in the buffer. Raises BlockingIOError if there is none."""
     if not _LINUX:
         data, sender = receiver.recvfrom(size)
         now = time.time_ns()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The virtual rig live on the network: axis over TCP, six-axis sensor over UDP, its page over HTTP."""
+"""The virtual rig on the network in real time: axis over TCP, six-axis sensor over UDP, its page over HTTP."""
 
 from .faults import FAULTS, parse_fault
 from .server import VirtualRig

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The way of datagrams from the sensor to who asked: on it they get lost, doubled, held up, and the like."""
+"""The link between sensor and client, on which datagrams are lost, doubled, reordered or delayed."""
 
 import heapq
 from collections.abc import Mapping, Sequence
@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ...wire.rdt import RECORD_SIZE
-from ..run import RATE
+from ..run import FORCE_RATE_HZ
 
 
 class Datagram(NamedTuple):
-    """When it leaves [s], its place among those of the same time, its bytes, and whether another socket sends it."""
+    """Time of sending [s], order among datagrams of the same time, bytes, and whether another socket sends it."""
 
     due: float
     order: int
@@ -24,9 +24,9 @@ class Datagram(NamedTuple):
 
 @dataclass
 class SentRecords:
-    """What was really done to one stream: sequence numbers by fault, and how many records there were.
+    """Ground truth of one stream: the number of records, and the sequence numbers affected by each fault.
 
-    ``overtaken`` and ``late`` are those held up; ``foreign`` and ``wrong_size`` count what was sent beside the records.
+    ``overtaken`` and ``late`` records were delayed; ``foreign`` and ``wrong_size`` count additional packets.
     """
 
     sent: int = 0
@@ -41,40 +41,40 @@ class SentRecords:
 
 
 class LossyLink:
-    """Takes datagrams in, gives them out when they are due; what it does stands in ``stream``.
+    """Accepts datagrams and returns them when they are due; ``stream`` logs what was done to them.
 
-    A row of draws for each datagram: a share that changes moves no other fault's draws.
+    Each datagram has its own row of random numbers, so that changing one fault does not affect the others.
     """
 
     def __init__(self, faults: Mapping[str, float], random: np.random.Generator):
-        self._faults, self._random, self._strange = faults, random, random.spawn(1)[0]
+        self._faults, self._random, self._foreign_random = faults, random, random.spawn(1)[0]
         self._queue: list[tuple[Datagram, Sequence[int]]] = []
         self._order, self._left_of_burst = count(), 0
         self.stream = SentRecords()
 
     def begin(self) -> SentRecords:
-        """A new stream; what was still under way of the one before is lost."""
+        """Begin a new stream; datagrams of the previous one that are still on the link are lost."""
         self.stream.lost += [number for _, sequences in sorted(self._queue) for number in sequences]
         self._queue, self._left_of_burst, self.stream = [], 0, SentRecords()
         return self.stream
 
     def send(self, time: float, data: bytes, sequences: Sequence[int]) -> None:
-        """A datagram of the records with these sequence numbers sets off at ``time`` [s]."""
+        """Send a datagram with the records of these sequence numbers at ``time`` [s]."""
         share, stream = self._faults, self.stream
         lost, doubled, reordered, late, foreign, wrong, amount, size = self._random.random(8).tolist()
         if share["foreign"] > foreign:
             stream.foreign += 1
-            self._put(time, self._strange.bytes(RECORD_SIZE), (), foreign=True)
+            self._put(time, self._foreign_random.bytes(RECORD_SIZE), (), foreign=True)
         if share["wrong_size"] > wrong:
             stream.wrong_size += 1
-            self._put(time, self._odd(data, size), ())
+            self._put(time, self._of_wrong_size(data, size), ())
         if self._is_lost(lost):
             stream.lost += sequences
             return
         due = time
         if share["reordered"] > reordered:
             stream.overtaken += sequences
-            due += len(sequences) * (1.05 + 2.9 * amount) / RATE  # between the first and the fourth after it
+            due += len(sequences) * (1.05 + 2.9 * amount) / FORCE_RATE_HZ  # between the first and the fourth after it
         if share["late"] > late:
             stream.late += sequences
             due += 1e-3 * share["late_ms"] * amount
@@ -84,17 +84,17 @@ class LossyLink:
             self._put(due, data, ())
 
     def due(self, now: float) -> list[Datagram]:
-        """What leaves up to ``now`` [s], in order."""
-        leaving = []
+        """The datagrams that are due by ``now`` [s], in order."""
+        datagrams = []
         while self._queue and self._queue[0][0].due <= now:
-            leaving.append(heapq.heappop(self._queue)[0])
-        return leaving
+            datagrams.append(heapq.heappop(self._queue)[0])
+        return datagrams
 
     def _put(self, due: float, data: bytes, sequences: Sequence[int], foreign: bool = False) -> None:
         heapq.heappush(self._queue, (Datagram(due, next(self._order), data, foreign), sequences))
 
     def _is_lost(self, drawn: float) -> bool:
-        """The chance of a burst to begin is such that the share of lost ones is as asked for."""
+        """Whether a datagram is lost; the probability that a burst begins gives the requested share of losses."""
         if self._left_of_burst:
             self._left_of_burst -= 1
             return True
@@ -104,7 +104,7 @@ class LossyLink:
         return begins
 
     @staticmethod
-    def _odd(data: bytes, drawn: float) -> bytes:
-        """No multiple of a record's size, and sometimes nothing at all."""
+    def _of_wrong_size(data: bytes, drawn: float) -> bytes:
+        """A datagram whose size is not a multiple of a record's, sometimes empty."""
         short = int(drawn * RECORD_SIZE)
         return data[:short] if drawn < 0.9 else data + data[:short]

@@ -1,30 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rig's servers: the axis over TCP, the sensor over UDP, its configuration page over HTTP; nothing here waits."""
+"""The rig's servers: axis over TCP, sensor over UDP, configuration page over HTTP; no function here waits."""
 
 import errno
 import socket
 import struct
+from collections.abc import Callable
 from contextlib import suppress
 
 from ...errors import InputError
-from ...wire.axis_lines import LONGEST, Answer, answer_line, state_line
+from ...wire.axis_lines import MAX_LINE_LENGTH, Answer, answer_line, state_line
 from ...wire.rdt import Command
 from ...wire.sensor_configuration import PAGE, SensorConfiguration
 from .simulated import SimulatedRig
 
-_MOST_WAITING = 1 << 16  # bytes a client may leave unread before it is let go
+_MAX_UNREAD_BYTES = 1 << 16  # that a client may leave before it is disconnected
 _ABORT = struct.pack("ii", 1, 0)
-_AT_ONCE = 64  # requests read before anything else is done
-_LONGEST = 8192  # bytes of a request
-_MOST = 8  # clients at a time; one more, and the first is let go
-_END = b"\r\n\r\n"
-LARGE = 1 << 20  # bytes of a buffer: a rig that wakes up late loses nothing
+_MAX_REQUESTS = 64  # read in one call
+_MAX_REQUEST_BYTES = 8192
+_MAX_CLIENTS = 8  # with one more, the first is disconnected
+_REQUEST_END = b"\r\n\r\n"
+BUFFER_BYTES = 1 << 20  # large enough that nothing is lost when the rig wakes up late
 
 
 class AxisServer:
-    """``sockets`` are those to be watched; ``say`` takes a line for each change."""
+    """Server of the axis for one client; ``say`` is called with a line for each change."""
 
-    def __init__(self, rig: SimulatedRig, listen: str, port: int, say):
+    def __init__(self, rig: SimulatedRig, listen: str, port: int, say: Callable[[str], None]):
         self._rig, self._say = rig, say
         self._listening = bound(socket.SOCK_STREAM, listen, port, "--axis-port")
         self._listening.listen(4)
@@ -34,26 +35,26 @@ class AxisServer:
 
     @property
     def sockets(self) -> list[socket.socket]:
-        """What may have something to read."""
+        """The sockets that may have data to read."""
         return [self._listening] + ([self._client] if self._client else [])
 
-    def heard(self, ready: list, now: float) -> None:
-        """A client that has said something by ``now`` is not silent, however late the rig comes to read it."""
+    def note_activity(self, ready: list, now: float) -> None:
+        """Note that a client with data to read at ``now`` is not silent, even if the rig reads them later."""
         if self._client in ready and now < self._rig.faults["axis_silent_at_s"]:
-            self._rig.axis.heard(now)
+            self._rig.axis.client_active(now)
 
     def serve(self, ready: list, now: float) -> None:
-        """Read what has come, answer it, and send the states that are due."""
+        """Read and answer commands, and send the states that are due."""
         if self._client is not None and self._client in ready:
             self._receive(now)
         if self._listening in ready:
             self._accept(now)
         states = self._rig.states()
         if self._client and states:
-            self._tell(now, *map(state_line, states))
+            self._send(now, *map(state_line, states))
 
     def close(self, abruptly: bool = False) -> None:
-        """Let go of all sockets; ``abruptly`` as by a power cut."""
+        """Close all sockets; ``abruptly`` as by a power cut."""
         for each in self.sockets:
             if abruptly:
                 each.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _ABORT)
@@ -64,17 +65,17 @@ class AxisServer:
         try:
             client, address = self._listening.accept()
         except OSError:
-            return  # gone again
+            return  # already disconnected
         client.setblocking(False)
         if self._client:
             self._say(f"axis: {address[0]}:{address[1]} refused, another client has it")
-            _last_word(client, answer_line(Answer("connection", False, "another client has the axis")))
+            _send_and_close(client, answer_line(Answer("connection", False, "another client has the axis")))
             return
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._client, self._read, self._waiting = client, b"", b""
         self._say(f"axis: {address[0]}:{address[1]} connected")
-        self._rig.axis.heard(now)
-        self._tell(now, self._rig.greeting)
+        self._rig.axis.client_active(now)
+        self._send(now, self._rig.greeting)
 
     def _receive(self, now: float) -> None:
         try:
@@ -84,26 +85,26 @@ class AxisServer:
         except OSError:
             data = b""
         if not data:
-            self._gone(now)
+            self._disconnect(now)
             return
         *lines, self._read = (self._read + data).split(b"\n")
         for line in lines:
             if self._client:
-                self._do(now, line)
-        if self._client and len(self._read) > LONGEST:
-            self._tell(now, answer_line(Answer("line", False, "too long")))
-            self._gone(now)
+                self._execute(now, line)
+        if self._client and len(self._read) > MAX_LINE_LENGTH:
+            self._send(now, answer_line(Answer("line", False, "too long")))
+            self._disconnect(now)
 
-    def _do(self, now: float, line: bytes) -> None:
-        text = line.rstrip(b"\r").decode("ascii", "replace")[:LONGEST]
+    def _execute(self, now: float, line: bytes) -> None:
+        text = line.rstrip(b"\r").decode("ascii", "replace")[:MAX_LINE_LENGTH]
         answer = self._rig.command(now, text)
         if answer is None:
             return
         if text != "alive" and not answer.startswith("refused line"):
             self._say(f"axis: {text}: {answer}")
-        self._tell(now, answer)
+        self._send(now, answer)
 
-    def _tell(self, now: float, *lines: str) -> None:
+    def _send(self, now: float, *lines: str) -> None:
         if now >= self._rig.faults["axis_silent_at_s"]:
             return
         self._waiting += "".join(f"{line}\n" for line in lines).encode()
@@ -112,18 +113,18 @@ class AxisServer:
         except BlockingIOError:
             pass
         except OSError:
-            self._gone(now)
-        if self._client and len(self._waiting) > _MOST_WAITING:
-            self._gone(now)
+            self._disconnect(now)
+        if self._client and len(self._waiting) > _MAX_UNREAD_BYTES:
+            self._disconnect(now)
 
-    def _gone(self, now: float) -> None:
+    def _disconnect(self, now: float) -> None:
         self._client.close()
         self._client = None
-        self._rig.axis.gone(now)
-        self._say("axis: client gone, stopping")
+        self._rig.axis.client_lost(now)
+        self._say("axis: client disconnected, stopping")
 
 
-def _last_word(client: socket.socket, line: str) -> None:
+def _send_and_close(client: socket.socket, line: str) -> None:
     try:
         client.send(f"{line}\n".encode())
     except OSError:
@@ -132,39 +133,39 @@ def _last_word(client: socket.socket, line: str) -> None:
 
 
 class SensorServer:
-    """``not_sent`` counts datagrams that this computer refused to send."""
+    """Server of the sensor; ``not_sent`` counts datagrams that this computer refused to send."""
 
-    def __init__(self, rig: SimulatedRig, listen: str, port: int, say):
+    def __init__(self, rig: SimulatedRig, listen: str, port: int, say: Callable[[str], None]):
         self._rig, self._say = rig, say
         self.socket = bound(socket.SOCK_DGRAM, listen, port, "--sensor-port")
-        self._other = bound(socket.SOCK_DGRAM, listen, 0, "--listen")
+        self._foreign_socket = bound(socket.SOCK_DGRAM, listen, 0, "--listen")
         self.port = self.socket.getsockname()[1]
         self._client, self.not_sent = None, 0
 
     def serve(self, ready: list, now: float) -> None:
-        """Answer the requests that have come, and send the records that are due."""
+        """Execute requests, and send the records that are due."""
         if self.socket in ready:
             self._receive(now)
         for datagram in self._rig.datagrams(now):
             try:
-                (self._other if datagram.foreign else self.socket).sendto(datagram.data, self._client)
+                (self._foreign_socket if datagram.foreign else self.socket).sendto(datagram.data, self._client)
             except OSError:
                 self.not_sent += 1
 
     def close(self) -> None:
-        """Let go of both sockets."""
+        """Close both sockets."""
         self.socket.close()
-        self._other.close()
+        self._foreign_socket.close()
 
     def _receive(self, now: float) -> None:
-        for _ in range(_AT_ONCE):
+        for _ in range(_MAX_REQUESTS):
             try:
                 data, address = self.socket.recvfrom(64)
             except OSError:
                 return
-            self._do(now, data, address)
+            self._execute(now, data, address)
 
-    def _do(self, now: float, data: bytes, address) -> None:
+    def _execute(self, now: float, data: bytes, address: tuple) -> None:
         command = self._rig.request(now, data, stops=address == self._client)
         if command in (Command.START, Command.START_BUFFERED):
             self._client = address
@@ -173,7 +174,7 @@ class SensorServer:
 
 
 class PageServer:
-    """``sockets`` are those to be watched."""
+    """Server of the configuration page."""
 
     def __init__(self, configuration: SensorConfiguration, listen: str, port: int):
         self._page = configuration.xml()
@@ -184,37 +185,37 @@ class PageServer:
 
     @property
     def sockets(self) -> list[socket.socket]:
-        """What may have something to read."""
+        """The sockets that may have data to read."""
         return [self._listening, *self._clients]
 
     def serve(self, ready: list) -> None:
-        """Read what has come, and answer what is complete."""
+        """Read requests, and answer those that are complete."""
         for client in [each for each in self._clients if each in ready]:
             self._receive(client)
         if self._listening in ready:
-            with suppress(OSError):  # gone again
+            with suppress(OSError):  # already disconnected
                 client, _ = self._listening.accept()
                 client.setblocking(False)
                 self._clients[client] = b""
-        if len(self._clients) > _MOST:
-            self._let_go(next(iter(self._clients)))
+        if len(self._clients) > _MAX_CLIENTS:
+            self._disconnect(next(iter(self._clients)))
 
     def close(self) -> None:
-        """Let go of all sockets."""
+        """Close all sockets."""
         for each in self.sockets:
             each.close()
         self._clients = {}
 
     def _receive(self, client: socket.socket) -> None:
         with suppress(OSError):
-            data = client.recv(_LONGEST)
+            data = client.recv(_MAX_REQUEST_BYTES)
             self._clients[client] += data
             request = self._clients[client]
-            if data and _END not in request and len(request) <= _LONGEST:
+            if data and _REQUEST_END not in request and len(request) <= _MAX_REQUEST_BYTES:
                 return
-            if _END in request:
+            if _REQUEST_END in request:
                 client.send(self._answer(request))
-        self._let_go(client)
+        self._disconnect(client)
 
     def _answer(self, request: bytes) -> bytes:
         method, _, rest = request.partition(b" ")
@@ -225,20 +226,20 @@ class PageServer:
         )
         return head.encode() + page
 
-    def _let_go(self, client: socket.socket) -> None:
+    def _disconnect(self, client: socket.socket) -> None:
         del self._clients[client]
         client.close()
 
 
 def bound(kind: socket.SocketKind, listen: str, port: int, option: str) -> socket.socket:
-    """A socket that does not block, bound to ``port`` of ``listen``, 0 for any free one. Raises InputError."""
+    """A non-blocking socket bound to ``port`` at ``listen``, 0 for any free one. Raises InputError."""
     if not 0 <= port <= 65_535:
         raise InputError(option, port, "outside 0 to 65535")
     made = socket.socket(socket.AF_INET, kind)
     try:
         if kind == socket.SOCK_STREAM:
-            made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # a port of a rig that has just ended
-        made.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, LARGE)
+            made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # to reuse the port of a rig that has just ended
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
         made.bind((listen, port))
         made.setblocking(False)
     except OSError as error:
@@ -248,7 +249,7 @@ def bound(kind: socket.SocketKind, listen: str, port: int, option: str) -> socke
 
 
 def _refused(error: OSError, listen: str, port: int, option: str) -> InputError:
-    """Why there is no socket at that address, and which option gives another."""
+    """The error for an address without a socket, with the option that changes it."""
     if error.errno == errno.EADDRINUSE:
         return InputError(option, port, "in use", listen, "Give another port, or 0 for any free one.")
     return InputError(option, port, error.strerror or str(error), listen, "Check the address to listen at.")
