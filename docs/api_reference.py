@@ -22,8 +22,8 @@ PACKAGES = (
 )
 HEAD = """# API reference
 
-Every public name with its parameters, shapes, units, errors and sources. Each law has a page of its own with its formula
-and its curve: {doc}`laws/index`; the mechanics behind them are in {doc}`mechanics`, the statistics of a fit in
+Every public name with its parameters, shapes, units, errors and sources. Each law has a page of its own with its
+formula and its curve: {doc}`laws/index`; the mechanics behind them are in {doc}`mechanics`, the statistics of a fit in
 {doc}`identification`. Shapes are written (n,); units are SI; depth is positive inwards, force opposes insertion.
 """
 

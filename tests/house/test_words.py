@@ -89,7 +89,11 @@ def python_names(tree: ast.Module) -> set[str]:
 
 def foreign(text: str) -> list[str]:
     """The phrases of a text that are on the list, with what to write."""
-    return [f"{found[0]!r}: write {instead}" for phrase, instead in PHRASES.items() if (found := re.search(phrase, text, re.I))]
+    return [
+        f"{found[0]!r}: write {instead}"
+        for phrase, instead in PHRASES.items()
+        if (found := re.search(phrase, text, re.I))
+    ]
 
 
 def shown(path: Path) -> str:
@@ -100,7 +104,10 @@ def shown(path: Path) -> str:
 def test_names_are_the_fields(path):
     names = python_names(ast.parse(path.read_text(encoding="utf-8")))
     wrong = {
-        name: NAMES[word] for name in names - TERMS for word in words_of(name) if word in NAMES and name.lower() not in TERMS
+        name: NAMES[word]
+        for name in names - TERMS
+        for word in words_of(name)
+        if word in NAMES and name.lower() not in TERMS
     }
     assert wrong == {}
 

@@ -54,7 +54,9 @@ class NamedColumns:
         except (TypeError, ValueError):
             kind = str(getattr(values, "dtype", type(values).__name__))
             limit, step = "a column of numbers is needed", "Convert the column."
-            raise InputError(f"{column.quantity} (column {column.header!r})", f"of type {kind}", limit, str(self.path), step) from None
+            raise InputError(
+                f"{column.quantity} (column {column.header!r})", f"of type {kind}", limit, str(self.path), step
+            ) from None
         if found.ndim != 1:
             raise InputError(f"shape of {column.header!r}", found.shape, "one value a row is needed", str(self.path))
         return found
@@ -89,7 +91,7 @@ def recording_of(source: RecordingSource, **options: Any) -> Recording:
         return source
     if isinstance(source, str | os.PathLike):
         return read(source, **options)
-    if hasattr(source, "iloc") and hasattr(source, "columns") or isinstance(source, Mapping):
+    if (hasattr(source, "iloc") and hasattr(source, "columns")) or isinstance(source, Mapping):
         columns = source if hasattr(source, "iloc") else dict(source)
         return read_columns(NamedColumns(columns), **options)
     if is_arrays(source):
