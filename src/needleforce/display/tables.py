@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Results as plain text for a terminal: aligned tables, and wrapped lists of sentences."""
+"""Results as tables: plain text for a terminal, and the parameters of a needle, a tip, a tissue or a law."""
 
 import textwrap
 import unicodedata
 from collections.abc import Iterable, Sequence
+from typing import Any
 
-from .markup import visible
+from .markup import Markup, element, join, table, visible
+from .quantities import plain
 
 WIDTH = 110  # columns of a terminal that a text may use
 GAP = "  "
+PARAMETER_HEAD = ("parameter", "symbol", "value", "meaning")
 
 
 def text_table(head: Sequence[str], rows: Iterable[Sequence[object]], indent: str = "  ") -> str:
@@ -55,3 +58,34 @@ def blocks(*parts: str) -> str:
 def _width(text: str) -> int:
     """Columns a text takes: characters that combine with the one before take none."""
     return sum(not unicodedata.combining(letter) for letter in text)
+
+
+def parameter_rows(value: Any) -> list[tuple[str, str, str, str]]:
+    """The parameters of a value of the core, from its table.
+
+    Parameters
+    ----------
+    value : nf.Needle, nf.Tissue, a tip of nf.tips or a law of nf.laws
+        Has ``table()`` and ``parameters()``.
+
+    Returns
+    -------
+    list of tuple
+        Name, symbol, value with unit, and meaning, of each parameter, under ``PARAMETER_HEAD``.
+    """
+    numbers = value.parameters()
+    rows = [
+        (row["name"], row["symbol"], plain(numbers[row["name"]], row["unit"]), row["meaning"]) for row in value.table()
+    ]
+    parts = ((part, getattr(value, part)) for part in getattr(value, "parts", ()))
+    return rows + [(part, "", str(found), "") for part, found in parts if found is not None]
+
+
+def parameters_html(value: Any) -> Markup:
+    """The name of a value of the core and its parameters as an HTML table, for a notebook."""
+    return join([element("p", element("b", type(value).__name__)), table(PARAMETER_HEAD, parameter_rows(value))])
+
+
+def named_rows(values: Iterable[tuple[str, Any]]) -> list[tuple[str, str, str, str]]:
+    """Rows of several values, each parameter under the name of its owner, as ``stiffness.reduced_modulus``."""
+    return [(f"{owner}.{row[0]}", *row[1:]) for owner, value in values for row in parameter_rows(value)]
