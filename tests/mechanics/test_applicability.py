@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.models.applicability import Verdict, applicable_laws
 from needleforce.models.laws import FAMILIES, laws_of
+from needleforce.models.validity import Verdict, applicable_laws
 
 
 def needle(degrees=None):

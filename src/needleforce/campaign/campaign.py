@@ -13,8 +13,7 @@ from ..errors import InputError
 from ..recording import read
 from .anomaly import INVALIDATING, Anomaly
 from .condition import LoadedFile, condition
-from .conditions import Label, grouped, label_files
-from .labels import REPEATS, find_files
+from .labels import REPEATS, Label, find_files, grouped, label_files
 from .outliers import wrong_labels
 from .result import Campaign, Condition, RecordingResult
 

@@ -14,7 +14,7 @@ from ..recording import Recording
 from ..vocabulary import Status
 from .anomaly import Anomaly
 from .checks import check_repeats, moving_repeats
-from .conditions import Label
+from .labels import Label
 from .outliers import outliers
 from .repeat_checks import copies
 from .result import Condition, RecordingResult

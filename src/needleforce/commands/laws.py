@@ -76,7 +76,7 @@ def _references() -> tuple:
 
 
 def _applicable(needle: str | None, tissue: str | None, lengths: dict[str, float | None]) -> tuple:
-    from ..models.applicability import applicable_laws
+    from ..models.validity import applicable_laws
 
     in_metres = {name: None if length is None else 1e-3 * length for name, length in lengths.items()}
     found = applicable_laws(_needle(needle), _tissue(tissue, needle), **in_metres)

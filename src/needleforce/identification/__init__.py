@@ -2,13 +2,12 @@
 """From recordings to mechanics: fits, intervals, and what cannot be known."""
 
 from .compare import Comparison, ModelRow, compare
-from .estimates import Estimate, Quality
+from .estimates import Correlations, Estimate, Quality
 from .identify import identify
 from .indentation import IndentationFit, TipFit, compare_tips, fit_indentation
 from .lugre import FilteredLuGre, LuGreFilter, filter_lugre
 from .profile_likelihood import Profile, profile
 from .result import Fit, RecordingFit
-from .statistics.correlations import Correlations
 from .statistics.draws import Draws
 from .two_pass.result import BiasTerm, Site, TwoPass
 

@@ -12,8 +12,8 @@ import numpy as np
 from ..core import Needle
 from ..errors import InputError
 from ..mechanics.buckling import equivalent_half_angle
-from ..mechanics.validity import FRICTION_LIMIT
 from ..models.model import Model
+from ..models.validity import FRICTION_LIMIT
 from ..segmentation import Events
 from ..vocabulary import Phase
 from .estimates import Estimate, Quality

@@ -21,12 +21,11 @@ from .diagnostics import (
     unknown,
     warnings_of,
 )
-from .estimates import Estimate, estimates_of, mean_estimate, pool
+from .estimates import Estimate, estimates_of, known_together, mean_estimate, pool
 from .models import LAYERED, MECHANICAL, derived, model_of, needle_saturation, stiffness_law
 from .one_layer.fit_recording import SegmentedRecording, fit_single, segmented
 from .one_layer.puncture_force import measured_peak
 from .result import Choice, Fit
-from .statistics.correlations import known_together
 from .strokes import presliding_of
 from .two_pass.bias_terms import spreading_force
 from .two_pass.result import TwoPass

@@ -12,7 +12,7 @@ import numpy as np
 from ..core import Tissue
 from ..errors import InputError
 from ..mechanics.contact import contact
-from ..mechanics.validity import SMALL_SLOPE_ANGLE
+from ..models.validity import SMALL_SLOPE_ANGLE
 from .contact_search import LEAST_IN_CONTACT, ContactSearch
 from .estimates import Estimate
 from .one_layer.deformation_fit import LEAST_SAMPLES, SIGN

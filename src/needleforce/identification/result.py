@@ -15,10 +15,9 @@ from ..models.model import Model
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Status
-from .estimates import Parameters, Quality
+from .estimates import Correlations, Parameters, Quality, correlations_of
 from .models import run_model, with_ruptures
 from .recording_fit import RecordingFit
-from .statistics.correlations import Correlations, correlations_of
 from .two_pass.result import TwoPass
 
 

@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from .. import core
 from ..errors import InputError
-from ..mechanics.validity import crossed_limits
 from ..references import citations
 from .laws import FAMILIES
 from .named_models import laws_with_values, named_model
+from .validity import crossed_limits
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
-from ..mechanics.validity import crossed_by_depth
 from ..recording import Card, Note, Recording
 from ..vocabulary import Status
 from .model import Insertion, Model
+from .validity import crossed_by_depth
 
 MAX_SAMPLES = 50_000_000
 PARTS = ("stiffness", "friction", "cutting")

@@ -11,9 +11,9 @@ from ...models.model import Model
 from ...recording import Recording
 from ...segmentation import Events
 from ...segmentation.strokes import cycles
+from ..estimates import Correlations
 from ..models import with_ruptures
 from ..result import Fit, FitSettings
-from ..statistics.correlations import Correlations
 from ..strokes import stroke_speed
 from .model import Ruptures
 from .uncertainty import Uncertainty

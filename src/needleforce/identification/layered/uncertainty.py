@@ -7,8 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...display.quantities import counted
-from ..estimates import Estimate, student
-from ..statistics.correlations import Correlations
+from ..estimates import Correlations, Estimate, student
 from ..statistics.noise import Z_95, noise_of
 from .model_selection import ENOUGH
 from .parameters import PER_LAYER, RUPTURE, SATURATION, SHARES, by_unknowns, positive, prefix, units, values

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from ...mechanics.validity import FRICTION_LIMIT
+from ...models.validity import FRICTION_LIMIT
 from ..statistics.regression import least_squares, line
 from .result import Site
 
