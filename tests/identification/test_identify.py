@@ -210,8 +210,8 @@ def test_the_existing_hole_gives_an_upper_bound_only(recordings):
 
 
 def test_what_is_no_recording_or_needle_is_told():
-    for bad in ("run.csv", [None]):
-        with pytest.raises(nf.InputError, match="not a Recording"):
+    for bad in (3.14, [None]):
+        with pytest.raises(nf.InputError, match="taken are a Recording, a path, a pandas DataFrame"):
             nf.identify(bad)
     with pytest.raises(nf.InputError, match="not a Needle"):
         nf.identify(noisy(), needle="paper")

@@ -2,13 +2,14 @@
 """From recordings to an identified model."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 from ..core import Needle
 from ..errors import InputError
 from ..models.model import Model
 from ..recording import Recording
+from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
 from .bench_tests import needle_estimate, tissue_estimate
 from .diagnostics import (
     NO_MODEL,
@@ -36,9 +37,9 @@ TWO_PASS = "second insertion at the same site"
 
 
 def identify(
-    recordings: Recording | Sequence[Recording],
+    recordings: RecordingSource,
     *,
-    second_pass: Sequence[Recording] | Recording = (),
+    second_pass: RecordingSource = (),
     model: str | None = None,
     needle=None,
     bending=None,
@@ -182,11 +183,8 @@ def paired(recordings, seconds) -> tuple[list[Recording], list]:
 
     Raises InputError for what is no recording, for none, for lists that do not pair and for a file given twice.
     """
-    recordings = [recordings] if isinstance(recordings, Recording) else list(recordings)
-    seconds = [seconds] if isinstance(seconds, Recording) else list(seconds)
-    for each in [*recordings, *(second for second in seconds if second is not None)]:
-        if not isinstance(each, Recording):
-            raise InputError("recording", repr(each), "not a Recording", next_step="Give what nf.read(path) returns.")
+    recordings = recordings_of(recordings)
+    seconds = [None if each is None else recording_of(each) for each in _listed(seconds)]
     if not recordings:
         raise InputError("recordings", "none", "nothing to identify", next_step="Give at least one recording.")
     if seconds and len(seconds) != len(recordings):
@@ -198,6 +196,12 @@ def paired(recordings, seconds) -> tuple[list[Recording], list]:
         )
     _different([*recordings, *(second for second in seconds if second is not None)])
     return recordings, seconds
+
+
+def _listed(sources: Any) -> list:
+    """One source or several as a list."""
+    several = isinstance(sources, list | tuple) and not is_arrays(sources)
+    return list(sources) if several else [sources]
 
 
 def bench_estimates(bending, tension, needle: Needle | None) -> dict[str, Estimate]:

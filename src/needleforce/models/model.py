@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import core
+from ..display.markup import Markup, element, join, listing, table
+from ..display.tables import PARAMETER_HEAD, blocks, named_rows, text_list, text_table
 from ..errors import InputError
 from ..references import citations
 from .laws import FAMILIES
@@ -59,7 +61,7 @@ class Layer:
         return core.Laws(*self.parts)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Model:
     """Laws with parameter values for every part of the force, with their reference and their doubtful values.
 
@@ -209,6 +211,65 @@ class Model:
         self.laws.sliding_force(depth, velocity, out)
         return out
 
+    def plot(self, axes: Any = None, *, depth: float | None = None, speed: float = 3e-3) -> Any:
+        """Draw the force of an insertion and its withdrawal over depth, with its parts during insertion.
+
+        Parameters
+        ----------
+        axes : matplotlib.axes.Axes, optional
+            Where to draw; the default is a new figure.
+        depth : float, optional
+            Deepest point [m]; the default is three times the depth of the deepest puncture.
+        speed : float
+            Of both strokes [m/s].
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        from ..display.axes import DEPTH, FORCE, axes_for, finish
+
+        deepest = self._plotted_depth() if depth is None else float(depth)
+        inwards = np.linspace(-0.1 * deepest, deepest, 1000)
+        places = np.concatenate([inwards, inwards[-2::-1]])
+        step = float(inwards[1] - inwards[0]) / speed
+        run = Insertion(self, max_speed=np.inf).run(places, None, np.full(len(places), step))
+        axes, stroke = axes_for(axes), slice(0, len(inwards))
+        axes.plot(1e3 * places, run["force"], color="black", lw=1.4, label="force")
+        for part in ("stiffness", "friction", "cutting"):
+            axes.plot(1e3 * inwards, run[part][stroke], lw=1.0, ls="--", label=part)
+        return finish(axes, DEPTH, FORCE, self.name)
+
+    def _plotted_depth(self) -> float:
+        """Three times the depth of the deepest puncture [m]; 20 mm if there is none within 50 mm."""
+        punctures = [layer.top + layer.laws.puncture_depth for layer in self.layers]
+        deepest = 3.0 * max((each for each in punctures if np.isfinite(each)), default=0.0)
+        return deepest if 0.0 < deepest <= 0.15 else 20e-3
+
+    def _parts(self) -> list[tuple[str, Any]]:
+        """Every law with its name; those of several layers with the number of the layer."""
+        several = len(self.layers) > 1
+        return [
+            (f"layer {number} {family}" if several else family, getattr(layer, family))
+            for number, layer in enumerate(self.layers, 1)
+            for family in FAMILIES
+        ]
+
+    def __repr__(self) -> str:
+        layers = f", {len(self.layers)} layers" if self.deeper else ""
+        laws = ", ".join(getattr(self, family).name for family in FAMILIES)
+        return f"<Model {self.name}{layers}: {laws}>"
+
+    def __str__(self) -> str:
+        rows = named_rows(self._parts())
+        heading = ": ".join(text for text in (f"Model {self.name}", self.summary) if text)
+        return blocks(heading, text_table(PARAMETER_HEAD, rows), text_list("Doubts", self.doubts))
+
+    def _repr_html_(self) -> Markup:
+        heading = join([element("b", f"Model {self.name}"), f" {self.summary}"])
+        doubts = listing(self.doubts) if self.doubts else ""
+        return join([element("p", heading), table(PARAMETER_HEAD, named_rows(self._parts())), doubts])
+
 
 class Insertion(core.Insertion):
     """A simulated insertion, stepped one cycle at a time.
@@ -250,3 +311,6 @@ class Insertion(core.Insertion):
         copy = Insertion(self.model)
         copy.restore(self)
         return copy
+
+    def __repr__(self) -> str:
+        return f"<Insertion of {self.model!r}>"

@@ -11,12 +11,11 @@ from ..errors import InputError
 from .card import Preamble
 from .formats import format_of
 from .parquet_table import open_parquet
-from .recording import Note
+from .recording import Note, derivative
 from .stream import Stream, constant_depth, read_stream
 from .text_layout import find_layout
 from .timestamps import timing_notes
 
-_DERIVATIVE_WINDOW_S = 0.05  # s: the change of depth over this time gives the velocity
 INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
 
 
@@ -44,34 +43,6 @@ def integral(time: np.ndarray, velocity: np.ndarray, start: float, at: np.ndarra
     left = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
     here = np.interp(at, time, velocity)
     return corners[left] + 0.5 * (velocity[left] + here) * (at - time[left])
-
-
-def derivative(time: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, float]:
-    """Differentiate depth over about 50 ms around each sample.
-
-    Parameters
-    ----------
-    time : (n,) array
-        Times [s], increasing.
-    depth : (n,) array
-        Depth [m].
-
-    Returns
-    -------
-    velocity : (n,) array
-        Velocity [m/s]. The window is truncated at the ends of the recording and spans at least the two neighbours.
-    window : float
-        The length of the window [s].
-    """
-    step = float(np.median(np.diff(time)))
-    half = min(max(1, round(0.5 * _DERIVATIVE_WINDOW_S / step)), (len(time) - 1) // 2)
-    if half == 0:  # two samples
-        return np.full(len(time), (depth[1] - depth[0]) / (time[1] - time[0])), step
-    velocity = np.empty(len(time))
-    velocity[half:-half] = (depth[2 * half :] - depth[: -2 * half]) / (time[2 * half :] - time[: -2 * half])
-    velocity[:half] = (depth[half : 2 * half] - depth[0]) / (time[half : 2 * half] - time[0])
-    velocity[-half:] = (depth[-1] - depth[-2 * half : -half]) / (time[-1] - time[-2 * half : -half])
-    return velocity, 2 * half * step
 
 
 def signed(time: np.ndarray, depth: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, bool]:

@@ -12,6 +12,7 @@ from .columns import AXES
 from .force_signal import glitch_notes, remove_bias
 from .formats import format_of
 from .joining import INWARDS, check_direction, join, of_main, put_motion, settle_motion
+from .named_columns import NamedColumns
 from .parquet_table import ParquetLayout, open_parquet
 from .recording import Recording
 from .stream import Stream, read_stream
@@ -79,6 +80,23 @@ def read(
     return _reader(Path(path))(path, **options)
 
 
+def read_columns(
+    source: NamedColumns,
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    inwards: str = "increasing",
+    filter_length: int | None = None,
+    baseline: bool = True,
+) -> Recording:
+    """A recording from columns in memory; the options are those of ``read``."""
+    if inwards not in INWARDS:
+        raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
+    check_filter_length(filter_length)
+    options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
+    return _read_table(source, **options, baseline=baseline, motion=None, start_depth=None)
+
+
 def _reader(path: Path) -> Callable[..., Recording]:
     match format_of(path):
         case "log":
@@ -99,7 +117,7 @@ def _read_parquet(path: str | os.PathLike, **options: Any) -> Recording:
 
 
 def _read_table(
-    layout: Layout | ParquetLayout,
+    layout: Layout | ParquetLayout | NamedColumns,
     *,
     columns: Mapping[str, str] | None,
     units: Mapping[str, str] | None,

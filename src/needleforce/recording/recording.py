@@ -2,10 +2,47 @@
 """A recording of one experiment, simulated or measured, with its provenance."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
+from ..display.markup import Markup, element, join, listing, table
+from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
+
+COLUMNS = ("time", "depth", "velocity", "force")
+UNITS = {"time": "s", "depth": "m", "velocity": "m/s", "tx": "N m", "ty": "N m", "tz": "N m"}
+
+
+_DERIVATIVE_WINDOW_S = 0.05  # s: the change of depth over this time gives the velocity
+
+
+def derivative(time: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, float]:
+    """Differentiate depth over about 50 ms around each sample.
+
+    Parameters
+    ----------
+    time : (n,) array
+        Times [s], increasing.
+    depth : (n,) array
+        Depth [m].
+
+    Returns
+    -------
+    velocity : (n,) array
+        Velocity [m/s]. The window is truncated at the ends of the recording and spans at least the two neighbours.
+    window : float
+        The length of the window [s].
+    """
+    step = float(np.median(np.diff(time)))
+    half = min(max(1, round(0.5 * _DERIVATIVE_WINDOW_S / step)), (len(time) - 1) // 2)
+    if half == 0:  # two samples
+        return np.full(len(time), (depth[1] - depth[0]) / (time[1] - time[0])), step
+    velocity = np.empty(len(time))
+    velocity[half:-half] = (depth[2 * half :] - depth[: -2 * half]) / (time[2 * half :] - time[: -2 * half])
+    velocity[:half] = (depth[half : 2 * half] - depth[0]) / (time[half : 2 * half] - time[0])
+    velocity[-half:] = (depth[-1] - depth[-2 * half : -half]) / (time[-1] - time[-2 * half : -half])
+    return velocity, 2 * half * step
 
 
 @dataclass(frozen=True)
@@ -54,7 +91,7 @@ class Card:
     assumptions: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """One experiment as arrays of equal length in SI, sorted by time.
 
@@ -64,8 +101,8 @@ class Recording:
         Time [s].
     depth : (n,) array
         Depth of the tip [m], positive inwards, in the recording's own zero.
-    velocity : (n,) array
-        Velocity of the tip [m/s], positive inwards.
+    velocity : (n,) array, optional
+        Velocity of the tip [m/s], positive inwards; without it, it is derived from depth over about 50 ms.
     force : (n,) array
         Axial force of the tissue on the needle [N]; positive opposes insertion.
     axes : dict
@@ -78,24 +115,31 @@ class Recording:
     Raises
     ------
     InputError
-        Arrays of unequal length.
+        Arrays of unequal length, or no force.
     """
 
     time: np.ndarray
     depth: np.ndarray
-    velocity: np.ndarray
-    force: np.ndarray
+    velocity: np.ndarray | None = None
+    force: np.ndarray | None = None
     axes: dict[str, np.ndarray] = field(default_factory=dict)
     card: Card = Card()
     notes: tuple[Note, ...] = ()
 
     def __post_init__(self):
-        """Convert the columns to contiguous float64 arrays and check their lengths."""
-        columns = {name: getattr(self, name) for name in ("time", "depth", "velocity", "force")}
+        """Convert the columns to contiguous float64 arrays, check their lengths, and derive a missing velocity."""
+        if self.force is None:
+            step = "Give Recording(time=…, depth=…, force=…), (n,) each, in s, m and N."
+            raise InputError("force", "missing", "time, depth and force are needed", "recording", step)
+        columns = {name: getattr(self, name) for name in COLUMNS}
+        derived = columns["velocity"] is None
+        columns["velocity"] = columns["depth"] if derived else columns["velocity"]
         checked = {name: np.ascontiguousarray(values, dtype=float) for name, values in (columns | self.axes).items()}
         for name, values in checked.items():
             if values.shape != checked["time"].shape or values.ndim != 1:
                 raise InputError(f"shape of {name}", values.shape, f"time has {checked['time'].shape}", "recording")
+        if derived and len(checked["time"]) > 1:
+            checked["velocity"] = derivative(checked["time"], checked["depth"])[0]
         for name in columns:
             object.__setattr__(self, name, checked.pop(name))
         object.__setattr__(self, "axes", checked)
@@ -107,3 +151,100 @@ class Recording:
     def rate(self) -> float:
         """Median sampling rate [Hz]."""
         return 1.0 / float(np.median(np.diff(self.time)))
+
+    def between(
+        self, *, time: tuple[float, float] | None = None, depth: tuple[float, float] | None = None
+    ) -> "Recording":
+        """The samples within a range of time or of depth.
+
+        Parameters
+        ----------
+        time : tuple of float, optional
+            First and last time [s].
+        depth : tuple of float, optional
+            Smallest and largest depth [m], in the recording's own zero; samples of all strokes are kept.
+
+        Returns
+        -------
+        Recording
+            With the same card and notes.
+
+        Raises
+        ------
+        InputError
+            If fewer than two samples are within the ranges.
+        """
+        keep = np.ones(len(self), bool)
+        for values, limits in ((self.time, time), (self.depth, depth)):
+            if limits is not None:
+                keep &= (values >= limits[0]) & (values <= limits[1])
+        if np.count_nonzero(keep) < 2:
+            known = f"time is {self.time[0]:g} to {self.time[-1]:g} s"
+            known += f", depth {self.depth.min():g} to {self.depth.max():g} m"
+            raise InputError("samples within the range", int(np.count_nonzero(keep)), f"at least 2 are needed; {known}")
+        columns = {name: getattr(self, name)[keep] for name in COLUMNS}
+        axes = {name: values[keep] for name, values in self.axes.items()}
+        return Recording(**columns, axes=axes, card=self.card, notes=self.notes)
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame in SI, a column for each quantity with its unit, as ``force [N]``."""
+        import pandas
+
+        columns = {name: getattr(self, name) for name in COLUMNS} | self.axes
+        return pandas.DataFrame({f"{name} [{UNITS.get(name, 'N')}]": values for name, values in columns.items()})
+
+    def plot(self, axes: Any = None, *, over: str = "depth") -> Any:
+        """Draw the force over depth or over time.
+
+        Parameters
+        ----------
+        axes : matplotlib.axes.Axes, optional
+            Where to draw; the default is a new figure.
+        over : str
+            ``depth`` or ``time``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        InputError
+            For another ``over``.
+        """
+        from ..display.axes import DEPTH, FORCE, MEASURED, TIME, axes_for, finish
+
+        if over not in ("depth", "time"):
+            raise InputError("over", repr(over), "known are depth and time")
+        place, label = (1e3 * self.depth, DEPTH) if over == "depth" else (self.time, TIME)
+        axes = axes_for(axes)
+        axes.plot(place, self.force, color=MEASURED, lw=0.9)
+        return finish(axes, label, FORCE, self.name)
+
+    @property
+    def name(self) -> str:
+        """The last part of the card's source; ``recording`` without one."""
+        return self.card.source.replace("\\", "/").rsplit("/", 1)[-1] or "recording"
+
+    def _summary(self) -> list[tuple[str, str]]:
+        """What the recording spans, as names and texts."""
+        if len(self) < 2:
+            return [("samples", str(len(self)))]
+        known = [("samples", f"{len(self)} at {self.rate:.4g} Hz, {self.time[-1] - self.time[0]:.4g} s")]
+        known += [("depth", f"{1e3 * self.depth.min():.2f} to {1e3 * self.depth.max():.2f} mm")]
+        known += [("force", f"{self.force.min():.3g} to {self.force.max():.3g} N")]
+        known += [("other quantities", ", ".join(self.axes))] if self.axes else []
+        return known
+
+    def __repr__(self) -> str:
+        return f"<Recording {self.name}: {'; '.join(f'{name} {text}' for name, text in self._summary())}>"
+
+    def __str__(self) -> str:
+        notes = (note.message for note in self.notes)
+        remarks = text_list("Assumed", self.card.assumptions), text_list("Notes", notes)
+        return blocks(f"Recording {self.name}", text_table(("quantity", "value"), self._summary()), *remarks)
+
+    def _repr_html_(self) -> Markup:
+        remarks = [*self.card.assumptions, *(note.message for note in self.notes)]
+        title = element("p", element("b", f"Recording {self.name}"))
+        return join([title, table(("quantity", "value"), self._summary()), listing(remarks) if remarks else ""])

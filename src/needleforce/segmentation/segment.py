@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording.force_signal import glitches, spikes
-from ..recording.recording import Recording
+from ..recording.source import RecordingSource, recording_of
 from ..vocabulary import Phase, Status
 from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE, Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Events, Puncture, Span
@@ -29,7 +29,7 @@ MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
 def segment(
-    recording: Recording,
+    recording: RecordingSource,
     *,
     crossing: float = CROSSING_SIGMA,
     drop: float = DROP_OF_PEAK,
@@ -40,8 +40,8 @@ def segment(
 
     Parameters
     ----------
-    recording : Recording
-        The recording.
+    recording : Recording, path, DataFrame, mapping of columns, or arrays (time, depth, force)
+        The recording; a file is read as by ``nf.read``.
     crossing : float
         Height of a contact above the baseline, in standard deviations of the free travel's noise, >= 0.
     drop : float
@@ -60,7 +60,7 @@ def segment(
     Raises
     ------
     InputError
-        An option is out of range. No content of a recording raises an error.
+        An option is out of range, or a file cannot be read. No content of a recording raises an error.
 
     Notes
     -----
@@ -70,6 +70,7 @@ def segment(
     the force returns to its baseline and remains there. ``low`` and ``high`` of an event are samples that bound it.
     """
     check(crossing, drop, within, cycle)
+    recording = recording_of(recording)
     time, depth, force = recording.time, recording.depth, recording.force
     fault = unreadable(time, depth, force)
     if fault:
