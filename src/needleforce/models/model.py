@@ -219,7 +219,7 @@ class Model:
         axes : matplotlib.axes.Axes, optional
             Where to draw; the default is a new figure.
         depth : float, optional
-            Deepest point [m]; the default is three times the depth of the deepest puncture.
+            Deepest point [m]; the default is twice the depth of the deepest puncture.
         speed : float
             Of both strokes [m/s].
 
@@ -241,9 +241,9 @@ class Model:
         return finish(axes, DEPTH, FORCE, self.name)
 
     def _plotted_depth(self) -> float:
-        """Three times the depth of the deepest puncture [m]; 20 mm if there is none within 50 mm."""
+        """Twice the depth of the deepest puncture [m]; 20 mm if there is none within 50 mm."""
         punctures = [layer.top + layer.laws.puncture_depth for layer in self.layers]
-        deepest = 3.0 * max((each for each in punctures if np.isfinite(each)), default=0.0)
+        deepest = 2.0 * max((each for each in punctures if np.isfinite(each)), default=0.0)
         return deepest if 0.0 < deepest <= 0.15 else 20e-3
 
     def _parts(self) -> list[tuple[str, Any]]:
