@@ -23,7 +23,7 @@ def run(
     pattern: Annotated[str | None, typer.Option(help=PATTERN_HELP)] = None,
     mapping: Annotated[Path | None, typer.Option(help=MAPPING_HELP)] = None,
     model: Annotated[str | None, typer.Option(help="Model for all conditions, as for identify.")] = None,
-    needle: Annotated[Path | None, typer.Option(help=NEEDLE_HELP)] = None,
+    needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
@@ -36,7 +36,7 @@ def run(
     from ..campaign import campaign
     from ..campaign.labels import find_files
     from ..campaign.result import check_table
-    from ..preset_files.build import read_needle
+    from ..preset_files import needle_of
 
     check_outputs([table, report, json], [*(file.path for file in find_files(source)), mapping, needle])
     if table is not None:
@@ -44,7 +44,7 @@ def run(
     reading = {"columns": pairs(column, "column"), "units": pairs(unit, "unit"), "inwards": depth_inwards}
     reading["filter_length"] = filter_length
     check_usage(reading)
-    body = read_needle(needle) if needle else None
+    body = needle_of(needle) if needle else None
     options = {"pattern": pattern, "mapping": mapping, "model": model, "needle": body, "progress": progress}
     done = campaign(source, **options, **reading)
     _write(done, table, report, json)

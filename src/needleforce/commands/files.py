@@ -16,12 +16,13 @@ if TYPE_CHECKING:
 COLUMN_HELP = "Column of a quantity, such as force=fz; may be repeated."
 UNIT_HELP = "Unit of a quantity, such as time=us; may be repeated."
 INWARDS_HELP = "Whether depth is increasing or decreasing during insertion."
+PRESET_HELP = "Model: name of a preset, a preset file (TOML), or the JSON of a fit."
+NEEDLE_HELP = "Needle: name of a preset, a preset or needle file (TOML), or the JSON of a fit."
 MOTION_HELP = (
     "File with velocity or depth on its own clock; repeated once for each recording, those of second passes last."
 )
 START_DEPTH_HELP = "Depth at the first sample of a motion file with velocity."
 FILTER_HELP = "Samples in the average filter of the force."
-NEEDLE_HELP = "TOML file with a needle, such as a preset file."
 
 ReadFiles = list[tuple[Path, "Recording | InputError"]]
 

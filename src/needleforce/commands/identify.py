@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 NAME = "identify"
 MODEL_HELP = (
+    "A name, or a preset, preset file or fit with the same laws. Names: "
     "paper, cone_cylinder, power_law, okamura (or simone), or maurin; default: paper or cone_cylinder, by the BIC of "
     "the loading curve. layered (passive) or layered_as_fitted: complete cycles of layers that are dragged along, "
     "rupture and relax, from repeats with hold and withdrawal (half a minute)."
@@ -39,7 +40,7 @@ def run(
     second_pass: Annotated[
         list[Path], typer.Option(help="Second insertion at the same site; repeated once for each file.")
     ] = [],  # noqa: B006
-    needle: Annotated[Path | None, typer.Option(help=NEEDLE_HELP)] = None,
+    needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None,
     model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None,
     layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
@@ -60,12 +61,12 @@ def run(
 ) -> None:
     """Identify a force model from recordings: events, parameters and their 95 % intervals."""
     from ..identification.export import check_draws_target
-    from ..preset_files.build import read_needle
+    from ..preset_files import needle_of
 
     check_outputs([json, report, save, csv, draws], [*files, *second_pass, *motion, needle, bending, tension])
     if draws is not None:
         check_draws_target(draws)
-    body = read_needle(needle) if needle else None
+    body = needle_of(needle) if needle else None
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
     done = screen_recordings(read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options))

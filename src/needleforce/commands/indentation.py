@@ -11,7 +11,7 @@ import numpy as np
 import typer
 
 from ..errors import InputError
-from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, read_all
+from .files import COLUMN_HELP, INWARDS_HELP, NEEDLE_HELP, UNIT_HELP, read_all
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def run(
     tip: Annotated[list[str], typer.Option(help=TIP_HELP)] = [],  # noqa: B006
     half_angle_deg: Annotated[float | None, typer.Option(help="Half angle of a cone.")] = None,
     radius_um: Annotated[float | None, typer.Option(help="Radius of the tip, of its cap, or of its flat end.")] = None,
-    needle: Annotated[Path | None, typer.Option(help="TOML file with a needle: use its tip and shank.")] = None,
+    needle: Annotated[str | None, typer.Option(help=f"{NEEDLE_HELP} Its tip and shank are used.")] = None,
     poisson_ratio: Annotated[float | None, typer.Option(help="Of the specimen, to compute its Young modulus.")] = None,
     baseline: Annotated[
         str, typer.Option(help="Model of the force before contact: none, constant or line.")
@@ -141,11 +141,11 @@ def _show(rows: "Sequence[TipFit]", quiet: bool) -> None:
 
 
 def tips_of(
-    shapes: list[str], half_angle_deg: float | None, radius_um: float | None, needle: Path | None
+    shapes: list[str], half_angle_deg: float | None, radius_um: float | None, needle: str | None
 ) -> tuple[list, float | None]:
     """The selected tips and the radius [m] of their shank, None without one. Raises InputError for wrong usage."""
     from ..core import tips
-    from ..preset_files.build import read_needle
+    from ..preset_files import needle_of
 
     if bool(shapes) == (needle is not None):
         limit = "exactly one of the two is needed"
@@ -157,7 +157,7 @@ def tips_of(
     }
     _check_tips(shapes, given)
     if needle is not None:
-        body = read_needle(needle)
+        body = needle_of(needle)
         if body.tip is None:
             raise InputError("needle.tip", "missing", place=needle.name, next_step="Add a section [needle.tip].")
         return [body.tip], body.radius

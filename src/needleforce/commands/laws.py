@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from .files import NEEDLE_HELP
 from .output import JSON_HELP, check_outputs, table, write_json
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ COLUMNS = ["law", "part", "parameter", "unit", "range", "default", "meaning", "s
 def run(
     models: Annotated[bool, typer.Option("--models", help="List the named models instead of the laws.")] = False,
     citations: Annotated[bool, typer.Option("--citations", help="List the full references behind the laws.")] = False,
-    needle: Annotated[str | None, typer.Option(help="Needle file or preset: check the laws for it.")] = None,
+    needle: Annotated[str | None, typer.Option(help=f"{NEEDLE_HELP} Laws are checked for it.")] = None,
     tissue: Annotated[str | None, typer.Option(help="Tissue file or preset; default: the tissue of --needle.")] = None,
     indentation_mm: Annotated[float | None, typer.Option(help="Indentation at the puncture.")] = None,
     depth_mm: Annotated[float | None, typer.Option(help="Largest depth of the tip.")] = None,
@@ -91,19 +92,21 @@ def _file(name_or_path: str) -> str | Path:
     return FOLDER / f"{name_or_path}.toml" if name_or_path in presets() else name_or_path
 
 
-def _needle(name_or_path: str | None) -> "Needle | None":
-    from ..preset_files.build import read_needle
+def _needle(source: str | None) -> "Needle | None":
+    from ..preset_files import needle_of
 
-    return None if name_or_path is None else read_needle(_file(name_or_path))
+    return None if source is None else needle_of(source)
 
 
 def _tissue(name_or_path: str | None, needle: str | None) -> "Tissue | None":
     """The tissue of its own file or preset, otherwise of the needle's, None without either."""
+    from ..preset_files import preset
     from ..preset_files.build import read_tissue
 
-    if name_or_path is not None:
-        return read_tissue(_file(name_or_path))
-    return None if needle is None else read_tissue(_file(needle), required=False)
+    source = needle if name_or_path is None else name_or_path
+    if source is None or source.endswith(".json"):
+        return None if source is None else preset(source).tissue
+    return read_tissue(_file(source), required=name_or_path is not None)
 
 
 def _described(law: type) -> dict:

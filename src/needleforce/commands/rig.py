@@ -9,14 +9,13 @@ import typer
 from ..wire.axis_lines import PORT as AXIS_PORT
 from ..wire.rdt import PORT as SENSOR_PORT
 from ..wire.sensor_configuration import PAGE
+from .files import PRESET_HELP
 
 NAME = "rig"
 
 
 def run(
-    preset: Annotated[
-        str | None, typer.Option(help="Preset or preset file of the tissue; default: the paper's phantom.")
-    ] = None,
+    preset: Annotated[str | None, typer.Option(help=f"{PRESET_HELP} Default: the paper's phantom.")] = None,
     seed: Annotated[int, typer.Option(help="Seed of the sites, the sensor, the noise and the faults.")] = 1,
     sensor_port: Annotated[int, typer.Option(help="UDP port of the sensor, 0 for any free one.")] = SENSOR_PORT,
     axis_port: Annotated[int, typer.Option(help="TCP port of the axis, 0 for any free one.")] = AXIS_PORT,

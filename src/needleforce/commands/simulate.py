@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from .files import PRESET_HELP
 from .output import check_outputs, say
 
 NAME = "simulate"
@@ -13,7 +14,7 @@ NAME = "simulate"
 
 def run(
     output: Annotated[Path, typer.Option("--output", "-o", help="File to write: .csv, .parquet or .mcap.")],
-    preset: Annotated[str, typer.Option(help="Shipped preset or preset file.")] = "paper",
+    preset: Annotated[str, typer.Option(help=PRESET_HELP)] = "paper",
     speed_mm_s: Annotated[float, typer.Option(help="Speed of insertion and withdrawal.")] = 3.0,
     depth_mm: Annotated[float, typer.Option(help="Maximum depth below the undeformed surface.")] = 20.0,
     start_mm: Annotated[

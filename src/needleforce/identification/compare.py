@@ -11,7 +11,8 @@ from ..display.markup import Markup, table
 from ..display.quantities import DASH, plain
 from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
-from ..recording import Recording
+from ..preset_files import model_name
+from ..recording.source import RecordingSource, recordings_of
 from .cross_validation import CrossValidation, cross_validate
 from .diagnostics import FitInputs
 from .identify import Progress, assemble
@@ -144,7 +145,7 @@ class Comparison(tuple[ModelRow, ...]):
 
 
 def compare(
-    recordings: Sequence[Recording], models: Sequence[str] = COMPARED, progress: Progress | None = None
+    recordings: RecordingSource, models: Sequence[str] = COMPARED, progress: Progress | None = None
 ) -> Comparison:
     """Fit each named model to every recording, and predict each repeat from the others.
 
@@ -154,10 +155,10 @@ def compare(
 
     Parameters
     ----------
-    recordings : sequence of Recording
-        Repeats of one condition.
-    models : sequence of str
-        Names, as in ``identify``.
+    recordings : sequence of recordings
+        Repeats of one condition: recordings, files, DataFrames or arrays, as in ``identify``.
+    models : sequence of str or Model
+        Names, presets, files or models, as in ``identify``.
     progress : callable, optional
         ``progress(iterable, text)`` wraps the work.
 
@@ -174,8 +175,10 @@ def compare(
     if not models:
         known = ", ".join((*MODELS, *LAYERED))
         raise InputError("models", "none", "nothing to compare", next_step=f"Give some of {known}.")
+    models = [model_name(each, (*MODELS, *LAYERED)) for each in models]
     laws = {name: None if name in LAYERED else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
+    recordings = recordings_of(recordings)
     watched = progress(recordings, "comparing") if progress else recordings
     singles = [fit_single(each, different, None) for each in watched]
     common = [single.loading for single in singles if different and set(different) <= set(single.fits)]

@@ -8,6 +8,7 @@ from typing import Any
 from ..core import Needle
 from ..errors import InputError
 from ..models.model import Model
+from ..preset_files import model_name, needle_of
 from ..recording import Recording
 from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
 from .bench_tests import needle_estimate, tissue_estimate
@@ -23,7 +24,7 @@ from .diagnostics import (
     warnings_of,
 )
 from .estimates import Estimate, estimates_of, known_together, mean_estimate, pool
-from .models import LAYERED, MECHANICAL, derived, model_of, needle_saturation, stiffness_law
+from .models import LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
 from .one_layer.fit_recording import SegmentedRecording, fit_single, segmented
 from .one_layer.puncture_force import measured_peak
 from .result import Choice, Fit
@@ -40,8 +41,8 @@ def identify(
     recordings: RecordingSource,
     *,
     second_pass: RecordingSource = (),
-    model: str | None = None,
-    needle=None,
+    model: Model | str | None = None,
+    needle: Needle | Model | str | None = None,
     bending=None,
     tension=None,
     layers: int | None = None,
@@ -61,7 +62,8 @@ def identify(
     model or second passes that do not pair with the recordings.
     """
     recordings, seconds = paired(recordings, second_pass)
-    needle = needle_of(needle)
+    needle = None if needle is None else needle_of(needle)
+    model = None if model is None else model_name(model, (*MODELS, *LAYERED))
     bench = bench_estimates(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
@@ -213,14 +215,6 @@ def bench_estimates(bending, tension, needle: Needle | None) -> dict[str, Estima
     found = [needle_estimate(bending, needle)] if bending is not None else []
     found += [tissue_estimate(tension)] if tension is not None else []
     return {estimate.name: estimate for estimate in found}
-
-
-def needle_of(needle) -> Needle | None:
-    """The needle itself, or that of a model. Raises InputError for anything else."""
-    found = needle.needle if isinstance(needle, Model) else needle
-    if not isinstance(found, Needle | None):
-        raise InputError("needle", repr(found), "not a Needle", next_step="Give nf.Needle(...) or a preset's .needle.")
-    return found
 
 
 def _different(recordings: list[Recording]) -> None:
