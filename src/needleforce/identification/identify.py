@@ -147,6 +147,8 @@ def _two_pass(
     singles: list[SegmentedRecording], seconds: list, own: dict, given: FitInputs
 ) -> tuple[TwoPass | None, dict, dict]:
     """The procedure over the pairs there are, the estimates that it replaces, and what was refused, by single."""
+    if not seconds:
+        return None, {}, {}
     pairs = [
         Pair(single, second, own[single]["contact_depth"].value, own[single]["puncture_indentation"].value)
         for single, second in zip(singles, seconds)

@@ -8,11 +8,10 @@ from typing import Any
 
 from ..errors import InputError
 from .card import Preamble, check_filter_length
-from .columns import AXES
+from .columns import AXES, NamedColumns
 from .force_signal import glitch_notes, remove_bias
 from .formats import format_of
 from .joining import INWARDS, check_direction, join, of_main, put_motion, settle_motion
-from .named_columns import NamedColumns
 from .parquet_table import ParquetLayout, open_parquet
 from .recording import Recording
 from .stream import Stream, read_stream

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..errors import InputError
-from .named_columns import NamedColumns
+from .columns import NamedColumns
 from .reader import read, read_columns
 from .recording import Recording
 
