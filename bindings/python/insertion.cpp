@@ -76,7 +76,12 @@ void bind_sample(nb::module_& module) {
       .def_ro("punctured", &Sample::punctured, "true in the one step that breaks through a layer")
       .def_ro("exit", &Sample::exit, "true in the one step that leaves the tissue")
       .def_prop_ro("phase", [](const Sample& self) { return phase_names[static_cast<int>(self.phase)]; })
-      .def_prop_ro("status", [](const Sample& self) { return status_names[static_cast<int>(self.status)]; });
+      .def_prop_ro("status", [](const Sample& self) { return status_names[static_cast<int>(self.status)]; })
+      .def("__repr__", [](const Sample& self) {
+        return nb::str("<Sample: depth {:.3f} mm, force {:.4g} N, {}, {}>")
+            .format(1e3 * self.depth, self.force, phase_names[static_cast<int>(self.phase)],
+                    status_names[static_cast<int>(self.status)]);
+      });
 }
 
 using Stack = std::vector<std::pair<double, Model>>;
