@@ -51,7 +51,9 @@ def test_the_choice_is_shown(page):
         ["2 layers", "22", "1.4 %", "0", "3.7 %", "chosen"],
         ["2 layers, no saturation", "20", "1.5 %", "11", "3.9 %", "ties"],
     ]
-    assert "the one with the fewest parameters is chosen" in plain(section) and "Choice of the stiffness law" not in page
+    assert (
+        "the one with the fewest parameters is chosen" in plain(section) and "Choice of the stiffness law" not in page
+    )
 
 
 def test_bic_is_the_criterion_with_fewer_than_three_repeats(layered_fit, tmp_path):
@@ -59,7 +61,10 @@ def test_bic_is_the_criterion_with_fewer_than_three_repeats(layered_fit, tmp_pat
     fit = dataclasses.replace(layered_fit, settings=dataclasses.replace(layered_fit.settings, evidence=evidence))
     write_report(fit, tmp_path / "report.html")
     words = plain((tmp_path / "report.html").read_text(encoding="utf-8"))
-    assert "fewer than three repeats the choice with the lowest BIC is taken" in words and "The number of layers was given." in words
+    assert (
+        "fewer than three repeats the choice with the lowest BIC is taken" in words
+        and "The number of layers was given." in words
+    )
 
 
 def test_parameters_are_in_the_table_of_their_layer(page):
@@ -81,7 +86,7 @@ def test_figures_and_outcome(page):
     assert "2 layers of tissue, whose forces add up; they rupture with the tip 8.00 mm and 15.00" in words
     assert "15.00 mm below the surface" in words and "layered, 2 layers" in words
     assert "Friction: dragged tissue." in words and "Relaxation: prony." in words
-    assert "relative to the fitted contact depth; depths in the tables" in words
+    assert "relative to the fitted contact depth; depths in the tables are" in words
     assert words.count("not reached") == 1  # the second layer in the second run
 
 

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from needleforce.report.curves import binned, envelope, loading, anomalous_recordings, repeats, representative
+from needleforce.report.curves import anomalous_recordings, binned, envelope, loading, repeats, representative
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.3, 0.99])

@@ -114,7 +114,10 @@ def test_parameters_appear_to_the_displayed_digits(make_fit, report):
         assert shown in words
     assert "117.5 kPa (110.0 to 129.0)" in words
     assert "0.13 mm" in words  # between repeats
-    assert "at a force of 0.2101 N and an indentation of 3.237 mm; the friction per embedded length is 0.01860 N/mm" in words
+    assert (
+        "at a force of 0.2101 N and an indentation of 3.237 mm; the friction per embedded length is 0.01860 N/mm"
+        in words
+    )
 
 
 def test_the_page_has_every_warning_and_note_of_a_fit(make_fit, report):

@@ -36,6 +36,7 @@ _MARGINS = {"left": 40.0, "right": 8.0, "top": 22.0, "bottom": 36.0, "across": 5
 _NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 _REACHES = (5.0, 10.0, 20.0, 40.0)  # points from a label to its point; the larger ones if near places are occupied
 _SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
+ON_WHITE = {"boxstyle": "square,pad=0.15", "fc": "white", "ec": "none"}  # of a label that a line would cross
 _CELL = 2.0  # points: side of the squares in which occupied area is counted
 
 
@@ -84,6 +85,7 @@ def axis_names(axes: Axes, x: str, y: str) -> None:
 
 
 def _svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:
+    """One drawing as an ``svg`` element, the same for the same input."""
     # the salt makes the names of clip paths unique: two drawings of one page must not share them
     style = _STYLE | {"svg.hashsalt": f"{name}-{sheet.width:g}"}
     with matplotlib.rc_context(style), warnings.catch_warnings():
@@ -137,6 +139,7 @@ class Labels:
             self._write(text, points[middle], colour, size)
 
     def _write(self, text: str, points: np.ndarray, colour: str, size: float) -> None:
+        """Write the text at the place with the lowest cost near one of ``points``."""
         size_of_text = 0.56 * size * max(map(len, text.split("\n"))), 1.2 * size * (1 + text.count("\n"))
         boxes = _boxes(points, *size_of_text)
         distance = np.repeat(_REACHES, len(boxes) // len(_REACHES))
@@ -157,6 +160,7 @@ class Labels:
         return 50.0 * outside + covered
 
     def _take(self, points: np.ndarray) -> None:
+        """Mark the squares at ``points`` as occupied."""
         cells = np.round(points / _CELL).astype(int)
         inside = ((cells >= 0) & (cells < self.taken.shape)).all(axis=1)
         self.taken[tuple(cells[inside].T)] = True

@@ -75,6 +75,7 @@ def repeats(fit: Fit) -> tuple[DrawnRepeat, ...]:
 
 
 def _repeat(number: int, one: RecordingFit, anomalous: bool, shared: float | None) -> DrawnRepeat:
+    """One recording in the units of the figures; ``shared`` is the contact depth [m] common to all, or None."""
     recording, events = one.recording, one.events
     surface = _surface(one) if shared is None else shared
     model = one.predicted if len(one.predicted) == len(recording) else np.full(len(recording), np.nan)
@@ -164,7 +165,7 @@ def _extremes(y: np.ndarray, first: int, last: int) -> tuple[int, int, int, int]
 
 
 def binned(x: np.ndarray, y: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean, lowest and highest y of each bin of x, (m,) each for ``edges`` (m + 1,); NaN where a bin is empty."""
+    """Mean, lowest and highest y of each bin of x, (m,) each for ``edges`` (m + 1,); NaN in empty bins."""
     keep = np.isfinite(y) & (x >= edges[0]) & (x <= edges[-1])
     y, bins = y[keep], len(edges) - 1
     k = np.clip(np.searchsorted(edges, x[keep], side="right") - 1, 0, bins - 1)

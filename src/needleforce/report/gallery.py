@@ -64,7 +64,7 @@ def ratio_figure(rows: list[dict]) -> Markup:
         return Markup("")
     caption = "Lines are 95 % intervals. Filled dots: the interval excludes the true value, a bias of the method."
     draw = partial(tables.ratio_figure, rows=found)
-    heights = 44.0 + 22.0 * len(found), 44.0 + 30.0 * len(found)
+    heights = 44.0 + 22.0 * len(found), 44.0 + 34.0 * len(found)
     return _figure("ratio", "Identified value over true value", caption, draw, heights)
 
 
@@ -79,6 +79,7 @@ def _figure(
 
 
 def _over_time(one: DrawnRepeat, among: int) -> Markup:
+    """Force over time of the recording with the median residual."""
     which = f"Recording {one.number}, the one with the median residual. " if among > 1 and one.has_model else ""
     bands = "Bands are phases; circles are the detected events with their measured force."
     caption = join([which, _KEY if one.has_model else "", bands])
@@ -86,6 +87,7 @@ def _over_time(one: DrawnRepeat, among: int) -> Markup:
 
 
 def _before_puncture(fit: Fit, drawn: Sequence[DrawnRepeat]) -> Markup:
+    """Force before the puncture of every repeat, and of the model."""
     shown = tuple(one for one in drawn if one.fit.events.contact is not None)
     if not shown:
         return Markup("")
@@ -144,9 +146,10 @@ def _pass_words(two_pass: TwoPass) -> Markup:
 
 
 def _over_depth(fit: Fit, drawn: Sequence[DrawnRepeat], one: DrawnRepeat) -> Markup:
+    """Force over depth of every repeat, and of the model along ``one``."""
     shown = tuple(each for each in drawn if each.fit.events.contact is not None) or (one,)
     model = f"The model follows the motion of recording {one.number}. " if len(shown) > 1 and one.has_model else ""
-    contact = "the identified contact"
+    contact = f"the {'identified' if 'contact_depth' in one.fit.parameters else 'detected'} contact"
     contact = contact if fit.shared_contact is not None or len(shown) == 1 else f"{contact} of each recording"
     population = layers.population_force(fit, one)
     dashed = "" if population is None else _POPULATION
@@ -166,6 +169,7 @@ def _layers(fit: Fit, one: DrawnRepeat) -> Markup:
 
 
 def _residuals(fit: Fit, drawn: Sequence[DrawnRepeat]) -> Markup:
+    """Residuals over depth; empty without a model."""
     shown = tuple(one for one in drawn if one.has_model)
     if not shown or fit.quality is None:
         return Markup("")
@@ -181,6 +185,7 @@ def _residuals(fit: Fit, drawn: Sequence[DrawnRepeat]) -> Markup:
 
 
 def _multiples(fit: Fit, drawn: Sequence[DrawnRepeat]) -> Markup:
+    """Every recording over time; empty with fewer than two."""
     if len(drawn) < 2:
         return Markup("")
     heights = figures.multiples_height(len(drawn), False), figures.multiples_height(len(drawn), True)

@@ -16,7 +16,7 @@ from ..display.quantities import DASH, counted
 from ..identification.compare import ModelRow
 from ..identification.cross_validation import LEAST_OTHERS, SAME_DEPTH, SAME_SPEED, CrossValidation
 from ..vocabulary import __version__
-from .canvas import INK, MEASURED, MODEL, QUIET, SECOND, SLATE, TEXT, Sheet, drawing, panels
+from .canvas import INK, MEASURED, MODEL, ON_WHITE, QUIET, SECOND, SLATE, TEXT, Sheet, drawing, panels
 from .frame import framed
 from .words import file_name
 
@@ -57,7 +57,7 @@ def models_page(rows: Sequence[ModelRow], files: Sequence[Any] = ()) -> str:
     repeats = len(rows[0].cross_validation.floor)
     title = f"Needle force: {counted(len(rows), 'model')} on {counted(repeats, 'repeat')}"
     kicker = f"needleforce {__version__} · comparison of models"
-    return framed(title, kicker, _outcome(rows), sections, links=False, styles=("models.css",))
+    return framed(title, kicker, _outcome(rows), sections, note=_ranking(rows), links=False, styles=("models.css",))
 
 
 def _outcome(rows: Sequence[ModelRow]) -> Markup:
@@ -76,6 +76,12 @@ def _outcome(rows: Sequence[ModelRow]) -> Markup:
     ]
     sentence += ["; ", element("strong", ", ".join(tied)), " ties" if len(tied) == 1 else " tie"] if tied else []
     return join([*sentence, ". ", floor_words(rows)])
+
+
+def _ranking(rows: Sequence[ModelRow]) -> str:
+    """Why the best model need not have the lowest BIC; empty without a floor."""
+    note = "The ranking is by held-out repeats; ΔBIC compares only the loading curves and can rank models differently."
+    return note if len(floor_errors(rows)) and any(isfinite(row.bic) for row in rows) else ""
 
 
 def _table(rows: Sequence[ModelRow]) -> Markup:
@@ -217,7 +223,7 @@ def _lines(axes: Axes, rows: Sequence[ModelRow]) -> None:
 
 def _row(axes: Axes, sheet: Sheet, place: int, name: str, *kinds: tuple) -> None:
     """One row: its name, a dot for each repeat and a bar at the rms; ``kinds`` are (values, edge, face, offset)."""
-    at = {"xycoords": axes.get_yaxis_transform(), **_OFFSET}
+    at = {"xycoords": axes.get_yaxis_transform(), "bbox": ON_WHITE if sheet.narrow else None, **_OFFSET}
     axes.annotate(name, (0.0, -place), (0, 9) if sheet.narrow else (-128, -3), color=INK, **at)
     for values, edge, face, shift in kinds:
         height = np.full(len(values), shift - place - 0.15 * sheet.narrow)  # below the name

@@ -32,7 +32,7 @@ _CARD_COLUMNS = (
 
 
 def page(fit: Fit, title: str | None = None, table: list[dict] | None = None) -> str:
-    """The whole report as HTML text."""
+    """The report as HTML text."""
     summary = outcome(fit)
     return framed(title or _title(fit), _kicker(fit), summary, _sections(fit, table or []), note=which_values(fit))
 
@@ -146,4 +146,5 @@ def _value(value: object) -> object:
 
 
 def _thousands(number: int) -> str:
+    """A number with a space between groups of three digits."""
     return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")

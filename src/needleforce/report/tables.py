@@ -2,7 +2,7 @@
 """The tables of a fit: parameters, laws, recordings and events; and the comparison with known true values."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from numbers import Real
 
 import numpy as np
@@ -15,7 +15,7 @@ from ..identification.layered.result import LayeredFit
 from ..identification.recording_fit import RecordingFit
 from ..identification.result import Choice, Fit
 from ..models.model import Model
-from .canvas import INK, MODEL, QUIET, Sheet, panels
+from .canvas import INK, MODEL, ON_WHITE, QUIET, Sheet, panels
 from .words import by_layer, file_name, quantity_name, status_name
 
 PARAMETERS = (
@@ -56,12 +56,12 @@ def _parameter(own_name: str, estimate: Estimate, common: str | None) -> tuple:
     return name, value, *spreads, identifiable, "" if common else estimate.source
 
 
-def _spread(value: float, spread: float | None, unit: str) -> str:
+def _spread(value: float, spread: float | None, unit: str) -> Markup | str:
     """The scatter, in the unit of its value."""
     if spread is None:
         return ""
     shown = quantity(value, value - spread, value + spread, unit)
-    return with_unit(shown.half_width, shown.unit) if shown.half_width else DASH
+    return element("span", with_unit(shown.half_width, shown.unit) if shown.half_width else DASH, class_="spread")
 
 
 def _value_and_interval(shown: Quantity) -> tuple:
@@ -131,15 +131,16 @@ def event_table(fit: Fit) -> Markup:
     return table(EVENTS, rows, class_="cards numbers dense") if rows else Markup("")
 
 
-def _events(number: int, one):
+def _events(number: int, one: RecordingFit) -> Iterator[tuple]:
+    """The rows of the events of one recording."""
     events = one.events
     surface = events.contact.depth if events.contact is not None else None
     named = (("contact", events.contact), *(("puncture", p) for p in events.punctures), ("exit", events.exit))
     for k, (name, event) in enumerate(pair for pair in named if pair[1] is not None):
-        deep = None if surface is None else event.depth - surface
+        indentation = None if surface is None else event.depth - surface
         yield (
             "" if k else number, name, _milli(event.time, "s"), _milli(1e3 * event.depth, "mm"),
-            "" if deep is None else _milli(1e3 * deep, "mm"), _milli(event.force, "N"),
+            "" if indentation is None else _milli(1e3 * indentation, "mm"), _milli(event.force, "N"),
             _milli(event.drop, "N") if hasattr(event, "drop") else "", f"{event.low}–{event.high}",
         )  # fmt: skip
 
@@ -171,7 +172,8 @@ def ratio_figure(figure: Figure, sheet: Sheet, rows: list[tuple[str, float, floa
         axes.plot([low, high], [-k, -k], color=INK, lw=1.4, solid_capstyle="butt")
         axes.plot([value], [-k], "o", ms=5.5, mec=MODEL, mfc="white" if includes_true else MODEL, mew=1.4)
         place = {"xycoords": axes.get_yaxis_transform(), "textcoords": "offset points"}
-        axes.annotate(name, (0.0, -k), (0, 6) if sheet.narrow else (-190, -3), **place)
+        on_white = ON_WHITE if sheet.narrow else None
+        axes.annotate(name, (0.0, -k), (0, 7) if sheet.narrow else (-190, -3), bbox=on_white, **place)
         axes.annotate(_percent(value), (1.0, -k), (40, -3), ha="right", color=INK if includes_true else MODEL, **place)
     far = max((abs(x - 1.0) for _, *values in rows for x in values if math.isfinite(x)), default=0.1)
     axes.set_xlim(1.0 - 1.1 * far, 1.0 + 1.1 * far)

@@ -115,8 +115,8 @@ def which_values(fit: Fit) -> str:
         contact = fit.parameters["contact_depth"]
         known = "" if contact.identifiable else ", which is not identifiable here"
         return (
-            f"The depths above are relative to the fitted contact depth{known}; depths in the tables are in the zero "
-            "of the recordings. Events are detected punctures, not the ruptures of the layers."
+            f"The depths above, in the order of the layers, are relative to the fitted contact depth{known}; depths in "
+            "the tables are in the zero of the recordings. Events are detected punctures, not ruptures of layers."
         )
     several, peak = len(fit.recordings) > 1, fit.parameters.get("puncture_force")
     means = "The values above are means over the repeats; t" if several else "T"
