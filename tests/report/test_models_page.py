@@ -73,6 +73,7 @@ def test_the_page_is_complete_offline_and_escaped(page):
     assert not re.search(r"https?://|<script|<link|<img|@import|<b> was|<1>", page)
     words = plain(page)
     assert "layered best predicts held-out repeats, with an error of 1.10 times the floor; cone_cylinder ties." in words
+    assert "ΔBIC compares only the loading curves and can rank models differently." in words
     assert "3 models on 3 repeats" in words and "possible repeats, 0.82" in words and "paper: <b> was held" in words
     names = set(re.findall(r"<text[^>]*>([^<]*)</text>", page))
     assert {"layered (best)", "cone_cylinder (ties)", "paper", "mean of the others"} <= names

@@ -5,10 +5,14 @@ import html
 import re
 from html.parser import HTMLParser
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from needleforce import __version__
 from needleforce.report import write_report
+from needleforce.report.campaign_page import field_name
+from needleforce.report.canvas import Labels
 
 TABLE = [
     {"quantity": "tissue_young_modulus", "unit": "Pa", "paper": 116e3, "paper_sd": None, "true": 116e3,
@@ -156,3 +160,35 @@ def test_nothing_is_written_if_the_page_cannot_be_made(tmp_path):
     with pytest.raises(AttributeError):
         write_report(None, tmp_path / "report.html")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "expected"),
+    [
+        ({}, ""),
+        (
+            {"count": 2},
+            "The values above are means over the repeats; the table of recordings has each recording's own fit.",
+        ),
+        ({"two_pass": True}, "The table of recordings has each recording's own fit, without the second pass."),
+    ],
+)
+def test_a_note_explains_which_values_the_headline_has(make_fit, report, options, expected):
+    words = plain(report(make_fit(**options)))
+    assert expected in words and ("own fit" in words) == bool(expected)
+
+
+def test_units_of_fields_are_in_brackets():
+    names = [field_name(name) for name in ("speed_mm_s", "angle_deg", "specimen", "needle_type")]
+    assert names == ["speed [mm/s]", "angle [°]", "specimen", "needle type"]
+
+
+def test_labels_are_inside_the_axes():
+    figure = Figure(figsize=(4.0, 3.0), dpi=72)
+    axes = figure.subplots()
+    x = np.linspace(0.0, 10.0, 200)
+    axes.plot(x, x)
+    axes.margins(x=0.01)
+    Labels(axes, [(x, x)]).on("measured force", x, x, "black")
+    box = axes.texts[0].get_window_extent()
+    assert axes.bbox.x0 <= box.x0 and box.x1 <= axes.bbox.x1
