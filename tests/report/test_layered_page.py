@@ -87,6 +87,7 @@ def test_figures_and_outcome(page):
     assert "15.00 mm below the surface" in words and "layered, 2 layers" in words
     assert "Friction: dragged tissue." in words and "Relaxation: prony." in words
     assert "relative to the fitted contact depth; depths in the tables are" in words
+    assert "Indentation is measured from the identified contact." in words
     assert words.count("not reached") == 1  # the second layer in the second run
 
 

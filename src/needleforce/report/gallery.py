@@ -149,8 +149,10 @@ def _over_depth(fit: Fit, drawn: Sequence[DrawnRepeat], one: DrawnRepeat) -> Mar
     """Force over depth of every repeat, and of the model along ``one``."""
     shown = tuple(each for each in drawn if each.fit.events.contact is not None) or (one,)
     model = f"The model follows the motion of recording {one.number}. " if len(shown) > 1 and one.has_model else ""
-    contact = f"the {'identified' if 'contact_depth' in one.fit.parameters else 'detected'} contact"
-    contact = contact if fit.shared_contact is not None or len(shown) == 1 else f"{contact} of each recording"
+    shared = fit.shared_contact is not None
+    identified = shared or "contact_depth" in one.fit.parameters
+    contact = f"the {'identified' if identified else 'detected'} contact"
+    contact += "" if shared or len(shown) == 1 else " of each recording"
     population = layers.population_force(fit, one)
     dashed = "" if population is None else _POPULATION
     words = [_KEY if one.has_model else "", model, dashed, f"Indentation is measured from {contact}."]

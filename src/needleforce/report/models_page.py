@@ -87,10 +87,17 @@ def _ranking(rows: Sequence[ModelRow]) -> str:
 def _table(rows: Sequence[ModelRow]) -> Markup:
     """The table of models, with their notes."""
     strong = {"best": element("strong", "best")}
-    shown = ((element("strong", row[0]), *row[1:-1], strong.get(row[-1], row[-1])) for row in model_rows(rows))
+    shown = (
+        (element("strong", _breakable(row[0])), *row[1:-1], strong.get(row[-1], row[-1])) for row in model_rows(rows)
+    )
     sentences = [f"{row.model}: {sentence}" for row in rows for sentence in row.notes]
     notes = listing(sentences, class_="notes") if sentences else ""
     return join([table(MODELS, shown, class_="cards numbers dense models"), notes])
+
+
+def _breakable(name: str) -> Markup:
+    """A name that a narrow column breaks only after an underscore."""
+    return join(name.split("_"), "_<wbr>")
 
 
 def _figure(rows: Sequence[ModelRow]) -> Markup:
