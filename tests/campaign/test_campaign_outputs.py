@@ -129,7 +129,7 @@ def test_the_report_shows_every_repeat_and_every_reason(done, tmp_path):
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     page = Page(text)
     assert page.links <= page.ids and not page.foreign
-    off_axes = len(re.findall(r"Off the axes: no\. \d+", text))
+    off_axes = len(re.findall(r"Outside the axes: no\. \d+", text))
     drawn = sum(one.shown is not None for condition in done.conditions for one in condition.recordings)
     assert page.lines == drawn - off_axes + sum(each.model is not None for each in done.conditions)
     for one in done.recordings:

@@ -117,7 +117,7 @@ def test_a_part_of_a_recording(recording):
     assert part.time[0] >= 1.0 and part.time[-1] <= 3.0 and part.card == recording.card
     shallow = recording.between(depth=(0.0, 5e-3))
     assert shallow.depth.min() >= 0.0 and shallow.depth.max() <= 5e-3
-    with pytest.raises(nf.InputError, match="at least 2 are needed; time is 0.01 to"):
+    with pytest.raises(nf.InputError, match=r"at least 2 are needed; time is 0\.01 to"):
         recording.between(time=(100.0, 200.0))
 
 

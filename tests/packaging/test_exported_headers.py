@@ -82,5 +82,5 @@ def test_the_header_for_c_is_also_one_for_cpp(prefix, tmp_path):
 
 
 def test_an_unknown_language_is_refused():
-    with pytest.raises(nf.InputError, match=r"known are c\+\+ and c"):
+    with pytest.raises(nf.InputError, match=r"unknown\. Give c\+\+ or c"):
         header(nf.preset("paper"), "rust")

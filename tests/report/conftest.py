@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fits made by hand, so that what the report says can be checked against numbers written here."""
+"""Constructed fits, so that a report can be checked against the values in this file."""
 
 import numpy as np
 import pytest
@@ -24,18 +24,18 @@ def events_of(recording: Recording) -> Events:
     depth, time = recording.depth, recording.time
     deepest = int(np.argmax(depth))
     contact, puncture = (int(np.searchsorted(depth[:deepest], at)) for at in (CONTACT, PUNCTURE))
-    leaving = deepest + int(np.argmax(depth[deepest:] < CONTACT))
-    edges = [0, contact, puncture, deepest, leaving, len(time)]
+    exit_ = deepest + int(np.argmax(depth[deepest:] < CONTACT))
+    edges = [0, contact, puncture, deepest, exit_, len(time)]
     phases = (Phase.free, Phase.deformation, Phase.insertion, Phase.extraction, Phase.free)
     limits = zip(phases, edges[:-1], edges[1:], strict=True)
     spans = (Span(phase, time[a], time[min(b, len(time) - 1)], a, b) for phase, a, b in limits)
-    at = {k: (time[k], depth[k], recording.force[k], k - 1, k) for k in (contact, puncture, leaving)}
-    broke = Puncture(*at[puncture], drop=0.072, indentation=PUNCTURE - CONTACT)
-    return Events(Event(*at[contact]), (broke,), Event(*at[leaving]), tuple(spans))
+    at = {k: (time[k], depth[k], recording.force[k], k - 1, k) for k in (contact, puncture, exit_)}
+    ruptured = Puncture(*at[puncture], drop=0.072, indentation=PUNCTURE - CONTACT)
+    return Events(Event(*at[contact]), (ruptured,), Event(*at[exit_]), tuple(spans))
 
 
 def recording_fit(number: int, rate=100.0, name="site_{}.csv", factor=1.0, notes=()) -> RecordingFit:
-    """One noisy run of the preset ``paper`` with its model; ``factor`` makes it an odd one."""
+    """One noisy run of the preset ``paper`` with its model; ``factor`` other than 1 makes it anomalous."""
     motion = nf.Motion.insert(start=-5e-3, speed=3e-3, depth=20e-3, hold=0.0, withdraw=True)
     run = nf.simulate(nf.preset("paper"), motion, rate=rate)
     force = factor * run.force + NOISE * np.random.default_rng(number).standard_normal(len(run))
@@ -65,8 +65,8 @@ def site(number: int) -> Site:
 def make_fit():
     """Builds a Fit of ``count`` repeats; keywords go to ``recording_fit``, ``two_pass`` adds sites."""
 
-    def make(count: int = 1, two_pass: bool = False, odd: int | None = None, **options) -> Fit:
-        runs = [recording_fit(k, factor=1.5 if k == odd else 1.0, **options) for k in range(1, count + 1)]
+    def make(count: int = 1, two_pass: bool = False, anomalous: int | None = None, **options) -> Fit:
+        runs = [recording_fit(k, factor=1.5 if k == anomalous else 1.0, **options) for k in range(1, count + 1)]
         estimates = (
             Estimate("puncture_indentation", 3.2370e-3, "m", 3.1981e-3, 3.2759e-3, 1.3e-4, True, "complete fit"),
             Estimate("puncture_force", 0.21014, "N", 0.2057, 0.2145, 0.0105, True, "complete fit"),
@@ -103,7 +103,7 @@ def empty_fit():
     return Fit(recordings=(silent, broken))
 
 
-LAYER_PUNCTURES = (10e-3, 17e-3)  # m, in the recordings' zero: 8 mm, and 5 mm below a top at 10 mm
+LAYER_PUNCTURES = (10e-3, 17e-3)  # m, in the zero of the recordings: 8 mm, and 5 mm below a top at 10 mm
 EVIDENCE = [
     Evidence(choice="1 layer", parameters=12, residual=0.055, bic=-100.0, left_out=0.068, ties=False, chosen=False),
     Evidence(choice="2 layers", parameters=22, residual=0.014, bic=-964.0, left_out=0.037, ties=False, chosen=True),
@@ -115,15 +115,15 @@ EVIDENCE = [
 
 
 def layered_run(number: int) -> RecordingFit:
-    """One run of the preset ``layered``, its surface at 2 mm, with the force that the whole model gave."""
+    """One run of the preset ``layered`` with its surface at 2 mm and the force of the complete model."""
     motion = nf.Motion.insert(start=-5e-3, speed=3e-3, depth=20e-3, hold=2.0)
     run = nf.simulate(nf.preset("layered"), motion, rate=100.0)
     force = run.force + NOISE * np.random.default_rng(number).standard_normal(len(run))
     recording = Recording(run.time, run.depth + CONTACT, run.velocity, force, {}, Card(source=f"run_{number}"), ())
     reached = (True, number != 2)
     own = {
-        name: Estimate(name, depth, "m", depth - 1e-4, depth + 1e-4, None, reached_it)
-        for name, depth, reached_it in zip(("puncture_depth", "layer_2_puncture_depth"), LAYER_PUNCTURES, reached)
+        name: Estimate(name, depth, "m", depth - 1e-4, depth + 1e-4, None, reached_depth)
+        for name, depth, reached_depth in zip(("puncture_depth", "layer_2_puncture_depth"), LAYER_PUNCTURES, reached)
     }
     quality = Quality(NOISE, NOISE / 1.7, 0.999)
     return RecordingFit(
@@ -134,7 +134,7 @@ def layered_run(number: int) -> RecordingFit:
 
 @pytest.fixture
 def layered_fit():
-    """Two runs of the preset ``layered``, its own numbers identified."""
+    """Two runs of the preset ``layered``, with its own parameters as the identified ones."""
     sizes = {
         "contact_depth": (CONTACT, 1e-4, "m"), "puncture_depth": (10e-3, 2e-4, "m"),
         "friction_per_length": (140.0, 5.0, "N/m"), "layer_2_top": (10e-3, 1e-3, "m"),

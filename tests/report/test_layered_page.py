@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report of a layered fit: its choice, its numbers by layer, and what each layer carries."""
+"""The report of a layered fit: the choice of layers, the parameters by layer, and the force of each layer."""
 
 import dataclasses
 import json
@@ -23,17 +23,17 @@ def page(layered_fit, tmp_path):
     return (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
-def test_layers_one_by_one_add_up_to_the_model(layered_fit):
+def test_forces_of_the_layers_add_up_to_the_model(layered_fit):
     one = repeats(layered_fit)[0]
     forces = layer_forces(layered_fit, one)
     assert len(forces) == 2 and max(np.abs(forces[1])) > 0.1
-    # the whole was run by the simulation, in the surface's zero; to rounding of the depths
+    # the sum was simulated in the zero of the surface: equal up to rounding of the depths
     np.testing.assert_allclose(sum(forces), one.model, atol=1e-9)
     np.testing.assert_allclose(population_force(layered_fit, one), one.model, atol=1e-9)
     assert one.indentation.max() == pytest.approx(20.0, abs=0.05)
 
 
-def test_a_power_of_the_speed_is_on_every_layer(layered_fit):
+def test_a_power_of_the_speed_scales_every_layer(layered_fit):
     first, second = layered_fit.recordings
     faster = dataclasses.replace(first, predicted=1.2 * first.predicted)
     one = repeats(dataclasses.replace(layered_fit, recordings=(faster, second)))[0]
@@ -51,18 +51,23 @@ def test_the_choice_is_shown(page):
         ["2 layers", "22", "1.4 %", "0", "3.7 %", "chosen"],
         ["2 layers, no saturation", "20", "1.5 %", "11", "3.9 %", "ties"],
     ]
-    assert "the one of the fewest numbers is chosen" in plain(section) and "Choice of law" not in page
+    assert (
+        "the one with the fewest parameters is chosen" in plain(section) and "Choice of the stiffness law" not in page
+    )
 
 
-def test_by_bic_where_there_are_few_repeats(layered_fit, tmp_path):
+def test_bic_is_the_criterion_with_fewer_than_three_repeats(layered_fit, tmp_path):
     evidence = tuple(dataclasses.replace(row, left_out=None) for row in layered_fit.settings.evidence[1:])
     fit = dataclasses.replace(layered_fit, settings=dataclasses.replace(layered_fit.settings, evidence=evidence))
     write_report(fit, tmp_path / "report.html")
     words = plain((tmp_path / "report.html").read_text(encoding="utf-8"))
-    assert "fewer than three repeats the least BIC" in words and "The number of layers was given." in words
+    assert (
+        "fewer than three repeats the choice with the lowest BIC is taken" in words
+        and "The number of layers was given." in words
+    )
 
 
-def test_numbers_stand_under_their_layers(page):
+def test_parameters_are_in_the_table_of_their_layer(page):
     found = page[page.index('id="parameters"') :]
     headings = re.findall(r"<h3>([^<]*)</h3>", found)
     assert headings[:3] == ["Layer 1", "Layer 2", "All layers"]
@@ -78,13 +83,15 @@ def test_numbers_stand_under_their_layers(page):
 def test_figures_and_outcome(page):
     assert figures(page) == ["depth", "time", "stiffness", "layers", "residuals", "recordings"]
     words = plain(page)
-    assert "2 layers of tissue, each with a part of the force; they rupture with the tip 8.00 mm and 15.00" in words
+    assert "2 layers of tissue, whose forces add up; they rupture with the tip 8.00 mm and 15.00" in words
     assert "15.00 mm below the surface" in words and "layered, 2 layers" in words
     assert "Friction: dragged tissue." in words and "Relaxation: prony." in words
+    assert "relative to the fitted contact depth; depths in the tables are" in words
+    assert "Indentation is measured from the identified contact." in words
     assert words.count("not reached") == 1  # the second layer in the second run
 
 
-def test_a_layer_that_no_run_reached_is_not_placed(layered_fit, tmp_path):
+def test_a_rupture_that_no_run_reached_has_no_depth(layered_fit, tmp_path):
     name = "layer_2_puncture_depth"
     unreached = dataclasses.replace(layered_fit.parameters[name], identifiable=False)
     fit = dataclasses.replace(layered_fit, parameters=layered_fit.parameters | {name: unreached})
@@ -101,17 +108,17 @@ def test_json_has_ruptures_and_population(layered_fit):
     assert [row["chosen"] for row in document["settings"]["evidence"]] == [False, True, False]
 
 
-def test_a_saved_model_is_the_same_again(layered_fit, tmp_path):
+def test_a_saved_model_reads_back_unchanged(layered_fit, tmp_path):
     layered_fit.save(tmp_path / "mine.toml")
     assert nf.preset(tmp_path / "mine.toml") == layered_fit.model
 
 
-def test_one_layer_needs_no_headings(layered_fit):
+def test_one_layer_has_no_headings(layered_fit):
     one = {name: e for name, e in layered_fit.parameters.items() if not name.startswith("layer_2")}
     assert by_layer(one) == {"": one} and by_layer({}) == {}
 
 
-def test_limits_that_say_nothing_claim_no_digits():
+def test_very_wide_limits_have_two_digits():
     assert str(quantity(559.0, 0.0185, 1.68e7, "N/m^2")).replace("\N{NO-BREAK SPACE}", " ") == (
         "0.00056 N/mm² (0.00000 to 17)"
     )

@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is drawn: fewer samples, the same peaks; the right recording; the right stroke."""
+"""The curves drawn: reduced samples keep their peaks; the correct recording; the correct stroke."""
 
 import numpy as np
 import pytest
 
-from needleforce.report.curves import binned, envelope, loading, odd_ones, repeats, representative
+from needleforce.report.curves import anomalous_recordings, binned, envelope, loading, repeats, representative
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.3, 0.99])
 @pytest.mark.parametrize("at", [0, 1, 12_345, 44_998, 44_999])
-def test_a_drop_of_one_sample_survives(at, shift):
+def test_a_drop_of_one_sample_is_kept(at, shift):
     time, force = np.linspace(0.0, 18.0, 45_000), np.zeros(45_000)
     force[at] = -1.0
     x, y = envelope(time, force, 100, shift)
@@ -17,7 +17,7 @@ def test_a_drop_of_one_sample_survives(at, shift):
     assert np.all(np.diff(x) > 0)
 
 
-def test_a_way_there_and_back_keeps_its_order():
+def test_insertion_and_withdrawal_keep_their_order():
     depth = np.concatenate([np.linspace(0, 20, 5000), np.full(3000, 20.0), np.linspace(20, 0, 5000)])
     force = np.concatenate([np.linspace(0, 1, 5000), np.linspace(1, 0.5, 3000), np.linspace(-1, 0, 5000)])
     x, y = envelope(depth, force, 50)
@@ -26,19 +26,19 @@ def test_a_way_there_and_back_keeps_its_order():
     assert np.all(np.diff(x[:turn]) >= 0) and y[: turn + 1].max() == 1.0
 
 
-def test_few_samples_are_left_alone():
+def test_few_samples_are_unchanged():
     x = np.arange(10.0)
     assert envelope(x, x, 100)[0] is x
 
 
-def test_bins_tell_mean_and_range_and_where_nothing_is():
+def test_bins_have_mean_and_range_and_nan_if_empty():
     mean, low, high = binned(np.array([0.1, 0.2, 2.5]), np.array([1.0, 3.0, 5.0]), np.array([0.0, 1.0, 2.0, 3.0]))
     np.testing.assert_array_equal(mean, [2.0, np.nan, 5.0])
     np.testing.assert_array_equal(low, [1.0, np.nan, 5.0])
     np.testing.assert_array_equal(high, [3.0, np.nan, 5.0])
 
 
-def test_repeats_are_in_units_of_people_from_their_own_contact(make_fit):
+def test_repeats_are_in_seconds_and_millimetres_from_their_own_contact(make_fit):
     one = repeats(make_fit(1))[0]
     assert one.time[0] == 0.0 and one.indentation.max() == pytest.approx(20.0, abs=0.05)
     assert one.inward.any() and not (one.inward & one.outward).any()
@@ -46,8 +46,8 @@ def test_repeats_are_in_units_of_people_from_their_own_contact(make_fit):
     assert one.indentation[part][-1] == pytest.approx(3.237, abs=0.04)
 
 
-def test_the_median_speaks_and_the_odd_is_named(make_fit):
-    fit = make_fit(4, odd=2)
-    assert odd_ones(fit) == {2} and odd_ones(make_fit(2, odd=2)) == set()
+def test_the_median_recording_represents_and_the_anomalous_one_is_found(make_fit):
+    fit = make_fit(4, anomalous=2)
+    assert anomalous_recordings(fit) == {2} and anomalous_recordings(make_fit(2, anomalous=2)) == set()
     assert representative(repeats(fit)).number != 2
     assert representative(()) is None

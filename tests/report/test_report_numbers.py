@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers for people: units, digits, intervals."""
+"""Values as text: units, digits, intervals."""
 
 import math
 
@@ -41,12 +41,12 @@ def test_two_digits_of_the_half_width(half, places):
     assert len(shown.partition(".")[2]) == min(places, 2)  # six digits of the value at most
 
 
-def test_the_interval_is_never_narrowed_to_a_point():
+def test_the_interval_is_not_rounded_to_a_point():
     shown = quantity(0.2101, 0.2059, 0.2143, "N")
     assert (shown.value, shown.low, shown.high, shown.half_width) == ("0.2101", "0.2059", "0.2143", "0.0042")
 
 
-def test_a_plain_number_claims_no_more_digits_than_it_has():
+def test_a_plain_number_has_no_trailing_zeros():
     assert plain(116e3, "Pa").replace(SPACE, " ") == "116 kPa"
     assert plain(0.0053, "N", 0.0053).replace(SPACE, " ") == "0.0053 N"
     assert plain(None, "N") == plain(math.nan, "N") == "–"

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How values show themselves: text, HTML tables and labelled axes."""
+"""Values as text, HTML tables and labelled axes."""

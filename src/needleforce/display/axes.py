@@ -11,12 +11,12 @@ TIME, DEPTH, INDENTATION, FORCE = "time [s]", "depth [mm]", "indentation [mm]", 
 
 
 def axes_for(axes: Any = None) -> Any:
-    """``axes`` as given, or those of a new figure.
+    """Return ``axes``, or the axes of a new figure.
 
     Parameters
     ----------
     axes : matplotlib.axes.Axes, optional
-        Where to draw; None makes a figure of its own.
+        Where to draw; None makes a new figure.
 
     Returns
     -------
@@ -25,7 +25,7 @@ def axes_for(axes: Any = None) -> Any:
     Raises
     ------
     InputError
-        If ``axes`` is something else, such as an array of several axes.
+        If ``axes`` is not one matplotlib Axes, such as an array of several.
     """
     if axes is None:
         from matplotlib import pyplot
@@ -38,7 +38,22 @@ def axes_for(axes: Any = None) -> Any:
 
 
 def finish(axes: Any, x: str, y: str, title: str = "") -> Any:
-    """Labels with units, a grid, and a legend where something has a label; returns the axes."""
+    """Set axis labels, grid and title, and add a legend if a curve has a label.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Axes with everything drawn.
+    x, y : str
+        Axis labels: quantity and unit.
+    title : str
+        Title; none if empty.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        ``axes``.
+    """
     axes.set(xlabel=x, ylabel=y)
     if title:
         axes.set_title(title)

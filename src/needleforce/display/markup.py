@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""HTML that cannot carry foreign text: whatever is not already markup is escaped."""
+"""HTML elements and tables; text that is not ``Markup`` is escaped."""
 
 import html
 import unicodedata
@@ -8,41 +8,113 @@ from typing import NamedTuple
 
 
 class Markup(str):
-    """Text that is HTML already and is not escaped again."""
+    """Text that is already HTML and is not escaped again."""
 
     __slots__ = ()
 
 
 def escape(content: object) -> str:
-    """``content`` as HTML text, unless it is Markup already."""
+    """Return ``content`` as HTML text.
+
+    Parameters
+    ----------
+    content : object
+        Shown by ``str``; Markup is returned unchanged.
+
+    Returns
+    -------
+    str
+    """
     return content if isinstance(content, Markup) else html.escape(visible(str(content)))
 
 
 def visible(text: str) -> str:
-    """``text`` with control and direction characters, which can hide what a file is called, made visible."""
+    """Replace control and text-direction characters, which can hide part of a file name.
+
+    Parameters
+    ----------
+    text : str
+        Any text; tabs and line breaks are kept.
+
+    Returns
+    -------
+    str
+    """
     hidden = (c for c in set(text) - {"\n", "\t"} if unicodedata.category(c).startswith("C"))
     return text.translate(dict.fromkeys(map(ord, hidden), "\N{REPLACEMENT CHARACTER}"))
 
 
 def join(contents: Iterable[object], between: str = "") -> Markup:
-    """Several pieces after each other."""
+    """Join pieces of HTML.
+
+    Parameters
+    ----------
+    contents : iterable
+        Pieces; those that are not Markup are escaped.
+    between : str
+        Separator, HTML.
+
+    Returns
+    -------
+    Markup
+    """
     return Markup(between.join(escape(content) for content in contents))
 
 
 def element(name: str, *contents: object, **attributes: object) -> Markup:
-    """``<name …>contents</name>``; ``class_`` gives the class, ``_`` in an attribute a hyphen; None leaves it out."""
+    """Return the HTML element ``<name …>contents</name>``.
+
+    Parameters
+    ----------
+    name : str
+        Name of the element.
+    *contents : object
+        Pieces; those that are not Markup are escaped.
+    **attributes : object
+        Attributes; ``class_`` sets the class, ``_`` becomes a hyphen, None omits the attribute.
+
+    Returns
+    -------
+    Markup
+    """
     pairs = ((key.rstrip("_").replace("_", "-"), value) for key, value in attributes.items() if value is not None)
     opening = "".join(f' {key}="{escape(value)}"' for key, value in pairs)
     return Markup(f"<{name}{opening}>{join(contents)}</{name}>")
 
 
 def listing(items: Iterable[object], **attributes: object) -> Markup:
-    """An unordered list, one point an item."""
+    """Return an unordered list.
+
+    Parameters
+    ----------
+    items : iterable
+        One list item each.
+    **attributes : object
+        Attributes of the list, as for ``element``.
+
+    Returns
+    -------
+    Markup
+    """
     return element("ul", *(element("li", item) for item in items), **attributes)
 
 
 def table(head: tuple[str, ...], rows: Iterable[Iterable[object]], class_: str = "") -> Markup:
-    """A table; each cell carries its column's name, for narrow screens. Empty columns are left out."""
+    """Return an HTML table whose cells carry the name of their column, for narrow screens.
+
+    Parameters
+    ----------
+    head : tuple of str
+        Name of each column; columns without any content are omitted.
+    rows : iterable of iterables
+        Cells, as many as there are columns.
+    class_ : str
+        Class of the table, for the style sheet.
+
+    Returns
+    -------
+    Markup
+    """
     rows = [tuple(row) for row in rows]
     keep = [k for k in range(len(head)) if any(str(row[k]) for row in rows)]
     heads = (element("th", head[k], scope="col") for k in keep)
@@ -52,12 +124,22 @@ def table(head: tuple[str, ...], rows: Iterable[Iterable[object]], class_: str =
 
 
 def _cell(head: str, content: object) -> Markup:
-    """The content is one child, so that a narrow screen can set it beside its column's name."""
+    """A cell with its content in one element: a narrow screen shows the column's name next to it."""
     return element("td", element("div", content) if str(content) else "", data_label=head)
 
 
 class Section(NamedTuple):
-    """A part of a page: the ``name`` that links lead to, its heading, and its contents."""
+    """A section of a page.
+
+    Attributes
+    ----------
+    name : str
+        Target of links to the section.
+    title : str
+        Heading.
+    contents : Markup
+        What follows the heading.
+    """
 
     name: str
     title: str
@@ -70,6 +152,20 @@ class Section(NamedTuple):
 
 
 def section(title: str, *contents: object, name: str) -> Section | None:
-    """A section; None without any contents."""
+    """Return a section, or None if all contents are empty.
+
+    Parameters
+    ----------
+    title : str
+        Heading.
+    *contents : object
+        Pieces; those that are not Markup are escaped.
+    name : str
+        Target of links to the section.
+
+    Returns
+    -------
+    Section or None
+    """
     found = join(contents)
     return Section(name, title, found) if found else None

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Numbers for people: units of a sensible size, and no more digits than the interval supports."""
+"""Values as text: units of a readable size, and no more digits than the interval supports."""
 
 import math
 from dataclasses import dataclass
 
-MOST_DIGITS = 6  # significant digits shown at most, however narrow the interval
-WITHOUT_INTERVAL = 4  # significant digits where no interval says how many are known
-UNKNOWN = 2.0  # half widths a value: beyond, of limits by factors, two digits of each are shown
+MAX_DIGITS = 6  # significant digits, however narrow the interval
+DIGITS_WITHOUT_INTERVAL = 4  # significant digits of a value without interval
+WIDE_INTERVAL = 2.0  # half width over value: above this, an asymmetric interval is shown with two digits each
 DASH = "–"
 
 # SI unit -> (from which magnitude on, factor, shown unit), the largest first
@@ -24,9 +24,23 @@ _SCALES = {
 _SPELLINGS = {"N/m^2": "N/m²", "N/m2": "N/m²", "N·m": "N m", "-": "1", "": "1"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """One number as text: ``value``, ``low``, ``high`` in ``unit``; ``low`` and ``high`` empty without an interval."""
+    """A value and its interval as text, in the unit shown.
+
+    Attributes
+    ----------
+    value : str
+        The value, without unit.
+    low, high : str
+        Limits of the interval; empty without an interval.
+    half_width : str
+        Half the width of the interval; empty without an interval.
+    symmetric : bool
+        Whether the value is the middle of the interval, within a twentieth of the half width.
+    unit : str
+        The unit shown; empty for a ratio.
+    """
 
     value: str
     low: str
@@ -51,28 +65,59 @@ class Quantity:
         return self.text + (f" ({self.interval})" if self.interval else "")
 
 
-def quantity(value: float, low: float | None, high: float | None, unit: str, most: int = MOST_DIGITS) -> Quantity:
-    """``value`` [SI ``unit``] with its interval, scaled for people and rounded to two digits of the half width.
+def quantity(value: float, low: float | None, high: float | None, unit: str, max_digits: int = MAX_DIGITS) -> Quantity:
+    """Scale a value to a readable unit and round it to two digits of its interval's half width.
 
-    ``most`` significant digits are shown of the value, however narrow the interval.
+    Parameters
+    ----------
+    value : float
+        Value in the SI unit.
+    low, high : float or None
+        Limits of the interval in the SI unit; None or NaN without an interval.
+    unit : str
+        The SI unit, such as ``"N/m"``; ``"1"`` for a ratio.
+    max_digits : int
+        Maximum number of significant digits of the value, however narrow the interval.
+
+    Returns
+    -------
+    Quantity
     """
     factor, shown = scale(value, unit)
     value, low, high = (math.nan if x is None else float(x) * factor for x in (value, low, high))
     half = 0.5 * (high - low)
-    places = decimals(value, half, most)
+    places = decimals(value, half, max_digits)
     if not (math.isfinite(low) or math.isfinite(high)):
-        return Quantity(_trimmed(fixed(value, places)), "", "", "", False, shown)
+        text = _trimmed(fixed(value, places))
+        return Quantity(value=text, low="", high="", half_width="", symmetric=False, unit=shown)
     symmetric = math.isfinite(half) and half > 0.0 and abs(high + low - 2.0 * value) <= 0.1 * half
-    if not symmetric and math.inf > half > UNKNOWN * abs(value):
+    if not symmetric and math.inf > half > WIDE_INTERVAL * abs(value):
         known = decimals(value, abs(value), 2)
         texts = (fixed(x, min(known, decimals(x, abs(x), 2))) for x in (value, low, high))
     else:
         texts = (fixed(x, places) for x in (value, low, high))
-    return Quantity(*texts, _at_least(half, places), symmetric, shown)
+    text, low_text, high_text = texts
+    return Quantity(
+        value=text, low=low_text, high=high_text, half_width=_at_least(half, places), symmetric=symmetric, unit=shown
+    )
 
 
 def plain(value: float | None, unit: str, like: float | None = None) -> str:
-    """One number without interval, with its unit; ``like`` [SI] sets the decimals, as a standard deviation does."""
+    """Return a value without interval, with its unit, as text.
+
+    Parameters
+    ----------
+    value : float or None
+        Value in the SI unit; None and NaN give a dash.
+    unit : str
+        The SI unit.
+    like : float, optional
+        Size in the SI unit, such as a standard deviation, whose second digit is the last one shown.
+
+    Returns
+    -------
+    str
+    """
     if value is None or not math.isfinite(value):
         return DASH
     factor, shown = scale(value, unit)
@@ -82,22 +127,63 @@ def plain(value: float | None, unit: str, like: float | None = None) -> str:
 
 
 def scale(value: float | None, unit: str) -> tuple[float, str]:
-    """Factor from SI to the unit shown, and that unit; a unit not known here stays as it is."""
+    """Return the factor from the SI unit to the unit shown, and the unit shown.
+
+    Parameters
+    ----------
+    value : float or None
+        Value in the SI unit, whose magnitude selects the unit.
+    unit : str
+        The SI unit; one that is not in the table is returned unchanged, with factor 1.
+
+    Returns
+    -------
+    factor : float
+    unit : str
+    """
     steps = _SCALES.get(_SPELLINGS.get(unit, unit), ((0.0, 1.0, unit),))
     size = abs(value) if value is not None and math.isfinite(value) else 0.0
     return next((factor, shown) for start, factor, shown in steps if size >= start)
 
 
-def decimals(value: float, half_width: float, most: int = MOST_DIGITS) -> int:
-    """Decimal places: two digits of the half width, else four of the value; below 0 rounds to tens, hundreds …."""
+def decimals(value: float, half_width: float, max_digits: int = MAX_DIGITS) -> int:
+    """Return the decimal places: two digits of the half width, or four digits of the value without one.
+
+    Parameters
+    ----------
+    value : float
+        Value in the unit shown.
+    half_width : float
+        Half width of its interval in the same unit; NaN or 0 without an interval.
+    max_digits : int
+        Maximum number of significant digits of the value.
+
+    Returns
+    -------
+    int
+        Decimal places; a negative number rounds to tens, hundreds and so on.
+    """
     size = math.floor(math.log10(abs(value))) if math.isfinite(value) and value != 0.0 else 0
     if not math.isfinite(half_width) or half_width <= 0.0:
-        return WITHOUT_INTERVAL - 1 - size
-    return min(1 - math.floor(math.log10(half_width)), most - 1 - size)
+        return DIGITS_WITHOUT_INTERVAL - 1 - size
+    return min(1 - math.floor(math.log10(half_width)), max_digits - 1 - size)
 
 
 def fixed(value: float, places: int) -> str:
-    """``value`` with that many decimals, a true minus sign, and a word for what is not a number."""
+    """Return ``value`` with that many decimals.
+
+    Parameters
+    ----------
+    value : float
+        Value; NaN gives a dash, infinity its sign.
+    places : int
+        Decimal places; a negative number rounds to tens, hundreds and so on.
+
+    Returns
+    -------
+    str
+        The text with a typographic minus sign.
+    """
     if math.isnan(value):
         return DASH
     if math.isinf(value):
@@ -107,21 +193,45 @@ def fixed(value: float, places: int) -> str:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Number and unit, kept on one line; a degree sign follows without a space."""
+    """Join a number and its unit with a no-break space; a degree sign follows without a space.
+
+    Parameters
+    ----------
+    text : str
+        The number.
+    unit : str
+        The unit; none if empty.
+
+    Returns
+    -------
+    str
+    """
     return f"{text}{unit}" if unit in ("", "°") else f"{text}\N{NO-BREAK SPACE}{unit}"
 
 
 def _trimmed(text: str) -> str:
-    """Without the zeros at the end, which would claim digits that nobody gave."""
+    """The text without trailing zeros, which would suggest digits that are not known."""
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 def _at_least(half: float, places: int) -> str:
-    """The half width; where it is below the last place, that it is below."""
+    """The half width; below half of the last decimal place, ``<`` and that place."""
     smallest = 10.0**-places
     return fixed(half, places) if not 0.0 < half < 0.5 * smallest else f"<{fixed(smallest, places)}"
 
 
 def counted(number: int, noun: str) -> str:
-    """``1 recording``, ``2 recordings``."""
+    """Return a count with its noun, such as ``1 recording`` or ``2 recordings``.
+
+    Parameters
+    ----------
+    number : int
+        The count.
+    noun : str
+        Singular; the plural adds an s.
+
+    Returns
+    -------
+    str
+    """
     return f"{number} {noun}" + ("" if number == 1 else "s")

@@ -10,26 +10,26 @@ from .markup import Markup, element, join, table, visible
 from .quantities import plain
 
 WIDTH = 110  # columns of a terminal that a text may use
-GAP = "  "
+GAP = "  "  # between columns
 PARAMETER_HEAD = ("parameter", "symbol", "value", "meaning")
 
 
 def text_table(head: Sequence[str], rows: Iterable[Sequence[object]], indent: str = "  ") -> str:
-    """A table in aligned columns, a line a row; columns without any content are left out.
+    """Return a table in aligned columns, one line per row; columns without any content are omitted.
 
     Parameters
     ----------
     head : sequence of str
         Name of each column.
     rows : iterable of sequences
-        Cells, as many as there are columns; shown by ``str``.
+        Cells, as many as there are columns, shown by ``str``.
     indent : str
-        Put before each line.
+        Text before each line.
 
     Returns
     -------
     str
-        Lines without a line break at the end; empty without rows.
+        Lines, without a line break at the end; empty without rows.
     """
     cells = [[visible(str(cell)) for cell in row] for row in rows]
     keep = [k for k in range(len(head)) if any(row[k] for row in cells)]
@@ -43,7 +43,20 @@ def text_table(head: Sequence[str], rows: Iterable[Sequence[object]], indent: st
 
 
 def text_list(title: str, sentences: Iterable[str]) -> str:
-    """A title and a wrapped line for each sentence; empty without sentences."""
+    """Return a title and a wrapped line for each sentence.
+
+    Parameters
+    ----------
+    title : str
+        First line, without its colon.
+    sentences : iterable of str
+        One list item each.
+
+    Returns
+    -------
+    str
+        Empty without sentences.
+    """
     wrapped = [
         textwrap.fill(visible(each), WIDTH, initial_indent="  - ", subsequent_indent="    ") for each in sentences
     ]
@@ -51,12 +64,22 @@ def text_list(title: str, sentences: Iterable[str]) -> str:
 
 
 def blocks(*parts: str) -> str:
-    """Those parts of a text that are not empty, a line break between them."""
+    """Join the parts that are not empty with line breaks.
+
+    Parameters
+    ----------
+    *parts : str
+        Parts of a text.
+
+    Returns
+    -------
+    str
+    """
     return "\n".join(part for part in parts if part)
 
 
 def _width(text: str) -> int:
-    """Columns a text takes: characters that combine with the one before take none."""
+    """Width of a text in columns; combining characters have no width."""
     return sum(not unicodedata.combining(letter) for letter in text)
 
 

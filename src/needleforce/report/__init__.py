@@ -1,30 +1,56 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The report of an identification, a comparison or a campaign: one HTML file, offline, on a phone and on paper."""
+"""Reports of an identification, a comparison or a campaign: one HTML file each, for screen and print, offline."""
 
+import os
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..campaign.result import Campaign
+    from ..identification.compare import ModelRow
+    from ..identification.result import Fit
 
 __all__ = ["write_campaign_report", "write_comparison", "write_report"]
 
 
-def write_report(fit, path, *, title: str | None = None, table: list[dict] | None = None) -> None:
-    """Writes the report of ``fit`` to ``path``: one HTML file without any reference to the outside.
+def write_report(
+    fit: "Fit", path: str | os.PathLike, *, title: str | None = None, table: list[dict[str, Any]] | None = None
+) -> None:
+    """Write the report of a fit as one HTML file that opens offline; the same input gives the same bytes.
 
-    ``title`` heads the page; None names the recordings. ``table`` is a comparison with known truth, rows of
-    {quantity, unit, paper, paper_sd, true, identified, low, high}, any value None or text such as "not yet".
-    The same input gives the same bytes. Nothing is written if the page cannot be made.
+    Parameters
+    ----------
+    fit : Fit
+        Result of ``identify``.
+    path : path-like
+        File to write; nothing is written if the page cannot be made.
+    title : str, optional
+        Title of the page; None names the recordings.
+    table : list of dict, optional
+        Comparison with known true values: rows with the keys quantity, unit, paper, paper_sd, true, identified, low
+        and high. Values are in SI units, None, or text such as "not yet".
     """
     from ..files import atomic_write
-    from .page import page  # here, because drawing loads matplotlib, which importing needleforce must not cost
+    from .page import page  # loads matplotlib, which importing needleforce must not do
 
     text = page(fit, title, table)
     with atomic_write(path) as file:
         file.write(text)
 
 
-def write_comparison(rows, path, *, files: Sequence = ()) -> None:
-    """Writes what ``compare`` gave to ``path``: table and figure in one HTML file without any reference to the outside.
+def write_comparison(
+    rows: "Sequence[ModelRow]", path: str | os.PathLike, *, files: Sequence[str | os.PathLike] = ()
+) -> None:
+    """Write a comparison of models as one HTML file that opens offline; the same input gives the same bytes.
 
-    ``files`` are the recordings' names, to be listed. The same input gives the same bytes.
+    Parameters
+    ----------
+    rows : sequence of ModelRow
+        Result of ``compare``.
+    path : path-like
+        File to write.
+    files : sequence of path-like
+        Names of the recordings, for a list on the page.
     """
     from ..files import atomic_write
     from .models_page import models_page
@@ -34,10 +60,17 @@ def write_comparison(rows, path, *, files: Sequence = ()) -> None:
         file.write(text)
 
 
-def write_campaign_report(campaign, path, *, title: str | None = None) -> None:
-    """Writes the report of a ``campaign`` to ``path``: one HTML file without any reference to the outside.
+def write_campaign_report(campaign: "Campaign", path: str | os.PathLike, *, title: str | None = None) -> None:
+    """Write the report of a campaign as one HTML file that opens offline; the same input gives the same bytes.
 
-    ``title`` heads the page; None counts recordings and conditions. The same input gives the same bytes.
+    Parameters
+    ----------
+    campaign : Campaign
+        Result of ``campaign``.
+    path : path-like
+        File to write.
+    title : str, optional
+        Title of the page; None gives the numbers of recordings and conditions.
     """
     from ..files import atomic_write
     from .campaign_page import campaign_page

@@ -1,25 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings as inline SVG: one for a wide page and paper, one for a narrow screen, both with text of reading size."""
+"""Drawings as inline SVG: one for a wide page and for print, one for a narrow screen, both with readable text."""
 
 import io
 import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from ..display.markup import Markup, element, escape, join
 
-# measured light (its words darker, in slate), model dark: on grey paper they still differ, and by weight
+# measured light (its labels darker, in slate), model dark and thicker: they differ in a greyscale print, too
 INK, QUIET, MEASURED, SLATE = "#222222", "#6d7278", "#88929b", "#566069"
 MODEL, SECOND = "#c64f00", "#0072b2"
 TINTS = {"deformation": "#e3eef7", "insertion": "#f6f5f1", "hold": "#fdf3dc", "extraction": "#e6f3ee"}
 THIN, MEDIUM, THICK = 0.9, 1.2, 1.7
-TEXT = 9.0  # points; at the scale of the page 12 px
+TEXT = 9.0  # points; 12 px at the scale of the page
 
 _STYLE = {
     "svg.fonttype": "none", "text.parse_math": False, "font.size": TEXT, "axes.titlesize": TEXT, "axes.labelsize": TEXT,
@@ -32,35 +34,38 @@ _STYLE = {
 }  # fmt: skip
 _MARGINS = {"left": 40.0, "right": 8.0, "top": 22.0, "bottom": 36.0, "across": 52.0, "down": 62.0}  # points
 _NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
-_REACHES = (5.0, 10.0, 20.0, 40.0)  # points from a label to its point; further off where near places are taken
+_REACHES = (5.0, 10.0, 20.0, 40.0)  # points from a label to its point; the larger ones if near places are occupied
 _SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
-_CELL = 2.0  # points: side of the squares in which covered ground is counted
+ON_WHITE = {"boxstyle": "square,pad=0.15", "fc": "white", "ec": "none"}  # of a label that a line would cross
+_CELL = 2.0  # points: side of the squares in which occupied area is counted
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """What is drawn on: its width in points, and whether it is for a narrow screen."""
+    """The size of a drawing: its width in points, and whether it is for a narrow screen."""
 
     width: float
     narrow: bool = False
 
     @property
     def columns(self) -> int:
-        """Columns of a panel across the whole sheet; more could not be told apart."""
+        """Columns to which the curves of a full-width panel are reduced; more would not be distinguishable."""
         return int(0.6 * self.width)
 
 
-FULL, BESIDE, NARROW = Sheet(640.0), Sheet(390.0), Sheet(262.0, narrow=True)
+FULL, WITH_SIDE_CAPTION, NARROW = Sheet(640.0), Sheet(390.0), Sheet(262.0, narrow=True)
 
 
 def drawing(name: str, draw: Callable, heights: tuple[float, float], alt: str, wide: Sheet = FULL) -> Markup:
-    """``draw(figure, sheet)`` drawn wide and narrow, ``heights`` high [points]; the page shows one of the two."""
+    """``draw(figure, sheet)`` on a wide and a narrow sheet of ``heights`` [points]; the page shows one of the two."""
     sheets = zip(("wide", "narrow"), (wide, NARROW), heights)
     return join(element("div", _svg(name, draw, sheet, height, alt), class_=kind) for kind, sheet, height in sheets)
 
 
-def panels(figure: Figure, sheet: Sheet, rows: int = 1, columns: int = 1, margins: dict | None = None, **options):
-    """Axes with margins in points, so that neither a font nor a number of digits moves them."""
+def panels(
+    figure: Figure, sheet: Sheet, rows: int = 1, columns: int = 1, margins: dict | None = None, **options: Any
+) -> np.ndarray:
+    """Axes (rows, columns) with margins in points, independent of fonts and of the digits of tick labels."""
     height = 72.0 * figure.get_figheight()
     m = _MARGINS | (margins or {})
     wide, high = sheet.width - m["left"] - m["right"], height - m["top"] - m["bottom"]
@@ -73,17 +78,18 @@ def panels(figure: Figure, sheet: Sheet, rows: int = 1, columns: int = 1, margin
     return figure.subplots(rows, columns, gridspec_kw=grid, squeeze=False, **options)
 
 
-def axis_names(axes, x: str, y: str) -> None:
-    """Quantity and unit of both axes; the vertical one above its axis, to be read without turning the head."""
+def axis_names(axes: Axes, x: str, y: str) -> None:
+    """Quantity and unit of both axes; that of the vertical axis is horizontal text above it."""
     axes.set_xlabel(x, loc="right")
     axes.annotate(y, (0.0, 1.0), (-32.0, 8.0), xycoords="axes fraction", textcoords="offset points", va="bottom")
 
 
 def _svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:
-    # the salt keeps the names of clip paths apart: two drawings of one page must not share them
+    """One drawing as an ``svg`` element, the same for the same input."""
+    # the salt makes the names of clip paths unique: two drawings of one page must not share them
     style = _STYLE | {"svg.hashsalt": f"{name}-{sheet.width:g}"}
     with matplotlib.rc_context(style), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph")  # the reader's own fonts draw the text, not matplotlib's
+        warnings.filterwarnings("ignore", "Glyph")  # the browser's fonts draw the text, not matplotlib's
         figure = Figure(figsize=(sheet.width / 72.0, height / 72.0), dpi=72)
         FigureCanvasSVG(figure)
         draw(figure, sheet)
@@ -93,11 +99,11 @@ def _svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Ma
 
 
 def _inline(text: str, sheet: Sheet, height: float, alt: str) -> Markup:
-    """The drawing's content in an ``svg`` element of our own: no prologue, name spaces, styles or names of groups."""
+    """The drawing's content in a new ``svg`` element, without prologue, name spaces, styles and names of groups."""
     content = text[text.index(">", text.index("<svg")) + 1 :]
     content = re.sub(r"<metadata>.*?</metadata>|<style.*?</style>", "", content, flags=re.DOTALL)
     content = re.sub(r'<g id="[^"]*"', "<g", content)
-    content = re.sub(r'(<text [^>]*?) ?font-family: [^;"]*;?', r"\1", content)  # the page's own fonts
+    content = re.sub(r'(<text [^>]*?) ?font-family: [^;"]*;?', r"\1", content)  # the page's fonts
     content = re.sub(r' transform="rotate\(-?0 [^"]*"', "", content)
     content = re.sub(r' d="([^"]*)"', lambda path: f' d="{_short(path[1])}"', content)
     view = f"0 0 {sheet.width:g} {height:g}"
@@ -105,26 +111,27 @@ def _inline(text: str, sheet: Sheet, height: float, alt: str) -> Markup:
 
 
 def _short(path: str) -> str:
-    """A path with hundredths of a point, which is finer than paper, and without spare white space."""
+    """A path rounded to hundredths of a point, finer than print, without superfluous white space."""
     path = re.sub(r"-?\d+\.\d+", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), path)
     return re.sub(r"([A-Zz]) ", r"\1", " ".join(path.split()))
 
 
 class Labels:
-    """Writes into ``axes``, whose limits are final; ``curves`` are (x, y) in data units, not to be written over."""
+    """Labels in ``axes`` that avoid each other and the ``curves`` (x, y), in data units; the limits become final."""
 
-    def __init__(self, axes, curves):
+    def __init__(self, axes: Axes, curves: Iterable[tuple[np.ndarray, np.ndarray]]):
         self.axes = axes
+        axes.autoscale_view()  # places are computed from the final limits
         self.taken = np.zeros(np.ceil(np.array(axes.figure.bbox.size) / _CELL).astype(int) + 1, bool)
         for curve in curves:
             self._take(self._along(*curve))
 
     def at(self, text: str, x: float, y: float, colour: str, size: float = TEXT) -> None:
-        """Names the point (x, y)."""
+        """Label the point (x, y)."""
         self._write(text, self.axes.transData.transform([(x, y)]), colour, size)
 
-    def on(self, text: str, x, y, colour: str, size: float = TEXT) -> None:
-        """Names the curve (x, y), somewhere along it."""
+    def on(self, text: str, x: np.ndarray, y: np.ndarray, colour: str, size: float = TEXT) -> None:
+        """Label the curve (x, y), at the best place along it."""
         points = self._along(np.asarray(x, float), np.asarray(y, float))
         if len(points):
             points = points[:: max(len(points) // 40, 1)]
@@ -132,6 +139,7 @@ class Labels:
             self._write(text, points[middle], colour, size)
 
     def _write(self, text: str, points: np.ndarray, colour: str, size: float) -> None:
+        """Write the text at the place with the lowest cost near one of ``points``."""
         size_of_text = 0.56 * size * max(map(len, text.split("\n"))), 1.2 * size * (1 + text.count("\n"))
         boxes = _boxes(points, *size_of_text)
         distance = np.repeat(_REACHES, len(boxes) // len(_REACHES))
@@ -142,7 +150,7 @@ class Labels:
         self._take(np.column_stack([xs.ravel(), ys.ravel()]))
 
     def _cost(self, boxes: np.ndarray) -> np.ndarray:
-        """How many squares each box would cover; what stands outside the axes costs most."""
+        """Cost of each box: the occupied squares that it covers, and a larger cost outside the axes."""
         frame = self.axes.bbox.padded(-2.0)
         outside = np.maximum(np.hstack([frame.min - boxes[:, :2], boxes[:, 2:] - frame.max]), 0.0).sum(axis=1)
         total = np.pad(self.taken.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
@@ -152,12 +160,13 @@ class Labels:
         return 50.0 * outside + covered
 
     def _take(self, points: np.ndarray) -> None:
+        """Mark the squares at ``points`` as occupied."""
         cells = np.round(points / _CELL).astype(int)
         inside = ((cells >= 0) & (cells < self.taken.shape)).all(axis=1)
         self.taken[tuple(cells[inside].T)] = True
 
-    def _along(self, x, y) -> np.ndarray:
-        """The curve in points of the page, one every two points of its length, without what is not finite."""
+    def _along(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """The curve in page coordinates, a point every two points of its length, without values that are not finite."""
         points = self.axes.transData.transform(np.column_stack([x, y]))
         points = points[np.isfinite(points).all(axis=1)]
         if len(points) < 2:
@@ -168,7 +177,7 @@ class Labels:
 
 
 def _boxes(points: np.ndarray, width: float, height: float) -> np.ndarray:
-    """Every place offered (m, 4), the best first: left, bottom, right, top."""
+    """Candidate places (m, 4) of a label, the best first: left, bottom, right, top."""
     size = np.array([width, height])
     sides = np.array(_SIDES)
     corners = np.concatenate([points + reach * side - size * (1 - side) / 2 for reach in _REACHES for side in sides])

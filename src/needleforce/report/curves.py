@@ -1,32 +1,51 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is drawn of a fit: which recording, which samples, and how few of them without losing a peak."""
+"""The curves drawn of a fit: recordings, their samples, and a reduction of samples that keeps every peak."""
 
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-RESIDUAL_FACTOR = 2.0  # the odd one out: residual above this many times the median of all …
-USUAL_SPEED = 3e-3  # [m/s], the paper's, where a recording does not tell
-FORCE_SHARE = 0.25  # … or a puncture force further than this share off the median
+from ..identification.recording_fit import RecordingFit
+from ..identification.result import Fit
+from ..recording.recording import Recording
+from ..segmentation.events import Events
+
+DEFAULT_SPEED = 3e-3  # [m/s], the paper's, for a recording without motion before the puncture
+# a recording is anomalous if its residual is above this many times the median of all …
+RESIDUAL_FACTOR = 2.0
+FORCE_SHARE = 0.25  # … or its puncture force differs from the median by more than this share
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class DrawnRepeat:
-    """One recording in people's units: time [s] from its start, indentation [mm], forces [N]; ``number`` counts from 1.
+    """One recording in the units of the figures.
 
-    ``model`` (n,) is all NaN where there is none; ``inward`` and ``outward`` (n,) say which stroke a sample belongs to.
+    Attributes
+    ----------
+    number : int
+        Number of the recording, from 1.
+    fit : RecordingFit
+        Its own fit.
+    time, indentation, measured : ndarray (n,)
+        Time [s] from the start, indentation [mm] and measured force [N].
+    model : ndarray (n,)
+        Force of the model [N]; all NaN without a model.
+    inward, outward : ndarray (n,)
+        True for the samples of the insertion stroke and of the withdrawal stroke.
+    anomalous : bool
+        Whether its residual or puncture force differs from those of the other recordings.
     """
 
     number: int
-    fit: object
+    fit: RecordingFit
     time: np.ndarray
     indentation: np.ndarray
     measured: np.ndarray
     model: np.ndarray
     inward: np.ndarray
     outward: np.ndarray
-    odd: bool = False
+    anomalous: bool = False
 
     @property
     def puncture(self) -> tuple[float, float] | None:
@@ -48,32 +67,40 @@ class DrawnRepeat:
         return bool(np.isfinite(self.model).any())
 
 
-def repeats(fit) -> tuple[DrawnRepeat, ...]:
+def repeats(fit: Fit) -> tuple[DrawnRepeat, ...]:
     """Every recording that can be drawn, in the order of the files."""
-    odd = odd_ones(fit)
+    anomalous = anomalous_recordings(fit)
     numbered = ((k, one) for k, one in enumerate(fit.recordings, 1) if one.recording is not None)
-    return tuple(_repeat(k, one, k in odd, fit.shared_contact) for k, one in numbered if len(one.recording) > 1)
+    return tuple(_repeat(k, one, k in anomalous, fit.shared_contact) for k, one in numbered if len(one.recording) > 1)
 
 
-def _repeat(number: int, one, odd: bool, shared: float | None) -> DrawnRepeat:
+def _repeat(number: int, one: RecordingFit, anomalous: bool, shared: float | None) -> DrawnRepeat:
+    """One recording in the units of the figures; ``shared`` is the contact depth [m] common to all, or None."""
     recording, events = one.recording, one.events
     surface = _surface(one) if shared is None else shared
     model = one.predicted if len(one.predicted) == len(recording) else np.full(len(recording), np.nan)
     return DrawnRepeat(
-        number, one, recording.time - recording.time[0], 1e3 * (recording.depth - surface), recording.force, model,
-        _within(recording, events, ("deformation", "insertion")), _within(recording, events, ("extraction",)), odd,
-    )  # fmt: skip
+        number=number,
+        fit=one,
+        time=recording.time - recording.time[0],
+        indentation=1e3 * (recording.depth - surface),
+        measured=recording.force,
+        model=model,
+        inward=_within(recording, events, ("deformation", "insertion")),
+        outward=_within(recording, events, ("extraction",)),
+        anomalous=anomalous,
+    )
 
 
-def _surface(one) -> float:
-    """Depth [m] from which indentation counts: the identified contact, from which the model runs, else the one seen."""
+def _surface(one: RecordingFit) -> float:
+    """Depth [m] of zero indentation: the identified contact, at which the model starts, or the detected one."""
     if "contact_depth" in one.parameters:
         return one.parameters["contact_depth"].value
     return one.events.contact.depth if one.events.contact is not None else 0.0
 
 
-def _within(recording, events, phases: tuple[str, ...]) -> np.ndarray:
-    """True for the samples (n,) of these phases; of the whole stroke where no phases were found."""
+def _within(recording: Recording, events: Events, phases: tuple[str, ...]) -> np.ndarray:
+    """True for the samples (n,) of these phases; without phases, for those of the stroke by the sign of velocity."""
     chosen = np.zeros(len(recording), bool)
     if not events.phases:
         return recording.velocity < 0.0 if phases == ("extraction",) else recording.velocity > 0.0
@@ -83,15 +110,15 @@ def _within(recording, events, phases: tuple[str, ...]) -> np.ndarray:
 
 
 def representative(drawn: tuple[DrawnRepeat, ...]) -> DrawnRepeat | None:
-    """The recording with the median residual, so that neither the best nor the worst speaks for all."""
+    """The recording with the median residual: neither the best fit nor the worst."""
     ranked = sorted((r for r in drawn if r.has_model and r.fit.quality), key=lambda r: r.fit.quality.rmse_N)
     if ranked:
         return ranked[(len(ranked) - 1) // 2]
     return next((r for r in drawn if r.fit.events.contact is not None), drawn[0] if drawn else None)
 
 
-def odd_ones(fit) -> set[int]:
-    """Numbers of the recordings that differ from the rest by residual or puncture force, among three or more."""
+def anomalous_recordings(fit: Fit) -> set[int]:
+    """Numbers of the recordings whose residual or puncture force differs from the others, among three or more."""
     residual = {k: one.quality.rmse_N for k, one in enumerate(fit.recordings, 1) if one.quality}
     force = {k: one.events.punctures[0].force for k, one in enumerate(fit.recordings, 1) if one.events.punctures}
     far = {k for k in residual if residual[k] > RESIDUAL_FACTOR * np.median(list(residual.values()))}
@@ -101,7 +128,7 @@ def odd_ones(fit) -> set[int]:
 
 
 def loading(one: DrawnRepeat) -> slice:
-    """The samples from contact to the first puncture; to the deepest where there was none."""
+    """The samples from contact to the first puncture; to the greatest depth without a puncture."""
     events, first = one.fit.events, int(np.argmax(one.indentation >= 0.0))
     deepest = int(np.argmax(one.indentation))
     # the peak itself: the interval in which the puncture lies may reach into the drop
@@ -113,14 +140,14 @@ def loading_speed(one: DrawnRepeat) -> float:
     """Mean speed [m/s] from contact to the first puncture."""
     part = loading(one)
     travel, time = np.ptp(one.indentation[part]), np.ptp(one.time[part])
-    return 1e-3 * float(travel / time) if travel > 0.0 and time > 0.0 else USUAL_SPEED
+    return 1e-3 * float(travel / time) if travel > 0.0 and time > 0.0 else DEFAULT_SPEED
 
 
 def envelope(x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """``x``, ``y`` (n,) in about 4 points a column: the first, lowest, highest and last of ``y``, in their order.
+    """``x``, ``y`` (n,) reduced to 4 points per column: the first, lowest, highest and last ``y``, in their order.
 
-    Columns are of equal travel of x, back and forth: a peak or a puncture's drop of a single sample is always kept.
-    ``shift`` (share of a column) sets the columns of overlaid curves apart, or all would rise and fall together.
+    Columns have equal travel of x, forward and backward, so a peak or a drop of a single sample is always kept.
+    ``shift`` (share of a column) offsets the columns, so that overlaid curves do not have the same ones.
     """
     if len(x) <= 4 * columns:
         return x, y
@@ -132,12 +159,13 @@ def envelope(x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0) -> 
 
 
 def _extremes(y: np.ndarray, first: int, last: int) -> tuple[int, int, int, int]:
+    """Indices of the first, lowest, highest and last value of ``y[first:last]``."""
     part = y[first:last]
     return first, first + int(np.argmin(part)), first + int(np.argmax(part)), last - 1
 
 
 def binned(x: np.ndarray, y: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean, lowest and highest y of each bin of x, (m,) each for ``edges`` (m + 1,); NaN where a bin is empty."""
+    """Mean, lowest and highest y of each bin of x, (m,) each for ``edges`` (m + 1,); NaN in empty bins."""
     keep = np.isfinite(y) & (x >= edges[0]) & (x <= edges[-1])
     y, bins = y[keep], len(edges) - 1
     k = np.clip(np.searchsorted(edges, x[keep], side="right") - 1, 0, bins - 1)
@@ -149,5 +177,5 @@ def binned(x: np.ndarray, y: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray,
 
 
 def columns_for(lines: int, width: float) -> int:
-    """Columns a line may have when ``lines`` of them share a drawing ``width`` points wide: all together stay small."""
+    """Columns of each of ``lines`` curves in a drawing ``width`` points wide, so that the file stays small."""
     return int(np.clip(1600 // max(lines, 1), 60, width))

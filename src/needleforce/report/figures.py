@@ -1,9 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Force over time and over depth, measured against model: the paper's figures 2, 4 and 8."""
+"""Measured and modelled force over time and over depth: the paper's figures 2, 4 and 8."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from ..models.model import Insertion
+from ..display.markup import visible
+from ..models.model import Insertion, Model
 from .canvas import (
     INK,
     MEASURED,
@@ -17,25 +24,30 @@ from .canvas import (
     THIN,
     TINTS,
     Labels,
+    Sheet,
     axis_names,
     panels,
 )
-from .curves import columns_for, envelope, loading, loading_speed
-from .words import phase_name
+from .curves import DrawnRepeat, columns_for, envelope, loading, loading_speed
+from .words import file_name, phase_name
 
 FORCE, DEPTH, TIME = "force [N]", "indentation [mm]", "time [s]"
-_STEPS = 200  # of a loading: what relaxes meanwhile is of first order in them
+OFFSET = {"textcoords": "offset points", "va": "bottom"}
+_STEPS = 200  # of a loading curve: the error of a relaxation is of first order in the step
+_FREE_SHARE = 0.25  # of the deepest indentation: free travel shown in the figure of force over depth
 
 
-def line(axes, x, y, columns: int, shift: float = 0.0, **style):
-    """Draws (x, y) with no more points than can be seen; gives back what was drawn."""
+def line(
+    axes: Axes, x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0, **style: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draw (x, y) reduced to about 4 points per column; returns the points drawn."""
     x, y = envelope(np.asarray(x), np.asarray(y), columns, shift)
     axes.plot(x, y, **style)
     return x, y
 
 
-def over_time(figure, sheet, one) -> None:
-    """Force over time with phases shaded and events marked (fig. 2)."""
+def over_time(figure: Figure, sheet: Sheet, one: DrawnRepeat) -> None:
+    """Force over time with shaded phases and marked events (fig. 2)."""
     axes = panels(figure, sheet)[0, 0]
     curves = [line(axes, one.time, one.measured, sheet.columns, color=MEASURED, lw=THIN)]
     if one.has_model:
@@ -51,9 +63,17 @@ def over_time(figure, sheet, one) -> None:
         labels.on("model", *curves[1], MODEL)
 
 
-def over_depth(figure, sheet, drawn, chosen, population=None) -> None:
-    """The complete force over indentation, in and out (fig. 8): every repeat, the chosen one's model, and along its
-    motion the force (n,) [N] of the law for insertions not seen yet, if there is one."""
+def over_depth(
+    figure: Figure,
+    sheet: Sheet,
+    drawn: Sequence[DrawnRepeat],
+    chosen: DrawnRepeat,
+    population: np.ndarray | None = None,
+) -> None:
+    """The force over indentation in both strokes (fig. 8): every repeat, and the model along the chosen one.
+
+    ``population`` (n,) [N] is the prediction for a new insertion along the same motion, if there is one.
+    """
     axes = panels(figure, sheet)[0, 0]
     columns = min(columns_for(len(drawn), sheet.columns), sheet.columns)
     curves = [line(axes, one.indentation, one.measured, columns, **repeat_style(one, len(drawn))) for one in drawn]
@@ -64,30 +84,44 @@ def over_depth(figure, sheet, drawn, chosen, population=None) -> None:
         curves.append(line(axes, chosen.indentation, population, sheet.columns, **style))
     axes.axhline(0.0, color=QUIET, lw=0.6)
     axes.margins(x=0.01)
+    cut_free_travel(axes, drawn)
     _headroom(axes, curves, 0.06)
     axis_names(axes, DEPTH, FORCE)
-    labels = Labels(axes, curves)
+    labels = Labels(axes, [*curves, zero_line(axes)])
     if chosen.has_model:
         labels.on("model", *curves[len(drawn)], MODEL)
     if population is not None:
-        labels.on("not seen yet", *curves[-1], INK)
+        labels.on("new insertion", *curves[-1], INK)
     _name_repeats(labels, drawn, curves)
     _name_strokes(labels, chosen)
 
 
-def _loading_force(model, depth: np.ndarray, speed: float) -> np.ndarray:
-    """Force [N] of the first loading at depths (n,) [m], evenly spaced, at a speed [m/s]."""
+def cut_free_travel(axes: Axes, drawn: Sequence[DrawnRepeat]) -> None:
+    """Show only the last part of a long free travel, which would take most of the axis."""
+    left, right = axes.get_xlim()
+    start = -_FREE_SHARE * max(one.indentation.max() for one in drawn)
+    if left < start < 0.0:
+        axes.set_xlim(start, right)
+
+
+def zero_line(axes: Axes) -> tuple[np.ndarray, np.ndarray]:
+    """The line of zero force, which labels avoid."""
+    return np.array(axes.get_xlim()), np.zeros(2)
+
+
+def _loading_force(model: Model, depth: np.ndarray, speed: float) -> np.ndarray:
+    """Force [N] of the first loading at evenly spaced depths (n,) [m], at a speed [m/s]."""
     return Insertion(model, max_speed=np.inf).run(depth, None, np.full(len(depth), depth[1] / speed))["force"]
 
 
-def _puncture_near(model, indentation: float) -> float:
-    """Depth [m] where that layer gives way which does so nearest to an indentation [mm]; the first, if that is NaN."""
+def _puncture_near(model: Model, indentation: float) -> float:
+    """Puncture depth [m] of the layer that punctures nearest to an indentation [mm]; the first if that is NaN."""
     depths = sorted(layer.top + layer.laws.puncture_depth for layer in model.layers)
     return min(depths, key=lambda depth: 0.0 if np.isnan(indentation) else abs(1e3 * depth - indentation))
 
 
-def before_puncture(figure, sheet, drawn, model) -> None:
-    """The force up to the first puncture over indentation: every repeat against the identified model (fig. 4)."""
+def before_puncture(figure: Figure, sheet: Sheet, drawn: Sequence[DrawnRepeat], model: Model | None) -> None:
+    """The force over indentation up to the first puncture: every repeat and the identified model (fig. 4)."""
     axes = panels(figure, sheet)[0, 0]
     columns = min(columns_for(len(drawn), sheet.columns), sheet.columns)
     curves = []
@@ -110,37 +144,79 @@ def before_puncture(figure, sheet, drawn, model) -> None:
     if len(peaks):
         labels.at("puncture" if len(peaks) == 1 else "punctures", *np.median(peaks, axis=0), INK)
     if model is not None:
-        what = f"{len(model.layers)} layers" if model.deeper else model.stiffness.name.replace("_", " ")
-        labels.on(f"model: {what}", *curves[-1], MODEL)
+        name = f"{len(model.layers)} layers" if model.deeper else model.stiffness.name.replace("_", " ")
+        labels.on(f"model: {name}", *curves[-1], MODEL)
     _name_repeats(labels, drawn, curves)
 
 
-def repeat_style(one, among: int) -> dict:
-    """The line of one repeat: fainter the more there are; the odd one out dashed in a colour of its own."""
+def panels_per_row(count: int, narrow: bool) -> int:
+    """Number of small panels in a row."""
+    return 2 if narrow else count if count <= 4 else 3 if count <= 6 else 4
+
+
+def multiples(figure: Figure, sheet: Sheet, drawn: Sequence[DrawnRepeat]) -> None:
+    """Every recording over time, measured and modelled, on the same axes; anomalous ones in another colour."""
+    row = panels_per_row(len(drawn), sheet.narrow)
+    margins = {"top": 32.0, "across": 18.0, "down": 32.0}
+    grid = panels(figure, sheet, math.ceil(len(drawn) / row), row, margins, sharex=True, sharey=True).ravel()
+    budget = min(columns_for(len(drawn), sheet.columns), sheet.columns // row)
+    for k, (axes, one) in enumerate(zip(grid, drawn)):
+        line(axes, one.time, one.measured, budget, color=SECOND if one.anomalous else MEASURED, lw=THIN)
+        if one.has_model:
+            line(axes, one.time, one.model, budget, color=MODEL, lw=MEDIUM, alpha=0.9)
+        _heading(axes, one, 16 if sheet.narrow else 24)
+        axes.tick_params(labelbottom=k + row >= len(drawn))
+    grid[0].set_xlim(0.0, max(one.time[-1] for one in drawn))
+    for axes in grid[len(drawn) :]:
+        axes.set_visible(False)
+    grid[len(drawn) - 1].set_xlabel(TIME, loc="right")
+    grid[0].annotate(FORCE, (0.0, 1.0), (-32.0, 18.0), xycoords="axes fraction", **OFFSET)
+
+
+def multiples_height(count: int, narrow: bool) -> float:
+    """Height [points] of a drawing with ``count`` small panels."""
+    row = panels_per_row(count, narrow)
+    return 40.0 + (100.0 if narrow else 105.0 + 60.0 * (row < 4)) * math.ceil(count / row)
+
+
+def _heading(axes: Axes, one: DrawnRepeat, longest: int) -> None:
+    """Number and file name above a small panel, the name cut to its last ``longest`` characters."""
+    name = file_name(one.fit.file).removesuffix(".csv")
+    name = name if len(name) <= longest else f"…{name[1 - longest :]}"
+    style = {"xycoords": "axes fraction", "fontsize": TEXT - 1, "color": SECOND if one.anomalous else INK}
+    axes.annotate(f"{one.number}  {visible(name)}", (0.0, 1.0), (0, 4), **style, **OFFSET)
+    if one.anomalous:
+        axes.annotate("anomalous", (1.0, 1.0), (0, -11), ha="right", **style, **OFFSET)
+
+
+def repeat_style(one: DrawnRepeat, among: int) -> dict[str, Any]:
+    """The line of one repeat: fainter the more there are; an anomalous one is dashed in another colour."""
     shift = 0.618 * one.number  # the golden ratio: no two repeats have the same columns
-    if one.odd:
+    if one.anomalous:
         return {"color": SECOND, "lw": MEDIUM, "ls": (0, (4, 1.5)), "zorder": 3, "shift": shift}
     return {"color": MEASURED, "lw": THIN, "alpha": 1.0 if among == 1 else 0.85 if among <= 6 else 0.6, "shift": shift}
 
 
-def _name_repeats(labels: Labels, drawn, curves) -> None:
-    plain = [k for k, one in enumerate(drawn) if not one.odd]
-    if plain:
-        labels.on("measured" if len(drawn) == 1 else f"measured, {len(plain)} repeats", *curves[plain[0]], SLATE)
+def _name_repeats(labels: Labels, drawn: Sequence[DrawnRepeat], curves: Sequence[tuple]) -> None:
+    """Label the measured curves: one label for those without anomalies, one for each anomalous recording."""
+    normal = [k for k, one in enumerate(drawn) if not one.anomalous]
+    if normal:
+        labels.on("measured" if len(drawn) == 1 else f"measured, {len(normal)} repeats", *curves[normal[0]], SLATE)
     for k, one in enumerate(drawn):
-        if one.odd:
+        if one.anomalous:
             labels.on(f"no. {one.number}", *curves[k], SECOND)
 
 
-def _name_strokes(labels: Labels, one) -> None:
+def _name_strokes(labels: Labels, one: DrawnRepeat) -> None:
+    """Label the two strokes with their direction."""
     for name, inside in (("insertion →", one.inward), ("← withdrawal", one.outward)):
         inside = inside & (one.indentation > 0.0)
         if inside.any():
             labels.on(name, *envelope(one.indentation[inside], one.measured[inside], 60), QUIET)
 
 
-def _phases(axes, one) -> None:
-    """Bands over the phases, named at the top in the first of three rows where no other name is in the way."""
+def _phases(axes: Axes, one: DrawnRepeat) -> None:
+    """A band for each phase, named at the top in the first of three rows in which no other name is in the way."""
     start, ends = one.fit.recording.time[0], [-np.inf] * 3
     width_of = 0.56 * (TEXT - 1) * np.ptp(axes.get_xlim()) / axes.bbox.width
     for span in one.fit.events.phases:
@@ -156,8 +232,8 @@ def _phases(axes, one) -> None:
                       textcoords="offset points", ha="center", va="top", color=QUIET)  # fmt: skip
 
 
-def _events(axes, one, labels: Labels) -> None:
-    """Contact, punctures and exit as points on the measured curve, named."""
+def _events(axes: Axes, one: DrawnRepeat, labels: Labels) -> None:
+    """Contact, punctures and exit as labelled points on the measured curve."""
     events, start = one.fit.events, one.fit.recording.time[0]
     punctures = ((f"puncture {p.force:.3g} N", p) for p in events.punctures)
     named = [("contact", events.contact), *punctures, ("exit", events.exit)]
@@ -168,8 +244,8 @@ def _events(axes, one, labels: Labels) -> None:
         labels.at(name, event.time - start, event.force, INK)
 
 
-def _headroom(axes, curves, share: float, floor: float | None = None) -> None:
-    """Vertical limits around what was drawn, with room above for names."""
+def _headroom(axes: Axes, curves: Sequence[tuple], share: float, floor: float | None = None) -> None:
+    """Vertical limits around the curves, with space above for labels."""
     values = np.concatenate([y[np.isfinite(y)] for _, y in curves] + [np.zeros(1)])
     low, high = values.min(), values.max()
     spread = (high - low) or 1.0

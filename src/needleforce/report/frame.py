@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The frame of every report: title, summary, links to the sections, style; one file that needs no other."""
+"""The frame of every report: title, summary, links to the sections and style, in one file."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -16,6 +16,7 @@ def framed(
     summary: Markup,
     sections: Iterable[Section | None],
     *,
+    note: str = "",
     links: bool = True,
     styles: tuple[str, ...] = (),
 ) -> str:
@@ -28,11 +29,13 @@ def framed(
     summary : Markup
         The result in a sentence or two, under the heading.
     sections : iterable of Section or None
-        In their order; None is left out.
+        In their order; None is omitted.
+    note : str
+        A smaller sentence under the summary; none if empty.
     links : bool
-        Whether links to the sections come before them.
+        Whether the header has links to the sections.
     styles : tuple of str
-        Style sheets of this folder that follow ``page.css``.
+        Style sheets of this folder to add to ``page.css``.
     """
     shown = [each for each in sections if each is not None]
     style = "".join((HERE / name).read_text(encoding="utf-8") for name in ("page.css", *styles))
@@ -42,6 +45,7 @@ def framed(
         style=style,
         kicker=escape(kicker),
         outcome=summary,
+        note=element("p", note, class_="which note") if note else "",
         contents=contents if links else "",
         sections=join(each.markup for each in shown),
     )

@@ -1,79 +1,84 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layers of an identified model: what each carries of the force, and why the fit has them."""
+"""The layers of an identified model: the force of each, and the choice of layers and mechanisms."""
 
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ..display.markup import Markup, element, table
 from ..display.quantities import DASH
 from ..identification.layered.result import Evidence, LayeredFit, LayeredSettings
 from ..identification.models import run_model, with_ruptures
 from ..identification.result import Fit
-from ..models.model import Model
-from .canvas import MEASURED, MEDIUM, QUIET, SECOND, SLATE, THIN, Labels, axis_names, panels
+from ..models.model import Layer, Model
+from .canvas import MEASURED, MEDIUM, QUIET, SECOND, SLATE, THIN, Labels, Sheet, axis_names, panels
 from .curves import DrawnRepeat
-from .figures import DEPTH, FORCE, line
+from .figures import DEPTH, FORCE, cut_free_travel, line, zero_line
 
 COLOURS = (SECOND, "#a3428a", "#00735c")
 EVIDENCE = (
-    *("choice", "parameters", "residual / peak", "BIC, more than the best", "error on repeats left out / peak"),
+    *("choice", "parameters", "residual / peak", "BIC above the lowest", "error on held-out repeats / peak"),
     "verdict",
 )
 
 
 def layer_forces(fit: LayeredFit, one: DrawnRepeat) -> list[np.ndarray]:
-    """Force (n,) [N] of each layer along the recording of ``one``, with its own ruptures; they add up to its model.
+    """Force (n,) [N] of each layer along the recording of ``one``, with its own ruptures; their sum is its model.
 
-    All forces may go by one power of the speed: the layers' sum is the model up to this one factor.
+    All forces may scale with one power of the speed: this factor between the layers' sum and the model is applied.
     """
     contact = fit.parameters["contact_depth"].value
     own = [e.value - contact for name, e in one.fit.parameters.items() if name.endswith("puncture_depth")]
     layers = with_ruptures(fit.model, own).layers
-    forces = np.array([run_model(_alone(layer), one.fit.recording, contact + layer.top) for layer in layers])
-    whole = forces.sum(axis=0)
-    factor = whole @ one.model / (whole @ whole) if whole.any() else 1.0
+    forces = np.array(
+        [run_model(_single_layer_model(layer), one.fit.recording, contact + layer.top) for layer in layers]
+    )
+    total = forces.sum(axis=0)
+    factor = total @ one.model / (total @ total) if total.any() else 1.0
     return list(factor * forces)
 
 
-def _alone(layer) -> Model:
+def _single_layer_model(layer: Layer) -> Model:
+    """A model of one layer only."""
     stiffness, puncture, friction, cutting, relaxation = layer.parts
     return Model(stiffness, puncture, friction, cutting, relaxation=relaxation)
 
 
 def population_force(fit: Fit, one: DrawnRepeat) -> np.ndarray | None:
-    """Force (n,) [N] along the recording of ``one`` of the law for insertions that were not recorded, or None."""
+    """Predicted force (n,) [N] of a new insertion along the recording of ``one``, or None without a prediction."""
     known = isinstance(fit, LayeredFit) and fit.population is not None
     return fit.predict(one.fit.recording) if known else None
 
 
-def shares(figure, sheet, one, forces: Sequence[np.ndarray]) -> None:
-    """Each layer's force over indentation, in and out, beside the measured sum."""
+def layer_force_figure(figure: Figure, sheet: Sheet, one: DrawnRepeat, forces: Sequence[np.ndarray]) -> None:
+    """The force of each layer and the measured force over indentation, in both strokes."""
     axes = panels(figure, sheet)[0, 0]
     curves = [line(axes, one.indentation, one.measured, sheet.columns, color=MEASURED, lw=THIN)]
     for force, colour in zip(forces, COLOURS):
         curves.append(line(axes, one.indentation, force, sheet.columns, color=colour, lw=MEDIUM))
     axes.axhline(0.0, color=QUIET, lw=0.6)
     axes.margins(x=0.01, y=0.06)
+    cut_free_travel(axes, [one])
     axis_names(axes, DEPTH, FORCE)
-    labels = Labels(axes, curves)
+    labels = Labels(axes, [*curves, zero_line(axes)])
     labels.on("measured", *curves[0], SLATE)
     for k, (curve, colour) in enumerate(zip(curves[1:], COLOURS), 1):
         labels.on(f"layer {k}", *curve, colour)
 
 
 def evidence_rows(evidence: Sequence[Evidence]) -> list[tuple[str, ...]]:
-    """Every choice that was tried as text, with what it loses in BIC, under ``EVIDENCE``."""
-    least = min(row.bic for row in evidence)
+    """Every choice tried as text under ``EVIDENCE``, with its BIC above the lowest."""
+    lowest = min(row.bic for row in evidence)
     return [
-        (row.choice, str(row.parameters), percent(row.residual), f"{row.bic - least:.0f}", percent(row.left_out),
+        (row.choice, str(row.parameters), percent(row.residual), f"{row.bic - lowest:.0f}", percent(row.left_out),
          "chosen" if row.chosen else "ties" if row.ties else "")
         for row in evidence
     ]  # fmt: skip
 
 
 def evidence_table(evidence: Sequence[Evidence]) -> Markup:
-    """The same as a table, the chosen one in bold."""
+    """The choices as an HTML table; the word ``chosen`` is in bold."""
     rows = [
         (*row[:-1], element("strong", row[-1]) if row[-1] == "chosen" else row[-1]) for row in evidence_rows(evidence)
     ]
@@ -81,17 +86,17 @@ def evidence_table(evidence: Sequence[Evidence]) -> Markup:
 
 
 def evidence_words(settings: LayeredSettings) -> str:
-    """By what the choice was made, and what a tie is."""
+    """The criterion of the choice, and what a tie is."""
     by_bic = (
-        "With fewer than three repeats the least BIC is chosen, over the whole cycle, samples that are alike counting "
-        "as one; those within 10 of it tie."
+        "With fewer than three repeats the choice with the lowest BIC is taken; those within 10 of it tie. BIC is over "
+        "the complete cycle and counts correlated samples as one."
     )
     by_repeats = (
-        "Of the choices that foretell each repeat from the others as well as the best, within one standard "
-        "error or 2 % (geometric mean over the repeats), the one of the fewest numbers is chosen. What ties "
-        "has another error by no more than the noise between repeats: these recordings do not tell it from "
-        "the chosen one. BIC, over the whole cycle, samples that are alike counting as one, is shown beside "
-        "it and may ask for less."
+        "Of the choices that predict held-out repeats as well as the best, within one standard error or 2 % "
+        "(geometric mean over the repeats), the one with the fewest parameters is chosen. A choice ties if its "
+        "error differs from that of the chosen one by no more than the noise between repeats: these recordings do "
+        "not distinguish the two. BIC, over the complete cycle and counting correlated samples as one, is shown for "
+        "comparison and may favour fewer parameters."
     )
     given = sum("," not in row.choice for row in settings.evidence) == 1
     fixed = " The number of layers was given." if given else ""
@@ -99,13 +104,14 @@ def evidence_words(settings: LayeredSettings) -> str:
 
 
 def evidence_note(settings: LayeredSettings) -> Markup:
-    """The same under the table, and what the choices are."""
+    """The criterion, and what the rows of the table are, as a note under it."""
     each = (
-        "A choice with a comma leaves a mechanism of the chosen number of layers away. Numbers are those sought in all."
+        "A choice with a comma omits one mechanism from the chosen number of layers. Parameters are all that are "
+        "fitted."
     )
     return element("p", f"{evidence_words(settings)} {each}", class_="note")
 
 
 def percent(share: float | None) -> str:
-    """A share of the peak in per cent, two digits or three."""
+    """A share of the peak in per cent, with one decimal."""
     return DASH if share is None else f"{100.0 * share:.1f}\N{NO-BREAK SPACE}%"

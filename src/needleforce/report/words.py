@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Names in words, the result in one sentence, and what to know before believing the values."""
+"""Quantities in words, the result in one sentence, warnings and notes."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -13,7 +13,7 @@ from ..identification.result import Fit
 from ..mechanics.foundation import READINGS
 
 _QUANTITIES = {
-    "contact_depth": "depth at which the needle meets the surface",
+    "contact_depth": "contact depth: depth of the surface",
     "puncture_depth": "depth of the puncture",
     "puncture_indentation": "indentation at puncture",
     "puncture_force": "force at puncture",
@@ -38,9 +38,9 @@ _QUANTITIES = {
     "presliding": "presliding: elastic travel before friction slides",
     "contact_stiffness": "slope of the contact where it saturates or ruptures",
     "top": "top of the layer, below the surface",
-    "tissue_stiffness": "stiffness of the tissue that is dragged along",
-    "rupture_length": "travel over which the rupture spreads",
-    "resting_surface": "surface at rest after the rupture, below the layer's top",
+    "tissue_stiffness": "stiffness of the dragged tissue",
+    "rupture_length": "travel over which the rupture develops",
+    "resting_surface": "surface at rest after the rupture, below the top of the layer",
     "relaxation_share_1": "share of the force that relaxes with the short time constant",
     "relaxation_share_2": "share of the force that relaxes with the long time constant",
     "speed_exponent": "exponent of the speed in all forces",
@@ -49,7 +49,7 @@ _STATUS = {
     "ok": "identified",
     "no_contact": "no contact: the force stays at its baseline",
     "no_puncture": "contact, but no puncture",
-    "incomplete": "incomplete: the cycle was cut off",
+    "incomplete": "incomplete: the recording ends within the cycle",
     "unreadable": "could not be read",
 }
 _PHASES = {"free": "free travel", "deformation": "deformation", "insertion": "insertion", "hold": "hold",
@@ -60,7 +60,7 @@ _DEEPER = re.compile(r"layer_(\d+)_(.+)")
 
 
 def quantity_name(name: str) -> str:
-    """A quantity in words; one not listed here has its own name, spelled out."""
+    """A quantity in words; one that is not listed above has its own name, with spaces."""
     deeper = _DEEPER.fullmatch(name)
     if deeper:
         return f"{quantity_name(deeper[2])}, layer {deeper[1]}"
@@ -68,7 +68,7 @@ def quantity_name(name: str) -> str:
 
 
 def by_layer(parameters: dict[str, Estimate]) -> dict[str, dict]:
-    """The estimates by layer, each under its name within it; all under "" where there is no second layer."""
+    """The estimates by layer, under their names within the layer; all under "" without a second layer."""
     if not any(map(_DEEPER.fullmatch, parameters)):
         return {"": parameters} if parameters else {}
     found: dict[str, dict] = {}
@@ -80,7 +80,7 @@ def by_layer(parameters: dict[str, Estimate]) -> dict[str, dict]:
 
 
 def status_name(status: str) -> str:
-    """What became of a recording."""
+    """A status of a recording in words."""
     return _STATUS.get(str(status), str(status).replace("_", " "))
 
 
@@ -90,7 +90,7 @@ def phase_name(phase: str) -> str:
 
 
 def file_name(path: str) -> str:
-    """The last part of a path, on whatever system it was written."""
+    """The last part of a path of any operating system."""
     return path.replace("\\", "/").rsplit("/", 1)[-1] or path
 
 
@@ -107,65 +107,88 @@ def outcome(fit: Fit) -> Markup:
     return join([found, _quality(fit, answered)])
 
 
+def which_values(fit: Fit) -> str:
+    """Why values of the headline differ from those in tables and figures; empty without a model."""
+    if fit.model is None:
+        return ""
+    if isinstance(fit, LayeredFit):
+        contact = fit.parameters["contact_depth"]
+        known = "" if contact.identifiable else ", which is not identifiable here"
+        return (
+            f"The depths above, in the order of the layers, are relative to the fitted contact depth{known}; depths in "
+            "the tables are in the zero of the recordings. Events are detected punctures, not ruptures of layers."
+        )
+    several, peak = len(fit.recordings) > 1, fit.parameters.get("puncture_force")
+    means = "The values above are means over the repeats; t" if several else "T"
+    own = "he table of recordings has each recording's own fit" + ", without the second pass" * bool(fit.two_pass) + "."
+    force = " The puncture force is measured just before the puncture; the model's force there can differ."
+    measured = peak is not None and peak.source.startswith("measured")
+    return (means + own) * (several or bool(fit.two_pass)) + force * measured
+
+
 def _puncture(fit: Fit) -> Markup | None:
+    """Indentation and force at the puncture, as far as they are identified."""
     depth, force = _strong(fit, "puncture_indentation"), _strong(fit, "puncture_force")
     if depth and force:
-        return join(["the needle punctures the surface at ", force, " after indenting it by ", depth])
+        return join(["the needle punctures the surface at a force of ", force, " and an indentation of ", depth])
     if depth or force:
         return join(["the needle punctures the surface at ", depth or force])
     return None
 
 
-def _layers(fit: Fit) -> Markup:
-    """How many layers, and how deep the tip is where they rupture, which no recording may have reached."""
+def _layers(fit: LayeredFit) -> Markup:
+    """The number of layers, and the depths of their ruptures, which the recordings may not have reached."""
     surface, layers = fit.parameters["contact_depth"].value, by_layer(fit.parameters)
     broken = [e["puncture_depth"] for e in layers.values() if "puncture_depth" in e]
     known = [e for e in broken if e.identifiable]
-    depths = [quantity(e.value - surface, e.low - surface, e.high - surface, e.unit, most=4).text for e in known]
+    depths = [quantity(e.value - surface, e.low - surface, e.high - surface, e.unit, max_digits=4).text for e in known]
     count = len(fit.model.layers)
-    parts = [element("strong", counted(count, "layer")), " of tissue" + ", each with a part of the force" * (count > 1)]
+    sentence = [element("strong", counted(count, "layer")), " of tissue" + ", whose forces add up" * (count > 1)]
     if known:
         *first, last = (element("strong", depth) for depth in depths)
         where = join([join(first, ", "), " and " * bool(first), last])
         some = "one of them ruptures" if len(known) == 1 else f"{len(known)} of them rupture"
         which = "it ruptures" if count == 1 else "they rupture" if len(known) == count else some
-        parts += [f"; {which} with the tip ", where, " below the surface"]
-    return join(parts)
+        sentence += [f"; {which} with the tip ", where, " below the surface"]
+    return join(sentence)
 
 
 def _beyond(fit: Fit) -> Markup | None:
-    parts = (("friction grows by ", "friction_per_length"), ("cutting takes ", "cutting_force"))
-    found = [join([words, value]) for words, value in ((words, _strong(fit, name)) for words, name in parts) if value]
-    source = ", by the two passes" if fit.two_pass is not None else ""
-    return join(["after it ", join(found, " and "), source]) if found else None
+    """Friction and cutting force after the puncture, as far as they are identified."""
+    friction, cutting = _strong(fit, "friction_per_length"), _strong(fit, "cutting_force")
+    found = [join(["the friction per embedded length is ", friction])] if friction else []
+    found += [join(["the cutting force is ", cutting])] if cutting else []
+    source = " (both from the two passes)" if len(found) == 2 else " (from the two passes)"
+    return join([join(found, " and "), source if fit.two_pass is not None else ""]) if found else None
 
 
 def _quality(fit: Fit, answered: int) -> Markup:
-    of = f"{answered} of " * (answered < len(fit.recordings)) + counted(len(fit.recordings), "recording")
+    """The residual of the model, over the recordings that have one."""
+    count = f"{answered} of " * (answered < len(fit.recordings)) + counted(len(fit.recordings), "recording")
     if fit.quality is None:
-        return join(["Identified from ", of, "."])
+        return join(["Identified from ", count, "."])
     rms, share = plain(fit.quality.rmse_N, "N", fit.quality.rmse_N), f"{100 * fit.quality.nrmse:.2g}\N{NO-BREAK SPACE}%"
-    follows = f"Over {of} the model follows the measured force to "
-    return join([follows, element("strong", rms), f" rms, {share} of its peak."])
+    text = f"The residual of the model over {count} is "
+    return join([text, element("strong", rms), f" rms, {share} of the peak force."])
 
 
 def _strong(fit: Fit, name: str) -> Markup | None:
-    """The value of an estimate in bold, or None where the recordings do not identify it."""
+    """The value of an estimate in bold, or None if it is not identifiable."""
     estimate = fit.parameters.get(name)
     if estimate is None or not estimate.identifiable:
         return None
-    return element("strong", quantity(estimate.value, estimate.low, estimate.high, estimate.unit, most=4).text)
+    return element("strong", quantity(estimate.value, estimate.low, estimate.high, estimate.unit, max_digits=4).text)
 
 
 def warnings(fit: Fit) -> Markup:
-    """Recordings without a model, with the reason; limits that the fit and its model cross."""
+    """Recordings without a model, with the reason; limits that the fit and its model exceed."""
     general = dict.fromkeys([*fit.warnings, *(fit.model.warnings if fit.model is not None else ())])
     found = [*_unanswered(fit), *map(_sentence, general)]
     return listing(found, class_="warnings") if found else Markup("")
 
 
 def notes(fit: Fit) -> Markup:
-    """Notes of reading, segmentation and fits, in order; of notes that differ only in their values the first."""
+    """Notes of reading, segmentation and fits, in order; of notes that differ only in their values, the first."""
     similar: dict[str, dict[int, str]] = {}
     for k, one in enumerate(fit.recordings, 1):
         for message in _notes_of(one):
@@ -183,12 +206,13 @@ def _unanswered(fit: Fit) -> Iterator[Markup]:
 
 
 def _notes_of(one: RecordingFit) -> dict[str, None]:
+    """The different notes of one recording, in order."""
     read = one.recording.notes if one.recording is not None else ()
     return dict.fromkeys([*(note.message for note in read), *one.events.notes, *one.notes])
 
 
 def _noted(found: dict[int, str], among: int) -> Markup:
-    """A note by recording number, with the recordings it holds for; whose numbers are shown, where they differ."""
+    """A note with the recordings it applies to; if its values differ, also the recording whose values are shown."""
     first = next(iter(found))
     about = f"recording{'s' if len(found) > 1 else ''} {spans(found)}" if among > 1 else ""
     about += f", values of no. {first}" if len(set(found.values())) > 1 else ""
@@ -196,7 +220,7 @@ def _noted(found: dict[int, str], among: int) -> Markup:
 
 
 def spans(numbers: Iterable[int]) -> str:
-    """``1–3, 5``."""
+    """Numbers as ranges, such as ``1–3, 5``."""
     runs: list[list[int]] = []
     for number in sorted(numbers):
         if runs and number == runs[-1][-1] + 1:
@@ -207,6 +231,6 @@ def spans(numbers: Iterable[int]) -> str:
 
 
 def _sentence(text: str) -> str:
-    """With a capital and a full stop, whoever wrote it."""
+    """The text with a capital letter and a full stop."""
     text = text.strip()
     return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
