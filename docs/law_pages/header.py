@@ -49,4 +49,5 @@ def header(name: str) -> Path:
 
 def _documented(text: str) -> tuple[str, str]:
     """The comment and the name of the struct that holds the law's name."""
-    return next(STRUCT.finditer(text)).groups()
+    named = NAMES.search(text).start()  # a memory of the law may come before the law
+    return [each for each in STRUCT.finditer(text) if each.start() < named][-1].groups()
