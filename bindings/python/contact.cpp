@@ -37,8 +37,8 @@ struct Row {
   double depth, contact_radius, force;
 };
 
-/// Rows at depths. Where a contact radius costs an inversion, a table of F(h) says it to some 1e-7, and what
-/// is left follows to first order: 1e-12 for one quadrature a point.
+/// Rows at depths. Where a contact radius costs an inversion, a table of F(h) gives it to about 1e-7, and
+/// what is left follows to first order: 1e-12 for one quadrature a point.
 template <class TipShape>
 struct AtDepth {
   const TipShape& shape;

@@ -47,7 +47,7 @@ Matrices matrices(const fit::CycleResult& r) {
   return Matrices(flat.data(), {3, fit::unknowns, fit::unknowns}, nb::cast(flat));
 }
 
-nb::dict told(const fit::CycleResult& r) {
+nb::dict result_dict(const fit::CycleResult& r) {
   nb::list free;
   for (const bool value : r.free) free.append(value);
   nb::dict dict;
@@ -84,7 +84,7 @@ nb::dict fit_cycle(const Values& depth_in, const Values& force_in, const Values&
   }
   Output gain_array = new_array(result.profile.count, gain);
   std::copy_n(profile.get(), result.profile.count, gain);
-  nb::dict dict = told(result);
+  nb::dict dict = result_dict(result);
   dict["residual_in"] = residual_in_array;
   dict["residual_out"] = residual_out_array;
   dict["gain"] = gain_array;
@@ -107,7 +107,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Row
                                                                        const Values& dt) {
   struct Row {
     fit::LayerNumbers layer;
-    fit::RelaxationNumbers fading;
+    fit::RelaxationNumbers relaxation;
   };
   const std::size_t rows = numbers.shape(0), n = depth.shape(0);
   if (numbers.shape(1) * sizeof(double) != sizeof(Row) || dt.shape(0) != n)
@@ -119,7 +119,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Row
     for (std::size_t k = 0; k < rows; ++k) {
       Row row;
       std::memcpy(&row, numbers.data() + k * numbers.shape(1), sizeof row);
-      fit::layer_force(row.layer, row.fading, passive, {depth.data(), n}, {dt.data(), n}, forces + k * n);
+      fit::layer_force(row.layer, row.relaxation, passive, {depth.data(), n}, {dt.data(), n}, forces + k * n);
     }
   }
   return {flat.data(), {rows, n}, nb::cast(flat)};

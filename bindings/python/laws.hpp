@@ -11,7 +11,7 @@
 
 namespace needleforce::python {
 
-// what single laws can say about themselves beside their family's functions
+// functions of single laws, in addition to those of their family
 template <class L>
 void bind_answers(nb::class_<L>& bound) {
   if constexpr (requires(const L& law) { law.min_passive_viscous(); })
@@ -62,7 +62,7 @@ void bind_law(nb::module_& laws) {
         nb::arg("force"), "Depth [m] at which the force [N] is reached.");
     bound.def_prop_ro(
         "reach", [](const L& self) { return self.prepare().reach(); },
-        "Depth [m] to which the formula holds; beyond it goes on straight.");
+        "Depth [m] to which the formula holds; beyond it continues as a straight line.");
   }
   if constexpr (L::family == Family::friction) {
     if constexpr (SlidesSteadily<typename L::Prepared>)

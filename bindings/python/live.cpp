@@ -30,7 +30,7 @@ std::vector<Layer> layers_of(const Stack& stack) {
 void raise_if(const Fault& fault) {
   if (fault.reason)
     raise_input("layer " + std::to_string(fault.layer + 1) + ", " + fault.quantity, nb::str("refused"),
-                fault.reason, "The model before it goes on.");
+                fault.reason, "The previous model continues.");
 }
 
 void replace(Live& self, const Stack& stack) {

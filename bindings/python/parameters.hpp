@@ -137,7 +137,7 @@ void check_range(const T& value) {
   }
 }
 
-/// A Python number as a double; anything else is told with the parameter's name.
+/// A Python number as a double; anything else is refused with the parameter's name.
 template <class T>
 double as_number(nb::handle object, const Parameter<T>& parameter) {
   double number = 0.0;

@@ -30,7 +30,7 @@ async function bytesOf(source) {
 }
 
 /**
- * Compiles the core, once. `source`: where needleforce.wasm lies, or its bytes; without, beside this file.
+ * Compiles the core, once. `source`: the place of needleforce.wasm, or its bytes; the default is this file's folder.
  * Gives `{ Insertion, version }`.
  */
 export async function load(source = new URL("needleforce.wasm", import.meta.url)) {
@@ -106,7 +106,7 @@ function insertionOf(module) {
     /**
      * `layers` from the surface down: `{ top, stiffness, puncture, friction, cutting, relaxation }`, each law
      * `{ name, ...parameters }` with those left out at their defaults; `tip_contact` has a `tip` of the same form.
-     * `settings`: those of `nf_settings`. Throws a RangeError that says what was refused, and why.
+     * `settings`: those of `nf_settings`. Throws a RangeError with what was refused, and why.
      */
     constructor(layers, settings = {}) {
       const core = (this.#core = new Core(module));

@@ -144,7 +144,7 @@ class Insertion {
     using Friction = std::conditional_t<plain, laws::Coulomb::Prepared, void>;
     using Cutting = std::conditional_t<plain, laws::ConstantCutting::Prepared, void>;
     const std::size_t count = plain ? 1 : count_;
-    if (!plain && move.dt != state_.relaxation_dt) fade(move.dt);
+    if (!plain && move.dt != state_.relaxation_dt) relax(move.dt);
     TipForce tip{};
     if (state_.pierced > 0)
       tip = layers_[plain ? 0 : state_.pierced - 1].template cut<Cutting>(state_.cut, state_.cutting, move);
@@ -216,7 +216,7 @@ class Insertion {
   }
 
   /// The exponentials of relaxation, where the step's length changed.
-  [[gnu::noinline]] void fade(double dt) noexcept {
+  [[gnu::noinline]] void relax(double dt) noexcept {
     state_.relaxation_dt = dt;
     for (std::size_t i = 0; i < count_; ++i) state_.layers[i].relaxing = layers_[i].relaxing(dt);
   }

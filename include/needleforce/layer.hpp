@@ -46,13 +46,13 @@ class PreparedLayer {
         relaxation_(prepare(layer.laws.relaxation)),
         criterion_(layer.laws.puncture),
         puncture(layer.top + puncture_depth(layer.laws.puncture, stiffness_)),
-        fades_(relaxing(1.0).fades),
+        relaxes_(relaxing(1.0).relaxes),
         reach_(dispatch(stiffness_, [](const auto& law) { return law.reach(); })) {}
 
   /// True for the paper's friction and cutting without relaxation.
   bool plain() const noexcept {
     return std::holds_alternative<laws::Coulomb::Prepared>(friction_) &&
-           std::holds_alternative<laws::ConstantCutting::Prepared>(cutting_) && !fades_;
+           std::holds_alternative<laws::ConstantCutting::Prepared>(cutting_) && !relaxes_;
   }
   /// False for an interface without resistance.
   bool resists() const noexcept { return puncture > top; }
@@ -66,10 +66,10 @@ class PreparedLayer {
   /// `elastic`: no relaxation, known to the caller.
   template <bool elastic>
   [[gnu::always_inline]] bool press(LayerState& state, const Move& move, bool first) const noexcept {
-    const bool fades = !elastic && fades_;
-    if (move.depth > puncture && (!fades || first || breaks(state))) return true;
+    const bool relaxes = !elastic && relaxes_;
+    if (move.depth > puncture && (!relaxes || first || breaks(state))) return true;
     const double indentation = std::max(0.0, move.depth - top);
-    if (indentation == 0.0 && !fades) {
+    if (indentation == 0.0 && !relaxes) {
       state.indentation = state.contact_force = state.contact_slope = 0.0;
       return false;
     }
@@ -80,13 +80,13 @@ class PreparedLayer {
   /// Passes the contact to friction and returns its energy [J]. An elastic contact is punctured at its
   /// puncture depth, one that relaxed at the depth of the tip.
   [[gnu::noinline]] double pierce(LayerState& state, double depth) const noexcept {
-    if (!fades_) state.contact.elastic = state.contact_force;
+    if (!relaxes_) state.contact.elastic = state.contact_force;
     const double energy =
         dispatch(stiffness_, [&](const auto& law) { return law.energy(state.indentation); });
     const ContactAtPuncture contact{state.contact, state.contact_force, energy, state.contact_slope};
     dispatch(friction_, [&](const auto& law) { law.pierce(memory_of(law, state.friction), contact); });
     state.puncture_depth =
-        fades_ && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? depth : puncture;
+        relaxes_ && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? depth : puncture;
     state.pierced = true;
     return energy;
   }
@@ -162,7 +162,7 @@ class PreparedLayer {
     state.contact_slope = law.slope(indentation);
     state.indentation = indentation;
     state.contact_force = instant;
-    if (elastic || !fades_) return;
+    if (elastic || !relaxes_) return;
     // a contact only pushes: a tip that recedes faster than the dimple recovers leaves it
     state.contact_force =
         state.contact.load(instant - state.contact.elastic, 0.0, std::numeric_limits<double>::infinity(),
@@ -184,7 +184,7 @@ class PreparedLayer {
   double puncture = 0.0;  ///< depth [m] at which an elastic contact is punctured
 
  private:
-  bool fades_ = false;
+  bool relaxes_ = false;
   double reach_ = std::numeric_limits<double>::infinity();
 };
 

@@ -46,7 +46,7 @@ class LiveInsertion {
   }
 
   /// The loop: one cycle, as Insertion::step(); phase, events and status are those of the newest model.
-  /// Wait-free: costs one step, during a blend two, and where a model is taken over its memory besides.
+  /// Wait-free: costs one step, during a blend two, and where a model is taken over the copy of its memory.
   Sample step(double depth, double velocity, double dt) noexcept {
     if (!blending_) take();
     const Sample now = models_.taken().step(depth, velocity, dt);

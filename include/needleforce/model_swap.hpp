@@ -123,7 +123,7 @@ class ModelSwap {
 
   static void continue_contact(const PreparedLayer& now, const PreparedLayer& old, LayerState& state,
                                double deepest) noexcept {
-    if (!old.fades_) state.contact = Element{state.contact_force};
+    if (!old.relaxes_) state.contact = Element{state.contact_force};
     state.contact.continue_with(old.relaxing(1.0), now.relaxing(1.0));
     const auto [force, energy] = at_deepest(now, deepest);
     const auto [old_force, old_energy] = at_deepest(old, deepest);
@@ -133,7 +133,7 @@ class ModelSwap {
       *value *= scale;
     state.work *= old_energy > 1e-15 ? energy / old_energy : 0.0;
     const double max_indentation =
-        now.fades_ ? std::numeric_limits<double>::infinity() : now.puncture - now.top;
+        now.relaxes_ ? std::numeric_limits<double>::infinity() : now.puncture - now.top;
     state.indentation = std::clamp(state.indentation + (old.top - now.top), 0.0, max_indentation);
   }
   /// Force [N] and energy [J] of the contact without relaxation where the tip was at most at a depth [m].

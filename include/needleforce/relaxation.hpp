@@ -24,7 +24,7 @@ struct Relaxing {
   double share[2] = {};           ///< g_j, relaxing shares
   double left[2] = {1.0, 1.0};    ///< a_j = exp(-dt / tau_j), remaining after a step
   double during[2] = {1.0, 1.0};  ///< (1 - a_j) tau_j / dt, remaining of a load applied evenly over the step
-  bool fades = false;             ///< false: purely elastic
+  bool relaxes = false;           ///< false: purely elastic
   bool only_at_rest = false;      ///< an advancing tip restores the memories (as fitted to recordings)
 };
 
@@ -39,9 +39,9 @@ struct Element {
   /// force. standing + per_load * wanted, where it does not slip. Wait-free.
   [[gnu::always_inline]] double load(double wanted, double low, double high, const Relaxing& relaxing,
                                      bool advancing) noexcept {
-    if (!relaxing.fades) return slip(wanted, low, high);
+    if (!relaxing.relaxes) return slip(wanted, low, high);
     return relaxing.only_at_rest && advancing ? refresh(wanted, low, high, relaxing)
-                                              : fade(wanted, low, high, relaxing);
+                                              : relax(wanted, low, high, relaxing);
   }
 
   /// The same for tissue that slips along a shaft: where it slips it sticks again with nothing relaxed yet,
@@ -50,14 +50,14 @@ struct Element {
   [[gnu::always_inline]] double drag(double wanted, double low, double high, const Relaxing& relaxing,
                                      bool advancing) noexcept {
     const double force = load(wanted, low, high, relaxing, advancing);
-    if (relaxing.fades && !relaxing.only_at_rest && stiffening == 0.0) take_hold(force, relaxing);
+    if (relaxing.relaxes && !relaxing.only_at_rest && stiffening == 0.0) take_hold(force, relaxing);
     return force;
   }
 
   /// Continues under another relaxation: relaxed shares are kept, a new term starts with nothing relaxed, and
   /// without relaxation the force stays the same. Wait-free.
   void continue_with(const Relaxing& before, const Relaxing& now) noexcept {
-    if (before.fades && !now.fades) elastic = before.lasting * elastic + memory[0] + memory[1];
+    if (before.relaxes && !now.relaxes) elastic = before.lasting * elastic + memory[0] + memory[1];
     for (int j = 0; j < 2; ++j)
       memory[j] =
           before.share[j] > 1e-9 ? memory[j] * (now.share[j] / before.share[j]) : now.share[j] * elastic;
@@ -95,7 +95,7 @@ struct Element {
     return force;
   }
 
-  [[gnu::noinline]] double fade(double wanted, double low, double high, const Relaxing& relaxing) noexcept {
+  [[gnu::noinline]] double relax(double wanted, double low, double high, const Relaxing& relaxing) noexcept {
     double standing = relaxing.lasting * elastic, per_load = relaxing.lasting;
     for (int j = 0; j < 2; ++j) {
       standing += memory[j] * relaxing.left[j];

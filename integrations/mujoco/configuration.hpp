@@ -70,7 +70,7 @@ inline Layer read_layer(Values& values, std::size_t number, nf_fault& why) {
 }
 
 /// A fault of the C face, in the words of the attributes: a law is named by its family.
-inline void tell(Values& values, const nf_fault& why) {
+inline void report(Values& values, const nf_fault& why) {
   const auto is_family = [&](const FamilyNames& family) { return c::same(family.name, why.quantity); };
   const bool law = std::any_of(families().begin(), families().end(), is_family);
   const bool range = why.low != 0.0 || why.high != 0.0;
@@ -93,7 +93,7 @@ inline std::vector<Layer> read_layers(Values& values) {
         values.refuse(layer_prefix(layers.size()) + "top", "", "left out", "Number the layers without gaps.");
       layers.push_back(read_layer(values, i, why));
     }
-  if (why.reason) tell(values, why);
+  if (why.reason) report(values, why);
   if (!values.fault.empty()) return layers;
   const Fault fault = first_fault(layers);
   if (fault.reason)
@@ -122,7 +122,7 @@ inline void read_surface(Values& values, const mjModel* m, Place& place) {
     values.refuse("surface", "a site or normal", "not for a joint",
                   "Give surface.height, the joint's position.");
   if (place.surface >= 0 && (values.text("surface.height") || !normal.empty()))
-    values.refuse("surface", "a site and a height or normal", "told twice", "Give one.");
+    values.refuse("surface", "a site and a height or normal", "given twice", "Give one.");
   if (normal.empty()) return;
   const bool plane = normal.size() == 3 && mju_norm3(normal.data()) > 1e-6;
   if (!plane)

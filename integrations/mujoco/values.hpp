@@ -43,7 +43,7 @@ class Values {
       const auto times =
           std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) { return is_key(pair.first); });
       if (times > 1 || !first_word(name + "." + key).empty())
-        refuse(name + "." + key, value, "given twice", "Give it beside the law or as a key of its own.");
+        refuse(name + "." + key, value, "given twice", "Give it next to the law or as a key of its own.");
     }
   }
   std::optional<double> number(const std::string& name) {

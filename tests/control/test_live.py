@@ -81,7 +81,7 @@ def test_an_invalid_model_is_refused_and_counted(model):
     with pytest.raises(nf.InputError, match="not a Model"):
         live.replace(None)
     # a Model with overlapping layers cannot be made; the core is given the layers directly
-    with pytest.raises(nf.InputError, match=r"layer 2, top is refused, .*The model before it goes on"):
+    with pytest.raises(nf.InputError, match=r"layer 2, top is refused, .*The previous model continues"):
         live.replace_layers([(0.0, model.laws), (1e-3, model.laws)])
     assert live.refused == 1 and live.last_refused and live.taken == 0
     assert live.step(2e-3, None, 1e-3).force == before

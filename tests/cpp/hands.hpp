@@ -153,13 +153,13 @@ inline std::vector<Layer> lugre() {
 }
 template <class Dragged, class Relaxing>
 std::vector<Layer> two_layers() {
-  const Relaxing fades{0.31, 0.7, 0.26, 5.0};
+  const Relaxing relaxing{0.31, 0.7, 0.26, 5.0};
   return {{0.0,
            {laws::ConeCylinder{47123.8898038469, 45.0 * tips::degree, 3.819718634205488e-3},
-            laws::PunctureDepth{8e-3}, Dragged{140.0, 220.0, 0.4e-3, 3.2e-3}, laws::NoCutting{}, fades}},
+            laws::PunctureDepth{8e-3}, Dragged{140.0, 220.0, 0.4e-3, 3.2e-3}, laws::NoCutting{}, relaxing}},
           {10e-3,
            {laws::ConeCylinder{23561.94490192345, 45.0 * tips::degree, 3.819718634205488e-3},
-            laws::PunctureDepth{5e-3}, Dragged{70.0, 110.0, 0.4e-3, 0.0}, laws::NoCutting{}, fades}}};
+            laws::PunctureDepth{5e-3}, Dragged{70.0, 110.0, 0.4e-3, 0.0}, laws::NoCutting{}, relaxing}}};
 }
 inline std::vector<Layer> layered() { return two_layers<laws::DraggedTissuePassive, laws::Prony>(); }
 inline std::vector<Layer> layered_as_fitted() {

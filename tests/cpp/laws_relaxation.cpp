@@ -62,7 +62,7 @@ TYPED_TEST(EveryRelaxation, SlipsAtItsLimitAndConvergesToSecondOrderAfter) {
     return element.load(-0.4, -far, far, law.over(0.5), false);
   };
   const double first = after(200) - after(400), second = after(400) - after(800);
-  if (given.prepare().over(1.0).fades) {
+  if (given.prepare().over(1.0).relaxes) {
     EXPECT_NEAR(first / second, 4.0, 0.1);
   } else {
     EXPECT_NEAR(first, 0.0, 1e-14);
@@ -161,7 +161,7 @@ TEST(Prony, SlippingNeverGainsEnergy) {
 TEST(PronyAtRest, AdvanceRestoresAndHoldRelaxes) {
   const auto law = laws::PronyAtRest{0.5, 1.0, 0.0, 5.0}.prepare();
   Element element;
-  EXPECT_EQ(element.load(1.0, -far, far, law.over(10.0), true), 1.0);  // nothing fades on the way in
+  EXPECT_EQ(element.load(1.0, -far, far, law.over(10.0), true), 1.0);  // nothing relaxes during insertion
   EXPECT_NEAR(element.load(0.0, -far, far, law.over(1e3), false), 0.5, 1e-12);
   EXPECT_NEAR(element.load(0.1, -far, far, law.over(1e-3), true), 1.1, 1e-12);  // and all is back
 }

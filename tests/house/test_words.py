@@ -32,12 +32,10 @@ NAMES = {
     "spoilt": "invalid, corrupted",
     "mend": "fix",
     "alike": "similar, correlated",
-    "whole": "complete, atomic",
     "lacks": "missing",
     "most": "max",
     "least": "min",
     "gave": "ruptured",
-    "chosen": "dispatch, selected",
     "faded": "relaxation",
 }
 # "least" and "most" are words of their own in these
@@ -50,7 +48,7 @@ PHRASES = {
     r"\bg(?:ive|ives|ave|iving) way\b": "ruptures, punctures",
     r"\bfrom cold\b": "without a warm start",
     r"\b(?:un)?told\b": "reported, determined, known",
-    r"\btells?\b": "reports, states, identifies, distinguishes",
+    r"\btells\b": "reports, states, identifies, distinguishes",
     r"\bsa(?:id|ys)\b": "reports, prints, states",
     r"\bmend(?:s|ed)?\b": "fix, repair",
     r"\bspoil(?:t|ed|s)\b": "corrupted, invalid",
@@ -121,7 +119,7 @@ def test_messages_and_comments_are_in_plain_words(path):
 
 @pytest.mark.parametrize("path", PAGES, ids=shown)
 def test_pages_are_in_plain_words(path):
-    lines = path.read_text(encoding="utf-8").splitlines()
+    lines = re.sub(r"`[^`\n]*`", "", path.read_text(encoding="utf-8")).splitlines()  # names of code are tested above
     wrong = [f"{path.name}:{number} {found}" for number, line in enumerate(lines, 1) for found in foreign(line)]
     assert wrong == []
 

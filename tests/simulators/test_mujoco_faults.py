@@ -31,7 +31,7 @@ def with_keys(changes):
         ({"friction.per_length": "1 2"}, "friction.per_length is 1 2, more than one number."),
         ({"friction.coulomb": "3"}, f"coulomb.coulomb is 3, no parameter of it. {LISTED}"),
         ({"friction": "coulomb per_lenght=3"}, f"friction.per_lenght is 3, of no known name. {LISTED}"),
-        ({"friction": "coulomb per_length=3"}, "friction.per_length is 3, given twice. Give it beside the law or"),
+        ({"friction": "coulomb per_length=3"}, "friction.per_length is 3, given twice. Give it next to the law or"),
         ({"friction": "coulomb presliding=1e-5 presliding=2e-5"}, "friction.presliding is 1e-5, given twice."),
         ({"friction": "karnop"}, f"friction is karnop, of no known name. {LISTED}"),
         ({"puncture.depth": None}, "puncture_depth.depth is missing or not a number of 0 to 0.5."),

@@ -37,19 +37,20 @@ inline laws::ConeCylinder contact_of(const LayerNumbers& layer) noexcept {
 }
 
 template <class Friction, class Relaxation>
-Model laws_of(const LayerNumbers& layer, const RelaxationNumbers& fading) noexcept {
+Model laws_of(const LayerNumbers& layer, const RelaxationNumbers& relaxation) noexcept {
   return {contact_of(layer), laws::PunctureDepth{layer.puncture - layer.top},
           Friction{layer.per_length, layer.stiffness, layer.rupture_length, layer.resting_surface},
-          laws::NoCutting{}, Relaxation{fading.share_1, fading.time_1, fading.share_2, fading.time_2}};
+          laws::NoCutting{},
+          Relaxation{relaxation.share_1, relaxation.time_1, relaxation.share_2, relaxation.time_2}};
 }
 
 /// Force (n,) [N] of one layer at `depth` [m] after steps of `dt` [s]; NaN throughout where the engine
 /// refuses the numbers. Layers of dragged tissue add up, so that a stack is the sum of its layers. `passive`
 /// chooses the form that returns no energy, otherwise the one fitted to recordings.
-inline void layer_force(const LayerNumbers& layer, const RelaxationNumbers& fading, bool passive,
+inline void layer_force(const LayerNumbers& layer, const RelaxationNumbers& relaxation, bool passive,
                         std::span<const double> depth, std::span<const double> dt, double* force) noexcept {
-  const Model laws = passive ? laws_of<laws::DraggedTissuePassive, laws::Prony>(layer, fading)
-                             : laws_of<laws::DraggedTissueAsFitted, laws::PronyAtRest>(layer, fading);
+  const Model laws = passive ? laws_of<laws::DraggedTissuePassive, laws::Prony>(layer, relaxation)
+                             : laws_of<laws::DraggedTissueAsFitted, laws::PronyAtRest>(layer, relaxation);
   Insertion insertion(laws, {.max_speed = std::numeric_limits<double>::infinity()});
   for (std::size_t i = 0; i < depth.size(); ++i) {
     const Sample sample = insertion.step(depth[i] - layer.top, no_velocity, dt[i]);

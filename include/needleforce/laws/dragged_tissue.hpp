@@ -70,7 +70,7 @@ struct DraggedTissue {
   const char* contradiction() const noexcept {
     return per_length < stiffness
                ? nullptr
-               : "per_length reaches stiffness: on the way out the surface would follow for ever";
+               : "per_length reaches stiffness: on withdrawal the surface would never be released";
   }
 
   struct Prepared {

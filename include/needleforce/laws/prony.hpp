@@ -51,7 +51,7 @@ struct PronySeries {
 
     /// exp and its mean over the step; the mean does not cancel at small dt, nor divide 0 by 0.
     Relaxing over(double dt) const noexcept {
-      Relaxing relaxing{.lasting = 1.0 - share[0] - share[1], .fades = true, .only_at_rest = only_at_rest};
+      Relaxing relaxing{.lasting = 1.0 - share[0] - share[1], .relaxes = true, .only_at_rest = only_at_rest};
       for (int j = 0; j < 2; ++j) {
         const double x = dt / time[j], fallen = -std::expm1(-x);
         relaxing.share[j] = share[j];
