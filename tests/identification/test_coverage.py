@@ -43,8 +43,8 @@ def test_long_run_variance_of_filtered_noise(length, known):
     found = [noise_of(filtered(length, seed=seed), 40_000, length if known else 1) for seed in range(20)]
     assert np.mean([noise.long_run for noise in found]) == pytest.approx(1.0, rel=0.05)
     assert np.mean([noise.variance for noise in found]) == pytest.approx(1.0 / length, rel=0.03)
-    reach = np.median([noise.reach for noise in found])
-    assert reach == 0 if length == 1 else 0.7 * length <= reach <= 1.3 * length
+    last_lag = np.median([noise.last_lag for noise in found])
+    assert last_lag == 0 if length == 1 else 0.7 * length <= last_lag <= 1.3 * length
 
 
 def test_likely_punctures_are_the_posterior():

@@ -14,7 +14,7 @@ import needleforce as nf
 from needleforce.identification import profile
 from needleforce.identification.diagnostics import noise_words
 from needleforce.identification.estimates import Estimate, pool
-from needleforce.identification.statistics.noise import Z_95, Noise, noise_of
+from needleforce.identification.statistics.noise import TWO_SIDED, Noise, noise_of
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, hold=1.0)
 
@@ -87,7 +87,7 @@ def test_what_is_known_only_together_is_said():
 def test_scatter_and_own_errors_stand_apart():
     sd, own, n = 3.0, 0.5, 4000
     values = np.random.default_rng(0).normal(10.0, np.hypot(sd, own), n)
-    half = Z_95 * own
+    half = TWO_SIDED * own
     pooled = pool([{"x": Estimate("x", v, "N", v - half, v + half)} for v in values])["x"]
     assert pooled.within_run_sd == pytest.approx(own)
     assert pooled.between_repeats_sd == pytest.approx(np.hypot(sd, own), rel=0.04)
@@ -176,7 +176,7 @@ def test_noise_that_fades_keeps_its_long_run_variance():
         white = np.random.default_rng(seed).standard_normal(n + 500)
         found.append(noise_of(lfilter([1.0], [1.0, -factor], white)[500:], n))
     assert np.mean([noise.long_run for noise in found]) == pytest.approx(1.0 / (1.0 - factor) ** 2, rel=0.05)
-    assert np.median([noise.fades for noise in found]) == pytest.approx(factor, abs=0.005)
+    assert np.median([noise.ar1_factor for noise in found]) == pytest.approx(factor, abs=0.005)
 
 
 def test_the_noise_is_said_in_words():

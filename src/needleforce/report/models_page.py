@@ -9,7 +9,7 @@ import numpy as np
 
 from ..display.markup import Markup, element, join, listing, section, table
 from ..display.quantities import DASH, counted
-from ..identification.cross_validation import LEAST_OTHERS, SAME_DEPTH, SAME_SPEED
+from ..identification.cross_validation import DEPTH_TOLERANCE, MIN_OTHERS, SPEED_TOLERANCE
 from ..vocabulary import __version__
 from .canvas import INK, MEASURED, MODEL, QUIET, SECOND, SLATE, TEXT, drawing, panels
 from .frame import framed
@@ -132,9 +132,9 @@ def floor_errors(rows) -> np.ndarray:
 def floor_words(rows) -> str:
     """What ÷ divides by, or why there is nothing to divide by."""
     floor = floor_errors(rows)
-    same = f"as deep within {100 * SAME_DEPTH:.0f} % and as fast within {100 * SAME_SPEED:.0f} %"
+    same = f"as deep within {100 * DEPTH_TOLERANCE:.0f} % and as fast within {100 * SPEED_TOLERANCE:.0f} %"
     if not len(floor):
-        return f"There is no floor to divide by: it needs {LEAST_OTHERS + 1} repeats of the same motion, {same}."
+        return f"There is no floor to divide by: it needs {MIN_OTHERS + 1} repeats of the same motion, {same}."
     rms = 100.0 * float(np.sqrt(np.mean(floor**2)))
     return (
         f"The floor is how well the experiment repeats itself: each repeat foretold by the mean of the others, "

@@ -1,48 +1,62 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What trades off within a recording: correlations of the estimates, and sentences on those known only together."""
+"""Correlations of the estimates within a recording, and sentences on parameters that are identified only together."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
-TOGETHER = 0.95  # a third of either's error is left when the other is known
-PLACES = {"contact_depth"}  # counted from an arbitrary zero: no product of it means anything
+MIN_CORRELATION = 0.95  # from here on, less than a third of either standard error is left when the other is known
+WITHOUT_PRODUCT = {"contact_depth"}  # measured from an arbitrary zero: its products have no meaning
 
 
 @dataclass(frozen=True, eq=False)
 class Correlations:
-    """Correlations ``matrix`` (p, p) of the estimates ``names`` within a recording, from their covariance, and the
-    relative standard errors (p,), of one recording."""
+    """Correlations of the estimates within a recording.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names (p,) of the estimates.
+    matrix : numpy.ndarray
+        Their correlations (p, p) [1], -1 to 1, from the covariance of the fit.
+    relative_errors : numpy.ndarray
+        Their standard errors over their values (p,) [1], of one recording.
+    """
 
     names: tuple[str, ...]
     matrix: np.ndarray
     relative_errors: np.ndarray
 
     def sentences(self) -> tuple[str, ...]:
-        """One plain sentence for each pair that is known only together."""
+        """One sentence for each pair of parameters that is identified only together.
+
+        Returns
+        -------
+        tuple of str
+            Empty where no correlation is 0.95 or more.
+        """
         pairs = combinations(range(len(self.names)), 2)
-        return tuple(self._sentence(i, k) for i, k in pairs if abs(self.matrix[i, k]) >= TOGETHER)
+        return tuple(self._sentence(i, k) for i, k in pairs if abs(self.matrix[i, k]) >= MIN_CORRELATION)
 
     def _sentence(self, i: int, k: int) -> str:
         r, (a, b) = float(self.matrix[i, k]), self.relative_errors[[i, k]]
-        said = f"{self.names[i]} and {self.names[k]} are known only together, with a correlation of {r:.2f}"
+        pair = f"{self.names[i]} and {self.names[k]} are identified only together, with a correlation of {r:.2f}"
         error = float(np.sqrt(max(a * a + b * b - 2.0 * abs(r) * a * b, 0.0)))
-        if {self.names[i], self.names[k]} & PLACES or not error < min(a, b):
+        if {self.names[i], self.names[k]} & WITHOUT_PRODUCT or not error < min(a, b):
             better = 1.0 / np.sqrt(max(1.0 - r * r, 1e-12))
-            return f"{said}: if one were given, the other would be known {better:.2g} times as well."
+            return f"{pair}: if one is known, the standard error of the other is {better:.2g} times smaller."
         form, each = "product" if r < 0.0 else "quotient", f"{100.0 * a:.2g} % and {100.0 * b:.2g} %"
-        return (
-            f"{said}: a recording tells their {form} to {100.0 * error:.2g} %, by themselves {each} (standard errors)."
-        )
+        return f"{pair}: the standard error of their {form} is {100.0 * error:.2g} %, of each alone {each}."
 
 
-def correlations_of(recordings: Sequence) -> Correlations | None:
+def correlations_of(recordings: Sequence[Any]) -> Correlations | None:
     """The correlations of the recordings' cycles, their covariances averaged; None without a cycle that has one.
 
-    They tell what one recording cannot separate. Repeats add scatter of their own, whose correlations few repeats do
-    not show.
+    They show what one recording cannot separate. The scatter between repeats has correlations too, but a few repeats
+    do not determine them.
     """
     cycles = [each.cycle for each in recordings if each.cycle is not None]
     cycles = [cycle for cycle in cycles if np.isfinite(cycle.covariance).all()]
@@ -59,7 +73,7 @@ def correlations_of(recordings: Sequence) -> Correlations | None:
     return Correlations(names, covariance / np.outer(sd, sd), relative)
 
 
-def known_together(recordings: Sequence) -> tuple[str, ...]:
-    """What these recordings tell only together, one sentence a pair."""
+def identified_together(recordings: Sequence[Any]) -> tuple[str, ...]:
+    """One sentence for each pair of parameters that these recordings identify only together."""
     found = correlations_of(recordings)
     return () if found is None else found.sentences()
