@@ -5,8 +5,16 @@ import runpy
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
-from needleforce.identification.statistics.noise import likely_punctures, noise_of
+from needleforce.identification.statistics.noise import (
+    LEVEL,
+    ONE_SIDED,
+    TWO_SIDED,
+    likely_punctures,
+    noise_of,
+    student_quantile,
+)
 
 
 @pytest.mark.parametrize("filter_length", [1, 10, 50])
@@ -55,3 +63,9 @@ def test_likely_punctures_are_the_posterior():
     assert rows.tolist() == [3, 2, 4]  # 0.477 + 0.289 + 0.176 = 0.94 is not yet 95 %
     assert weights.sum() == pytest.approx(1.0)
     assert weight[rows].sum() >= 0.95 > weight[rows[:-1]].sum()
+
+
+def test_quantiles_are_those_of_the_level():
+    assert pytest.approx(norm.ppf(0.5 * (1.0 + LEVEL)), abs=1e-12) == TWO_SIDED
+    assert pytest.approx(norm.ppf(LEVEL), abs=1e-12) == ONE_SIDED
+    assert student_quantile(10**9) == pytest.approx(TWO_SIDED, abs=1e-6)

@@ -77,11 +77,13 @@ def test_what_is_known_only_together_is_said():
     run = nf.simulate(steep, MOTION)
     run = dataclasses.replace(run, force=run.force + np.random.default_rng(0).normal(0.0, 3e-3, len(run)))
     fit = nf.identify(run, model="cone_cylinder")
-    said = [sentence for sentence in fit.unknown if "known only together" in sentence]
-    assert any("stiffness_coefficient and saturation_depth" in s and "their product to" in s for s in said), fit.unknown
+    sentences = [sentence for sentence in fit.unknown if "identified only together" in sentence]
+    assert any("stiffness_coefficient and saturation_depth" in s and "of their product" in s for s in sentences), (
+        fit.unknown
+    )
     matrix, names = fit.correlations.matrix, fit.correlations.names
     assert matrix[names.index("stiffness_coefficient"), names.index("saturation_depth")] < -0.95
-    assert not any("known only together" in sentence for sentence in nf.identify(noisy(), model="paper").unknown)
+    assert not any("identified only together" in sentence for sentence in nf.identify(noisy(), model="paper").unknown)
 
 
 def test_scatter_and_own_errors_stand_apart():
@@ -110,9 +112,9 @@ def test_a_profile_crosses_384_at_the_interval(one, name):
 
 
 def test_a_profile_that_cannot_be_is_refused(one, several):
-    with pytest.raises(nf.InputError, match="profiles are of contact_depth and saturation_depth"):
+    with pytest.raises(nf.InputError, match="Give contact_depth or saturation_depth"):
         profile(one, "cutting_force")
-    with pytest.raises(nf.InputError, match="was not sought"):
+    with pytest.raises(nf.InputError, match="was not fitted"):
         profile(several, "saturation_depth")
 
 
@@ -143,16 +145,16 @@ def test_draws_are_written_by_the_files_ending(several, tmp_path):
     document = json.loads((tmp_path / "draws.json").read_text())
     assert document["pooled"]["cutting_force"] == draws["cutting_force"].tolist()
     assert document["recordings"][3]["draws"]["contact_depth"] == draws.own["contact_depth"][3].tolist()
-    with pytest.raises(nf.InputError, match=r"draws.txt.*ends in none of .csv, .json"):
+    with pytest.raises(nf.InputError, match=r"draws.txt.*must end in .csv or .json"):
         draws.save(tmp_path / "draws.txt")
 
 
 def test_draws_that_cannot_be_are_refused(one):
     for count in (0, 2.5, 10**8):
-        with pytest.raises(nf.InputError, match="count of draws"):
+        with pytest.raises(nf.InputError, match="number of draws"):
             one.draws(count)
     empty = dataclasses.replace(one, recordings=tuple(dataclasses.replace(r, cycle=None) for r in one.recordings))
-    with pytest.raises(nf.InputError, match="no recording was fitted by a one-layer cycle"):
+    with pytest.raises(nf.InputError, match="no recording has a one-layer fit"):
         empty.draws()
 
 
@@ -179,13 +181,15 @@ def test_noise_that_fades_keeps_its_long_run_variance():
     assert np.median([noise.ar1_factor for noise in found]) == pytest.approx(factor, abs=0.005)
 
 
-def test_the_noise_is_said_in_words():
+def test_the_noise_is_described_in_words():
     white, filtered = Noise(1.0, 1000, 1.0, 1.0, 0), Noise(1.0, 1000, 1.0, 9.0, 9)
     assert noise_words([white, white]) == "white"
-    said = noise_words([white, filtered, filtered._replace(reach=12), filtered._replace(reach=30, fades=0.9)])
-    assert said == (
-        "white; correlated over 9 to 12 samples: flat-top long-run variance; "
-        "fading over 30 samples: long-run variance of a first-order autoregression"
+    text = noise_words(
+        [white, filtered, filtered._replace(last_lag=12), filtered._replace(last_lag=30, ar1_factor=0.9)]
     )
-    assert "too few independent stretches" in noise_words([filtered._replace(reach=124)])
+    assert text == (
+        "white; correlated over 9 to 12 samples: flat-top long-run variance; "
+        "autocorrelated (AR(1)) over 30 samples: long-run variance of a first-order autoregression"
+    )
+    assert "too few independent parts" in noise_words([filtered._replace(last_lag=124)])
     assert nf.identify(noisy(), model="paper").settings.noise == "white"

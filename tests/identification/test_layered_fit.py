@@ -181,7 +181,7 @@ def test_without_a_hold_relaxation_rests_on_the_withdrawal():
 
 def test_what_is_refused():
     run, _ = repeat(0)
-    with pytest.raises(nf.InputError, match="does not take"):
+    with pytest.raises(nf.InputError, match="does not use"):
         nf.identify([run], second_pass=[run], model="layered")
     with pytest.raises(nf.InputError, match="layers"):
         nf.identify([run], model="layered", layers=4)
