@@ -94,7 +94,7 @@ def identify(
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
     if model in LAYERED:
-        return _layered(recordings, seconds, model, FitInputs(needle, None, bench), layers, progress)
+        return _layered(recordings, seconds, model, FitInputs(needle, None, bench), layers=layers, progress=progress)
     if layers not in (None, 1):
         step = "Give model='layered' or leave layers out."
         raise InputError("layers", layers, f"the model {model or 'paper'} has one layer", next_step=step)

@@ -106,7 +106,7 @@ def _fit(
     joint, notes = complete(CURVES[law].complete)
     depth, force = strokes.depth_in[before], strokes.force_in[before]
     known = {"saturation_depth": saturation}
-    loading = fit_deformation(depth, force, events.contact.depth, law, known, filter_length)
+    loading = fit_deformation(depth, force, events.contact.depth, law, known=known, filter_length=filter_length)
     if law == joint.law and len(events.punctures) == 1 and agrees(joint, loading):
         return joint, loading, [*notes, *joint.warnings]
     staged = fit_by_stages(joint, loading, strokes, filter_length)

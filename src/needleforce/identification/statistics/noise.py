@@ -59,7 +59,14 @@ def noise_of(residual: np.ndarray, count: int, filter_length: int = 1, lost: flo
     if not ar1_factor:
         long_run, lags = _flat_top(covariance, flat_lags)
         long_run /= max(1.0 - lost * lags / count, 0.5)
-    return Noise(plain * count, count, variance, max(long_run, variance), found, ar1_factor)
+    return Noise(
+        sse=plain * count,
+        count=count,
+        variance=variance,
+        long_run=max(long_run, variance),
+        last_lag=found,
+        ar1_factor=ar1_factor,
+    )
 
 
 def _flat_top(covariance: np.ndarray, flat_lags: int) -> tuple[float, float]:

@@ -131,7 +131,7 @@ class CycleSums(NamedTuple):
         return used + outside[-1] - outside[min(w, self.withdrawal.size)]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Posterior:
     """The grid with each cell's weight and the coefficients' Gaussian in it.
 
@@ -189,8 +189,15 @@ def posterior_of(fit: CycleFit, strokes: Strokes) -> Posterior:
     punctures = _likely_punctures(fit, cycle, centres, saturations)
     linear = Linear(*np.stack([cycle.linear(contacts, saturations[:, None], k) for k in punctures], axis=1))
     weights = np.exp(_from_best(linear.log_density))
-    place = fit.values["contact_depth"], unit
-    return Posterior(*place, punctures, saturations, contacts, weights / weights.sum(), linear)
+    return Posterior(
+        origin=fit.values["contact_depth"],
+        depth_unit=unit,
+        punctures=punctures,
+        saturations=saturations,
+        contacts=contacts,
+        weights=weights / weights.sum(),
+        linear=linear,
+    )
 
 
 def cycle_sums(fit: CycleFit, strokes: Strokes) -> CycleSums:
