@@ -170,7 +170,7 @@ def test_a_withdrawal_may_be_shorter_than_the_filter(kept):
     assert len(fit.residual_out) == kept and np.isfinite(fit.covariance).all()
 
 
-def test_unphysical_friction_is_held_and_told():
+def test_unphysical_friction_is_held_with_a_warning():
     arrays = cycle(noise=5e-3, friction_per_length=-3.0)
     fit = fit_cycle(*arrays)
     assert fit.values["friction_per_length"] == fit.low["friction_per_length"] == 0.0 < fit.high["friction_per_length"]

@@ -54,7 +54,7 @@ def test_draws_of_repeats_are_students(several):
     assert not np.array_equal(draws["contact_depth"], several.draws(40_000, seed=2)["contact_depth"])
 
 
-def test_draws_of_what_no_repeat_tells_alone():
+def test_draws_of_parameters_that_no_single_repeat_identifies():
     """A bare cone has no saturation depth: repeats bound it from below, and their mean is known no better."""
     fit = nf.identify([noisy(seed=k) for k in range(3)], model="cone_cylinder")
     draws = fit.draws(3000)
@@ -63,14 +63,14 @@ def test_draws_of_what_no_repeat_tells_alone():
     assert 0.9 * lowest < draws["saturation_depth"].min() and draws["saturation_depth"].max() < 1.05 * 3.237e-3
 
 
-def test_draws_have_the_correlations_that_are_told(one):
+def test_draws_have_the_reported_correlations(one):
     draws, told = one.draws(100_000), one.correlations
     found = np.corrcoef([draws[name] for name in told.names])
     # the posterior is not quite the Gaussian of the covariance, its contact and saturation being bent
     assert found == pytest.approx(told.matrix, abs=0.05)
 
 
-def test_what_is_known_only_together_is_said():
+def test_parameters_identified_only_together_are_reported():
     # a contact that saturates early is nearly a straight line, whose slope is the product 2 c h_s
     model = nf.preset("physical")
     steep = model.replace(stiffness=model.stiffness.replace(radius=0.2e-3))

@@ -43,7 +43,7 @@ def test_copies_of_one_recording_keep_the_mechanisms_they_show(noise):
     assert fit.quality.nrmse < 0.01
 
 
-def test_a_stranger_among_unnamed_repeats_is_told():
+def test_an_anomalous_repeat_without_a_name_gives_a_warning():
     fit = fit_of([repeat(0), repeat(1), repeat(2, factor=1e3)])
     assert any("describes these recordings poorly" in warning for warning in fit.warnings), fit.warnings
     assert not any("poorly" in warning for warning in fit_of([repeat(0), repeat(1)]).warnings)

@@ -142,7 +142,7 @@ def test_a_recording_that_cannot_answer_keeps_its_reason():
     assert json.loads(nothing.to_json())["recordings"][0]["status"] == "no_contact"
 
 
-def test_cut_off_recordings_use_the_insertion_alone():
+def test_recordings_without_withdrawal_use_only_the_insertion():
     fit = nf.identify(
         noisy(motion=nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, withdraw=False)), model="paper"
     )
@@ -211,7 +211,7 @@ def test_the_existing_hole_gives_an_upper_bound_only(recordings):
     assert "upper bound" in fit.two_pass.biases[0]
 
 
-def test_what_is_no_recording_or_needle_is_told():
+def test_other_objects_than_recording_and_needle_raise_an_error():
     for bad in ("run.csv", [None]):
         with pytest.raises(nf.InputError, match="not a Recording"):
             nf.identify(bad)
@@ -240,7 +240,7 @@ def test_the_puncture_force_knows_that_the_puncture_lies_between_samples():
     assert inside >= 53
 
 
-def test_a_filter_that_bends_the_loading_curve_is_told():
+def test_a_filter_that_rounds_the_loading_curve_gives_a_warning():
     fast = nf.Motion.insert(start=-3e-3, speed=10e-3, depth=14e-3, hold=1.0)
     assert any("smears" in warning for warning in nf.identify(noisy(filter_length=20, motion=fast)).warnings)
     assert not any("smears" in warning for warning in nf.identify(noisy(filter_length=10)).warnings)

@@ -177,7 +177,7 @@ def test_a_long_curve_that_barely_touches_needs_no_start(touching):
 
 @pytest.mark.parametrize("baseline", ["none", "constant", "line"])
 @pytest.mark.parametrize("smoothed", [1, 8])
-def test_noise_alone_has_no_contact(baseline, smoothed):
+def test_pure_noise_has_no_contact(baseline, smoothed):
     random = np.random.default_rng(11)
     for _ in range(20):
         with pytest.raises(nf.InputError, match=r"not rising|at the (start|end)"):

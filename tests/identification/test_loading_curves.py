@@ -111,7 +111,7 @@ def test_amplitudes_are_not_negative():
     assert not amplitudes_of(basis[:1], -basis[0]).any()
 
 
-def test_what_is_held_is_said():
+def test_held_parameters_are_reported():
     concave = fit_deformation(*curve("cone_cylinder", noise=1e-3), CONTACT, "polynomial")
     assert concave.values["quadratic"] >= 0.0
     steep = fit_deformation(*curve("exponential", noise=1e-3), CONTACT, "polynomial")

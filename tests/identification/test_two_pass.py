@@ -191,7 +191,7 @@ def test_a_second_pass_beyond_the_hole_cuts_anew_and_counts_no_further():
     assert any("share 5.7 mm" in sentence for sentence in found.biases)
 
 
-def test_speeds_that_differ_and_a_contact_above_the_first_are_told():
+def test_different_speeds_and_a_contact_above_the_first_are_reported():
     found = two_passes([first_pass(0)], [second_pass(1, move=motion(speed=1e-3))])
     assert any("3 and 1 mm/s" in sentence for sentence in found.biases)
     assert not any("has contact at a smaller depth" in sentence for sentence in found.biases)
