@@ -60,7 +60,7 @@ def test_identify_writes_estimates_and_draws(example, tmp_path):
     assert (tmp_path / "estimates.csv").read_text().startswith("recording,quantity,value,low,high,unit,")
     assert len((tmp_path / "draws.csv").read_text().splitlines()) == 1 + 2 * 4000  # pooled, and of the recording
     refused = run("identify", example, "--draws", tmp_path / "draws.txt")
-    assert refused.returncode == 2 and "ends in none of .csv, .json" in refused.stderr
+    assert refused.returncode == 2 and "must end in .csv or .json" in refused.stderr
 
 
 def test_a_bad_file_does_not_stop_the_rest(example, tmp_path):

@@ -88,17 +88,17 @@ def test_tables(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "text, said",
+    "text, message",
     [
         ("", "No columns"),
         ("stretch,stress\n1,2\n", "stress_"),
         ("stress_kPa\n1\n", "stretch"),
         ("stretch,stress_kPa\n1,x\n2,3\n", "stress_kPa"),
-        ("stretch,stress_kPa\n1,\n2,3\n", "not finite"),
-        ("stretch,stress_kPa\n1,0\n1.1,3\n", "too few"),
+        ("stretch,stress_kPa\n1,\n2,3\n", "must be finite"),
+        ("stretch,stress_kPa\n1,0\n1.1,3\n", "at least 3 are needed"),
     ],
 )
-def test_bad_tables(tmp_path, text, said):
+def test_invalid_tables_raise_an_error(tmp_path, text, message):
     (tmp_path / "t.csv").write_text(text)
-    with pytest.raises(nf.InputError, match=said):
+    with pytest.raises(nf.InputError, match=message):
         tissue_estimate(tmp_path / "t.csv")

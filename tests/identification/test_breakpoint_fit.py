@@ -131,14 +131,14 @@ def test_prediction_and_residual_make_the_measurement():
     assert fit.sse == pytest.approx(np.sum(fit.residual_in**2) + np.sum(fit.residual_out**2))
 
 
-def test_a_window_binds_the_puncture_and_tells_of_its_edge():
+def test_a_window_limits_the_puncture_and_its_edge_gives_a_warning():
     depth, force, *out = cycle(noise=2e-3)
-    force = force + np.where(depth > 12e-3, -0.15, 0.0)  # a deeper and larger drop, which one layer does not know
+    force = force + np.where(depth > 12e-3, -0.15, 0.0)  # a deeper and larger drop, which a one-layer model omits
     assert fit_cycle(depth, force, *out).values["puncture_depth"] == pytest.approx(12e-3, abs=0.05e-3)
     bound = fit_cycle(depth, force, *out, puncture_window=(7e-3, 7.6e-3))
     assert 7e-3 <= bound.values["puncture_depth"] <= 7.6e-3
-    assert any("first or the last one admitted" in warning for warning in bound.warnings)
-    first = depth < 12e-3  # what is deeper than the next puncture is another layer's
+    assert any("at an end of the range" in warning for warning in bound.warnings)
+    first = depth < 12e-3  # below the next puncture is another layer
     alone = fit_cycle(depth[first], force[first], *out, puncture_window=(7e-3, 7.6e-3))
     assert alone.values["puncture_depth"] == pytest.approx(TRUTH["puncture_depth"], abs=0.05e-3)
     assert not alone.warnings
@@ -170,7 +170,7 @@ def test_a_withdrawal_may_be_shorter_than_the_filter(kept):
     assert len(fit.residual_out) == kept and np.isfinite(fit.covariance).all()
 
 
-def test_unphysical_friction_is_held_and_told():
+def test_unphysical_friction_is_held_with_a_warning():
     arrays = cycle(noise=5e-3, friction_per_length=-3.0)
     fit = fit_cycle(*arrays)
     assert fit.values["friction_per_length"] == fit.low["friction_per_length"] == 0.0 < fit.high["friction_per_length"]
@@ -197,7 +197,7 @@ def test_a_filter_smears_both_steps_and_leaving_them_out_removes_the_bias():
     assert careful.low["puncture_depth"] <= TRUTH["puncture_depth"] <= careful.high["puncture_depth"]
 
 
-def test_noise_alone_and_nothing_at_all_are_told_not_raised():
+def test_pure_noise_and_zero_force_give_a_warning():
     depth, _, out, _ = cycle()
     noise = 5e-3 * np.random.default_rng(0).standard_normal((2, len(depth)))
     for force_in, force_out in (noise, np.zeros_like(noise)):
@@ -207,7 +207,7 @@ def test_noise_alone_and_nothing_at_all_are_told_not_raised():
 
 
 @pytest.mark.parametrize(
-    ("change", "options", "said"),
+    ("change", "options", "message"),
     [
         (lambda a: (a[0][:20], a[1][:20], a[2], a[3]), {}, "number of samples is 20"),
         (lambda a: (a[0], a[1][1:], a[2], a[3]), {}, "shape of depth and force"),
@@ -215,15 +215,15 @@ def test_noise_alone_and_nothing_at_all_are_told_not_raised():
         (lambda a: (a[0], a[1], a[2], np.where(np.arange(3000) == 9, np.inf, a[3])), {}, "sample 9: force of the with"),
         (lambda a: (0 * a[0], a[1], a[2], a[3]), {}, "depth of the insertion"),
         (lambda a: (-a[0], a[1], -a[2], a[3]), {}, "flip its sign"),
-        (lambda a: a, {"law": "sphere"}, "law is sphere"),
+        (lambda a: a, {"law": "sphere"}, "law is 'sphere'"),
         (lambda a: a, {"saturation_depth": 1e-3}, "the law cone has none"),
         (lambda a: a, {"law": "cone_cylinder", "saturation_depth": -1e-3}, "must be positive"),
         (lambda a: a, {"filter_length": 0}, "filter_length is 0"),
         (lambda a: a, {"filter_length": 500}, "filter_length is 500"),
-        (lambda a: a, {"puncture_window": (9e-3, 6e-3)}, "low end"),
-        (lambda a: a, {"puncture_window": (30e-3, 40e-3)}, "room for a puncture"),
+        (lambda a: a, {"puncture_window": (9e-3, 6e-3)}, "lower limit must be below"),
+        (lambda a: a, {"puncture_window": (30e-3, 40e-3)}, "possible punctures is 0"),
     ],
 )
-def test_bad_input_is_refused_with_its_reason(change, options, said):
-    with pytest.raises(InputError, match=said):
+def test_invalid_input_raises_an_error_with_its_reason(change, options, message):
+    with pytest.raises(InputError, match=message):
         fit_cycle(*change(cycle()), **options)

@@ -5,8 +5,16 @@ import runpy
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
-from needleforce.identification.statistics.noise import likely_punctures, noise_of
+from needleforce.identification.statistics.noise import (
+    LEVEL,
+    ONE_SIDED,
+    TWO_SIDED,
+    likely_punctures,
+    noise_of,
+    student_quantile,
+)
 
 
 @pytest.mark.parametrize("filter_length", [1, 10, 50])
@@ -43,8 +51,8 @@ def test_long_run_variance_of_filtered_noise(length, known):
     found = [noise_of(filtered(length, seed=seed), 40_000, length if known else 1) for seed in range(20)]
     assert np.mean([noise.long_run for noise in found]) == pytest.approx(1.0, rel=0.05)
     assert np.mean([noise.variance for noise in found]) == pytest.approx(1.0 / length, rel=0.03)
-    reach = np.median([noise.reach for noise in found])
-    assert reach == 0 if length == 1 else 0.7 * length <= reach <= 1.3 * length
+    last_lag = np.median([noise.last_lag for noise in found])
+    assert last_lag == 0 if length == 1 else 0.7 * length <= last_lag <= 1.3 * length
 
 
 def test_likely_punctures_are_the_posterior():
@@ -55,3 +63,9 @@ def test_likely_punctures_are_the_posterior():
     assert rows.tolist() == [3, 2, 4]  # 0.477 + 0.289 + 0.176 = 0.94 is not yet 95 %
     assert weights.sum() == pytest.approx(1.0)
     assert weight[rows].sum() >= 0.95 > weight[rows[:-1]].sum()
+
+
+def test_quantiles_are_those_of_the_level():
+    assert pytest.approx(norm.ppf(0.5 * (1.0 + LEVEL)), abs=1e-12) == TWO_SIDED
+    assert pytest.approx(norm.ppf(LEVEL), abs=1e-12) == ONE_SIDED
+    assert student_quantile(10**9) == pytest.approx(TWO_SIDED, abs=1e-6)

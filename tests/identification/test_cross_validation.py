@@ -72,7 +72,7 @@ def test_a_model_that_wins_by_less_than_its_noise_ties():
     assert _ranked([row("clear", clear, 4.0), row("near", near, 3.0)])[0].model == "near"
 
 
-def test_left_out_repeats_are_foretold_from_the_others_alone():
+def test_held_out_repeats_are_predicted_from_the_others():
     given = []
 
     def identified(others):

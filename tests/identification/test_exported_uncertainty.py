@@ -14,7 +14,7 @@ import needleforce as nf
 from needleforce.identification import profile
 from needleforce.identification.diagnostics import noise_words
 from needleforce.identification.estimates import Estimate, pool
-from needleforce.identification.statistics.noise import Z_95, Noise, noise_of
+from needleforce.identification.statistics.noise import TWO_SIDED, Noise, noise_of
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, hold=1.0)
 
@@ -54,7 +54,7 @@ def test_draws_of_repeats_are_students(several):
     assert not np.array_equal(draws["contact_depth"], several.draws(40_000, seed=2)["contact_depth"])
 
 
-def test_draws_of_what_no_repeat_tells_alone():
+def test_draws_of_parameters_that_no_single_repeat_identifies():
     """A bare cone has no saturation depth: repeats bound it from below, and their mean is known no better."""
     fit = nf.identify([noisy(seed=k) for k in range(3)], model="cone_cylinder")
     draws = fit.draws(3000)
@@ -63,31 +63,33 @@ def test_draws_of_what_no_repeat_tells_alone():
     assert 0.9 * lowest < draws["saturation_depth"].min() and draws["saturation_depth"].max() < 1.05 * 3.237e-3
 
 
-def test_draws_have_the_correlations_that_are_told(one):
+def test_draws_have_the_reported_correlations(one):
     draws, told = one.draws(100_000), one.correlations
     found = np.corrcoef([draws[name] for name in told.names])
     # the posterior is not quite the Gaussian of the covariance, its contact and saturation being bent
     assert found == pytest.approx(told.matrix, abs=0.05)
 
 
-def test_what_is_known_only_together_is_said():
+def test_parameters_identified_only_together_are_reported():
     # a contact that saturates early is nearly a straight line, whose slope is the product 2 c h_s
     model = nf.preset("physical")
     steep = model.replace(stiffness=model.stiffness.replace(radius=0.2e-3))
     run = nf.simulate(steep, MOTION)
     run = dataclasses.replace(run, force=run.force + np.random.default_rng(0).normal(0.0, 3e-3, len(run)))
     fit = nf.identify(run, model="cone_cylinder")
-    said = [sentence for sentence in fit.unknown if "known only together" in sentence]
-    assert any("stiffness_coefficient and saturation_depth" in s and "their product to" in s for s in said), fit.unknown
+    sentences = [sentence for sentence in fit.unknown if "identified only together" in sentence]
+    assert any("stiffness_coefficient and saturation_depth" in s and "of their product" in s for s in sentences), (
+        fit.unknown
+    )
     matrix, names = fit.correlations.matrix, fit.correlations.names
     assert matrix[names.index("stiffness_coefficient"), names.index("saturation_depth")] < -0.95
-    assert not any("known only together" in sentence for sentence in nf.identify(noisy(), model="paper").unknown)
+    assert not any("identified only together" in sentence for sentence in nf.identify(noisy(), model="paper").unknown)
 
 
 def test_scatter_and_own_errors_stand_apart():
     sd, own, n = 3.0, 0.5, 4000
     values = np.random.default_rng(0).normal(10.0, np.hypot(sd, own), n)
-    half = Z_95 * own
+    half = TWO_SIDED * own
     pooled = pool([{"x": Estimate("x", v, "N", v - half, v + half)} for v in values])["x"]
     assert pooled.within_run_sd == pytest.approx(own)
     assert pooled.between_repeats_sd == pytest.approx(np.hypot(sd, own), rel=0.04)
@@ -110,9 +112,9 @@ def test_a_profile_crosses_384_at_the_interval(one, name):
 
 
 def test_a_profile_that_cannot_be_is_refused(one, several):
-    with pytest.raises(nf.InputError, match="profiles are of contact_depth and saturation_depth"):
+    with pytest.raises(nf.InputError, match="Give contact_depth or saturation_depth"):
         profile(one, "cutting_force")
-    with pytest.raises(nf.InputError, match="was not sought"):
+    with pytest.raises(nf.InputError, match="was not fitted"):
         profile(several, "saturation_depth")
 
 
@@ -143,16 +145,16 @@ def test_draws_are_written_by_the_files_ending(several, tmp_path):
     document = json.loads((tmp_path / "draws.json").read_text())
     assert document["pooled"]["cutting_force"] == draws["cutting_force"].tolist()
     assert document["recordings"][3]["draws"]["contact_depth"] == draws.own["contact_depth"][3].tolist()
-    with pytest.raises(nf.InputError, match=r"draws.txt.*ends in none of .csv, .json"):
+    with pytest.raises(nf.InputError, match=r"draws.txt.*must end in .csv or .json"):
         draws.save(tmp_path / "draws.txt")
 
 
 def test_draws_that_cannot_be_are_refused(one):
     for count in (0, 2.5, 10**8):
-        with pytest.raises(nf.InputError, match="count of draws"):
+        with pytest.raises(nf.InputError, match="number of draws"):
             one.draws(count)
     empty = dataclasses.replace(one, recordings=tuple(dataclasses.replace(r, cycle=None) for r in one.recordings))
-    with pytest.raises(nf.InputError, match="no recording was fitted by a one-layer cycle"):
+    with pytest.raises(nf.InputError, match="no recording has a one-layer fit"):
         empty.draws()
 
 
@@ -176,16 +178,18 @@ def test_noise_that_fades_keeps_its_long_run_variance():
         white = np.random.default_rng(seed).standard_normal(n + 500)
         found.append(noise_of(lfilter([1.0], [1.0, -factor], white)[500:], n))
     assert np.mean([noise.long_run for noise in found]) == pytest.approx(1.0 / (1.0 - factor) ** 2, rel=0.05)
-    assert np.median([noise.fades for noise in found]) == pytest.approx(factor, abs=0.005)
+    assert np.median([noise.ar1_factor for noise in found]) == pytest.approx(factor, abs=0.005)
 
 
-def test_the_noise_is_said_in_words():
+def test_the_noise_is_described_in_words():
     white, filtered = Noise(1.0, 1000, 1.0, 1.0, 0), Noise(1.0, 1000, 1.0, 9.0, 9)
     assert noise_words([white, white]) == "white"
-    said = noise_words([white, filtered, filtered._replace(reach=12), filtered._replace(reach=30, fades=0.9)])
-    assert said == (
-        "white; correlated over 9 to 12 samples: flat-top long-run variance; "
-        "fading over 30 samples: long-run variance of a first-order autoregression"
+    text = noise_words(
+        [white, filtered, filtered._replace(last_lag=12), filtered._replace(last_lag=30, ar1_factor=0.9)]
     )
-    assert "too few independent stretches" in noise_words([filtered._replace(reach=124)])
+    assert text == (
+        "white; correlated over 9 to 12 samples: flat-top long-run variance; "
+        "autocorrelated (AR(1)) over 30 samples: long-run variance of a first-order autoregression"
+    )
+    assert "too few independent parts" in noise_words([filtered._replace(last_lag=124)])
     assert nf.identify(noisy(), model="paper").settings.noise == "white"

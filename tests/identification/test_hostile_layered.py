@@ -43,7 +43,7 @@ def test_copies_of_one_recording_keep_the_mechanisms_they_show(noise):
     assert fit.quality.nrmse < 0.01
 
 
-def test_a_stranger_among_unnamed_repeats_is_told():
+def test_an_anomalous_repeat_without_a_name_gives_a_warning():
     fit = fit_of([repeat(0), repeat(1), repeat(2, factor=1e3)])
     assert any("describes these recordings poorly" in warning for warning in fit.warnings), fit.warnings
     assert not any("poorly" in warning for warning in fit_of([repeat(0), repeat(1)]).warnings)
@@ -59,4 +59,4 @@ def test_a_repeat_in_another_zero_is_named():
 def test_a_repeat_in_another_zero_does_not_stop_the_comparison():
     (row,) = nf.compare([repeat(0), repeat(1), repeat(2, zero=0.7)], ["paper"])
     told = np.isfinite(row.cross_validation.prediction[:, 0])
-    assert not told[2] and any("does not foretell it: puncture_depth" in note for note in row.notes)
+    assert not told[2] and any("does not predict it: puncture_depth" in note for note in row.notes)

@@ -77,7 +77,7 @@ def test_other_loading_curves_make_full_models(name, tmp_path):
     found = fit.parameters
     assert found["friction_per_length"].value == pytest.approx(18.6, rel=0.02)
     assert found["cutting_force"].value == pytest.approx(0.0776, abs=3e-3)
-    assert "reduced_modulus" not in found and any("knows no modulus" in sentence for sentence in fit.unknown)
+    assert "reduced_modulus" not in found and any("has no modulus" in sentence for sentence in fit.unknown)
     fit.save(tmp_path / "mine.toml")
     assert nf.preset(tmp_path / "mine.toml") == fit.model
     assert np.sqrt(np.mean((fit.predict(runs[0]) - runs[0].force) ** 2)) < 6e-3
@@ -91,10 +91,12 @@ def test_an_alias_is_the_same_model():
     assert first.bic == second.bic and {first.model, second.model} == {"okamura", "simone"}
 
 
-def test_models_that_a_log_cannot_tell_apart_are_said_to_be_so():
+def test_models_with_the_same_force_at_one_speed_have_a_note():
     rows = {row.model: row for row in nf.compare([noisy(seed=k) for k in range(3)], ["cone_cylinder", "lugre", "azar"])}
     assert len({row.bic for row in rows.values()}) == 1 == len({row.prediction for row in rows.values()})
-    assert "cannot tell" in rows["lugre"].notes[0] and not any("cannot tell" in n for n in rows["cone_cylinder"].notes)
+    assert "does not distinguish" in rows["lugre"].notes[0] and not any(
+        "distinguish" in n for n in rows["cone_cylinder"].notes
+    )
     with pytest.raises(nf.InputError, match="relaxing_surface"):
         nf.compare([noisy()], ["relaxing_surface"])
 
@@ -140,7 +142,7 @@ def test_a_recording_that_cannot_answer_keeps_its_reason():
     assert json.loads(nothing.to_json())["recordings"][0]["status"] == "no_contact"
 
 
-def test_cut_off_recordings_use_the_insertion_alone():
+def test_recordings_without_withdrawal_use_only_the_insertion():
     fit = nf.identify(
         noisy(motion=nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, withdraw=False)), model="paper"
     )
@@ -164,9 +166,9 @@ def test_what_is_implied_is_not_called_identifiable(tmp_path):
 def test_bad_calls():
     with pytest.raises(nf.InputError, match="second passes"):
         nf.identify([noisy()], second_pass=[noisy(), noisy()])
-    with pytest.raises(nf.InputError, match="not one that can be identified"):
+    with pytest.raises(nf.InputError, match="it cannot be identified"):
         nf.identify([noisy()], model="magic")
-    with pytest.raises(nf.InputError, match="nothing to identify"):
+    with pytest.raises(nf.InputError, match="number of recordings is 0"):
         nf.identify([])
     with pytest.raises(nf.InputError, match="needle"):
         nf.identify([noisy()], bending="bending.csv")
@@ -209,7 +211,7 @@ def test_the_existing_hole_gives_an_upper_bound_only(recordings):
     assert "upper bound" in fit.two_pass.biases[0]
 
 
-def test_what_is_no_recording_or_needle_is_told():
+def test_other_objects_than_recording_and_needle_raise_an_error():
     for bad in (3.14, [None]):
         with pytest.raises(nf.InputError, match="taken are a Recording, a path, a pandas DataFrame"):
             nf.identify(bad)
@@ -238,7 +240,7 @@ def test_the_puncture_force_knows_that_the_puncture_lies_between_samples():
     assert inside >= 53
 
 
-def test_a_filter_that_bends_the_loading_curve_is_told():
+def test_a_filter_that_rounds_the_loading_curve_gives_a_warning():
     fast = nf.Motion.insert(start=-3e-3, speed=10e-3, depth=14e-3, hold=1.0)
     assert any("smears" in warning for warning in nf.identify(noisy(filter_length=20, motion=fast)).warnings)
     assert not any("smears" in warning for warning in nf.identify(noisy(filter_length=10)).warnings)
@@ -251,4 +253,4 @@ def test_a_turn_too_short_to_see_is_not_called_identified():
     run = noisy()
     strayed = run.depth + 3e-6 * np.sin(7.0 * run.time)
     hidden = nf.identify(dataclasses.replace(run, depth=strayed), model="paper").parameters["presliding"]
-    assert not hidden.identifiable and "too short to see" in hidden.source
+    assert not hidden.identifiable and "too short to measure" in hidden.source

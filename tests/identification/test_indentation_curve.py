@@ -78,7 +78,7 @@ def test_the_contact_of_the_independent_fit(approach):
     assert approach[2] - fit.contact_depth.value == pytest.approx(1.571375e-8, abs=1e-13)
 
 
-def test_cone_and_paraboloid_on_the_real_curve_are_not_told_apart(approach):
+def test_cone_and_paraboloid_on_the_real_curve_are_not_distinguished(approach):
     cones = [nf.tips.Cone(math.radians(angle)) for angle in (25, 30)]
     best, same, other = compare_tips(*approach[:2], [nf.tips.Paraboloid(10e-6), *cones])
     assert {best.fit.tip, same.fit.tip} == set(cones) and not same.distinguishable
@@ -177,7 +177,7 @@ def test_a_long_curve_that_barely_touches_needs_no_start(touching):
 
 @pytest.mark.parametrize("baseline", ["none", "constant", "line"])
 @pytest.mark.parametrize("smoothed", [1, 8])
-def test_noise_alone_has_no_contact(baseline, smoothed):
+def test_pure_noise_has_no_contact(baseline, smoothed):
     random = np.random.default_rng(11)
     for _ in range(20):
         with pytest.raises(nf.InputError, match=r"not rising|at the (start|end)"):
@@ -190,30 +190,30 @@ FORCE, INSIDE = curve(tip=CONE, tilt=0.0), DEPTH > CONTACT + 1e-4
 @pytest.mark.parametrize(
     "depth, force, options, match",
     [
-        (DEPTH, np.where(INSIDE, np.nan, FORCE), {}, "force is not finite, first at sample"),
-        (np.where(INSIDE, np.inf, DEPTH), FORCE, {}, "depth is not finite, first at sample"),
+        (DEPTH, np.where(INSIDE, np.nan, FORCE), {}, "sample .*: force is nan, it must be finite"),
+        (np.where(INSIDE, np.inf, DEPTH), FORCE, {}, "sample .*: depth is inf, it must be finite"),
         (DEPTH, -FORCE, {}, "not rising with depth.*flip its sign"),
         (DEPTH, -FORCE, {"baseline": "line"}, "not rising with depth"),
         (DEPTH, -DEPTH, {}, "not rising with depth"),
         (DEPTH, DEPTH, {"baseline": "line"}, "not rising with depth"),
         (DEPTH, 0 * DEPTH + 1.0, {}, "force is constant"),
         (0 * DEPTH, FORCE, {}, "depth is constant"),
-        (DEPTH[INSIDE], FORCE[INSIDE], {}, "at the start of the curve.*clear of the surface"),
+        (DEPTH[INSIDE], FORCE[INSIDE], {}, "at the start of the curve.*above the surface"),
         (DEPTH[INSIDE], FORCE[INSIDE], {"baseline": "none"}, "at the start of the curve"),
         (DEPTH[:13], FORCE[:13], {}, "at least 20"),
-        (DEPTH, FORCE[1:], {}, "one length"),
+        (DEPTH, FORCE[1:], {}, "same length"),
         (DEPTH, np.where(DEPTH > DEPTH[-4], 1.0, 0.0), {}, "at the end of the curve.*goes deeper"),
-        (DEPTH, FORCE, {"baseline": "parabola"}, "known are none, constant, line"),
+        (DEPTH, FORCE, {"baseline": "parabola"}, "Give one of none, constant, line"),
         (DEPTH, FORCE, {"poisson_ratio": 0.7}, "poisson_ratio is 0.7, outside"),
         (DEPTH, FORCE, {"tip": "cone"}, "neither one of nf.tips"),
     ],
 )
-def test_what_is_no_indentation_curve_is_refused(depth, force, options, match):
+def test_an_invalid_indentation_curve_raises_an_error(depth, force, options, match):
     with pytest.raises(nf.InputError, match=match):
         fit_indentation(depth, force, **{"tip": CONE} | options)
 
 
-def test_what_the_numbers_do_not_say_is_said():
+def test_limits_of_the_fit_are_in_its_notes():
     random = np.random.default_rng(13)
     clean = fit_indentation(DEPTH, FORCE + 1e-4 * noise(random, 1), CONE)
     assert clean.notes == () and clean.reduced_modulus.identifiable
@@ -221,11 +221,11 @@ def test_what_the_numbers_do_not_say_is_said():
     # cot 25 degrees = 2.14; 0.2 cot 25 degrees = 0.43
     assert any("slope at the edge of the contact is 2.14" in each and "strain 0.43" in each for each in steep.notes)
     fourth = FORCE + 1e10 * np.maximum(DEPTH - CONTACT, 0.0) ** 4 + 1e-4 * noise(random, 1)
-    said = " ".join(fit_indentation(DEPTH, fourth, CONE).notes)
-    assert "tip or half-space do not describe this curve" in said
+    notes = " ".join(fit_indentation(DEPTH, fourth, CONE).notes)
+    assert "tip or half-space do not describe this curve" in notes
 
 
-def test_too_little_free_travel_is_never_silent():
+def test_too_little_free_travel_gives_an_error_or_a_note():
     random, late = np.random.default_rng(19), DEPTH > CONTACT - 1e-4
     for _ in range(20):
         try:
@@ -236,12 +236,12 @@ def test_too_little_free_travel_is_never_silent():
             assert any("contact depth" in note for note in fit.notes)
 
 
-def test_tips_of_different_shape_are_told_apart_and_their_faults_named():
+def test_tips_of_different_shape_are_distinguished_and_errors_name_the_tip():
     force = curve(tilt=0.0) + 1e-3 * noise(np.random.default_rng(15), 1)
     best, other = compare_tips(DEPTH, force, [CONE, PARABOLOID])
     assert best.fit.tip == PARABOLOID and not best.distinguishable and best.more_than_best == 0.0
     assert other.distinguishable and other.more_than_best > 10.0
-    with pytest.raises(nf.InputError, match="tips is none"):
+    with pytest.raises(nf.InputError, match="number of tips is 0"):
         compare_tips(DEPTH, force, [])
     with pytest.raises(nf.InputError, match=r"^Cone\(.*not rising"):
         compare_tips(DEPTH, -force, [CONE])

@@ -59,12 +59,12 @@ def test_two_layers_are_found_with_their_numbers(identified):
     assert all(type(layer.friction) is NAMED[name] for layer in fit.model.layers)
 
 
-def test_every_choice_is_shown_and_the_one_that_made_the_recordings_taken(identified):
+def test_every_choice_is_listed_and_the_true_one_is_chosen(identified):
     *_, fit = identified
-    rows = {row["choice"]: row for row in fit.settings.evidence}
+    rows = {row.choice: row for row in fit.settings.evidence}
     assert {"1 layer", "2 layers", "3 layers", "2 layers, sharp rupture", "2 layers, no relaxation"} <= set(rows)
-    assert next(choice for choice, row in rows.items() if row["chosen"]).startswith("2 layers")
-    assert rows["2 layers, no relaxation"]["left_out"] > 2.0 * rows["2 layers"]["left_out"]
+    assert next(choice for choice, row in rows.items() if row.chosen).startswith("2 layers")
+    assert rows["2 layers, no relaxation"].left_out > 2.0 * rows["2 layers"].left_out
 
 
 def test_a_fit_is_a_preset_and_a_document(identified, tmp_path):
@@ -181,7 +181,7 @@ def test_without_a_hold_relaxation_rests_on_the_withdrawal():
 
 def test_what_is_refused():
     run, _ = repeat(0)
-    with pytest.raises(nf.InputError, match="does not take"):
+    with pytest.raises(nf.InputError, match="does not use"):
         nf.identify([run], second_pass=[run], model="layered")
     with pytest.raises(nf.InputError, match="layers"):
         nf.identify([run], model="layered", layers=4)

@@ -111,7 +111,7 @@ def test_amplitudes_are_not_negative():
     assert not amplitudes_of(basis[:1], -basis[0]).any()
 
 
-def test_what_is_held_is_said():
+def test_held_parameters_are_reported():
     concave = fit_deformation(*curve("cone_cylinder", noise=1e-3), CONTACT, "polynomial")
     assert concave.values["quadratic"] >= 0.0
     steep = fit_deformation(*curve("exponential", noise=1e-3), CONTACT, "polynomial")
@@ -122,14 +122,14 @@ def test_what_is_held_is_said():
 
 
 @pytest.mark.parametrize("law", CURVES)
-def test_odd_input_is_told(law):
+def test_invalid_input_raises_an_error(law):
     depth, force = curve("cone")
     with pytest.raises(nf.InputError, match="samples before the puncture"):
         fit_deformation(depth[-12:], force[-12:], CONTACT, law)
     with pytest.raises(nf.InputError, match="in contact"):
         fit_deformation(depth, force, PUNCTURE + 1e-3, law)
     for dead in (-TRUTH["cone"][0](np.maximum(depth - CONTACT, 0.0)), np.zeros_like(depth)):
-        with pytest.raises(nf.InputError, match="does not rise"):
+        with pytest.raises(nf.InputError, match="not rising"):
             fit_deformation(depth, dead, CONTACT, law)
     noise_alone = np.random.default_rng(3).normal(0.0, 5e-3, len(depth))
     fit = fit_deformation(depth, noise_alone, CONTACT, law)

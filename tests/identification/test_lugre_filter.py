@@ -165,7 +165,7 @@ def test_parameters_come_back_and_innovations_are_white(seed):
 
 @pytest.mark.parametrize("off", [1.0, 1.3])
 @pytest.mark.parametrize("velocity", [1e-3, -3e-3])
-def test_a_constant_velocity_tells_the_sliding_friction_alone(velocity, off):
+def test_a_constant_velocity_identifies_only_the_sliding_friction(velocity, off):
     """The sliding friction has one slope by the logarithms: of the six directions, the other five stay as they were."""
     columns = insertion(np.full(4000, velocity), settle=1000)
     start, spread = law(np.array(TRUTH) * off), 0.5
@@ -199,15 +199,15 @@ def test_a_held_filter_follows_the_deflection_of_known_parameters():
     assert tuple(held.state[1:]) == TRUTH[:3] and tuple(held.limits) == TRUTH[3:]
 
 
-def test_what_is_no_sample_is_skipped_and_counted():
+def test_invalid_samples_are_skipped_and_counted():
     time, velocity, force, embedded = insertion(excitation(1.0))
     velocity, force, embedded = velocity.copy(), force.copy(), embedded.copy()
     velocity[100], force[200:210], embedded[300:305], embedded[400] = np.nan, np.inf, 0.0, np.nan
     found = filter_lugre(time, velocity, force, embedded, law(), NOISE)
     assert found.skipped == 1 + 10 + 5 + 1 == np.isnan(found.innovation).sum()
     assert np.isfinite(found.values).all() and np.isfinite(found.relative_sd).all()
-    assert found.variance[101] > 100.0 * found.variance[99]  # bristles after a motion that was not seen
-    assert found.variance[305] < 2.0 * found.variance[299]  # seen moving on, unseen pulling
+    assert found.variance[101] > 100.0 * found.variance[99]  # unknown deflection after a missing motion
+    assert found.variance[305] < 2.0 * found.variance[299]  # with a known motion, only the force is missing
 
 
 def test_a_parameter_that_starts_at_zero_is_held_there():
@@ -219,7 +219,7 @@ def test_a_parameter_that_starts_at_zero_is_held_there():
 
 
 @pytest.mark.parametrize(
-    ("change", "options", "said"),
+    ("change", "options", "message"),
     [
         (lambda c: [c[0], c[1][1:], c[2], c[3]], {}, "shape of velocity"),
         (lambda c: [x.reshape(-1, 2) for x in c], {}, "shape of time"),
@@ -231,8 +231,8 @@ def test_a_parameter_that_starts_at_zero_is_held_there():
         (lambda c: c, {"bristle_walk": np.nan}, "bristle_walk is nan"),
     ],
 )
-def test_bad_input_is_refused_with_its_reason(change, options, said):
-    with pytest.raises(InputError, match=said):
+def test_invalid_input_raises_an_error_with_its_reason(change, options, message):
+    with pytest.raises(InputError, match=message):
         filter_lugre(*change(insertion(excitation(0.1))), law(), NOISE, **options)
 
 

@@ -27,7 +27,7 @@ def motion(speed=3e-3, depth=14e-3, start=-3e-3):
 
 
 def noisy(run, seed, noise=2e-3, surface=0.0, more=0.0):
-    """A run with sensor noise and what the model lacks, where the surface has a depth of its own."""
+    """A run with sensor noise and effects that the model omits, where the surface has a depth of its own."""
     force = run.force + more + np.random.default_rng(seed).normal(0, noise, len(run))
     return dataclasses.replace(run, depth=run.depth + surface, force=force)
 
@@ -118,15 +118,15 @@ def test_the_spreading_force_stays_in_the_second_pass():
     firsts, seconds = [first_pass(0, spreading=SPREADING)], [second_pass(1, spreading=SPREADING)]
     limits = spreading_force(PAPER.needle, Estimate("tissue_young_modulus", 116e3, "Pa", 110e3, 122e3))
     assert limits[1] == pytest.approx(SPREADING, rel=0.01) and limits[0] == pytest.approx(0.75 * SPREADING, rel=0.01)
-    told, untold = (two_passes(firsts, seconds, given) for given in (limits, None))
-    for found in (told, untold):
+    with_limits, without = (two_passes(firsts, seconds, given) for given in (limits, None))
+    for found in (with_limits, without):
         assert cutting(found) == pytest.approx(F_C, abs=1e-3) and holds_the_truth(found)
         bias = term(found, "intercept")
         assert bias.low <= SPREADING <= bias.high
-    assert term(told, "spreading_force").high == limits[1] and np.isnan(term(untold, "spreading_force").high)
+    assert term(with_limits, "spreading_force").high == limits[1] and np.isnan(term(without, "spreading_force").high)
     # needle and modulus leave no room for a dimple of that pass; without them it may be as deep as the puncture's
-    assert term(told, "intercept").adds_high < 2e-3
-    assert term(untold, "intercept").adds_high == pytest.approx(FRICTION * PUNCTURE, rel=0.1)
+    assert term(with_limits, "intercept").adds_high < 2e-3
+    assert term(without, "intercept").adds_high == pytest.approx(FRICTION * PUNCTURE, rel=0.1)
 
 
 def test_an_intercept_near_0_proves_nothing():
@@ -191,23 +191,23 @@ def test_a_second_pass_beyond_the_hole_cuts_anew_and_counts_no_further():
     assert any("share 5.7 mm" in sentence for sentence in found.biases)
 
 
-def test_speeds_that_differ_and_a_contact_above_the_first_are_told():
+def test_different_speeds_and_a_contact_above_the_first_are_reported():
     found = two_passes([first_pass(0)], [second_pass(1, move=motion(speed=1e-3))])
     assert any("3 and 1 mm/s" in sentence for sentence in found.biases)
-    assert not any("meets the tissue before" in sentence for sentence in found.biases)
+    assert not any("has contact at a smaller depth" in sentence for sentence in found.biases)
     early = two_passes([first_pass(0, surface=1e-3)], [second_pass(1)])
-    assert any("meets the tissue before" in sentence for sentence in early.biases)
+    assert any("has contact at a smaller depth" in sentence for sentence in early.biases)
     # 1 mm too early is 1 mm less of a dimple of the first
     assert cutting(early) == pytest.approx(F_C - FRICTION * 1e-3, abs=2e-3)
 
 
-def test_a_second_pass_without_an_insertion_is_refused_and_said():
+def test_a_second_pass_without_an_insertion_is_refused_with_a_note():
     whole = second_pass(1)
     turn = int(np.argmax(whole.depth))
     columns = (getattr(whole, name)[turn:] for name in ("time", "depth", "velocity", "force"))
     for useless in (nf.Recording(*columns), second_pass(1, move=motion(depth=2e-3))):
         fit = nf.identify([first_pass(0)], second_pass=[useless], model="paper")
-        assert fit.two_pass is None and any("too short to subtract" in note for note in fit.recordings[0].notes)
+        assert fit.two_pass is None and any("common depth of both passes" in note for note in fit.recordings[0].notes)
         assert fit.parameters["cutting_force"].value == pytest.approx(F_C, abs=2e-3)  # the first pass's own
 
 
@@ -220,7 +220,7 @@ def test_terms_and_range_are_in_the_json_and_the_report(tmp_path):
     assert f"{1e3 * high:.3g} mN" in fit.two_pass.biases[-1]
     fit.report(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "range with its biases" in page and "lies between" in page
+    assert "range with its biases" in page and "is between" in page
 
 
 def test_the_existing_hole_beside_an_insertion_four_minutes_before(recordings):

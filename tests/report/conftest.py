@@ -57,8 +57,12 @@ def site(number: int) -> Site:
     second = 18.6 * grid + noise[0]
     first = second + 0.0776 + noise[1]
     inside = grid < 10e-3
-    line = (grid[inside], second[inside], 18.6, 0.1, 0.0, 10e-3, "the needle bends")
-    return Site(grid, first, second, first - second, first - second, 1e-3, *line, 0.0776, 1e-3)
+    return Site(
+        grid=grid, first=first, second=second, difference=first - second, oscillating=first - second, noise=1e-3,
+        friction_depth=grid[inside], friction_force=second[inside], friction_slope=18.6, friction_slope_half=0.1,
+        friction_intercept=0.0, friction_end=10e-3, friction_end_reason="the needle bends", cutting=0.0776,
+        cutting_half=1e-3,
+    )  # fmt: skip
 
 
 @pytest.fixture
@@ -68,11 +72,27 @@ def make_fit():
     def make(count: int = 1, two_pass: bool = False, anomalous: int | None = None, **options) -> Fit:
         runs = [recording_fit(k, factor=1.5 if k == anomalous else 1.0, **options) for k in range(1, count + 1)]
         estimates = (
-            Estimate("puncture_indentation", 3.2370e-3, "m", 3.1981e-3, 3.2759e-3, 1.3e-4, True, "complete fit"),
-            Estimate("puncture_force", 0.21014, "N", 0.2057, 0.2145, 0.0105, True, "complete fit"),
-            Estimate("stiffness_coefficient", 20051.3, "N/m^2", 19430.0, 20672.6, None, True, "complete fit"),
-            Estimate("friction_per_length", 18.6, "N/m", 18.45, 18.75, None, True, "second pass"),
-            Estimate("reduced_modulus", 117546.0, "Pa", 110000.0, 129000.0, None, False, "with a half angle of 15°"),
+            Estimate(
+                "puncture_indentation",
+                3.2370e-3,
+                "m",
+                3.1981e-3,
+                3.2759e-3,
+                between_repeats_sd=1.3e-4,
+                source="complete fit",
+            ),
+            Estimate("puncture_force", 0.21014, "N", 0.2057, 0.2145, between_repeats_sd=0.0105, source="complete fit"),
+            Estimate("stiffness_coefficient", 20051.3, "N/m^2", 19430.0, 20672.6, source="complete fit"),
+            Estimate("friction_per_length", 18.6, "N/m", 18.45, 18.75, source="second pass"),
+            Estimate(
+                "reduced_modulus",
+                117546.0,
+                "Pa",
+                110000.0,
+                129000.0,
+                identifiable=False,
+                source="with a half angle of 15°",
+            ),
         )
         return Fit(
             recordings=tuple(runs), parameters={each.name: each for each in estimates}, model=nf.preset("paper"),
@@ -82,7 +102,7 @@ def make_fit():
             settings=FitSettings(
                 stiffness_law="cone", needle=None, repeats=count, answering=count, lateral_over_axial_force=0.012,
                 noise="white",
-            ), two_pass=TwoPass(tuple(map(site, range(count)))) if two_pass else None,
+            ), two_pass=TwoPass(sites=tuple(map(site, range(count)))) if two_pass else None,
         )  # fmt: skip
 
     return make
@@ -122,8 +142,8 @@ def layered_run(number: int) -> RecordingFit:
     recording = Recording(run.time, run.depth + CONTACT, run.velocity, force, {}, Card(source=f"run_{number}"), ())
     reached = (True, number != 2)
     own = {
-        name: Estimate(name, depth, "m", depth - 1e-4, depth + 1e-4, None, reached_depth)
-        for name, depth, reached_depth in zip(("puncture_depth", "layer_2_puncture_depth"), LAYER_PUNCTURES, reached)
+        name: Estimate(name, depth, "m", depth - 1e-4, depth + 1e-4, identifiable=reached_it)
+        for name, depth, reached_it in zip(("puncture_depth", "layer_2_puncture_depth"), LAYER_PUNCTURES, reached)
     }
     quality = Quality(NOISE, NOISE / 1.7, 0.999)
     return RecordingFit(
@@ -142,7 +162,16 @@ def layered_fit():
         "relaxation_share_1": (0.31, 0.02, "1"),
     }  # fmt: skip
     found = {
-        name: Estimate(name, value, unit, value - half, value + half, half / 2, True, "layered fit", half / 4)
+        name: Estimate(
+            name,
+            value,
+            unit,
+            value - half,
+            value + half,
+            between_repeats_sd=half / 2,
+            source="layered fit",
+            within_run_sd=half / 4,
+        )
         for name, (value, half, unit) in sizes.items()
     }
     ruptures = Ruptures(np.array(LAYER_PUNCTURES), np.zeros(2), CONTACT)

@@ -2,7 +2,8 @@
 """From recordings to mechanics: fits, intervals, and what cannot be known."""
 
 from .compare import Comparison, ModelRow, compare
-from .estimates import Correlations, Estimate, Quality
+from .estimates import Estimate, Quality
+from .statistics.correlations import Correlations
 from .identify import identify
 from .indentation import IndentationFit, TipFit, compare_tips, fit_indentation
 from .lugre import FilteredLuGre, LuGreFilter, filter_lugre

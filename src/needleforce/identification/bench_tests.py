@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's two tests beside the rig, from small CSV tables: bending of the needle, tension of the tissue."""
+"""The paper's two bench tests from small CSV tables: bending of the needle, tension of the tissue."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ..core import Needle
 from ..errors import InputError
 from ..units import find
 from .estimates import Estimate
 from .statistics.regression import least_squares
 
 _STRESS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "N/mm^2": 1e6}
-SMALL_DEFLECTION = 0.3  # F a^2 / (E I), the end slope's double: beyond it the linear formula overstates the deflection
-# law -> the columns whose weighted sum is the nominal stress, and the weights that make E of the coefficients
+SMALL_DEFLECTION = 0.3  # [1] F a^2 / (E I), twice the end slope; beyond, the linear formula overestimates deflection
+# law -> the columns whose weighted sum is the nominal stress, and the weights by which the coefficients give E
 _BASES = {
     "linear": (lambda s: [s - 1.0], (1.0,)),
     "neo_hookean": (lambda s: [s - s**-2], (3.0,)),
@@ -23,7 +27,7 @@ _BASES = {
 LAWS = tuple(_BASES)
 
 
-def needle_estimate(path, needle) -> Estimate:
+def needle_estimate(path: str | Path, needle: Needle) -> Estimate:
     """``needle_young_modulus`` [Pa] from a table with the columns position, force and tip_deflection, units in the
     headers."""
     table = _table(path, {"position": "length", "force": "force", "tip_deflection": "length"})
@@ -35,7 +39,7 @@ def needle_estimate(path, needle) -> Estimate:
     return Estimate("needle_young_modulus", found.young_modulus, "Pa", found.low, found.high, source=source)
 
 
-def tissue_estimate(path, law: str = "neo_hookean") -> Estimate:
+def tissue_estimate(path: str | Path, law: str = "neo_hookean") -> Estimate:
     """``tissue_young_modulus`` [Pa] from a table with the columns stretch and stress (nominal)."""
     table = _table(path, {"stretch": "ratio", "stress": "stress"})
     try:
@@ -46,35 +50,40 @@ def tissue_estimate(path, law: str = "neo_hookean") -> Estimate:
     return Estimate("tissue_young_modulus", found.young_modulus, "Pa", found.low, found.high, source=source)
 
 
-def _table(path, wanted: dict[str, str]) -> dict[str, np.ndarray]:
-    """The wanted columns in SI; InputError names the columns seen."""
+def _table(path: str | Path, wanted: dict[str, str]) -> dict[str, np.ndarray]:
+    """The wanted columns in SI; an InputError names the columns of the table."""
     import pandas as pd
 
     try:
         frame = pd.read_csv(path, comment="#")
     except (OSError, ValueError) as error:
         raise InputError(
-            "table", limit=str(error).strip(), place=Path(path).name, next_step="Give a CSV file."
+            "table of readings", limit=str(error).strip(), place=Path(path).name, next_step="Give a CSV file."
         ) from None
-    seen = ", ".join(map(str, frame.columns))
+    headers = ", ".join(map(str, frame.columns))
     columns = {}
     for quantity, dimension in wanted.items():
         header = next((str(name) for name in frame.columns if str(name).startswith(quantity)), None)
         factor = None if header is None else _factor(header.removeprefix(quantity), dimension)
         if factor is None:
             raise InputError(
-                quantity,
+                f"column {quantity}",
                 "missing or without a unit",
-                f"the columns are {seen}",
-                Path(path).name,
-                f"Name it {quantity}_ followed by its unit.",
+                f"the columns are {headers}",
+                place=Path(path).name,
+                next_step=_header_step(quantity, dimension),
             )
         columns[quantity] = _numbers(frame[header], Path(path).name, header) * factor
     return columns
 
 
+def _header_step(quantity: str, dimension: str) -> str:
+    """How to name the column of a quantity."""
+    return f"Name it {quantity}." if dimension == "ratio" else f"Name it {quantity}_ followed by its unit."
+
+
 def _factor(ending: str, dimension: str) -> float | None:
-    """SI units in one of the unit that a header ends in."""
+    """Factor to SI of the unit at the end of a header; None for an unknown unit."""
     unit = ending.strip("_ []()")
     if dimension == "ratio":
         return 1.0 if not unit else None
@@ -84,19 +93,21 @@ def _factor(ending: str, dimension: str) -> float | None:
     return None if found is None else found.numerator / found.denominator
 
 
-def _numbers(column, file: str, header: str) -> np.ndarray:
+def _numbers(column: Any, file: str, header: str) -> np.ndarray:
     try:
         values = column.to_numpy(float)
     except ValueError as error:
-        raise InputError(header, limit=str(error), place=file, next_step="Give numbers only.") from None
+        raise InputError(f"column {header}", limit=str(error), place=file, next_step="Give only numbers.") from None
     if not np.isfinite(values).all():
-        raise InputError(header, "not finite", f"in row {int(np.argmin(np.isfinite(values))) + 2}", file)
+        first = int(np.argmin(np.isfinite(values)))
+        place = f"{file}: row {first + 2}"
+        raise InputError(f"column {header}", values[first], "it must be finite", place, "Correct or remove this row.")
     return values
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class BendingFit:
-    """E [Pa] with its 95 % interval, hub slack [m], and which readings (n,) were small enough to be used."""
+    """Young modulus [Pa] with its interval, hub slack [m], and True (n,) for the readings with small deflection."""
 
     young_modulus: float
     low: float
@@ -105,18 +116,18 @@ class BendingFit:
     used: np.ndarray
 
 
-def cantilever_deflection(force, position, needle):
+def cantilever_deflection(force: ArrayLike, position: ArrayLike, needle: Needle) -> Any:
     """Tip deflection [m] under ``force`` [N] at ``position`` [m] from the clamp: F a^2 (3 L - a) / (6 E I), small
     slopes."""
     return force * _compliance(position, needle) / needle.young_modulus
 
 
-def cantilever_modulus(force, position, deflection, needle):
+def cantilever_modulus(force: ArrayLike, position: ArrayLike, deflection: ArrayLike, needle: Needle) -> Any:
     """Young modulus [Pa] that one reading implies; ``needle.young_modulus`` is not used."""
     return force * _compliance(position, needle) / deflection
 
 
-def cantilever_sensitivities(position: float, needle) -> dict[str, float]:
+def cantilever_sensitivities(position: float, needle: Needle) -> dict[str, float]:
     """d ln E / d ln x of one reading, for x = force, deflection, outer_diameter, position, length; solid needle."""
     length = needle.length
     return {
@@ -128,15 +139,33 @@ def cantilever_sensitivities(position: float, needle) -> dict[str, float]:
     }
 
 
-def needle_modulus(force, position, deflection, needle) -> BendingFit:
-    """Regresses deflection on the compliance of each reading (n,), with an intercept for slack in the hub.
+def needle_modulus(force: ArrayLike, position: ArrayLike, deflection: ArrayLike, needle: Needle) -> BendingFit:
+    """Young modulus of a needle by regression of deflection on the compliance of each reading.
 
-    Errors are taken in proportion to the deflection. Readings with F a^2 / (E I) > 0.3 leave the small-deflection
-    range and are not used; E is found again until the choice stands. Raises InputError with fewer than
-    three readings left, or readings that no needle gives. Gere & Timoshenko, Mechanics of Materials.
+    Parameters
+    ----------
+    force, position, deflection : array_like
+        Force (n,) [N], its distance (n,) [m] from the clamp, and deflection of the tip (n,) [m].
+    needle : Needle
+        Section and length are used, its modulus is not.
+
+    Returns
+    -------
+    BendingFit
+
+    Raises
+    ------
+    InputError
+        With fewer than three readings of small deflection, and for impossible readings.
+
+    Notes
+    -----
+    The intercept is slack in the hub. Errors are assumed proportional to the deflection. Readings with
+    F a^2 / (E I) > 0.3 are beyond small deflections and not used; E is fitted again until this selection is stable.
+    Gere & Timoshenko, Mechanics of Materials.
     """
     force, position, deflection = (np.asarray(column, float) for column in (force, position, deflection))
-    _possible(position, deflection, needle)
+    _refuse_impossible(position, deflection, needle)
     load = force * _compliance(position, needle)
     used = position <= np.sort(position)[min(2, len(position) - 1)]
     for _ in range(10):
@@ -146,33 +175,37 @@ def needle_modulus(force, position, deflection, needle) -> BendingFit:
             break
         used = _enough(small, used)
     low, high = 1.0 / (softness + half), 1.0 / (softness - half) if softness > half else np.inf
-    return BendingFit(1.0 / softness, low, high, slack, used)
+    return BendingFit(young_modulus=1.0 / softness, low=low, high=high, slack=slack, used=used)
 
 
 def _softness(load: np.ndarray, deflection: np.ndarray) -> tuple[float, float, float]:
-    """1/E [1/Pa], half its 95 % interval, and the slack [m]."""
+    """1/E [1/Pa], the half width of its interval, and the slack [m]."""
     if len(load) < 3:
-        raise InputError("bending readings", len(load), "fewer than 3", next_step="Give more readings.")
-    # divided by the load, errors in proportion to the deflection weigh alike
+        raise InputError("number of bending readings", len(load), "at least 3 are needed", next_step="Give more.")
+    # divided by the load, errors proportional to the deflection have equal weight
     design, ratio = np.column_stack([np.ones_like(load), 1.0 / load]), deflection / load
     values, covariance, t = least_squares(design, ratio)
     if not values[0] > 0.0:
-        raise InputError("tip_deflection", "not growing with the load", "the needle would have no stiffness")
+        step = "Check the columns and their units."
+        limit = "the needle would have no stiffness"
+        raise InputError("tip_deflection", "not growing with the load", limit, next_step=step)
     return float(values[0]), t * float(np.sqrt(covariance[0, 0])), float(values[1])
 
 
-def _compliance(position, needle):
+def _compliance(position: Any, needle: Needle) -> Any:
     """a^2 (3 L - a) / (6 I): deflection times E over force [1/m]."""
     return position**2 * (3.0 * needle.length - position) / (6.0 * needle.second_moment)
 
 
-def _possible(position: np.ndarray, deflection: np.ndarray, needle) -> None:
+def _refuse_impossible(position: np.ndarray, deflection: np.ndarray, needle: Needle) -> None:
     for row, (a, tip) in enumerate(zip(position, deflection), 1):
         if not 0.0 < a <= needle.length:
-            limit = f"must be above 0 and at most the needle's length {needle.length:g} m"
-            raise InputError("position", f"{a:g} m", limit, f"reading {row}")
+            limit = f"it must be above 0 and at most the needle's length {needle.length:g} m"
+            step = "Give the distance of the force from the clamp, or correct the needle's length."
+            raise InputError("position", f"{a:g} m", limit, f"reading {row}", step)
         if tip == 0.0:
-            raise InputError("tip_deflection", "0 m", "a loaded needle bends", f"reading {row}")
+            step = "Remove this reading."
+            raise InputError("tip_deflection", "0 m", "a loaded needle bends", f"reading {row}", step)
 
 
 def _enough(small: np.ndarray, used: np.ndarray) -> np.ndarray:
@@ -182,15 +215,16 @@ def _enough(small: np.ndarray, used: np.ndarray) -> np.ndarray:
         raise InputError(
             "small deflections",
             f"{small.sum()} readings",
-            f"fewer than 3 with F a^2/(E I) below {SMALL_DEFLECTION}",
-            next_step="Load the needle nearer to the clamp, or with less force.",
+            f"at least 3 with F a^2/(E I) below {SMALL_DEFLECTION} are needed",
+            next_step="Load the needle nearer to the clamp or with a smaller force.",
         )
     return used
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class TensionFit:
-    """E [Pa] at no strain with its 95 % interval, the law and its coefficients [Pa], and the readings used."""
+    """Young modulus [Pa] at zero strain with its interval, the law and its coefficients [Pa], and True (n,) for the
+    readings used."""
 
     young_modulus: float
     low: float
@@ -200,7 +234,7 @@ class TensionFit:
     used: np.ndarray
 
 
-def nominal_stress(law: str, stretch, coefficients) -> np.ndarray:
+def nominal_stress(law: str, stretch: ArrayLike, coefficients: Sequence[float] | np.ndarray) -> np.ndarray:
     """Nominal stress [Pa] at ``stretch`` (any shape, > 0) for the coefficients [Pa] of one of ``LAWS``, or of "ogden".
 
     Coefficients: linear E; neo_hookean mu; mooney C10, C01; yeoh C10, C20, C30; ogden mu_1, alpha_1, mu_2, alpha_2, …
@@ -214,37 +248,61 @@ def nominal_stress(law: str, stretch, coefficients) -> np.ndarray:
     return sum(c * column for c, column in zip(coefficients, basis(stretch), strict=True))
 
 
-def tissue_modulus(stretch, stress, *, law: str = "neo_hookean", largest_strain: float = 0.3) -> TensionFit:
-    """Least squares of one law to the readings (n,) with |stretch - 1| <= ``largest_strain``; E is its initial slope.
+def tissue_modulus(
+    stretch: ArrayLike, stress: ArrayLike, *, law: str = "neo_hookean", largest_strain: float = 0.3
+) -> TensionFit:
+    """Young modulus of a tissue from a tension test: least squares of one law, whose initial slope is E.
 
-    ``stress`` is nominal, [Pa]. Raises InputError with too few readings or a law that softens on the data (dP/dstretch
-    <= 0).
+    Parameters
+    ----------
+    stretch, stress : array_like
+        Stretch (n,) [1] and nominal stress (n,) [Pa].
+    law : str
+        One of ``LAWS``.
+    largest_strain : float
+        Readings with a larger |stretch - 1| are not used.
+
+    Returns
+    -------
+    TensionFit
+
+    Raises
+    ------
+    InputError
+        For too few readings, and a law that softens within them (dP/dstretch <= 0).
     """
     basis, weights = _BASES[_known(law)]
     stretch, stress = np.asarray(stretch, float), np.asarray(stress, float)
     used = np.abs(stretch - 1.0) <= largest_strain
     if used.sum() <= len(weights) + 1:
         raise InputError(
-            "tension readings",
+            f"number of tension readings with a strain up to {largest_strain:g}",
             int(used.sum()),
-            f"too few with a strain below {largest_strain:g}",
+            f"at least {len(weights) + 2} are needed for the law {law}",
             next_step="Give more readings at small strain.",
         )
     coefficients, covariance, t = least_squares(np.column_stack(basis(stretch[used])), stress[used])
-    _stable(law, coefficients, stretch[used])
+    _refuse_softening(law, coefficients, stretch[used])
     weights = np.array(weights)
     modulus, error = float(weights @ coefficients), t * float(np.sqrt(weights @ covariance @ weights))
-    return TensionFit(modulus, modulus - error, modulus + error, law, coefficients, used)
+    return TensionFit(
+        young_modulus=modulus,
+        low=modulus - error,
+        high=modulus + error,
+        law=law,
+        coefficients=coefficients,
+        used=used,
+    )
 
 
 def _known(law: str) -> str:
     if law not in _BASES:
-        raise InputError("tension law", repr(law), "not known", next_step=f"Give one of {', '.join(LAWS)}.")
+        raise InputError("tension law", repr(law), "unknown", next_step=f"Give one of {', '.join(LAWS)}.")
     return law
 
 
-def _stable(law: str, coefficients: np.ndarray, stretch: np.ndarray) -> None:
-    """Drucker: a law that softens where it was fitted cannot be this material."""
+def _refuse_softening(law: str, coefficients: np.ndarray, stretch: np.ndarray) -> None:
+    """Raises InputError for a law that softens within the readings, which is unstable (Drucker)."""
     fine = np.linspace(stretch.min(), stretch.max(), 200)
     if (np.diff(nominal_stress(law, fine, coefficients)) <= 0).any():
-        raise InputError("tension law", law, "softens within the readings", next_step="Choose a law with fewer terms.")
+        raise InputError("tension law", law, "it softens within the readings", next_step="Use a law with fewer terms.")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Models side by side on the same recordings."""
+"""Comparison of models on the same recordings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -26,7 +26,7 @@ from .statistics.regression import criterion, independent_samples
 
 @dataclass(frozen=True, kw_only=True)
 class ModelRow:
-    """One model of a comparison. Errors and residuals are rms over the peak force; NaN where there is no answer.
+    """One model of a comparison. Errors and residuals are rms over the peak force [1], NaN where they are missing.
 
     Attributes
     ----------
@@ -38,15 +38,15 @@ class ModelRow:
     bic_correlated : float
         The same where correlated samples count as one.
     nrmse : float
-        Residual of the whole cycles.
+        Residual of the complete cycles.
     left_out : float
-        Median over repeats of the error on a repeat predicted from the others, whole cycle with its hold, with their
-        mean contact and puncture depths. Needs two repeats.
+        Median over repeats of the error on a held-out repeat that is predicted from the others, over the complete cycle
+        with its hold, at their mean contact and puncture depths. Needs two repeats.
     prediction : float
-        Rms of these errors over that of the mean of the other repeats, the experiment's repeatability floor. Needs
-        three repeats of the same motion.
+        Rms of these errors divided by that of the mean of the other repeats, the repeatability floor of the
+        experiment. Needs three repeats of the same motion.
     replay : float
-        As ``prediction``, with the repeat's own punctures.
+        As ``prediction``, with the punctures of the held-out repeat.
     by_stroke : tuple of float
         ``prediction`` for insertion, hold and withdrawal.
     parameters : int
@@ -58,7 +58,7 @@ class ModelRow:
     ties : bool
         Its errors differ from the first row's by no more than their own noise between repeats.
     notes : tuple of str
-        Which parameters were held, and what could not be predicted.
+        Parameters that were held at a limit, and repeats that could not be predicted.
     cross_validation : CrossValidation or None
         The errors of every repeat and stroke.
     """
@@ -80,7 +80,7 @@ class ModelRow:
 
 
 class Comparison(tuple[ModelRow, ...]):
-    """Models side by side, the best first. Printed, it is a table; in a notebook the same as HTML."""
+    """Rows of compared models, the best first. It prints as a table; in a notebook as the same table in HTML."""
 
     __slots__ = ()
     HEAD = ("model", "prediction / floor", "replay / floor", "residual / peak", "BIC", "parameters", "")
@@ -98,7 +98,7 @@ class Comparison(tuple[ModelRow, ...]):
         ]  # fmt: skip
 
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame, a row for each model, with the numbers of ``ModelRow`` as columns."""
+        """A pandas DataFrame with a row for each model and the fields of ``ModelRow`` as columns."""
         import pandas
 
         names = [name for name in ModelRow.__dataclass_fields__ if name not in ("model", "cross_validation")]
@@ -150,8 +150,8 @@ def compare(
     """Fit each named model to every recording, and predict each repeat from the others.
 
     Models that predict held-out repeats as well as the best come first, in the order of the BIC of their loading
-    curves, then the others by their prediction; with fewer than three repeats the BIC alone ranks. Each repeat is
-    predicted by a fit to the others alone, without a warm start.
+    curves, then the others by their prediction; with fewer than three repeats only the BIC ranks. Each repeat is
+    predicted by a fit to the others, without a warm start.
 
     Parameters
     ----------
@@ -170,11 +170,11 @@ def compare(
     Raises
     ------
     InputError
-        For an unknown model, or none.
+        For an unknown model, or no model.
     """
     if not models:
         known = ", ".join((*MODELS, *LAYERED))
-        raise InputError("models", "none", "nothing to compare", next_step=f"Give some of {known}.")
+        raise InputError("number of models", 0, "at least 1 is needed", next_step=f"Give some of {known}.")
     models = [model_name(each, (*MODELS, *LAYERED)) for each in models]
     laws = {name: None if name in LAYERED else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
@@ -204,7 +204,7 @@ def _last(value: float) -> float:
 
 
 def correlated(loading: dict[str, DeformationFit]) -> dict[str, float]:
-    """The BIC of each law's fit to the same samples, where neighbours that are alike count as one."""
+    """The BIC of each law's fit to the same samples, where correlated samples count as one."""
     samples = independent_samples([fit.noise for fit in loading.values()])
     return {law: criterion(fit.noise, len(fit.order), samples) for law, fit in loading.items()}
 

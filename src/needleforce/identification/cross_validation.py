@@ -1,29 +1,38 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each repeat predicted from the others, next to how well the experiment repeats itself."""
+"""Each repeat predicted from the others, compared with the repeatability floor of the experiment."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..errors import InputError
-from .estimates import student
 from .one_layer.fit_recording import SegmentedRecording
 from .result import Fit
+from .statistics.noise import student_quantile
 from .strokes import STROKES, cycle_span, stroke_speed
 
-SAME_DEPTH = 0.02  # of the deepest point: beyond, it is another motion
-SAME_SPEED = 0.15
-LEAST_OTHERS = 2
+DEPTH_TOLERANCE = 0.02  # [of the deepest point] beyond, it is another motion
+SPEED_TOLERANCE = 0.15  # [of the mean speed of the insertion]
+MIN_OTHERS = 2  # repeats of the same motion, for a mean
 
 
 @dataclass(frozen=True, eq=False)
 class CrossValidation:
-    """Rms errors over the peak (repeats, 4) on repeats left out: whole cycle, insertion, hold, withdrawal.
+    """Rms errors on held-out repeats over the peak force.
 
-    ``prediction`` has the mean puncture depths, ``replay`` the punctures of the repeat itself, ``floor`` is the mean of
-    the other repeats. NaN where nothing answers; ``refused`` says why, of repeats that the model cannot foretell.
+    Attributes
+    ----------
+    prediction : numpy.ndarray
+        Errors (repeats, 4) [1] with the mean puncture depths of the fit, of the complete cycle, insertion, hold and
+        withdrawal; NaN without a prediction.
+    replay : numpy.ndarray
+        The same with the punctures of the held-out repeat.
+    floor : numpy.ndarray
+        The same of the mean of the other repeats, the repeatability floor.
+    refused : tuple of str
+        A sentence with the reason for each repeat that the model cannot predict.
     """
 
     prediction: np.ndarray
@@ -32,28 +41,30 @@ class CrossValidation:
     refused: tuple[str, ...] = ()
 
     def over_floor(self, errors: np.ndarray) -> np.ndarray:
-        """Rms over the repeats of the errors over that of the floor, (4,): those repeats alone that have both."""
+        """Rms of the errors divided by that of the floor, (4,), over the repeats that have both."""
         both = np.isfinite(errors) & np.isfinite(self.floor)
         squares = [np.where(both, values, 0.0) ** 2 for values in (errors, self.floor)]
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.sqrt(squares[0].sum(axis=0) / squares[1].sum(axis=0))
 
     def distinguishes(self, other: "CrossValidation") -> bool:
-        """True if the prediction errors have another ratio than 1, by Student's t on its logarithm over the repeats."""
+        """True if the ratio of the prediction errors differs from 1, by Student's t on its logarithm."""
         difference = np.log(self.prediction[:, 0] / other.prediction[:, 0])
         difference = difference[np.isfinite(difference)]
         if len(difference) < 2:
             return False
         error = difference.std(ddof=1) / np.sqrt(len(difference))
-        return bool(abs(difference.mean()) > student(len(difference)) * error)
+        return bool(abs(difference.mean()) > student_quantile(len(difference) - 1) * error)
 
 
 def cross_validate(
-    singles: list[SegmentedRecording], identified: Callable[[list[SegmentedRecording]], Fit], watched=iter
+    singles: list[SegmentedRecording],
+    identified: Callable[[list[SegmentedRecording]], Fit],
+    watched: Callable[[list[int]], Iterable[int]] = iter,
 ) -> CrossValidation:
-    """Leaves out each of the recordings in turn; ``identified`` makes a fit from the others alone, from cold.
+    """Leave out each of the recordings in turn; ``identified`` makes a fit from the others, without a warm start.
 
-    Recordings without contact are left away. ``watched(list)`` may show progress.
+    Recordings without contact are ignored. ``watched(list)`` may show progress.
     """
     usable = [single for single in singles if single.events.contact is not None]
     cycles = [measured_cycle(single) for single in usable]
@@ -63,9 +74,9 @@ def cross_validate(
     return CrossValidation(prediction, replay, floor, tuple(refused))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class MeasuredCycle:
-    """One recording's cycle: samples (n,) of time [s], depth [m], force [N] and stroke (0 in, 1 at rest, 2 out)."""
+    """One recording's cycle: samples (n,) of time [s], depth [m], force [N] and index of the stroke."""
 
     span: slice
     time: np.ndarray
@@ -85,59 +96,69 @@ class MeasuredCycle:
         return stroke_speed(self.time[inwards], self.depth[inwards])
 
     def errors(self, predicted: np.ndarray) -> np.ndarray:
-        """Rms error over the peak of a force (n,) [N]: whole cycle, insertion, hold, withdrawal; NaN where there is
-        none."""
+        """Rms error over the peak of a force (n,) [N]: complete cycle, insertion, hold, withdrawal; NaN for a missing
+        stroke."""
         squares = ((predicted - self.force) / self.peak) ** 2
         parts = [squares[self.stroke == k] for k in range(len(STROKES))]
         return np.sqrt([part.mean() if len(part) else np.nan for part in (squares, *parts)])
 
 
 def _left_out(
-    usable: list[SegmentedRecording], cycles: list[MeasuredCycle], k: int, identified, refused: list[str]
+    usable: list[SegmentedRecording],
+    cycles: list[MeasuredCycle],
+    k: int,
+    identified: Callable[[list[SegmentedRecording]], Fit],
+    refused: list[str],
 ) -> list[np.ndarray]:
-    """Errors on one repeat: predicted, replayed, and of the mean of the others; why it is not foretold goes to
-    ``refused``."""
+    """Errors on one repeat: predicted, replayed, and of the mean of the others; the reason for a missing prediction is
+    added to ``refused``."""
     others = identified(usable[:k] + usable[k + 1 :]) if len(usable) > 1 else None
     floor = cycles[k].errors(mean_of_others(cycles, k))
     if others is None or others.model is None:
         return [np.full(4, np.nan), np.full(4, np.nan), floor]
     left, cycle = usable[k], cycles[k]
-    # its punctures are given, and nothing else: neither its contact nor its exit
+    # a replay uses the punctures of the repeat, but neither its contact nor its exit
     events = dataclasses.replace(left.events, contact=None, exit=None)
     try:
         forces = others.predict(left.recording), others.predict(left.recording, events=events)
     except InputError as error:
-        refused.append(f"{left.recording.card.source}: the model of the others does not foretell it: {error}")
+        refused.append(f"{left.recording.card.source}: the fit to the other repeats does not predict it: {error}")
         return [np.full(4, np.nan), np.full(4, np.nan), floor]
     return [*(cycle.errors(force[cycle.span]) for force in forces), floor]
 
 
 def measured_cycle(single: SegmentedRecording) -> MeasuredCycle:
-    """The first cycle that touches."""
+    """The first cycle with contact."""
     span, stroke = cycle_span(single.strokes, single.events)
     recording = single.recording
-    return MeasuredCycle(span, recording.time[span], recording.depth[span], recording.force[span], stroke)
+    return MeasuredCycle(
+        span=span,
+        time=recording.time[span],
+        depth=recording.depth[span],
+        force=recording.force[span],
+        stroke=stroke,
+    )
 
 
 def mean_of_others(cycles: list[MeasuredCycle], left: int) -> np.ndarray:
-    """Force (n,) [N] of the other repeats of the same motion at the samples of one: their mean by depth in the strokes,
-    by time in the hold. NaN throughout with fewer than two such repeats."""
+    """Mean force (n,) [N] of the other repeats of the same motion at the samples of one, by depth in the strokes, by
+    time in the hold; NaN with fewer than two such repeats."""
     own = cycles[left]
     others = [cycle for k, cycle in enumerate(cycles) if k != left and same_motion(own, cycle)]
-    if len(others) < LEAST_OTHERS:
+    if len(others) < MIN_OTHERS:
         return np.full(len(own.force), np.nan)
     return np.mean([_at(own, other) for other in others], axis=0)
 
 
 def same_motion(one: MeasuredCycle, other: MeasuredCycle) -> bool:
-    """True if both go as deep, as fast, and through the same strokes."""
-    deep = abs(one.depth.max() - other.depth.max()) <= SAME_DEPTH * one.depth.max()
-    fast = abs(one.speed - other.speed) <= SAME_SPEED * one.speed
+    """True if both have the same depth, speed and strokes, within the tolerances."""
+    deep = abs(one.depth.max() - other.depth.max()) <= DEPTH_TOLERANCE * one.depth.max()
+    fast = abs(one.speed - other.speed) <= SPEED_TOLERANCE * one.speed
     return bool(deep and fast and set(one.stroke) == set(other.stroke))
 
 
 def _at(own: MeasuredCycle, other: MeasuredCycle) -> np.ndarray:
-    """Force of another repeat where, or when, this one is."""
+    """Force of another repeat at the depths of this one, in the hold at its times."""
     found = np.empty(len(own.force))
     for k in range(len(STROKES)):
         here, there = own.stroke == k, other.stroke == k

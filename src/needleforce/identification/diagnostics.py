@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What an identification reports next to its values: quality, warnings, limits crossed, noise, what was held fixed,
-what cannot be known."""
+"""What an identification reports next to its values: quality, warnings, exceeded limits, noise, what was held fixed,
+what cannot be identified."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -24,20 +24,22 @@ from .recording_fit import RecordingFit
 from .result import FitSettings
 from .statistics.noise import Noise
 
-NO_MODEL = "The identified values make no model: {}"
-SMALL_LATERAL = 0.1
-RELAXED = 0.1
-SMEARED = 0.02  # of the indentation, travelled within the filter's length
-LEAST_HOLD = 1.0  # [s]; what is shorter is the turn between the strokes
+NO_MODEL = "No model can be made of the identified values: {}"
+MAX_LATERAL_RATIO = 0.1  # [of the axial force] beyond, the paper's neglect of lateral forces is not justified
+MAX_RELAXATION = 0.1  # [of the force early in the hold] beyond, the tissue is viscous
+MAX_SMEARING = 0.02  # [of the indentation] travel within the filter's length; beyond, the loading curve is rounded
+MIN_HOLD_S = 1.0  # [s] a shorter hold is the reversal between the strokes
 WHITE = "white"
-FADING = "fading over {}: long-run variance of a first-order autoregression"
-WINDOWED = "correlated over {}: flat-top long-run variance"
-LONG = "correlated over {}, an eighth of the stroke or more: too few independent stretches, intervals may be too narrow"
+AUTOREGRESSIVE = "autocorrelated (AR(1)) over {}: long-run variance of a first-order autoregression"
+CORRELATED = "correlated over {}: flat-top long-run variance"
+LONG_CORRELATED = (
+    "correlated over {}, an eighth of the stroke or more: too few independent parts, intervals may be too narrow"
+)
 
 
 @dataclass(frozen=True, eq=False)
 class FitInputs:
-    """What was given beside the recordings: the needle, its saturation depth [m] or None, and bench tests by name."""
+    """Inputs in addition to the recordings: the needle, its saturation depth [m] or None, and bench tests by name."""
 
     needle: Needle | None
     saturation: float | None
@@ -45,7 +47,7 @@ class FitInputs:
 
 
 def reference_of(singles: list[SegmentedRecording]) -> str:
-    """Where a model comes from: the first recordings by name, wherever they lie."""
+    """Reference of a model: the file names of the first recordings."""
     sources = ", ".join(Path(single.recording.card.source).name for single in singles[:3])
     return f"identified by needleforce from {sources}" + (" ..." if len(singles) > 3 else "")
 
@@ -53,7 +55,7 @@ def reference_of(singles: list[SegmentedRecording]) -> str:
 def recording_fit(
     single: SegmentedRecording, own: dict[str, Estimate], law: str, needle: Needle | None, refused: str
 ) -> RecordingFit:
-    """One recording's outcome with its own model along its own motion; ``refused`` is about its second pass."""
+    """The result of one recording with its own model along its own motion; ``refused`` is a note on its second pass."""
     notes = single.notes + ((refused,) if refused else ()) + tuple(note.message for note in single.recording.notes)
     base = RecordingFit(
         file=single.recording.card.source,
@@ -69,7 +71,7 @@ def recording_fit(
     try:
         model = model_of({name: estimate.value for name, estimate in own.items()}, law, needle)
     except InputError as error:
-        return dataclasses.replace(base, notes=(*notes, f"These values make no model: {error}"))
+        return dataclasses.replace(base, notes=(*notes, NO_MODEL.format(error)))
     predicted = run_model(model, single.recording, own["contact_depth"].value)
     inside = single.strokes.mask(len(predicted))
     residual = quality(single.recording.force[inside], predicted[inside])
@@ -77,14 +79,14 @@ def recording_fit(
 
 
 def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
-    """Residual of the force predicted beside the one measured, (n,) [N] each."""
+    """Residual of the predicted force against the measured one, (n,) [N] each."""
     residual = float(np.mean((force - predicted) ** 2))
     rmse = float(np.sqrt(residual))
     return Quality(rmse, rmse / float(np.max(np.abs(force))), 1.0 - residual / float(np.var(force)))
 
 
 def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
-    """Root mean square of the recordings' residuals, mean of R squared; None where none has a model."""
+    """Root mean square of the recordings' residuals, mean of R²; None where no recording has a model."""
     known = [each.quality for each in recordings if each.quality is not None]
     if not known:
         return None
@@ -93,20 +95,21 @@ def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
 
 
 def warnings_of(singles: list[SegmentedRecording], model: Model | None, one_layer: bool = True) -> tuple[str, ...]:
-    """Limits crossed by any recording or by the model, each once; some hold for a model of one layer alone."""
-    found = [sentence for single in singles for sentence in crossed(single, one_layer)]
+    """Limits that a recording or the model exceeds, each once; some apply only to a model of one layer."""
+    found = [sentence for single in singles for sentence in exceeded_limits(single, one_layer)]
     found += [] if model is None else list(model.warnings)
     return tuple(dict.fromkeys(found))
 
 
 def held_fixed(given: FitInputs, law: str, parameters: dict[str, Estimate]) -> tuple[str, ...]:
-    """What was taken and not identified."""
+    """What was assumed and not identified."""
     if not parameters:
         return ()
     held = [
-        "embedded length: counted from the undeformed surface, the paper's origin; it trades against the cutting force"
+        "embedded length: measured from the undeformed surface, as in the paper; another origin would change the "
+        "cutting force"
     ]
-    held.append("unloading of the cutting force: over the travel in which friction turns round")
+    held.append("unloading of the cutting force: over the travel in which friction reverses")
     if not CURVES[law].gives_modulus:
         return tuple(held)
     if given.needle is None or given.needle.tip is None:
@@ -119,26 +122,36 @@ def held_fixed(given: FitInputs, law: str, parameters: dict[str, Estimate]) -> t
 
 
 def unknown(given: FitInputs, law: str, two_pass: bool) -> tuple[str, ...]:
-    """What these logs cannot tell, whatever their number."""
-    said = ["Poisson ratio of the tissue: a log tells only the reduced modulus, and that only with the tip's angle."]
+    """What more recordings of this kind would not identify either."""
+    sentences = [
+        "Poisson ratio of the tissue: recordings identify only the reduced modulus, and that only if the tip's angle "
+        "is known."
+    ]
     if not CURVES[law].gives_modulus:
-        said = [f"Moduli and Poisson ratio of the tissue: the law {law} describes its curve and knows no modulus."]
+        sentences = [
+            f"Moduli and Poisson ratio of the tissue: the law {law} has no modulus. Use the model paper or "
+            "cone_cylinder for one."
+        ]
     elif given.needle is None:
-        said.append("Reduced modulus: a log tells its product with the tangent of the tip's half angle.")
+        sentences.append(
+            "Reduced modulus: only its product with the tangent of the tip's half angle is identified. Give the needle "
+            "with its tip."
+        )
     if "tissue_young_modulus" not in given.bench:
-        said.append(
-            "Friction coefficient: it needs the tissue's modulus and the needle's section; a log tells "
-            "friction per length."
+        sentences.append(
+            "Friction coefficient: recordings identify friction per length; the coefficient also needs the needle's "
+            "section and the tissue's modulus from a tension test."
         )
     if not two_pass:
-        said.append(
-            "Cutting force apart from the depth at which embedded length begins: both shift the force by a constant."
+        sentences.append(
+            "Cutting force separately from the depth where the embedded length begins: both shift the force by a "
+            "constant. A second insertion at the same site gives the cutting force."
         )
-    return tuple(said)
+    return tuple(sentences)
 
 
 def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecording]) -> FitSettings:
-    """How the identification was run: its law, its recordings, and how the intervals took the noise."""
+    """How the identification was run: its law, its recordings, and the noise model of the intervals."""
     known = [ratio for ratio in map(lateral_ratio, singles) if np.isfinite(ratio)]
     return FitSettings(
         stiffness_law=law,
@@ -150,35 +163,35 @@ def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecordin
     )
 
 
-def crossed(single: SegmentedRecording, one_layer: bool = True) -> list[str]:
-    """Every limit that one recording crosses; a layered model knows layers and relaxation."""
-    said = [_lateral(single), _deep(single), _smeared(single)]
-    said += [_layers(single.events), _relaxation(single)] if one_layer else []
-    return [sentence for sentence in said if sentence]
+def exceeded_limits(single: SegmentedRecording, one_layer: bool = True) -> list[str]:
+    """A sentence for each limit that one recording exceeds; a layered model includes layers and relaxation."""
+    found = [_lateral(single), _deep(single), _smeared(single)]
+    found += [_layers(single.events), _relaxation(single)] if one_layer else []
+    return [sentence for sentence in found if sentence]
 
 
 def _layers(events: Events) -> str:
     if len(events.punctures) < 2:
         return ""
     return (
-        "There is more than one puncture: the specimen has layers, and a one-layer model cannot "
-        "follow what lies below the first."
+        "There is more than one puncture, so the specimen has layers: a one-layer model does not describe the force "
+        "below the first. Use the model layered."
     )
 
 
 def _relaxation(single: SegmentedRecording) -> str:
     holds = single.events.spans(Phase.hold)
     peak = peak_force(single)
-    if not holds or peak <= 0 or holds[0].end - holds[0].start < LEAST_HOLD:
+    if not holds or peak <= 0 or holds[0].end - holds[0].start < MIN_HOLD_S:
         return ""
     force = single.recording.force[holds[0].first : holds[0].last]
     tenth = max(len(force) // 10, 1)
     # the ends of a hold belong to the braking before it and to the start of the withdrawal
     early, late = force[tenth : 2 * tenth], force[-3 * tenth : -2 * tenth]
     fall = 1.0 - float(np.mean(late)) / float(np.mean(early) or np.nan)
-    if not fall > RELAXED:
+    if not fall > MAX_RELAXATION:
         return ""
-    return "The force relaxes by more than a tenth during the hold: the tissue is viscous, the model is not."
+    return "The force relaxes by more than 10 % during the hold: the tissue is viscous, which this model omits."
 
 
 def _smeared(single: SegmentedRecording) -> str:
@@ -186,11 +199,11 @@ def _smeared(single: SegmentedRecording) -> str:
     if not single.fits or recording.card.filter_length == 1:
         return ""
     travel = float(np.abs(recording.velocity).max()) * recording.card.filter_length / recording.rate
-    if travel <= SMEARED * next(iter(single.fits.values())).values["puncture_indentation"]:
+    if travel <= MAX_SMEARING * next(iter(single.fits.values())).values["puncture_indentation"]:
         return ""
     return (
-        "The average filter smears the force over more than a fiftieth of the indentation: its delay is undone, "
-        "its bending of the loading curve is not, and the intervals of contact and stiffness are too narrow."
+        "The average filter smears the force over more than 2 % of the indentation: its delay is corrected, its "
+        "rounding of the loading curve is not, so the intervals of contact and stiffness are too narrow."
     )
 
 
@@ -198,11 +211,10 @@ def _lateral(single: SegmentedRecording) -> str:
     axes = single.recording.axes
     if "fx" not in axes or "fy" not in axes:
         return ""
-    if not lateral_ratio(single) > SMALL_LATERAL:
+    if not lateral_ratio(single) > MAX_LATERAL_RATIO:
         return ""
     return (
-        "The lateral forces are not small beside the axial one (over a tenth): the paper neglects "
-        "them, and the needle bends."
+        "The lateral forces exceed 10 % of the axial force: they bend the needle, and the paper's model neglects them."
     )
 
 
@@ -224,26 +236,26 @@ def _deep(single: SegmentedRecording) -> str:
     contact = next(iter(single.fits.values())).values["contact_depth"]
     if single.strokes.depth_in.max() - contact <= FRICTION_LIMIT:
         return ""
-    return "The needle goes deeper than 12 mm, beyond which the paper sees friction leave the line in depth."
+    return "The needle goes deeper than 12 mm: there the friction measured in the paper is no longer linear in depth."
 
 
 def noise_words(noises: Iterable[Noise]) -> str:
-    """One phrase for each kind of noise among the strokes (n,), with the reach of its correlation in samples."""
-    reaches: dict[str, list[int]] = {}
+    """One phrase for each kind of noise among the strokes, with the length of its correlation in samples."""
+    lags: dict[str, list[int]] = {}
     for noise in noises:
         if noise.count:
-            reaches.setdefault(_kind(noise), []).append(noise.reach)
-    return "; ".join(kind.format(_samples(reach)) for kind, reach in reaches.items())
+            lags.setdefault(_kind(noise), []).append(noise.last_lag)
+    return "; ".join(kind.format(_samples(last)) for kind, last in lags.items())
 
 
 def _kind(noise: Noise) -> str:
-    if not noise.reach:
+    if not noise.last_lag:
         return WHITE
-    if noise.fades:
-        return FADING
-    return LONG if 8 * noise.reach >= noise.count - 8 else WINDOWED
+    if noise.ar1_factor:
+        return AUTOREGRESSIVE
+    return LONG_CORRELATED if 8 * noise.last_lag >= noise.count - 8 else CORRELATED
 
 
-def _samples(reaches: list[int]) -> str:
-    low, high = min(reaches), max(reaches)
+def _samples(lags: list[int]) -> str:
+    low, high = min(lags), max(lags)
     return f"{low} samples" if low == high else f"{low} to {high} samples"

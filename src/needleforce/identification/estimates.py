@@ -2,7 +2,7 @@
 """Identified quantities with their intervals, and the mean over repeats with the scatter between them."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import KW_ONLY, asdict, dataclass, replace
 from itertools import combinations
 from math import inf, isfinite, sqrt
 from typing import Any
@@ -14,7 +14,7 @@ from ..display.quantities import quantity, with_unit
 from ..display.tables import text_table
 from .one_layer.cycle_estimates import CycleFit
 from .one_layer.loading_curves import CURVES
-from .statistics.noise import Z_95
+from .statistics.noise import TWO_SIDED, student_quantile
 
 UNITS = {name: unit for curve in CURVES.values() for name, unit in curve.units.items()} | {
     "contact_depth": "m",
@@ -25,17 +25,32 @@ UNITS = {name: unit for curve in CURVES.values() for name, unit in curve.units.i
     "cutting_force": "N",
 }
 MEAN = "mean of {n} repeats"
-TOGETHER = 0.95  # a third of either's error is left when the other is known
-PLACES = {"contact_depth"}  # counted from an arbitrary zero: no product of it means anything
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """One quantity [SI ``unit``] with its 95 % interval ``low`` to ``high``; ``source`` says how it was obtained.
+    """One identified quantity with its interval, in SI units.
 
-    ``between_repeats_sd`` is the scatter of the repeats' values, ``within_run_sd`` the root mean square of their own
-    standard errors, which is part of it; both are None with fewer than two repeats. ``identifiable`` is False where a
-    log alone cannot tell it.
+    Attributes
+    ----------
+    name : str
+        Name of the parameter.
+    value : float
+        Its value [``unit``].
+    unit : str
+        SI unit, "1" for a ratio.
+    low, high : float
+        Interval [``unit``] at the confidence level of the package, 95 % (``statistics.noise.LEVEL``); infinite or NaN
+        where it is not known.
+    between_repeats_sd : float or None
+        Standard deviation of the repeats' values [``unit``]; None with fewer than two repeats.
+    identifiable : bool
+        False where the recordings do not determine the value.
+    source : str
+        How the value was obtained.
+    within_run_sd : float or None
+        Root mean square of the repeats' own standard errors [``unit``], which are part of their scatter; None with
+        fewer than two repeats.
     """
 
     name: str
@@ -43,6 +58,7 @@ class Estimate:
     unit: str
     low: float
     high: float
+    _: KW_ONLY
     between_repeats_sd: float | None = None
     identifiable: bool = True
     source: str = ""
@@ -63,7 +79,7 @@ class Estimate:
 
     @property
     def specimen_sd(self) -> float | None:
-        """Scatter between repeats beyond what their own errors make of it (moments): that of specimen and needle."""
+        """Scatter [``unit``] between repeats without that of their own errors (moments): of specimen and needle."""
         if self.between_repeats_sd is None or self.within_run_sd is None:
             return None
         return sqrt(max(self.between_repeats_sd**2 - self.within_run_sd**2, 0.0))
@@ -72,7 +88,7 @@ class Estimate:
 class Parameters(dict[str, Estimate]):
     """Estimates by name: ``parameters["cutting_force"]`` and ``parameters.cutting_force`` are the same.
 
-    Printed, it is a table of values with their intervals; in a notebook the same as HTML.
+    It prints as a table of values with their intervals; in a notebook as the same table in HTML.
     """
 
     HEAD = ("quantity", "value, 95 % interval", "sd between repeats", "identifiable", "how obtained")
@@ -88,7 +104,7 @@ class Parameters(dict[str, Estimate]):
         return [*super().__dir__(), *self]
 
     def rows(self) -> list[tuple[str, ...]]:
-        """One row of text for each estimate, under ``HEAD``; what all share in "how obtained" is left empty."""
+        """One row of text for each estimate, under ``HEAD``; "how obtained" is empty where all have the same source."""
         shared = len({each.source for each in self.values()}) == 1
         return [
             (
@@ -121,7 +137,17 @@ class Parameters(dict[str, Estimate]):
 
 @dataclass(frozen=True)
 class Quality:
-    """Residual of the model over the strokes: rms [N], rms over the peak force, and R squared."""
+    """Residual of the model over the strokes.
+
+    Attributes
+    ----------
+    rmse_N : float
+        Root mean square of the residual [N].
+    nrmse : float
+        The same over the peak force [1].
+    r2 : float
+        Coefficient of determination R² [1]; negative where the mean force fits better than the model.
+    """
 
     rmse_N: float
     nrmse: float
@@ -129,8 +155,8 @@ class Quality:
 
 
 def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
-    """The estimates of one cycle; without a withdrawal, friction and cutting rest on the insertion's slope alone."""
-    source = f"{'fit by stages' if fit.by_stages else 'complete fit'}, {fit.law}" + (
+    """The estimates of one cycle; without a withdrawal, friction and cutting force come from the insertion only."""
+    source = f"{'staged fit' if fit.by_stages else 'complete fit'}, {fit.law}" + (
         "" if has_withdrawal else ", insertion only"
     )
     names = [name for name in UNITS if name in fit.values and not _absent(name, fit)]
@@ -139,7 +165,7 @@ def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
 
 def _estimate(name: str, fit: CycleFit, source: str) -> Estimate:
     limits = fit.values[name], UNITS[name], fit.low[name], fit.high[name]
-    return Estimate(name, *limits, identifiable=_known(name, fit), source=source)
+    return Estimate(name, *limits, identifiable=_is_identifiable(name, fit), source=source)
 
 
 def _absent(name: str, fit: CycleFit) -> bool:
@@ -147,45 +173,40 @@ def _absent(name: str, fit: CycleFit) -> bool:
     return any(name in curve.units for curve in CURVES.values()) and name not in CURVES[fit.law].units
 
 
-def _known(name: str, fit: CycleFit) -> bool:
-    """False without an interval, for a stiffness that may be none, and for factors of which only the product is
-    known."""
+def _is_identifiable(name: str, fit: CycleFit) -> bool:
+    """False without an interval, for a stiffness whose interval contains 0, and for parameters of which only the
+    product is identified."""
     curve = CURVES[fit.law]
     if name in curve.not_distinguishable(fit.values):
         return False
     if [name] == list(curve.amplitudes) and not fit.low[name] > 0.0:
         return False
-    anything = fit.low[name] == 0.0 and fit.high[name] == inf
-    return isfinite(fit.low[name]) and not anything
+    unbounded = fit.low[name] == 0.0 and fit.high[name] == inf
+    return isfinite(fit.low[name]) and not unbounded
 
 
 def pool(own: list[dict[str, Estimate]]) -> dict[str, Estimate]:
     """The pooled estimate of every quantity that any repeat has; with one repeat its own.
 
-    Between-repeat scatter dominates on tissue, and the within-run error is part of it: the interval is Student's t on
-    the scatter, never below the mean within-run error.
+    On tissue the scatter between repeats dominates and includes the error within a run: the interval is Student's on
+    the scatter, but not narrower than the mean error within the runs.
     """
     names = list(dict.fromkeys(name for estimates in own for name in estimates))
     return {name: _pooled([estimates[name] for estimates in own if name in estimates]) for name in names}
 
 
-def mean_estimate(name: str, values, unit: str, source: str, half: float = np.nan) -> Estimate:
-    """Mean of independent values (n,) with Student's 95 % interval and their sd; a single one has its own half
-    width."""
+def mean_estimate(
+    name: str, values: Sequence[float] | np.ndarray, unit: str, source: str, half: float = np.nan
+) -> Estimate:
+    """Mean of independent values (n,) with Student's interval and their standard deviation; a single value has the
+    half width ``half``."""
     values = np.asarray(values, float)
     mean, n = float(values.mean()), len(values)
     if n < 2:
-        return Estimate(name, mean, unit, mean - half, mean + half, None, True, source)
+        return Estimate(name, mean, unit, mean - half, mean + half, source=source)
     sd = float(values.std(ddof=1))
-    half = student(n) * sd / np.sqrt(n)
-    return Estimate(name, mean, unit, mean - half, mean + half, sd, True, source)
-
-
-def student(n: int) -> float:
-    """Student's t for 95 % and n values."""
-    from scipy.stats import t
-
-    return float(t.ppf(0.975, n - 1))
+    half = student_quantile(n - 1) * sd / np.sqrt(n)
+    return Estimate(name, mean, unit, mean - half, mean + half, between_repeats_sd=sd, source=source)
 
 
 def _pooled(repeats: list[Estimate]) -> Estimate:
@@ -195,11 +216,12 @@ def _pooled(repeats: list[Estimate]) -> Estimate:
     source = f"{first.source}; {MEAN.format(n=n)}"
     values = np.array([estimate.value for estimate in repeats])
     if not np.isfinite(values).all():
-        return Estimate(first.name, float(values.mean()), first.unit, np.nan, np.nan, None, first.identifiable, source)
+        mean, identifiable = float(values.mean()), first.identifiable
+        return Estimate(first.name, mean, first.unit, np.nan, np.nan, identifiable=identifiable, source=source)
     halves = np.array([0.5 * (estimate.high - estimate.low) for estimate in repeats])
     pooled = replace(mean_estimate(first.name, values, first.unit, source), within_run_sd=_root_mean_square(halves))
     if not all(estimate.identifiable for estimate in repeats):
-        # a bound that all repeats share does not scatter: the mean is no better known than each
+        # a bound that all repeats share has no scatter: the mean has the uncertainty of a single repeat
         low, high = min(estimate.low for estimate in repeats), max(estimate.high for estimate in repeats)
         return replace(pooled, low=low, high=high, identifiable=False)
     within = np.nanmean(halves) / np.sqrt(n)
@@ -208,60 +230,12 @@ def _pooled(repeats: list[Estimate]) -> Estimate:
 
 
 def _root_mean_square(halves: np.ndarray) -> float | None:
-    """Of the standard errors whose 95 % half widths (n,) are finite; None where none is."""
-    known = halves[np.isfinite(halves)] / Z_95
+    """Root mean square of the standard errors with finite half widths (n,); None without one."""
+    known = halves[np.isfinite(halves)] / TWO_SIDED
     return float(np.sqrt(np.mean(known**2))) if len(known) else None
 
 
-@dataclass(frozen=True, eq=False)
-class Correlations:
-    """Correlations ``matrix`` (p, p) of the estimates ``names`` within a recording, from their covariance, and the
-    relative standard errors (p,), of one recording."""
-
-    names: tuple[str, ...]
-    matrix: np.ndarray
-    relative_errors: np.ndarray
-
-    def sentences(self) -> tuple[str, ...]:
-        """One plain sentence for each pair that is known only together."""
-        pairs = combinations(range(len(self.names)), 2)
-        return tuple(self._sentence(i, k) for i, k in pairs if abs(self.matrix[i, k]) >= TOGETHER)
-
-    def _sentence(self, i: int, k: int) -> str:
-        r, (a, b) = float(self.matrix[i, k]), self.relative_errors[[i, k]]
-        said = f"{self.names[i]} and {self.names[k]} are known only together, with a correlation of {r:.2f}"
-        error = float(np.sqrt(max(a * a + b * b - 2.0 * abs(r) * a * b, 0.0)))
-        if {self.names[i], self.names[k]} & PLACES or not error < min(a, b):
-            better = 1.0 / np.sqrt(max(1.0 - r * r, 1e-12))
-            return f"{said}: if one were given, the other would be known {better:.2g} times as well."
-        form, each = "product" if r < 0.0 else "quotient", f"{100.0 * a:.2g} % and {100.0 * b:.2g} %"
-        return (
-            f"{said}: a recording tells their {form} to {100.0 * error:.2g} %, by themselves {each} (standard errors)."
-        )
 
 
-def correlations_of(recordings: Sequence) -> Correlations | None:
-    """The correlations of the recordings' cycles, their covariances averaged; None without a cycle that has one.
-
-    They tell what one recording cannot separate. Repeats add scatter of their own, whose correlations few repeats do
-    not show.
-    """
-    cycles = [each.cycle for each in recordings if each.cycle is not None]
-    cycles = [cycle for cycle in cycles if np.isfinite(cycle.covariance).all()]
-    cycles = [cycle for cycle in cycles if cycle.covariance_order == cycles[0].covariance_order]
-    if not cycles:
-        return None
-    names = cycles[0].covariance_order
-    covariance = np.mean([cycle.covariance for cycle in cycles], axis=0)
-    sd = np.sqrt(covariance.diagonal())
-    if not sd.all():
-        return None
-    values = np.mean([[cycle.values[name] for name in names] for cycle in cycles], axis=0)
-    relative = np.divide(sd, np.abs(values), out=np.full(len(sd), np.nan), where=values != 0.0)
-    return Correlations(names, covariance / np.outer(sd, sd), relative)
 
 
-def known_together(recordings: Sequence) -> tuple[str, ...]:
-    """What these recordings tell only together, one sentence a pair."""
-    found = correlations_of(recordings)
-    return () if found is None else found.sentences()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Estimates, draws and whole fits in the forms that other programs read: CSV, JSON, ArviZ."""
+"""Estimates, draws and fits as CSV, JSON and ArviZ inference data."""
 
 import csv
 import dataclasses
@@ -7,18 +7,22 @@ import json
 import math
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..files import atomic_write, json_safe
+from ..models.model import Model
 from ..preset_files.writing import as_toml
 from ..segmentation import Events
-from .estimates import Estimate
+from .estimates import Estimate, Quality
 from .layered.result import LayeredFit
 from .recording_fit import RecordingFit
 from .result import Fit
+from .statistics.correlations import Correlations
 from .statistics.draws import Draws
+from .two_pass.result import TwoPass
 
 COLUMNS = (
     *("recording", "quantity", "value", "low", "high", "unit", "between_repeats_sd", "within_run_sd"),
@@ -29,8 +33,8 @@ ENDINGS = (".csv", ".json")
 CHAINS = 4
 
 
-def write_estimates(fit: Fit, path) -> None:
-    """Writes one row for each estimate, the pooled ones first, with ``COLUMNS``; empty is none or not finite."""
+def write_estimates(fit: Fit, path: str | Path) -> None:
+    """Write one row for each estimate with ``COLUMNS``, the pooled ones first; a missing or infinite value is empty."""
     blocks = [(POOLED, fit.parameters), *((each.file, each.parameters) for each in fit.recordings)]
     with atomic_write(path) as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -49,17 +53,19 @@ def _cell(number: float | None) -> str:
     return "" if number is None or not math.isfinite(number) else repr(float(number))
 
 
-def check_draws_target(path) -> None:
-    """Raises InputError for a file whose ending says no form that draws are written in."""
+def check_draws_target(path: str | Path) -> None:
+    """Raises InputError for a file ending in which draws cannot be written."""
     if Path(path).suffix.lower() not in ENDINGS:
-        raise InputError("file of draws", str(path), f"ends in none of {', '.join(ENDINGS)}", next_step="Rename it.")
+        limit = f"it must end in {' or '.join(ENDINGS)}"
+        raise InputError("file of draws", str(path), limit, next_step="Give a name with such an ending.")
 
 
-def write_draws(draws: Draws, path) -> None:
-    """Writes draws by the ending of ``path``.
+def write_draws(draws: Draws, path: str | Path) -> None:
+    """Write draws as CSV or JSON, by the ending of ``path``.
 
-    ``.csv``: one row a draw with ``recording``, the pooled draws first, then one column a quantity; a quantity a
-    recording lacks is empty. ``.json``: ``pooled`` and, by recording, ``own``. Raises InputError for another ending.
+    ``.csv``: one row per draw, the pooled draws first; a column ``recording``, then one per quantity, empty where it is
+    missing in a recording. ``.json``: ``pooled`` and ``recordings`` with their ``draws``. Raises InputError for another
+    ending.
     """
     check_draws_target(path)
     with atomic_write(path) as file:
@@ -69,7 +75,7 @@ def write_draws(draws: Draws, path) -> None:
             _write_table(draws, file)
 
 
-def _write_table(draws: Draws, file) -> None:
+def _write_table(draws: Draws, file: Any) -> None:
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(("recording", *draws))
     own = [{name: values[k] for name, values in draws.own.items()} for k in range(len(draws.files))]
@@ -91,16 +97,17 @@ def _numbers(values: np.ndarray) -> list:
     return [value if math.isfinite(value) else None for value in values.tolist()]
 
 
-def inference_data(draws: Draws):
-    """The draws as ArviZ takes them: an InferenceData, or a DataTree from ArviZ 1 on, with the group posterior.
+def inference_data(draws: Draws) -> Any:
+    """The draws for ArviZ: an InferenceData, or a DataTree from ArviZ 1 on, with the group posterior.
 
     Quantities are the pooled ones; ``<name>_of_recording`` has the dimension recording. Independent draws have no
-    chains: they are dealt into four, so that the diagnostics work. Raises InputError without ArviZ.
+    chains: they are split into four, so that the diagnostics work. Raises InputError without ArviZ.
     """
     try:
         import arviz
     except ImportError:
-        raise InputError("arviz", "not installed", "needed", next_step="pip install 'needleforce[arviz]'") from None
+        step = "Run: pip install 'needleforce[arviz]'"
+        raise InputError("package arviz", "not installed", "it is needed for inference data", next_step=step) from None
     chains = CHAINS if len(next(iter(draws.values()))) % CHAINS == 0 else 1
     posterior = {name: values.reshape(chains, -1) for name, values in draws.items()}
     of_recording = {f"{name}_of_recording": values for name, values in draws.own.items()}
@@ -115,12 +122,12 @@ def inference_data(draws: Draws):
 
 
 def _distinguishable(files: tuple[str, ...]) -> list[str]:
-    """The names, those that stand more than once with a number: ArviZ takes them for an index."""
+    """The names, repeated ones with a number, because ArviZ uses them as an index."""
     return [name if files.count(name) == 1 else f"{name} ({files[:k].count(name) + 1})" for k, name in enumerate(files)]
 
 
 def as_json(fit: Fit) -> str:
-    """The whole outcome; numbers that are not finite become null."""
+    """The complete fit as JSON text; values that are not finite become null."""
     document = {
         "recordings": [_recording(each) for each in fit.recordings],
         "parameters": _estimates(fit.parameters),
@@ -141,7 +148,7 @@ def as_json(fit: Fit) -> str:
 
 
 def _ruptures(fit: Fit) -> dict | None:
-    """Of a layered fit: where its layers rupture, in the recordings' zero."""
+    """Rupture depths of a layered fit, in the recordings' zero."""
     if not isinstance(fit, LayeredFit):
         return None
     found = fit.ruptures
@@ -149,14 +156,14 @@ def _ruptures(fit: Fit) -> dict | None:
 
 
 def _population(fit: Fit) -> dict | None:
-    """Of a layered fit: the law for an insertion that was not recorded."""
+    """Model of a layered fit for an insertion that was not recorded."""
     if not isinstance(fit, LayeredFit) or fit.population is None:
         return None
     return {"contact_depth_m": fit.population_contact, "preset": _preset(fit.population)}
 
 
-def _preset(model) -> dict | None:
-    """The whole model in the form of a preset file, what ``needleforce export`` reads."""
+def _preset(model: Model | None) -> dict | None:
+    """The complete model in the form of a preset file, as ``needleforce export`` reads it."""
     return None if model is None else tomllib.loads(as_toml(model))
 
 
@@ -186,8 +193,8 @@ def _events(events: Events) -> dict:
     }
 
 
-def _two_pass(two_pass) -> dict | None:
-    """Each site's numbers, without its curves, and what the procedure cannot separate."""
+def _two_pass(two_pass: TwoPass | None) -> dict | None:
+    """The values of each site, without its curves, and the bias terms."""
     if two_pass is None:
         return None
     sites = [
@@ -202,7 +209,7 @@ def _two_pass(two_pass) -> dict | None:
     }
 
 
-def _correlations(found) -> dict | None:
+def _correlations(found: Correlations | None) -> dict | None:
     return None if found is None else {"names": list(found.names), "matrix": found.matrix.tolist()}
 
 
@@ -210,5 +217,5 @@ def _estimates(parameters: dict) -> list[dict]:
     return [dataclasses.asdict(estimate) for estimate in parameters.values()]
 
 
-def _quality(quality) -> dict | None:
+def _quality(quality: Quality | None) -> dict | None:
     return None if quality is None else dataclasses.asdict(quality)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From recordings to an identified model."""
+"""Identification of a model from recordings."""
 
 import dataclasses
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from ..core import Needle
@@ -23,11 +24,12 @@ from .diagnostics import (
     unknown,
     warnings_of,
 )
-from .estimates import Estimate, estimates_of, known_together, mean_estimate, pool
+from .estimates import Estimate, estimates_of, mean_estimate, pool
 from .models import LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
 from .one_layer.fit_recording import SegmentedRecording, fit_single, segmented
 from .one_layer.puncture_force import measured_peak
 from .result import Choice, Fit
+from .statistics.correlations import identified_together
 from .strokes import presliding_of
 from .two_pass.bias_terms import spreading_force
 from .two_pass.result import TwoPass
@@ -43,23 +45,50 @@ def identify(
     second_pass: RecordingSource = (),
     model: Model | str | None = None,
     needle: Needle | Model | str | None = None,
-    bending=None,
-    tension=None,
+    bending: str | Path | None = None,
+    tension: str | Path | None = None,
     layers: int | None = None,
     progress: Progress | None = None,
 ) -> Fit:
-    """Identifies one condition from one recording or from several repeats of it. No starting values.
+    """Identify one condition from one recording or from several repeats of it, without starting values.
 
-    ``second_pass`` holds, in the same order, the second insertion at each site, None where there is none: friction then
-    comes from it and cutting from the subtraction, as in the paper. ``model`` is a name that ``MODELS`` or ``LAYERED``
-    lists; None takes ``paper`` or ``cone_cylinder``, whichever has loading curves of lower BIC: the two from which a
-    modulus follows. ``layered`` (passive) and ``layered_as_fitted`` are fitted to whole cycles, with as many
-    ``layers``, up to three, as the recordings ask for, unless a number is given. A modulus is told with ``needle`` (and
-    its tip). ``bending`` and ``tension`` are CSV tables of the paper's two bench tests: the needle's modulus (needs
-    ``needle``) and the tissue's. ``progress(iterable, text)`` wraps the work over recordings.
+    A recording that cannot be identified keeps its status and a note; the others are still identified.
 
-    A recording that cannot answer is kept with its status and does not stop the rest. Raises InputError for an unknown
-    model or second passes that do not pair with the recordings.
+    Parameters
+    ----------
+    recordings : Recording or sequence of Recording
+        Repeats of one condition.
+    second_pass : Recording or sequence of Recording, optional
+        The second insertion at each site, in the order of ``recordings``, None for a site without one. The friction
+        then comes from the second pass and the cutting force from the subtraction.
+    model : str, optional
+        A name in ``MODELS``, or ``layered`` (passive) or ``layered_as_fitted``, which are fitted to complete cycles.
+        Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves.
+    needle : Needle or Model, optional
+        Needle with its tip, or a model that has one; needed for a modulus.
+    bending : str or path-like, optional
+        CSV table of the bending test of the needle, which gives its Young modulus; needs ``needle``.
+    tension : str or path-like, optional
+        CSV table of the tension test of the tissue, which gives its Young modulus.
+    layers : int, optional
+        Number of layers of a layered model, 1 to 3. Default: the number that the recordings support.
+    progress : callable, optional
+        ``progress(iterable, text)`` wraps the work over recordings.
+
+    Returns
+    -------
+    Fit
+        A ``LayeredFit`` for a layered model.
+
+    Raises
+    ------
+    InputError
+        For an unknown model, no recording, a file given twice, second passes that do not pair with the recordings, or
+        a bending test without a needle.
+
+    Notes
+    -----
+    One-layer fits, two-pass subtraction and bench tests follow the paper, secs. 2.2 and 2.3.
     """
     recordings, seconds = paired(recordings, second_pass)
     needle = None if needle is None else needle_of(needle)
@@ -68,9 +97,10 @@ def identify(
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
     if model in LAYERED:
-        return _layered(recordings, seconds, model, FitInputs(needle, None, bench), layers, progress)
+        return _layered(recordings, seconds, model, FitInputs(needle, None, bench), layers=layers, progress=progress)
     if layers not in (None, 1):
-        raise InputError("layers", layers, f"the model {model or 'paper'} has one", next_step="Give model='layered'.")
+        step = "Give model='layered' or leave layers out."
+        raise InputError("layers", layers, f"the model {model or 'paper'} has one layer", next_step=step)
     laws = tuple(stiffness_law(name) for name in (MECHANICAL if model is None else (model,)))
     saturation = needle_saturation(needle)
     watched = progress(recordings, "identifying") if progress else recordings
@@ -80,22 +110,24 @@ def identify(
     return assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
 
 
-def _layered(recordings: list, seconds: list, model: str, given: FitInputs, layers, progress: Progress | None) -> Fit:
-    """The layered law, which loads an optimiser that others do not need."""
+def _layered(
+    recordings: list, seconds: list, model: str, given: FitInputs, layers: int | None, progress: Progress | None
+) -> Fit:
+    """The fit of a layered model; its module is imported here because other fits do not need it."""
     from .layered.identify import MAX_LAYERS, identify_layered
 
     if seconds:
-        step = "Leave the model away: friction and cutting then come from the second passes."
-        raise InputError("second passes", len(seconds), f"the model {model} does not take them", next_step=step)
+        step = "Leave out model, to get friction and cutting force from the second passes, or leave out second_pass."
+        raise InputError("number of second passes", len(seconds), f"the model {model} does not use them", "", step)
     if layers is not None and layers not in range(1, MAX_LAYERS + 1):
-        raise InputError("layers", layers, f"not a whole number from 1 to {MAX_LAYERS}")
+        raise InputError("layers", layers, f"it must be a whole number from 1 to {MAX_LAYERS}")
     watched = progress(recordings, "segmenting") if progress else recordings
     singles = [segmented(each) for each in watched]
     return identify_layered(singles, model, given, layers, progress)
 
 
 def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
-    """The fit of one law from recordings that are segmented and fitted, each by itself."""
+    """The fit of one law from recordings that were segmented and fitted one by one."""
     answering = [single for single in singles if law in single.fits]
     own = {single: _own(single, law, given) for single in answering}
     parameters = pool(list(own.values()))
@@ -112,7 +144,7 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
         quality=pooled_quality(fits),
         warnings=warnings_of(singles, model) + trouble,
         held_fixed=held_fixed(given, law, parameters),
-        unknown=unknown(given, law, two_pass is not None) + known_together(fits),
+        unknown=unknown(given, law, two_pass is not None) + identified_together(fits),
         choice=choice,
         settings=settings_of(law, given.needle, singles),
         two_pass=two_pass,
@@ -120,21 +152,21 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
 
 
 def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Estimate]:
-    """The estimates of one recording; its puncture force is the measured one, what was given is not called
-    identified."""
+    """The estimates of one recording: the puncture force is the measured one, a given saturation depth is marked as
+    not identified."""
     fit, strokes = single.fits[law], single.strokes
     peak = measured_peak(strokes, fit, single.events.punctures[0], single.recording.card.filter_length)
     found = estimates_of(fit, len(strokes.depth_out) > 0)
     found |= {} if peak is None else {"puncture_force": peak}
     found |= {} if strokes.friction_reversal is None else {"presliding": presliding_of(strokes.friction_reversal)}
     if "saturation_depth" in found and given.saturation is not None:
-        held = "from the needle's tip and radius, held fixed"
+        held = "held fixed: from the needle's tip and radius"
         found["saturation_depth"] = dataclasses.replace(found["saturation_depth"], identifiable=False, source=held)
     return found
 
 
 def _choice(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[Choice, ...]:
-    """Each law with the BIC of its loading curves, summed over the recordings that all laws fit, the best first."""
+    """Each law with the BIC of its loading curves, summed over the recordings that all laws fit, the lowest first."""
     common = [single for single in singles if set(laws) <= set(single.fits)]
     if not common:
         present = [law for law in laws if any(law in single.fits for single in singles)]
@@ -146,7 +178,7 @@ def _choice(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[C
 def _two_pass(
     singles: list[SegmentedRecording], seconds: list, own: dict, given: FitInputs
 ) -> tuple[TwoPass | None, dict, dict]:
-    """The procedure over the pairs there are, the estimates that it replaces, and what was refused, by single."""
+    """The result over all pairs, the estimates that it replaces, and the reason for each recording that was refused."""
     if not seconds:
         return None, {}, {}
     pairs = [
@@ -167,12 +199,14 @@ def _replaced(two_pass: TwoPass) -> dict[str, Estimate]:
     friction = mean_estimate("friction_per_length", slopes, "N/m", by_slope, sites[0].friction_slope_half)
     cutting = mean_estimate("cutting_force", forces, "N", f"first minus {TWO_PASS}{bound}", sites[0].cutting_half)
     cutting = dataclasses.replace(cutting, identifiable=not two_pass.upper_bound)
-    swings = {} if two_pass.upper_bound else {end.name: end for end in cutting_oscillation(two_pass) or ()}
-    return {"friction_per_length": friction, "cutting_force": cutting} | swings
+    extremes = {} if two_pass.upper_bound else {each.name: each for each in cutting_oscillation(two_pass) or ()}
+    return {"friction_per_length": friction, "cutting_force": cutting} | extremes
 
 
-def _model(parameters: dict, law: str, needle, singles: list[SegmentedRecording]):
-    """The pooled model, or None and why."""
+def _model(
+    parameters: dict, law: str, needle: Needle | None, singles: list[SegmentedRecording]
+) -> tuple[Model | None, tuple[str, ...]]:
+    """The pooled model, or None and the reason."""
     if not parameters:
         return None, ()
     values = {name: estimate.value for name, estimate in parameters.items()}
@@ -182,21 +216,24 @@ def _model(parameters: dict, law: str, needle, singles: list[SegmentedRecording]
         return None, (NO_MODEL.format(error),)
 
 
-def paired(recordings, seconds) -> tuple[list[Recording], list]:
+def paired(
+    recordings: Recording | Sequence[Recording], seconds: Recording | Sequence[Recording | None]
+) -> tuple[list[Recording], list[Recording | None]]:
     """Both as lists; the second empty, or as long as the first.
 
-    Raises InputError for what is no recording, for none, for lists that do not pair and for a file given twice.
+    Raises InputError for an object that is not a recording, no recording, lists that do not pair, and a file given
+    twice.
     """
     recordings = recordings_of(recordings)
     seconds = [None if each is None else recording_of(each) for each in _listed(seconds)]
     if not recordings:
-        raise InputError("recordings", "none", "nothing to identify", next_step="Give at least one recording.")
+        raise InputError("number of recordings", 0, "at least 1 is needed", next_step="Give nf.read(path).")
     if seconds and len(seconds) != len(recordings):
         raise InputError(
-            "second passes",
+            "number of second passes",
             len(seconds),
-            f"do not pair with {len(recordings)} recordings",
-            next_step="Give one second pass for each recording, in the same order.",
+            f"it must be that of the recordings, {len(recordings)}",
+            next_step="Give one second pass for each recording, in the same order, None for a missing one.",
         )
     _different([*recordings, *(second for second in seconds if second is not None)])
     return recordings, seconds
@@ -208,22 +245,23 @@ def _listed(sources: Any) -> list:
     return list(sources) if several else [sources]
 
 
-def bench_estimates(bending, tension, needle: Needle | None) -> dict[str, Estimate]:
-    """What the bench tests that there are tell, by name. Raises InputError for a bending test without a needle."""
+def bench_estimates(
+    bending: str | Path | None, tension: str | Path | None, needle: Needle | None
+) -> dict[str, Estimate]:
+    """The estimates of the bench tests by name. Raises InputError for a bending test without a needle."""
     if bending is not None and needle is None:
-        raise InputError(
-            "needle", "missing", "the bending test needs its section and length", next_step="Give the needle."
-        )
+        step = "Give needle=nf.Needle(...) or a preset's .needle."
+        raise InputError("needle", "missing", "the bending test needs its section and length", next_step=step)
     found = [needle_estimate(bending, needle)] if bending is not None else []
     found += [tissue_estimate(tension)] if tension is not None else []
     return {estimate.name: estimate for estimate in found}
 
 
 def _different(recordings: list[Recording]) -> None:
-    """A file counted twice would pass for a repeat and narrow the intervals."""
-    seen: dict[str, str] = {}
+    """Raises InputError for a file given twice, which would count as a repeat and make the intervals too narrow."""
+    sources: dict[str, str] = {}
     for card in (recording.card for recording in recordings if recording.card.sha256):
-        if card.sha256 in seen:
-            twice = f"the same bytes as {seen[card.sha256]}"
-            raise InputError("recording", twice, "given twice", card.source, "Give each file once.")
-        seen[card.sha256] = card.source
+        if card.sha256 in sources:
+            same = f"the same bytes as {sources[card.sha256]}"
+            raise InputError("content of the file", same, "given twice", card.source, "Give each file once.")
+        sources[card.sha256] = card.source

@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""LuGre friction identified while the needle moves, by two extended Kalman filters in sequence: equations, one step,
-a whole recording."""
+"""Identification of LuGre friction while the needle moves, by two sequential extended Kalman filters: equations, one
+step, a complete recording."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import core
 from ..errors import InputError
 from .estimates import Estimate
+from .statistics.noise import TWO_SIDED
 
-ITERATIONS = 3  # of the linearisation about the corrected state: else the first samples teach what was never seen
+N_ITERATIONS = 3  # of the linearisation about the corrected state; with one, the first samples bias the parameters
 SOURCE = "sequential extended Kalman filters, a reconstruction after Asadian, Kermani & Patel 2012"
-IDENTIFIABLE = 0.5  # of the variance before: the recording then told at least as much as the start did
-Z_95 = 1.959963984540054
+MAX_VARIANCE_RATIO = 0.5  # of the variance at the start; below, the recording informs at least as much as the start
 
 
 class Limit(NamedTuple):
@@ -33,8 +35,8 @@ class Update(NamedTuple):
     variance: float
 
 
-def limit(velocity: float, limits, exponent: float = 2.0) -> Limit:
-    """The friction per length at which bristles slide; ``exponent`` is gamma."""
+def limit(velocity: float, limits: Sequence[float] | np.ndarray, exponent: float = 2.0) -> Limit:
+    """Friction per length at which the bristles slide; ``exponent`` is gamma."""
     coulomb, static, speed = limits
     power = (abs(velocity) / speed) ** exponent
     fall = np.exp(-power)
@@ -42,7 +44,7 @@ def limit(velocity: float, limits, exponent: float = 2.0) -> Limit:
     return Limit(coulomb + (static - coulomb) * fall, np.array([1.0 - fall, fall, by_speed]))
 
 
-def predicted(state, velocity: float, dt: float, g: float) -> tuple[np.ndarray, np.ndarray, float]:
+def predicted(state: np.ndarray, velocity: float, dt: float, g: float) -> tuple[np.ndarray, np.ndarray, float]:
     """The state after dt, its Jacobian (4, 4), and the derivative of the deflection by g [m^2/N].
 
     zeta' = zeta_inf + (zeta - zeta_inf) e, zeta_inf = g sgn(v) / sigma_0, e = exp(-sigma_0 |v| dt / g).
@@ -57,7 +59,7 @@ def predicted(state, velocity: float, dt: float, g: float) -> tuple[np.ndarray, 
     return after, jacobian, float(sign / stiffness * (1.0 - left) + slower * stiffness / g)
 
 
-def measured(state, velocity: float, g: float) -> tuple[float, np.ndarray, float]:
+def measured(state: np.ndarray, velocity: float, g: float) -> tuple[float, np.ndarray, float]:
     """Traction h [N/m], its derivatives by the state (4,), and its derivative by g with the deflection frozen.
 
     h = sigma_0 zeta + sigma_1 v (1 - sigma_0 zeta sgn(v) / g) + sigma_2 v.
@@ -83,12 +85,21 @@ def joseph(covariance: np.ndarray, jacobian: np.ndarray, noise: float) -> tuple[
 
 
 def updated_state(
-    state, covariance, velocity: float, traction: float, dt: float, limits, process, noise: float, exponent: float = 2.0
+    state: ArrayLike,
+    covariance: ArrayLike,
+    velocity: float,
+    traction: float,
+    dt: float,
+    limits: Sequence[float] | np.ndarray,
+    process: ArrayLike,
+    noise: float,
+    exponent: float = 2.0,
 ) -> Update:
-    """One full step of filter 1 in plain parameters, with the limits (3,) known: predict, then Joseph's update.
+    """One complete step of filter 1 in linear parameters, with known limits (3,): prediction, then Joseph's update.
 
-    ``covariance`` (4, 4) is that of ``state`` before the step, ``process`` (4, 4) what is added to it, ``traction``
-    [N/m] the measured force over embedded length and ``noise`` its variance. Nothing keeps the parameters positive.
+    ``covariance`` (4, 4) is that of ``state`` before the step, ``process`` (4, 4) the process noise, ``traction`` [N/m]
+    the measured force over embedded length and ``noise`` its variance. The parameters are not constrained to be
+    positive.
     """
     g = limit(velocity, limits, exponent).value
     ahead, jacobian, _ = predicted(np.asarray(state, float), velocity, dt, g)
@@ -101,7 +112,7 @@ def updated_state(
 
 @dataclass(frozen=True)
 class FilterStep:
-    """One sample: ``innovation`` [N/m] and its ``variance`` before correction, NaN where ``used`` is False."""
+    """One sample: ``innovation`` [N/m] and its ``variance`` before correction, NaN if ``used`` is False."""
 
     innovation: float
     variance: float
@@ -111,21 +122,54 @@ class FilterStep:
 class LuGreFilter:
     """Two sequential extended Kalman filters for one shaft; call ``step`` for each sample, in the order of time.
 
-    ``start`` is a ``needleforce.laws.Lugre`` to start from, ``noise`` the standard deviation of the measured traction
-    [N/m], ``spread`` that of the logarithm of each parameter. ``parameter_walk`` [1/sqrt(s)] lets these logarithms
-    wander, by default by 1 % in a second, so that what the first samples taught about the wrong values is forgotten;
-    ``bristle_walk`` [m/sqrt(s)] the deflection. ``covariance`` (7, 7) is that of sigma_0 zeta [N/m] and the logarithms.
-    ``held`` keeps the parameters at their start and corrects the deflection alone, as if they were known: its
-    covariance is what the motion tells of such a friction. Without it, where the motion tells little, the linearisation
-    wanders with the noise and the covariance shrinks too far; ``filter_lugre`` reports the held one. Raises InputError
-    on values that are not finite and positive; a walk may be 0.
+    Parameters
+    ----------
+    start : needleforce.laws.Lugre
+        Friction law to start from.
+    noise : float
+        Standard deviation of the measured traction [N/m].
+    spread : float
+        Standard deviation of the logarithm of each parameter at the start [1].
+    parameter_walk : float
+        Random walk of these logarithms [1/sqrt(s)], 0 or more; by default 1 % in a second, so that errors from the
+        first samples decay.
+    bristle_walk : float
+        Random walk of the deflection [m/sqrt(s)], 0 or more.
+    held : bool
+        Keep the parameters at their start and correct only the deflection. The covariance is then that of known
+        parameters. If it is False and the motion contains little information, the linearisation follows the noise and
+        the covariance becomes too small; ``filter_lugre`` therefore reports that of a held filter.
+
+    Attributes
+    ----------
+    state : numpy.ndarray
+        Deflection zeta [m], sigma_0 [N/m^2], sigma_1 [N s/m^2] and sigma_2 [N s/m^2], (4,).
+    limits : numpy.ndarray
+        F_c [N/m], F_s [N/m] and v_s [m/s], (3,).
+    covariance : numpy.ndarray
+        Covariance (7, 7) of sigma_0 zeta [N/m] and the logarithms of the parameters.
+
+    Raises
+    ------
+    InputError
+        For values that are not finite and positive; a walk may be 0.
     """
 
-    def __init__(self, start, noise: float, *, spread=0.5, parameter_walk=0.01, bristle_walk=0.0, held=False):
+    def __init__(
+        self,
+        start: Any,
+        noise: float,
+        *,
+        spread: float = 0.5,
+        parameter_walk: float = 0.01,
+        bristle_walk: float = 0.0,
+        held: bool = False,
+    ):
         given = {"noise": noise, "spread": spread, "parameter_walk": parameter_walk, "bristle_walk": bristle_walk}
         for name, value in given.items():
             if not (np.isfinite(value) and (value > 0.0 or (value == 0.0 and "walk" in name))):
-                raise InputError(name, value, "not finite and positive", "LuGre filter")
+                limit_text = "it must be finite and 0 or more" if "walk" in name else "it must be finite and above 0"
+                raise InputError(name, value, limit_text, "LuGre filter")
         self.noise, self.spread, self.exponent = float(noise), float(spread), start.stribeck_exponent
         self.state = np.array([0.0, start.bristle_stiffness, start.bristle_damping, start.viscous])
         self.limits = np.array([start.coulomb, start.static_friction, start.stribeck_speed])
@@ -135,22 +179,34 @@ class LuGreFilter:
         self.forget()
 
     @property
-    def law(self):
-        """The friction as estimated so far, a ``needleforce.laws.Lugre``."""
+    def law(self) -> Any:
+        """The friction law estimated so far, a ``needleforce.laws.Lugre``."""
         return core.laws.Lugre(*map(float, (*self.state[1:], *self.limits, self.exponent)))
 
     def forget(self) -> None:
-        """Bristles of unknown deflection, within what the static friction can bend: where the motion was not seen."""
+        """Reset the deflection to unknown, up to that of static friction, for example after missing samples."""
         self.state[0] = 0.0
         self.covariance[0, :] = self.covariance[:, 0] = 0.0
         self.covariance[0, 0] = self.limits[1] ** 2
-        self.alone = self.covariance[:1, :1].copy()  # of sigma_0 zeta with the parameters known
+        self.deflection_covariance = self.covariance[:1, :1].copy()  # of sigma_0 zeta with known parameters
 
     def step(self, velocity: float, traction: float, dt: float, noise: float | None = None) -> FilterStep:
-        """One sample: the velocity [m/s] over the last dt [s], and the force over embedded length [N/m] at its end.
+        """Process one sample.
 
-        A traction that is not finite predicts without correction, a motion that is not makes the filter ``forget`` the
-        bristles. ``noise`` [N/m] holds for this sample alone.
+        Parameters
+        ----------
+        velocity : float
+            Velocity [m/s] over the last ``dt``; if it is not finite, the filter calls ``forget``.
+        traction : float
+            Force over embedded length [N/m] at the end of ``dt``; if it is not finite, there is no correction.
+        dt : float
+            Time step [s], 0 or more.
+        noise : float, optional
+            Standard deviation of this traction [N/m]. Default: that of the filter.
+
+        Returns
+        -------
+        FilterStep
         """
         if not (np.isfinite(velocity) and np.isfinite(dt) and dt >= 0.0):
             self.forget()
@@ -170,21 +226,21 @@ class LuGreFilter:
         jacobian[0, 4:] = stiffness * by_limit * g.slopes @ _by_log_limits(self.limits)
         walk = np.diag(self.walk * dt) * np.array([stiffness] + 6 * [1.0]) ** 2
         self.covariance = jacobian @ self.covariance @ jacobian.T + walk
-        self.alone = own[0, 0] ** 2 * self.alone + walk[0, 0]
+        self.deflection_covariance = own[0, 0] ** 2 * self.deflection_covariance + walk[0, 0]
 
     def _correct(self, velocity: float, traction: float, noise: float) -> FilterStep:
         moved = np.zeros(7)
-        for iteration in range(ITERATIONS):
+        for iteration in range(N_ITERATIONS):
             state, limits = _moved(self.state, self.limits, moved)
             expected, slopes = _expected(state, limits, velocity, self.exponent)
             gain, after, variance = joseph(self.covariance, slopes, noise)
-            alone_gain, alone_after, _ = joseph(self.alone, slopes[:1], noise)
+            held_gain, held_after, _ = joseph(self.deflection_covariance, slopes[:1], noise)
             if iteration == 0:
                 step = FilterStep(float(traction - expected), variance, True)
-            gain = np.append(alone_gain, np.zeros(6)) if self.held else gain
+            gain = np.append(held_gain, np.zeros(6)) if self.held else gain
             moved = gain * (traction - expected + slopes @ moved)
         self.state, self.limits = _moved(self.state, self.limits, moved)
-        self.covariance, self.alone = after, alone_after
+        self.covariance, self.deflection_covariance = after, held_after
         return step
 
 
@@ -201,14 +257,14 @@ def _by_log_limits(limits: np.ndarray) -> np.ndarray:
     return np.array([[coulomb, 0.0, 0.0], [coulomb, static - coulomb, 0.0], [0.0, 0.0, speed]])
 
 
-def _expected(state, limits, velocity: float, exponent: float) -> tuple[float, np.ndarray]:
+def _expected(state: np.ndarray, limits: np.ndarray, velocity: float, exponent: float) -> tuple[float, np.ndarray]:
     """Traction [N/m], and its derivatives (7,) by the deflection and the logarithms."""
     g = limit(velocity, limits, exponent)
     traction, own, frozen = measured(state, velocity, g.value)
     return traction, np.concatenate([own @ _by_coordinates(state), frozen * g.slopes @ _by_log_limits(limits)])
 
 
-def _moved(state, limits, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _moved(state: np.ndarray, limits: np.ndarray, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """State and limits after a change (7,) of sigma_0 zeta and the logarithms."""
     factor = np.exp(by[1:])
     parameters, coulomb = state[1:] * factor[:3], limits[0] * factor[3]
@@ -217,15 +273,33 @@ def _moved(state, limits, by: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array([deflection, *parameters]), np.array([coulomb, coulomb + above, limits[2] * factor[5]])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class FilteredLuGre:
-    """The friction over time: ``values`` (n, 6) in the order of ``parameters``, SI, and ``deflection`` (n,) [m].
+    """LuGre friction over time, from ``filter_lugre``.
 
-    ``innovation`` (n,) [N/m] and its ``variance`` (n,) are NaN at the ``skipped`` samples. What is known stands in the
-    others, from a second run with the parameters held at the outcome: ``relative_sd`` (n, 6), standard deviations of
-    the logarithms of the values, and the last ``covariance`` (7, 7) of sigma_0 zeta and the logarithms of sigma_0,
-    sigma_1, sigma_2, F_c, F_s - F_c, v_s. ``identifiable`` of the combinations of these six are known from the
-    recording; an estimate is identifiable where the others leave less of its variance than these do.
+    Standard deviations and covariance are from a second run with the parameters held at the result.
+
+    Attributes
+    ----------
+    law : needleforce.laws.Lugre
+        The friction law at the end.
+    parameters : dict of str to Estimate
+        The estimates at the end with their intervals. One is identifiable if its variance is reduced mainly by
+        identified combinations.
+    identifiable : int
+        How many combinations of the six logarithms the recording identifies, 0 to 6.
+    values : numpy.ndarray
+        Parameters (n, 6) over time in the order of ``parameters``, SI.
+    relative_sd : numpy.ndarray
+        Standard deviations (n, 6) [1] of their logarithms.
+    deflection : numpy.ndarray
+        Deflection of the bristles (n,) [m].
+    covariance : numpy.ndarray
+        Last covariance (7, 7) of sigma_0 zeta and the logarithms of sigma_0, sigma_1, sigma_2, F_c, F_s - F_c, v_s.
+    innovation, variance : numpy.ndarray
+        Innovation (n,) [N/m] and its variance (n,) [N²/m²]; NaN at skipped samples.
+    skipped : int
+        Number of skipped samples.
     """
 
     law: Any
@@ -240,12 +314,46 @@ class FilteredLuGre:
     skipped: int
 
 
-def filter_lugre(time, velocity, force, embedded, start, force_noise: float, **options) -> FilteredLuGre:
-    """Runs a ``LuGreFilter`` from the law ``start`` along a recording; ``options`` are the filter's.
+def filter_lugre(
+    time: ArrayLike,
+    velocity: ArrayLike,
+    force: ArrayLike,
+    embedded: ArrayLike,
+    start: Any,
+    force_noise: float,
+    **options: Any,
+) -> FilteredLuGre:
+    """Identify LuGre friction along a recording with a ``LuGreFilter``.
 
-    ``time`` [s], ``velocity`` [m/s] over the step to each sample, friction ``force`` [N] and ``embedded`` length [m]
-    are (n,); ``force_noise`` [N] is the standard deviation of the force. Samples without embedded length, or not
-    finite, are skipped and counted. Raises InputError on other shapes, time that goes back, or nothing to use.
+    Parameters
+    ----------
+    time : array_like
+        Time (n,) [s], not decreasing.
+    velocity : array_like
+        Velocity (n,) [m/s] over the step to each sample.
+    force : array_like
+        Friction force (n,) [N].
+    embedded : array_like
+        Embedded length (n,) [m]. Samples without embedded length, or not finite, are skipped and counted.
+    start : needleforce.laws.Lugre
+        Friction law to start from.
+    force_noise : float
+        Standard deviation of the force [N].
+    **options
+        Keywords of ``LuGreFilter``.
+
+    Returns
+    -------
+    FilteredLuGre
+
+    Raises
+    ------
+    InputError
+        For columns of different lengths, time that decreases, and no usable sample.
+
+    Notes
+    -----
+    A reconstruction after Asadian, Kermani & Patel 2012.
     """
     time, velocity, force, embedded = _checked(time=time, velocity=velocity, force=force, embedded=embedded)
     usable = np.isfinite(force) & np.isfinite(embedded) & (embedded > 0.0)
@@ -256,7 +364,9 @@ def filter_lugre(time, velocity, force, embedded, start, force_noise: float, **o
     values, deflection, innovation, variance = map(np.array, zip(*(_row(found, *sample) for sample in samples)))
     skipped = int(np.isnan(innovation).sum())
     if skipped == len(time):
-        raise InputError("samples", 0, "with a finite force, motion and embedded length", "LuGre filter")
+        limit_text = "at least 1 with a finite force, motion and embedded length is needed"
+        step = "Check the columns and their units."
+        raise InputError("number of usable samples", 0, limit_text, "LuGre filter", step)
     held = LuGreFilter(found.law, force_noise, **options, held=True)
     relative_sd = np.array([_relative_sd_after(held, *sample) for sample in samples])
     identifiable, known = _identifiable(held)
@@ -275,27 +385,32 @@ def filter_lugre(time, velocity, force, embedded, start, force_noise: float, **o
     )
 
 
-def _checked(**columns) -> list[np.ndarray]:
+def _checked(**columns: ArrayLike) -> list[np.ndarray]:
     """The columns as numbers of one length, in the order of time."""
     arrays = {name: np.asarray(column, float) for name, column in columns.items()}
     shape = arrays["time"].shape
     for name, array in arrays.items():
         if array.ndim != 1 or array.shape != shape or len(array) < 2:
-            raise InputError(f"shape of {name}", array.shape, f"not that of time, {shape}, or not (n,) with n > 1")
+            limit_text = f"it must be that of time, {shape}, and (n,) with n > 1"
+            raise InputError(f"shape of {name}", array.shape, limit_text, next_step="Give columns of the same length.")
     back = np.flatnonzero(np.diff(arrays["time"]) < 0.0)
     if len(back):
-        raise InputError("time", arrays["time"][back[0] + 1], "goes back", f"sample {back[0] + 1}", "Sort the samples.")
+        sample = back[0] + 1
+        limit_text = f"it goes back, from {arrays['time'][back[0]]:g} s"
+        raise InputError("time", arrays["time"][sample], limit_text, f"sample {sample}", "Sort the samples.")
     return list(arrays.values())
 
 
-def _row(found: LuGreFilter, velocity: float, traction: float, dt: float, noise: float):
-    """One step, and what is known after it."""
+def _row(
+    found: LuGreFilter, velocity: float, traction: float, dt: float, noise: float
+) -> tuple[list[float], float, float, float]:
+    """One step; values, deflection, innovation and its variance after it."""
     step = found.step(velocity, traction, dt, noise)
     values = [*found.state[1:], *found.limits]
     return values, found.state[0], step.innovation, step.variance
 
 
-def _relative_sd_after(held: LuGreFilter, *sample) -> np.ndarray:
+def _relative_sd_after(held: LuGreFilter, *sample: float) -> np.ndarray:
     """Standard deviations (6,) of the logarithms of the law's own parameters, after one step."""
     held.step(*sample)
     by_logs, (coulomb, static, _) = np.eye(6), held.limits
@@ -304,17 +419,17 @@ def _relative_sd_after(held: LuGreFilter, *sample) -> np.ndarray:
 
 
 def _identifiable(held: LuGreFilter) -> tuple[int, np.ndarray]:
-    """How many combinations of the logarithms the recording told, and whether these tell each parameter (6,)."""
+    """How many combinations of the logarithms are identified, and whether these determine each parameter (6,)."""
     shares, directions = np.linalg.eigh(held.covariance[1:, 1:] / held.spread**2)
-    left, identifiable = shares * directions**2, shares < IDENTIFIABLE
+    left, identifiable = shares * directions**2, shares < MAX_VARIANCE_RATIO
     return int(identifiable.sum()), left[:, identifiable].sum(axis=1) > left[:, ~identifiable].sum(axis=1)
 
 
-def _estimates(law, relative_sd: np.ndarray, known: np.ndarray) -> dict[str, Estimate]:
-    """The law's parameters but for the exponent, which is given."""
+def _estimates(law: Any, relative_sd: np.ndarray, known: np.ndarray) -> dict[str, Estimate]:
+    """The law's parameters except the exponent, which is given."""
     estimates = {}
     for row, sd, identifiable in zip(law.table(), relative_sd, known):
-        name, value, factor = row["name"], getattr(law, row["name"]), float(np.exp(Z_95 * sd))
+        name, value, factor = row["name"], getattr(law, row["name"]), float(np.exp(TWO_SIDED * sd))
         limits = value, row["unit"], value / factor, value * factor
         estimates[name] = Estimate(name, *limits, identifiable=bool(identifiable), source=SOURCE)
     return estimates

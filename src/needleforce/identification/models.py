@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Identified values become laws and a model, and with needle and tissue imply further quantities; what a log cannot
-tell is held at a stated value."""
+"""Laws and a model from identified values, and the further quantities that needle and tissue imply; parameters that a
+recording does not identify are held at a stated value."""
 
 import dataclasses
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from .. import core
-from ..core import Tissue
+from ..core import Needle, Tissue
 from ..errors import InputError
 from ..mechanics.buckling import equivalent_half_angle
 from ..mechanics.contact import contact
@@ -18,7 +20,7 @@ from ..recording import Recording
 from .estimates import Estimate
 from .one_layer.loading_curves import CURVES
 
-# what identify and compare take as a model's name -> its stiffness law
+# name of a model, as in identify and compare -> its stiffness law
 MODELS = {
     "paper": "cone",
     "cone_cylinder": "cone_cylinder",
@@ -36,50 +38,52 @@ SAME_FORCE = {
     "stick_slip": "cone_cylinder",
     "stribeck": "cone_cylinder",
 }
-"""Named models that a log at one speed cannot tell from another: what they add is a reason for the puncture, for the
-modulus or for the cutting force, friction at other speeds, or a swing about the mean."""
+"""Named models that a recording at one speed does not distinguish from another: they add a reason for the puncture, for
+the modulus or for the cutting force, friction at other speeds, or an oscillation about the mean."""
 LAYERED = {"layered": True, "layered_as_fitted": False}
 """Name of the model -> whether it is the passive form."""
 MECHANICAL = ("paper", "cone_cylinder")
-"""What ``identify`` chooses from unasked: a modulus, and so another tip or tissue, follows from these alone."""
+"""Models from which ``identify`` chooses by default: only these give a modulus, and so the force of another tip."""
 COMPARED = ("paper", "cone_cylinder", "power_law", "okamura", "maurin")
 """Each loading curve once."""
-NOMINAL_HALF_ANGLE = math.radians(45.0)
-LEAST_PRESLIDING = 1e-6  # [m]; shorter than any recorded depth tells
+NOMINAL_HALF_ANGLE = math.radians(45.0)  # [rad] of an unknown tip
+MIN_PRESLIDING_M = 1e-6  # [m] shorter than the resolution of any recorded depth
 UNKNOWN_TIP = (
-    "tip: none was given, so reduced modulus and radius are those of a cone with a half angle of 45 degrees; "
-    "only the products that set the force are identified"
+    "tip: not given; reduced modulus and radius are those of a cone with a half angle of 45 degrees, and only the "
+    "products that determine the force are identified"
 )
-INCOMPRESSIBLE = 0.5
+MAX_POISSON_RATIO = 0.5  # of an incompressible tissue
 
 
 def stiffness_law(name: str) -> str:
     """The stiffness law of a model's name."""
     if name not in MODELS:
         known = ", ".join((*MODELS, *LAYERED))
-        raise InputError("model", repr(name), "not one that can be identified", next_step=f"Give one of {known}.")
+        raise InputError("model", repr(name), "it cannot be identified", next_step=f"Give one of {known}.")
     return MODELS[name]
 
 
-def half_angle(needle) -> float:
-    """The tip's half angle [rad], or 45 degrees where no tip is known: a log tells only its product with the
-    modulus."""
+def half_angle(needle: Needle | None) -> float:
+    """The tip's half angle [rad], or 45 degrees for an unknown tip: a recording identifies only the product of its
+    tangent and the modulus."""
     return equivalent_half_angle(needle.tip) if needle is not None and needle.tip is not None else NOMINAL_HALF_ANGLE
 
 
-def needle_saturation(needle) -> float | None:
-    """The depth [m] at which a cone on this needle's shank saturates, or None where tip or needle are unknown."""
+def needle_saturation(needle: Needle | None) -> float | None:
+    """The depth [m] at which a cone on this needle's shank saturates; None for an unknown tip or needle."""
     if needle is None or needle.tip is None:
         return None
     return contact(needle.tip, contact_radius=needle.radius, reduced_modulus=1.0).depth
 
 
-def model_of(values: dict[str, float], law: str, needle=None, name: str = "identified", reference: str = "") -> Model:
-    """The model of a stiffness law's fitted values (names as in ``CycleFit``); InputError where a value lies outside a
-    law's range."""
+def model_of(
+    values: dict[str, float], law: str, needle: Needle | None = None, name: str = "identified", reference: str = ""
+) -> Model:
+    """The model of a stiffness law's fitted values (names as in ``CycleFit``); InputError for a value outside the
+    range of a law."""
     curve = CURVES[law]
-    # friction turns over twice its elastic travel; the cutting force unloads meanwhile
-    presliding = max(values.get("presliding", 0.0), LEAST_PRESLIDING)
+    # friction reverses over twice its presliding; the cutting force unloads over the same travel
+    presliding = max(values.get("presliding", 0.0), MIN_PRESLIDING_M)
     return Model(
         stiffness=curve.stiffness(values, half_angle(needle)),
         puncture=core.laws.PunctureDepth(values["puncture_indentation"]),
@@ -93,9 +97,9 @@ def model_of(values: dict[str, float], law: str, needle=None, name: str = "ident
     )
 
 
-def derived(parameters: dict[str, Estimate], needle, tissue: Estimate | None) -> dict[str, Estimate]:
-    """``reduced_modulus`` with a tip, of a law that has one; with the tissue's modulus too, the Poisson ratio and
-    friction coefficients it implies."""
+def derived(parameters: dict[str, Estimate], needle: Needle | None, tissue: Estimate | None) -> dict[str, Estimate]:
+    """``reduced_modulus`` of a law that has one and a known tip; with the tissue's modulus also the implied Poisson
+    ratio and friction coefficients."""
     if needle is None or needle.tip is None or "stiffness_coefficient" not in parameters:
         return {}
     found = {"reduced_modulus": _reduced_modulus(parameters["stiffness_coefficient"], needle)}
@@ -105,44 +109,45 @@ def derived(parameters: dict[str, Estimate], needle, tissue: Estimate | None) ->
     return found
 
 
-def _reduced_modulus(coefficient: Estimate, needle) -> Estimate:
+def _reduced_modulus(coefficient: Estimate, needle: Needle) -> Estimate:
     factor = 0.5 * math.pi / math.tan(equivalent_half_angle(needle.tip))
-    sd = coefficient.between_repeats_sd
+    sd, angle = coefficient.between_repeats_sd, math.degrees(equivalent_half_angle(needle.tip))
     return Estimate(
         "reduced_modulus",
         factor * coefficient.value,
         "Pa",
         factor * coefficient.low,
         factor * coefficient.high,
-        None if sd is None else factor * sd,
-        True,
-        f"stiffness coefficient and a tip of half angle {math.degrees(equivalent_half_angle(needle.tip)):.3g} degrees",
+        between_repeats_sd=None if sd is None else factor * sd,
+        source=f"stiffness coefficient and tip of half angle {angle:.3g} degrees",
     )
 
 
-def _poisson(modulus: Estimate, needle, tissue: Estimate) -> dict[str, Estimate]:
+def _poisson(modulus: Estimate, needle: Needle, tissue: Estimate) -> dict[str, Estimate]:
     ratio = implied_poisson_ratio(modulus.value, tissue.value, needle)
     corners = [
         implied_poisson_ratio(reduced, young, needle)
         for reduced in (modulus.low, modulus.high)
         for young in (tissue.low, tissue.high)
     ]
-    source = f"implied by reduced modulus and {_stated(tissue)}; no measurement of it"
+    source = f"implied by the reduced modulus and {_stated(tissue)}; not measured"
     low, high = _span(corners, lowest=0.0)
-    return {"implied_poisson_ratio": Estimate("implied_poisson_ratio", ratio, "1", low, high, None, False, source)}
+    name = "implied_poisson_ratio"
+    return {name: Estimate(name, ratio, "1", low, high, identifiable=False, source=source)}
 
 
-def _friction(per_length: Estimate, found: dict, needle, tissue: Estimate) -> dict[str, Estimate]:
+def _friction(friction_per_length: Estimate, found: dict, needle: Needle, tissue: Estimate) -> dict[str, Estimate]:
     implied = found["implied_poisson_ratio"].value
-    ratio = implied if 0.0 <= implied <= INCOMPRESSIBLE else INCOMPRESSIBLE
-    source = f"implied by friction per length with {_stated(tissue)} and nu = {ratio:.3g}"
+    ratio = implied if 0.0 <= implied <= MAX_POISSON_RATIO else MAX_POISSON_RATIO
+    source = f"implied by the friction per length with {_stated(tissue)} and nu = {ratio:.3g}"
 
     def coefficients(force: float, young: float) -> dict[str, float]:
         body = Tissue(young_modulus=young, poisson_ratio=ratio)
         return implied_friction_coefficients(force, needle, body)
 
-    middle = coefficients(per_length.value, tissue.value)
-    ends = [coefficients(f, e) for f in (per_length.low, per_length.high) for e in (tissue.low, tissue.high)]
+    middle = coefficients(friction_per_length.value, tissue.value)
+    limits = friction_per_length.low, friction_per_length.high
+    ends = [coefficients(f, e) for f in limits for e in (tissue.low, tissue.high)]
     made = [_coefficient(reading, middle, ends, source) for reading in middle]
     return {estimate.name: estimate for estimate in made}
 
@@ -150,11 +155,12 @@ def _friction(per_length: Estimate, found: dict, needle, tissue: Estimate) -> di
 def _coefficient(reading: str, middle: dict, ends: list[dict], source: str) -> Estimate:
     low, high = _span([end[reading] for end in ends])
     name = f"friction_coefficient_{reading}"
-    return Estimate(name, middle[reading], "1", low, high, None, False, f"{source}, reading {reading}")
+    source = f"{source}, reading {reading}"
+    return Estimate(name, middle[reading], "1", low, high, identifiable=False, source=source)
 
 
 def _span(corners: list[float], lowest: float = math.nan) -> tuple[float, float]:
-    """Least and greatest of the corners of two intervals; ``lowest`` stands for a corner that has no value."""
+    """Smallest and largest of the values at the corners of two intervals; ``lowest`` replaces a missing value."""
     known = [lowest if math.isnan(corner) else corner for corner in corners]
     return min(known), max(known)
 
@@ -163,28 +169,29 @@ def _stated(tissue: Estimate) -> str:
     return f"E = {tissue.value / 1e3:.4g} kPa"
 
 
-def implied_reduced_modulus(force: float, depth: float, tip, shank_radius: float | None = None) -> float:
+def implied_reduced_modulus(force: float, depth: float, tip: Any, shank_radius: float | None = None) -> float:
     """E_r [Pa] at which ``tip`` needs ``force`` [N] to reach ``depth`` [m]: force is proportional to E_r."""
     return force / contact(tip, depth=depth, reduced_modulus=1.0, shank_radius=shank_radius).force
 
 
-def implied_poisson_ratio(reduced_modulus: float, young_modulus: float, needle=None) -> float:
-    """nu_2 that makes a tissue of ``young_modulus`` [Pa] meet ``reduced_modulus`` [Pa]; NaN where none in 0 to 1 does.
+def implied_poisson_ratio(reduced_modulus: float, young_modulus: float, needle: Needle | None = None) -> float:
+    """Poisson ratio nu_2 for which a tissue of ``young_modulus`` [Pa] has ``reduced_modulus`` [Pa]; NaN if none in 0 to
+    1 does.
 
-    ``needle`` None is a rigid one; otherwise eq. (4) in full.
+    ``needle`` None is a rigid needle; otherwise the complete eq. (4) of the paper.
     """
     needle_part = 0.0 if needle is None else (1.0 - needle.poisson_ratio**2) / needle.young_modulus
     squared = 1.0 - young_modulus * (1.0 / reduced_modulus - needle_part)
     return math.sqrt(squared) if 0.0 <= squared <= 1.0 else math.nan
 
 
-def implied_friction_coefficients(per_length: float, needle, tissue) -> dict[str, float]:
+def implied_friction_coefficients(friction_per_length: float, needle: Needle, tissue: Tissue) -> dict[str, float]:
     """The friction coefficient under each reading of the paper's foundation formula."""
-    return {reading: friction_coefficient(per_length, needle, tissue, reading=reading) for reading in READINGS}
+    return {reading: friction_coefficient(friction_per_length, needle, tissue, reading=reading) for reading in READINGS}
 
 
-def with_ruptures(model: Model, depths) -> Model:
-    """The model whose layers, from the surface down, give way at ``depths`` [m] below the undeformed surface."""
+def with_ruptures(model: Model, depths: Sequence[float] | np.ndarray) -> Model:
+    """The model whose layers, from the surface down, rupture at ``depths`` [m] below the undeformed surface."""
     first, *others = (
         core.laws.PunctureDepth(max(float(depth) - layer.top, 0.0)) for depth, layer in zip(depths, model.layers)
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the identification of one recording gave."""
+"""The result of the identification of one recording."""
 
 from dataclasses import dataclass, field
 
@@ -16,28 +16,28 @@ from .strokes import Strokes
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class RecordingFit:
-    """What one recording gave.
+    """The result of one recording.
 
     Attributes
     ----------
     file : str
         Name of the file, or of the recording's source.
     status : Status
-        Why it gave no parameters, or ``ok``.
+        ``ok``, or the reason why it has no parameters.
     recording : Recording or None
         None where the file could not be read.
     events : Events
         Contact, punctures, exit and phases.
     parameters : Parameters
-        Its own estimates by name; empty where there are none.
+        Its own estimates by name; may be empty.
     quality : Quality or None
         Residual of the model over the strokes; None without a model.
     predicted : numpy.ndarray
         Force (n,) [N] of the model along the recording's motion; empty without a model.
     notes : tuple of str
-        What reading, segmentation and fit reported.
+        Notes of reading, segmentation and fit.
     cycle : CycleFit or None
-        The fit of ``strokes`` that the estimates come from, and that draws are made of.
+        The one-layer fit of ``strokes``, for the estimates and draws.
     strokes : Strokes or None
         The insertion and withdrawal strokes as they were fitted.
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The result of an identification: estimates with intervals, what was held fixed, and how well the model follows."""
+"""The result of an identification: estimates with intervals, what was held fixed, and the model with its residual."""
 
 import dataclasses
 from collections.abc import Iterable
@@ -15,7 +15,8 @@ from ..models.model import Model
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Status
-from .estimates import Correlations, Parameters, Quality, correlations_of
+from .estimates import Parameters, Quality
+from .statistics.correlations import Correlations, correlations_of
 from .models import run_model, with_ruptures
 from .recording_fit import RecordingFit
 from .two_pass.result import TwoPass
@@ -25,8 +26,8 @@ from .two_pass.result import TwoPass
 class FitSettings:
     """How an identification was run.
 
-    ``lateral_over_axial_force`` is the median ratio over the recordings, None without lateral axes; ``noise`` says in
-    words how the intervals took the residuals.
+    ``answering`` of the ``repeats`` were identified. ``lateral_over_axial_force`` is the median ratio over the
+    recordings, None without lateral axes; ``noise`` is the noise model of the intervals in words.
     """
 
     stiffness_law: str
@@ -48,20 +49,20 @@ class Choice(NamedTuple):
 class Fit:
     """The identification of one condition from one or more repeats.
 
-    Printed, it is a table of the parameters with what to keep in mind; in a notebook the same as HTML.
+    It prints as a table of the parameters with warnings and assumptions; in a notebook as the same in HTML.
 
     Attributes
     ----------
     recordings : tuple of RecordingFit
-        What each recording gave.
+        The result of each recording.
     parameters : Parameters
         Pooled estimates by name, also as attributes: ``fit.parameters.puncture_force``.
     model : Model or None
-        The identified model; None where no recording could answer.
+        The identified model; None where no recording could be identified.
     quality : Quality or None
         Residual over all recordings with a model.
     warnings : tuple of str
-        Limits that the recordings or the model cross.
+        Limits that the recordings or the model exceed.
     held_fixed : tuple of str
         What was assumed and not identified.
     unknown : tuple of str
@@ -71,7 +72,7 @@ class Fit:
     settings : FitSettings or None
         How the identification was run; None where nothing could be read.
     two_pass : TwoPass or None
-        The paper's subtraction of second passes, where they were given.
+        Friction and cutting force from second passes; None without them.
     """
 
     recordings: tuple[RecordingFit, ...] = ()
@@ -113,7 +114,7 @@ class Fit:
         return run_model(model, recording, surface)
 
     def placed(self, recording: Recording, events: Events | None = None) -> tuple[Model, float]:
-        """The model that ``predict`` runs along a recording, to run it in a loop instead, and its surface.
+        """The model that ``predict`` runs along a recording, and the depth of its surface; for a control loop.
 
         Parameters
         ----------
@@ -125,8 +126,8 @@ class Fit:
         Returns
         -------
         tuple of Model and float
-            The model, and the depth [m] of its surface in the recording's zero: ``nf.Insertion(model)`` takes the
-            recording's depth less that of the surface.
+            The model, and the depth [m] of its surface in the recording's zero: give ``nf.Insertion(model)`` the
+            recording's depth minus this depth.
 
         Raises
         ------
@@ -152,16 +153,16 @@ class Fit:
 
     @property
     def correlations(self) -> Correlations | None:
-        """Correlations of the estimates within a recording; None where no recording answers."""
+        """Correlations of the estimates within a recording; None where no recording was identified."""
         return correlations_of(self.recordings)
 
     def draws(self, count: int = 4000, seed: int = 0) -> Any:
-        """Independent draws of what was identified.
+        """Independent draws of the identified parameters.
 
         Parameters
         ----------
         count : int
-            From 1 to 10 million.
+            Number of draws, from 1 to 10 million.
         seed : int
             The same seed gives the same draws.
 
@@ -169,6 +170,11 @@ class Fit:
         -------
         Draws
             See ``draws_of``.
+
+        Raises
+        ------
+        InputError
+            For a count out of range, and where no recording has a one-layer fit.
         """
         from .statistics.draws import draws_of
 
@@ -176,7 +182,7 @@ class Fit:
         return draws_of(self.recordings, self.parameters, count, seed, passes=passes)
 
     def to_arviz(self, draws: int = 4000, seed: int = 0) -> Any:
-        """The draws as ArviZ takes them; see ``inference_data``. Raises InputError without ArviZ."""
+        """The draws as ArviZ inference data; see ``inference_data``. Raises InputError without ArviZ."""
         from .export import inference_data
 
         return inference_data(self.draws(draws, seed))
@@ -233,15 +239,15 @@ class Fit:
         return finish(axes, INDENTATION, FORCE)
 
     def identified_model(self) -> Model:
-        """The model. Raises InputError, with the reason, where there is none."""
+        """The model. Raises InputError with the reason where there is none."""
         if self.model is None:
             reason = "; ".join(note for each in self.recordings for note in each.notes[:1]) or "there was no recording"
-            step = "See the notes of fit.recordings and fit.warnings."
-            raise InputError("fit", "without a model", reason, next_step=step)
+            step = "See fit.warnings and the notes of each of fit.recordings."
+            raise InputError("model of the fit", "missing", reason, next_step=step)
         return self.model
 
     def _surface(self, each: RecordingFit) -> float:
-        """Depth [m] from which the indentation of one recording counts."""
+        """Depth [m] from which the indentation of one recording is measured."""
         if self.shared_contact is not None:
             return self.shared_contact
         if "contact_depth" in each.parameters:
@@ -257,15 +263,15 @@ class Fit:
         return f"{name}, {answering} of {len(self.recordings)} recordings identified{rms}{share}"
 
     def _remarks(self) -> Iterable[tuple[str, tuple[str, ...]]]:
-        """Titles with their sentences: what to keep in mind."""
-        unanswered = tuple(
+        """Titles with their sentences."""
+        without_parameters = tuple(
             f"{each.file}: {each.status}" + "".join(f": {note}" for note in each.notes[:1])
             for each in self.recordings
             if not each.parameters
         )
         sources = {each.source for each in self.parameters.values()}
-        yield "Not identified", unanswered
-        yield "Keep in mind", self.warnings
+        yield "Not identified", without_parameters
+        yield "Warnings", self.warnings
         yield "How obtained", tuple(sources) if len(sources) == 1 else ()
         yield "Held fixed", self.held_fixed
         yield "Cannot be identified", self.unknown
@@ -287,7 +293,7 @@ class Fit:
 
 
 def with_unreadable(fit: Fit | None, unreadable: list[tuple[str, InputError]]) -> Fit:
-    """``fit`` with one entry for each (file, error) that could not be read; None is a fit of nothing."""
+    """``fit`` with an entry for each (file, error) that could not be read; None is an empty fit."""
     fit = fit or Fit()
     entries = tuple(
         RecordingFit(

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The insertion and withdrawal strokes of a recording as identification takes them, and how friction reverses
-between them."""
+"""The insertion and withdrawal strokes of a recording for identification, and the friction reversal between them."""
 
 from dataclasses import dataclass
 
@@ -12,34 +11,31 @@ from ..vocabulary import Phase
 from .estimates import Estimate
 
 STROKES = ("insertion", "hold", "withdrawal")
-MIDDLE = (0.2, 0.8)  # of the travel: outside, the needle speeds up and slows down
-BIN = 0.25e-3  # [m]
-BINS_AHEAD = 8  # without a stronger pull: 2 mm, longer than ripples and shorter than a layer
-MOST_BINS = 10_000  # 2.5 m: more is a wrong unit, and memory is not spent on it
-WANDERS = (
-    50.0  # so many times what the recorded depth strays at rest: the force then strays by 2 % over the middle of a hold
-)
+MIDDLE_OF_STROKE = (0.2, 0.8)  # [of the travel] outside, the needle accelerates and brakes
+BIN_M = 0.25e-3  # [m] of travel
+N_BINS_AHEAD = 8  # without a stronger pull: 2 mm, longer than ripples and shorter than a layer
+MAX_BINS = 10_000  # 2.5 m: more is a wrong unit, for which no memory is spent
+MIN_REVERSAL_RATIO = 50.0  # [of the range of the depth at rest] that range then changes the force by 2 %
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FrictionReversal:
-    """``samples`` of the withdrawal until the needle slides, and the travel [m] to half of the turn, within low and
-    high; ``seen`` is False where that is the least that the noise of the depth at rest allows, not a travel seen."""
+    """``samples`` of the withdrawal until the needle slides, and the travel [m] to half of the friction reversal,
+    between low and high; ``measured`` is False where the noise of the depth at rest sets that travel."""
 
     samples: int
     half: float
     low: float
     high: float
-    seen: bool
+    measured: bool
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Strokes:
-    """Depth (n,) [m] and force (n,) [N] of insertion and withdrawal, and where the whole strokes stand in the
+    """Depth (n,) [m] and force (n,) [N] of insertion and withdrawal, and the complete strokes as slices of the
     recording.
 
-    The withdrawal's arrays begin where the needle slides: before, friction reverses, as in
-    ``friction_reversal``.
+    The withdrawal's arrays begin where the needle slides; before, friction reverses, see ``friction_reversal``.
     """
 
     depth_in: np.ndarray
@@ -63,11 +59,19 @@ def strokes_of(recording: Recording, events: Events) -> Strokes:
     depth, force = undelayed_depth(recording), recording.force
     friction_reversal = friction_reversal_of(depth, force, outwards, events.spans(Phase.hold))
     sliding = slice(outwards.start + (friction_reversal.samples if friction_reversal else 0), outwards.stop)
-    return Strokes(depth[inwards], force[inwards], depth[sliding], force[sliding], inwards, outwards, friction_reversal)
+    return Strokes(
+        depth_in=depth[inwards],
+        force_in=force[inwards],
+        depth_out=depth[sliding],
+        force_out=force[sliding],
+        inwards=inwards,
+        outwards=outwards,
+        friction_reversal=friction_reversal,
+    )
 
 
 def undelayed_depth(recording: Recording) -> np.ndarray:
-    """The depth (n,) [m] that the filtered force belongs to: an average filter of n samples is late by (n - 1) / 2."""
+    """The depth (n,) [m] at the time of the filtered force: an average filter of n samples delays by (n - 1) / 2."""
     delay = 0.5 * (recording.card.filter_length - 1) / recording.rate
     return recording.depth if delay == 0.0 else np.interp(recording.time - delay, recording.time, recording.depth)
 
@@ -82,7 +86,7 @@ def _inwards(events: Events) -> slice:
 
 
 def _first_cycle_end(spans: list) -> int:
-    """Deformation and insertion follow one another without a hold; a later cycle is not of this insertion."""
+    """End of the spans that follow one another without a hold; a later cycle is another insertion."""
     end = spans[0].last
     for span in sorted(spans, key=lambda span: span.first)[1:]:
         if span.first != end:
@@ -101,35 +105,35 @@ def _outwards(events: Events) -> slice:
 
 def stroke_speed(time: np.ndarray, depth: np.ndarray) -> float:
     """Mean speed [m/s] over the middle of an inward stroke, time [s] and depth [m] (n,)."""
-    low, high = (depth[0] + share * (depth[-1] - depth[0]) for share in MIDDLE)
+    low, high = (depth[0] + share * (depth[-1] - depth[0]) for share in MIDDLE_OF_STROKE)
     first, last = int(np.argmax(depth > low)), int(np.argmax(depth >= high))
     return float((depth[last] - depth[first]) / max(time[last] - time[first], 1e-9))
 
 
 def cycle_span(strokes: Strokes, events: Events) -> tuple[slice, np.ndarray]:
-    """Where the first cycle stands in its recording, and for each of its samples (n,) 0, 1 or 2 for its stroke.
+    """The first cycle as a slice of its recording, and for each of its samples (n,) the index of its stroke, 0 to 2.
 
-    A recording that was cut off before the needle came back ends with its hold.
+    The cycle of a recording without a withdrawal ends with its hold.
     """
     first, stop = strokes.inwards.start, strokes.inwards.stop
-    leave, end = strokes.outwards.start, strokes.outwards.stop
-    if end <= leave:
+    withdrawal, end = strokes.outwards.start, strokes.outwards.stop
+    if end <= withdrawal:
         holds = [span.last for span in events.spans(Phase.hold) if span.first >= stop]
-        leave = end = holds[0] if holds else stop
+        withdrawal = end = holds[0] if holds else stop
     stroke = np.zeros(end - first, dtype=np.int64)
     stroke[stop - first :] = 1
-    stroke[leave - first :] = 2
+    stroke[withdrawal - first :] = 2
     return slice(first, end), stroke
 
 
 def friction_reversal_of(
     depth: np.ndarray, force: np.ndarray, outwards: slice, holds: tuple[Span, ...]
 ) -> FrictionReversal | None:
-    """The turn at the start of the withdrawal ``outwards`` of depth and force (n,); None without a withdrawal.
+    """The friction reversal at the start of the withdrawal ``outwards`` of depth and force (n,); None without one.
 
-    The needle slides from where the pull first stops to grow, as a mean over bins of travel. Half-way in force is
-    half-way in the turn of an elastic-slip element, so its travel is the element's presliding, if the cutting force
-    unloads over the whole turn; the upper limit is for one that lets go at once.
+    The needle slides from where the pull, as a mean over bins of travel, first stops growing. For an elastic-slip
+    element the travel to half of the change of force is its presliding, if the cutting force unloads over the complete
+    reversal; the upper limit is for a cutting force that unloads at once.
     """
     if outwards.stop - outwards.start < 2:
         return None
@@ -140,34 +144,38 @@ def friction_reversal_of(
     push, pull = float(np.mean(force[rest])), -float(np.mean(force[slides : slides + 5]))
     k = max(rest.stop + int(np.argmax(force[rest.stop : outwards.stop] <= 0.5 * (push - pull))), 1)
     travel = float(np.median(depth[rest])) - depth[[k - 1, k]]
-    wander = WANDERS * float(np.ptp(depth[rest]))
-    seen = float(travel.mean()) >= wander
-    half = max(float(travel.mean()), wander, 0.0)
+    resolution = MIN_REVERSAL_RATIO * float(np.ptp(depth[rest]))
+    half = max(float(travel.mean()), resolution, 0.0)
     at_once = max(0.5 * (push + pull) / pull, 1.0) if pull > 0.0 else 1.0
-    low, high = max(float(travel.min()) - wander, 0.0), max(float(travel.max()) * at_once + wander, half)
-    return FrictionReversal(slides - outwards.start, half, low, high, seen)
+    return FrictionReversal(
+        samples=slides - outwards.start,
+        half=half,
+        low=max(float(travel.min()) - resolution, 0.0),
+        high=max(float(travel.max()) * at_once + resolution, half),
+        measured=float(travel.mean()) >= resolution,
+    )
 
 
 def presliding_of(friction_reversal: FrictionReversal) -> Estimate:
     """``presliding`` [m] of the friction law."""
-    source = "travel from the start of the withdrawal to half of the turn from push to pull"
-    if not friction_reversal.seen:
-        source = f"the turn is too short to see: {WANDERS:g} times what the recorded depth strays at rest"
+    source = "travel from the start of the withdrawal to half of the friction reversal"
+    if not friction_reversal.measured:
+        source = f"friction reversal too short to measure: {MIN_REVERSAL_RATIO:g} times the range of the depth at rest"
     half, low, high = friction_reversal.half, friction_reversal.low, friction_reversal.high
-    return Estimate("presliding", half, "m", low, high, identifiable=friction_reversal.seen, source=source)
+    return Estimate("presliding", half, "m", low, high, identifiable=friction_reversal.measured, source=source)
 
 
 def _slides(depth: np.ndarray, force: np.ndarray) -> int:
-    """Samples until the mean pull of a bin of travel is not exceeded in the bins ahead."""
-    bins = np.maximum.accumulate(np.floor(np.clip((depth[0] - depth) / BIN, 0, MOST_BINS)).astype(int))
+    """Samples until no bin of travel ahead has a stronger mean pull."""
+    bins = np.maximum.accumulate(np.floor(np.clip((depth[0] - depth) / BIN_M, 0, MAX_BINS)).astype(int))
     count = np.bincount(bins)
     mean = np.where(count > 0, np.bincount(bins, force) / np.maximum(count, 1), np.inf)
-    ahead = np.lib.stride_tricks.sliding_window_view(np.append(mean, np.full(BINS_AHEAD, np.inf)), BINS_AHEAD + 1)
+    ahead = np.lib.stride_tricks.sliding_window_view(np.append(mean, np.full(N_BINS_AHEAD, np.inf)), N_BINS_AHEAD + 1)
     return int(np.searchsorted(bins, int(np.argmax(mean <= ahead.min(axis=1)))))
 
 
 def _rest(depth: np.ndarray, outwards: slice, holds: tuple[Span, ...]) -> slice:
-    """The samples at rest before the withdrawal: the middle of the hold, or where the needle was deepest."""
+    """The samples at rest before the withdrawal: the middle of the hold, or the deepest sample."""
     if not holds:
         deepest = int(np.argmax(depth[: outwards.stop]))
         return slice(deepest, deepest + 1)

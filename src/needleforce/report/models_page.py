@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from ..display.markup import Markup, element, join, listing, section, table
 from ..display.quantities import DASH, counted
 from ..identification.compare import ModelRow
-from ..identification.cross_validation import LEAST_OTHERS, SAME_DEPTH, SAME_SPEED, CrossValidation
+from ..identification.cross_validation import DEPTH_TOLERANCE, MIN_OTHERS, SPEED_TOLERANCE, CrossValidation
 from ..vocabulary import __version__
 from .canvas import INK, MEASURED, MODEL, ON_WHITE, QUIET, SECOND, SLATE, TEXT, Sheet, drawing, panels
 from .frame import framed
@@ -164,9 +164,9 @@ def floor_errors(rows: Sequence[ModelRow]) -> np.ndarray:
 def floor_words(rows: Sequence[ModelRow]) -> str:
     """What the floor is, or why there is none."""
     floor = floor_errors(rows)
-    same = f"depths within {100 * SAME_DEPTH:.0f} % and speeds within {100 * SAME_SPEED:.0f} %"
+    same = f"depths within {100 * DEPTH_TOLERANCE:.0f} % and speeds within {100 * SPEED_TOLERANCE:.0f} %"
     if not len(floor):
-        return f"There is no repeatability floor: it needs {LEAST_OTHERS + 1} repeats of the same motion ({same})."
+        return f"There is no repeatability floor: it needs {MIN_OTHERS + 1} repeats of the same motion ({same})."
     rms = 100.0 * float(np.sqrt(np.mean(floor**2)))
     return (
         f"The floor is the repeatability of the experiment: the error of predicting each repeat by the mean of the "

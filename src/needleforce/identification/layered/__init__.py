@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The layered law fitted to whole cycles: shared numbers, a puncture depth of its own for every run and layer."""
+"""The layered law fitted to complete cycles: shared parameters, and a puncture depth for every run and layer."""

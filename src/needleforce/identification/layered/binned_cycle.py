@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One recording's cycle as the fit takes it: means over short stretches of travel and of the hold."""
+"""The cycle of one recording for the fit: means over short bins of travel and of the hold."""
 
 from dataclasses import dataclass, replace
 
@@ -10,18 +10,18 @@ from ...segmentation import Events
 from ..strokes import cycle_span, stroke_speed, strokes_of, undelayed_depth
 
 COARSE, FINE = 125, 2000
-"""Bins of a stroke: 0.2 mm of a stroke of 25 mm to search in, and so short to end in that the force along the samples
-themselves is no other."""
-HOLD_BINS = 24  # their edges lie as the squares of whole numbers: what relaxes is fastest at first
+"""Bins of a stroke: 0.2 mm of a stroke of 25 mm for the search, and short enough in the final fit that the model has
+the same force along the samples."""
+HOLD_BINS = 24  # their edges are the squares of whole numbers, as relaxation is fastest at first
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class BinnedCycle:
-    """Bins (m,) of insertion, hold and withdrawal: mean depth [m], force [N], step of time [s], samples in each.
+    """Bins (m,) of insertion, hold and withdrawal: mean depth [m], force [N], time step [s], number of samples.
 
-    ``stroke`` is 0, 1, 2 for insertion, hold, withdrawal. ``contact`` and ``punctures`` are depths [m] seen in the
-    force, all in the recording's own zero; ``speed`` [m/s] is the insertion's, ``rest`` [s] the length of the hold,
-    ``scale`` [N] what residuals are divided by.
+    ``stroke`` is 0, 1, 2 for insertion, hold, withdrawal. ``contact`` and ``punctures`` are depths [m] from
+    segmentation, all in the recording's own zero; ``speed`` [m/s] is that of the insertion, ``rest`` [s] the length of
+    the hold, ``scale`` [N] the divisor of the residuals.
     """
 
     depth: np.ndarray
@@ -47,19 +47,19 @@ class BinnedCycle:
 
     @property
     def weight(self) -> np.ndarray:
-        """By which a residual in N becomes one whose squares sum to the mean square over the scale squared."""
+        """Factor (m,) [1/N] of a residual, so that the squares sum to the mean square over the scale squared."""
         return np.sqrt(self.count / self.count.sum()) / self.scale
 
 
 def binned_cycles(recordings: list[tuple[Recording, Events]], bins: int) -> tuple[BinnedCycle, ...]:
-    """Several repeats, on one scale: with a scale each, those of weak forces would pull the common numbers down."""
+    """Several repeats with one scale: with a scale each, repeats of small forces would bias the shared parameters."""
     cycles = [binned_cycle(recording, events, bins) for recording, events in recordings]
     scale = float(np.median([cycle.peak for cycle in cycles]))
     return tuple(replace(cycle, scale=scale) for cycle in cycles)
 
 
 def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle:
-    """The first insertion that touches, with its hold and withdrawal where there are any; needs a contact."""
+    """The first insertion with contact, with its hold and withdrawal if present; needs a contact."""
     span, stroke = cycle_span(strokes_of(recording, events), events)
     time, depth, force = recording.time[span], undelayed_depth(recording)[span], recording.force[span]
     index = _bins(time, depth, stroke, bins)
@@ -70,21 +70,21 @@ def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle
 
     middle, step = mean(time - time[0]), float(np.median(np.diff(time)))
     return BinnedCycle(
-        mean(depth),
-        mean(force),
-        np.diff(middle, prepend=middle[0] - step),
-        count,
-        np.rint(mean(stroke)).astype(np.int64),
-        events.contact.depth,
-        tuple(puncture.depth for puncture in events.punctures),
-        stroke_speed(time[stroke == 0], depth[stroke == 0]),
-        float(np.ptp(time[stroke == 1])) if (stroke == 1).any() else 0.0,
-        float(np.abs(mean(force)).max()),
+        depth=mean(depth),
+        force=mean(force),
+        dt=np.diff(middle, prepend=middle[0] - step),
+        count=count,
+        stroke=np.rint(mean(stroke)).astype(np.int64),
+        contact=events.contact.depth,
+        punctures=tuple(puncture.depth for puncture in events.punctures),
+        speed=stroke_speed(time[stroke == 0], depth[stroke == 0]),
+        rest=float(np.ptp(time[stroke == 1])) if (stroke == 1).any() else 0.0,
+        scale=float(np.abs(mean(force)).max()),
     )
 
 
 def _bins(time: np.ndarray, depth: np.ndarray, stroke: np.ndarray, bins: int) -> np.ndarray:
-    """The bin (n,) of every sample, counted without gaps: by the farthest travel of a stroke, by time in the hold."""
+    """The bin (n,) of every sample, numbered without gaps: by largest travel in a stroke, by time in the hold."""
     width = float(np.ptp(depth)) / bins
     place = np.zeros(len(time), dtype=np.int64)
     for k in range(3):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a layered fit reports next to its values."""
+"""Warnings, assumptions and settings of a layered fit."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from ...display.quantities import counted
 from ..estimates import Estimate
 from ..recording_fit import RecordingFit
 from ..result import FitSettings
-from .model_selection import ENOUGH, Candidate, ties
-from .parameters import MM, NO_FADING, prefix
+from .model_selection import MIN_REPEATS, Candidate, ties
+from .parameters import MM, NO_RELAXATION, prefix
 from .result import Evidence, LayeredSettings
 from .search import Solved
 
-ANOMALOUS_RESIDUAL = 2.0  # times the median residual
-POOR_RESIDUAL = 0.1  # of the peak: repeats of one specimen differ by less
+MAX_RESIDUAL_RATIO = 2.0  # over the median residual
+MAX_RESIDUAL = 0.1  # [of the peak] repeats of one specimen differ by less
 
 
 def layers(solved: Solved) -> str:
@@ -23,24 +23,24 @@ def layers(solved: Solved) -> str:
 
 
 def warnings(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[str, ...]:
-    """What a reader should know before relying on the values."""
+    """Sentences on what limits the validity of the values."""
     cycles = solved.problem.cycles
     found = []
-    if len(cycles) < ENOUGH:
+    if len(cycles) < MIN_REPEATS:
         found.append(
-            f"{counted(len(cycles), 'recording').capitalize()} cannot show the scatter between repeats: the intervals "
-            "contain only the noise within each recording. Give three or more."
+            f"{counted(len(cycles), 'recording').capitalize()} do not determine the scatter between repeats: the "
+            "intervals contain only the noise within each recording. Give three or more."
         )
     found += _other_zeros(recordings)
     residuals = [(each.file, each.quality.nrmse) for each in recordings if each.quality is not None]
     middle = float(np.median([residual for _, residual in residuals])) if residuals else 0.0
-    if middle > POOR_RESIDUAL:
+    if middle > MAX_RESIDUAL:
         found.append(
             f"The residual is {100 * middle:.0f} % of the peak (median of {counted(len(residuals), 'recording')}): the "
             "model describes these recordings poorly. Identify them one by one: is each a repeat of the others?"
         )
     for file, residual in residuals:
-        if residual > ANOMALOUS_RESIDUAL * middle and len(residuals) > 2:
+        if residual > MAX_RESIDUAL_RATIO * middle and len(residuals) > 2:
             found.append(
                 f"{file}: its residual is {100 * residual:.0f} % of its peak, the others' median {100 * middle:.0f} %: "
                 "is it a repeat of the same condition?"
@@ -49,38 +49,40 @@ def warnings(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[str,
 
 
 def _other_zeros(recordings: tuple[RecordingFit, ...]) -> list[str]:
-    """Recordings whose contact lies farther from the median contact than the insertions are deep."""
-    touching = [each for each in recordings if each.events.contact is not None]
-    contacts = np.array([each.events.contact.depth for each in touching])
-    usual = float(np.median(contacts))
-    long = float(np.median([each.recording.depth.max() for each in touching] - contacts))
+    """Recordings whose contact is farther from the median contact than the insertions are deep."""
+    with_contact = [each for each in recordings if each.events.contact is not None]
+    contacts = np.array([each.events.contact.depth for each in with_contact])
+    median = float(np.median(contacts))
+    max_distance = float(np.median([each.recording.depth.max() for each in with_contact] - contacts))
     return [
         f"{each.file}: its contact at {contact / MM:.4g} mm is far from the median of its repeats, "
-        f"{usual / MM:.4g} mm: use one zero of the depth for all files."
-        for each, contact in zip(touching, contacts)
-        if abs(contact - usual) > long
+        f"{median / MM:.4g} mm: use one zero of the depth for all files."
+        for each, contact in zip(with_contact, contacts)
+        if abs(contact - median) > max_distance
     ]
 
 
 def held_fixed(solved: Solved) -> tuple[str, ...]:
     """What was assumed and not identified."""
     times, unknowns = solved.problem.unknowns.times, solved.problem.unknowns
-    held = ["embedded length: counted from the moving surface; with it a separate cutting force tends to zero"]
-    if solved.x[unknowns.fading] > NO_FADING:
-        held.append(f"time constants of relaxation: {times[0]:.2g} s and {times[1]:.2g} s, by the length of the hold")
+    held = ["embedded length: measured from the moving surface; a separate cutting force then tends to zero"]
+    if solved.x[unknowns.relaxing] > NO_RELAXATION:
+        held.append(f"time constants of relaxation: {times[0]:.2g} s and {times[1]:.2g} s, from the length of the hold")
     if unknowns.speed not in unknowns.held:
         speed = f"{1e3 * solved.problem.speed:.3g} mm/s"
-        held.append(f"speed: the parameters hold at {speed}; all forces are taken to follow one power of it")
+        held.append(
+            f"speed: the parameters are those at {speed}; all forces are assumed to change with one power of it"
+        )
     return tuple(held)
 
 
 def unknown(solved: Solved, parameters: dict[str, Estimate]) -> tuple[str, ...]:
     """What these recordings cannot identify."""
     found = [
-        "Moduli and Poisson ratio of the tissue: a recording identifies the stiffness of the contact; a modulus needs "
-        "the tip.",
-        "Stiffness coefficient, saturation depth and contact depth separately: only their combination is known well; "
-        "the slope of the saturated contact, contact_stiffness, has a narrower interval.",
+        "Moduli and Poisson ratio of the tissue: recordings identify the stiffness of the contact; a modulus needs "
+        "the tip too.",
+        "Stiffness coefficient, saturation depth and contact depth separately: their combination, the slope of the "
+        "saturated contact (contact_stiffness), has a narrower interval.",
     ]
     deepest = max(cycle.deepest for cycle in solved.problem.cycles)
     for layer in range(solved.problem.unknowns.layers):
@@ -96,15 +98,15 @@ def unknown(solved: Solved, parameters: dict[str, Estimate]) -> tuple[str, ...]:
 
 def settings_of(found: Candidate, tried: list[Candidate], settings: FitSettings) -> LayeredSettings:
     """The settings of any fit, and how the choice of layers was made."""
-    by_prediction = "repeats left out, fewest parameters within 2 %"
-    by_bic = "BIC, whole cycle, correlated samples as one"
+    by_prediction = "prediction of held-out repeats, fewest parameters within 2 %"
+    by_bic = "BIC of the complete cycle, correlated samples counted as one"
     unknowns = found.solved.problem.unknowns
     return LayeredSettings(
         **vars(settings) | {"answering": unknowns.runs},
         parameters=int((unknowns.free < unknowns.shared).sum()),
         speed_m_s=found.solved.problem.speed,
         layers=unknowns.layers,
-        chosen_by=by_prediction if len(found.left_out) else by_bic,
+        chosen_by=by_prediction if len(found.held_out) else by_bic,
         evidence=tuple(_evidence(each, found) for each in tried),
     )
 
@@ -115,7 +117,7 @@ def _evidence(each: Candidate, found: Candidate) -> Evidence:
         parameters=each.parameters,
         residual=each.residual,
         bic=each.bic,
-        left_out=each.error if len(each.left_out) else None,
+        left_out=each.error if len(each.held_out) else None,
         ties=each is not found and ties(each, found),
         chosen=each is found,
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""From repeats to an identified layered model."""
+"""Identification of a layered model from repeats."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -21,7 +21,7 @@ from .model import Ruptures, model_of, own_ruptures, ruptures
 from .model_selection import Candidate, candidate, chosen, removable, with_bic, without
 from .parameters import MM, TOP
 from .result import LayeredFit
-from .search import Solved, grow, made_passive, of_the_population, refined
+from .search import Solved, grow, made_passive, population_fit, refined
 from .uncertainty import uncertainty_of
 
 MAX_LAYERS = 3
@@ -30,21 +30,21 @@ MAX_LAYERS = 3
 def identify_layered(
     singles: list[SegmentedRecording], name: str, given: FitInputs, layers: int | None, progress: Callable | None = None
 ) -> Fit:
-    """The layered law from recordings that are segmented; ``layers`` fixes their number, None asks the evidence.
+    """The layered fit of segmented recordings; ``layers`` is their number, None selects it by the evidence.
 
-    ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and take no part; one
-    that never punctures takes part where others do.
+    ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and are not fitted; one
+    without a puncture is fitted if others have one.
     """
     usable = [single for single in singles if single.events.contact is not None]
-    pierced = any(single.events.punctures for single in usable)
-    if not pierced:
+    punctured = any(single.events.punctures for single in usable)
+    if not punctured:
         return _without_model(singles, name)
     coarse, fine = (binned_cycles([(s.recording, s.events) for s in usable], bins) for bins in (COARSE, FINE))
     solved = list(_watched(grow(coarse, layers or MAX_LAYERS), layers or MAX_LAYERS, progress, "layer by layer"))
     if LAYERED[name]:
         solved = list(made_passive(solved))
     tried, best = _evidence(solved[-1:] if layers else solved, progress)
-    work = _watched(_ended(best.solved, fine), 2, progress, "in short steps")
+    work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
     ended, population = next(work), next(work)
     found, known = ruptures(ended), uncertainty_of(ended)
     parameters = known.estimates()
@@ -69,26 +69,26 @@ def identify_layered(
 
 
 def _ended(solved: Solved, fine: tuple[BinnedCycle, ...]) -> Iterator[Solved | None]:
-    """The fit in short steps, then that of the population, for which two runs at least are needed."""
+    """The fit with short bins, then the population fit, for which at least two runs are needed."""
     ended = refined(solved, fine)
     yield ended
-    yield of_the_population(ended) if len(fine) > 1 else None
+    yield population_fit(ended) if len(fine) > 1 else None
 
 
 def _watched(work: Iterable, count: int, progress: Callable | None, text: str) -> Iterator:
-    """Work that is done as it is asked for, behind a bar that knows its count."""
+    """Work that is done lazily, with a progress bar for a known count."""
     items = iter(work)
     for _ in progress(range(count), text) if progress else range(count):
         yield next(items)
 
 
-def _evidence(solved: list[Solved], progress) -> tuple[list[Candidate], Candidate]:
-    """Every candidate, and the one taken: first the number of layers, then what can be left away."""
+def _evidence(solved: list[Solved], progress: Callable | None) -> tuple[list[Candidate], Candidate]:
+    """Every candidate, and the chosen one: first the number of layers, then mechanisms that can be removed."""
     shown = progress or (lambda work, _: work)
-    tried = [candidate(diagnostics.layers(each), each) for each in shown(solved, "leaving repeats out")]
+    tried = [candidate(diagnostics.layers(each), each) for each in shown(solved, "predicting held-out repeats")]
     best = chosen(with_bic(tried))
     less = removable(best.solved.problem.unknowns)
-    for what, values in shown(list(less.items()), "leaving mechanisms out"):
+    for what, values in shown(list(less.items()), "removing mechanisms"):
         tried.append(candidate(f"{best.name}, {what}", without(best.solved, values)))
     tried = with_bic(tried)
     return tried, chosen(tried)
@@ -97,7 +97,7 @@ def _evidence(solved: list[Solved], progress) -> tuple[list[Candidate], Candidat
 def _model(
     solved: Solved, found: Ruptures, given: FitInputs, usable: list[SegmentedRecording]
 ) -> tuple[Model | None, tuple[str, ...]]:
-    """The model at the mean ruptures, or None and why."""
+    """The model with the mean ruptures, or None and the reason."""
     try:
         return model_of(solved, found.depth, given.needle, reference_of(usable)), ()
     except InputError as error:
@@ -117,7 +117,7 @@ def _without_values(single: SegmentedRecording) -> RecordingFit:
 
 
 def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitInputs) -> RecordingFit:
-    """One recording's outcome with its own ruptures along its own motion."""
+    """The result of one recording with its own ruptures along its own motion."""
     base, own = _without_values(single), own_ruptures(solved, run)
     punctures = np.array([estimate.value for estimate in own.values()])
     try:
@@ -134,9 +134,9 @@ def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitI
 
 
 def _without_model(singles: list[SegmentedRecording], name: str) -> Fit:
-    said = f"The model {name} needs a puncture in one recording at least."
+    note = f"The model {name} needs a puncture in at least one recording."
     recordings = tuple(
-        replace(each, notes=(*each.notes, said)) if each.status is Status.no_puncture else each
+        replace(each, notes=(*each.notes, note)) if each.status is Status.no_puncture else each
         for each in map(_without_values, singles)
     )
     settings = settings_of("cone_cylinder", None, singles)

@@ -1,28 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How many layers, and which mechanisms, the recordings ask for."""
+"""Selection of the number of layers and of the mechanisms that the recordings support."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..estimates import student
-from ..statistics.noise import noise_of
-from ..statistics.regression import VERY_STRONG, independent_samples
+from ..statistics.noise import noise_of, student_quantile
+from ..statistics.regression import VERY_STRONG_BIC, independent_samples
 from .binned_cycle import BinnedCycle
-from .parameters import BARE, NO_FADING, PER_LAYER, RUPTURE, SATURATION, SHARP, LayeredParameters
-from .search import Solved, again, of_the_population
+from .parameters import (
+    NO_RELAXATION,
+    NO_SATURATION,
+    PER_LAYER,
+    RUPTURE_LENGTH,
+    SATURATION,
+    SHARP_RUPTURE,
+    LayeredParameters,
+)
+from .search import Solved, again, population_fit
 
-AS_GOOD = 1.02  # ratio of errors
-ROUNDING = 1e-9  # of a ratio
-ENOUGH = 3  # repeats: to judge by those left out, and to tell a scatter
+MAX_ERROR_RATIO = 1.02  # over the smallest error; of these the model with the fewest parameters is chosen
+ROUNDING = 1e-9  # of a ratio of errors
+MIN_REPEATS = 3  # for a selection by held-out repeats, and for a scatter between repeats
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Candidate:
-    """One choice of layers and mechanisms: ``parameters`` sought in all, ``residual`` rms over the peak.
+    """One choice of layers and mechanisms: number of fitted ``parameters``, ``residual`` rms over the peak.
 
-    ``bic`` is Schwarz's criterion over the whole cycles, neighbours that are alike counting as one; ``left_out`` the
-    rms error over the peak on each repeat (n,) foretold from the others, empty with fewer than three.
+    ``bic`` is Schwarz's criterion over the complete cycles, correlated samples counted as one; ``held_out`` the rms
+    error over the peak on each repeat (n,) predicted from the others, empty with fewer than three.
     """
 
     name: str
@@ -30,45 +37,51 @@ class Candidate:
     parameters: int
     residual: float
     bic: float
-    left_out: np.ndarray
+    held_out: np.ndarray
 
     @property
     def error(self) -> float:
-        """Geometric mean over the repeats left out, which one odd repeat does not decide; NaN without."""
-        return float(np.exp(np.mean(np.log(self.left_out)))) if len(self.left_out) else float("nan")
+        """Geometric mean over the held-out repeats, robust to one anomalous repeat; NaN without them."""
+        return float(np.exp(np.mean(np.log(self.held_out)))) if len(self.held_out) else float("nan")
 
 
 def candidate(name: str, solved: Solved) -> Candidate:
-    """What speaks for one fit; its criterion is set by ``with_bic``, which knows the others."""
+    """Number of parameters, residual and prediction errors of one fit; ``with_bic`` adds the BIC."""
     count = len(solved.problem.cycles)
-    runs = range(count) if count >= ENOUGH else ()
-    errors = [prediction_error(left_out(solved, run), solved.problem.cycles[run]) for run in runs]
-    parameters = len(solved.problem.unknowns.free)
-    return Candidate(name, solved, parameters, solved.residual, float("nan"), np.array(errors))
+    runs = range(count) if count >= MIN_REPEATS else ()
+    errors = [prediction_error(without_run(solved, run), solved.problem.cycles[run]) for run in runs]
+    return Candidate(
+        name=name,
+        solved=solved,
+        parameters=len(solved.problem.unknowns.free),
+        residual=solved.residual,
+        bic=float("nan"),
+        held_out=np.array(errors),
+    )
 
 
-def left_out(solved: Solved, run: int) -> Solved:
-    """The fit to the other repeats, from where all of them end."""
+def without_run(solved: Solved, run: int) -> Solved:
+    """The fit to the other repeats, started at the fit to all."""
     unknowns, cycles = solved.problem.unknowns, solved.problem.cycles
     punctures = np.delete(unknowns.punctures(solved.x), run, axis=0).ravel()
     x = np.concatenate([solved.x[: unknowns.shared], punctures])
-    return again(solved, x, cycles=cycles[:run] + cycles[run + 1 :], unknowns=fewer(unknowns))
+    return again(solved, x, cycles=cycles[:run] + cycles[run + 1 :], unknowns=one_run_less(unknowns))
 
 
-def fewer(unknowns: LayeredParameters) -> LayeredParameters:
+def one_run_less(unknowns: LayeredParameters) -> LayeredParameters:
     """The layout with one run less."""
     return replace(unknowns, runs=unknowns.runs - 1)
 
 
 def prediction_error(solved: Solved, cycle: BinnedCycle) -> float:
-    """Rms error over the peak on a course not fitted, foretold by the law of the population."""
-    typical = of_the_population(solved)
-    punctures = typical.problem.unknowns.punctures(typical.x).mean(axis=0)
-    return float(np.sqrt(typical.problem.squares(cycle, typical.x[None], punctures[None])[0]))
+    """Rms error over the peak on a held-out cycle, predicted by the population fit."""
+    population = population_fit(solved)
+    punctures = population.problem.unknowns.punctures(population.x).mean(axis=0)
+    return float(np.sqrt(population.problem.squares(cycle, population.x[None], punctures[None])[0]))
 
 
 def with_bic(candidates: list[Candidate]) -> list[Candidate]:
-    """The same with their criteria, on the same number of independent samples: those of the best fit's residual."""
+    """The candidates with their BIC, all with the number of independent samples of the best fit's residual."""
     least = min(candidates, key=lambda each: each.residual)
     samples = sum(_independent(least.solved, run) for run in range(len(least.solved.problem.cycles)))
     return [
@@ -82,46 +95,46 @@ def _independent(solved: Solved, run: int) -> float:
 
 
 def chosen(candidates: list[Candidate]) -> Candidate:
-    """Of those that foretell the repeats left out as well as the best, within 2 %, the one of the fewest numbers; with
-    fewer than three repeats that of the least BIC."""
-    if not all(len(each.left_out) for each in candidates):
+    """Of those that predict held-out repeats as well as the best, within 2 %, the one with the fewest parameters; with
+    fewer than three repeats the one with the lowest BIC."""
+    if not all(len(each.held_out) for each in candidates):
         return min(candidates, key=lambda each: each.bic)
     least = min(each.error for each in candidates)
-    good = [each for each in candidates if each.error <= AS_GOOD * least]
+    good = [each for each in candidates if each.error <= MAX_ERROR_RATIO * least]
     return min(good, key=lambda each: (each.parameters, each.error))
 
 
 def ties(one: Candidate, other: Candidate) -> bool:
-    """True if the errors on the repeats left out have no other ratio than 1, by Student's t; without them, if the
-    criteria differ by less than 10."""
-    if not (len(one.left_out) and len(other.left_out)):
-        return abs(one.bic - other.bic) < VERY_STRONG
-    return abs(_worse(one, other)) <= student(len(one.left_out))
+    """True if the ratio of the errors on held-out repeats does not differ from 1, by Student's t; without them, if the
+    BIC values differ by less than 10."""
+    if not (len(one.held_out) and len(other.held_out)):
+        return abs(one.bic - other.bic) < VERY_STRONG_BIC
+    return abs(_log_error_ratio(one, other)) <= student_quantile(len(one.held_out) - 1)
 
 
-def _worse(one: Candidate, other: Candidate) -> float:
-    """Mean logarithm of the ratio of the errors on the repeats left out, in its standard errors.
+def _log_error_ratio(one: Candidate, other: Candidate) -> float:
+    """Mean logarithm of the ratio of the errors on held-out repeats, in its standard errors.
 
-    Repeats that are copies of one another have a ratio without scatter: rounding alone parts it from 1 or is its error.
+    Repeats that are copies of one another have ratios without scatter; the error is then that of rounding.
     """
-    difference = np.log(one.left_out / other.left_out)
+    difference = np.log(one.held_out / other.held_out)
     error = max(float(difference.std(ddof=1)) / np.sqrt(len(difference)), ROUNDING)
     return float(difference.mean()) / error
 
 
 def removable(unknowns: LayeredParameters) -> dict[str, dict[int, float]]:
-    """What can be left away: its name, and the places in x with the values that take it away."""
+    """Mechanisms that can be removed: the name, and the indices in x with the values that remove it."""
     first = PER_LAYER * np.arange(unknowns.layers)
     found = {
-        "sharp rupture": dict.fromkeys(first + RUPTURE, SHARP),
-        "no saturation": dict.fromkeys(first + SATURATION, BARE),
-        "no relaxation": {unknowns.fading: NO_FADING, unknowns.fading + 1: 0.0},
+        "sharp rupture": dict.fromkeys(first + RUPTURE_LENGTH, SHARP_RUPTURE),
+        "no saturation": dict.fromkeys(first + SATURATION, NO_SATURATION),
+        "no relaxation": {unknowns.relaxing: NO_RELAXATION, unknowns.relaxing + 1: 0.0},
     }
     return found if unknowns.speed in unknowns.held else found | {"no dependence on speed": {unknowns.speed: 0.0}}
 
 
 def without(solved: Solved, values: dict[int, float]) -> Solved:
-    """The fit with numbers held at values."""
+    """The fit with parameters held at values."""
     x, unknowns = solved.x.copy(), solved.problem.unknowns
     x[list(values)] = list(values.values())
     return again(solved, x, unknowns=replace(unknowns, held=unknowns.held | frozenset(map(int, values))))

@@ -1,25 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters sought by a layered fit, the values of the law that they stand for, and their names."""
+"""The parameters fitted by a layered fit, the values of the law that they define, and their names."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 MM = 1e-3
 PER_LAYER = 7
-COEFFICIENT, SATURATION, TOP, GRIP, STIFFNESS, RUPTURE, DIMPLE = range(PER_LAYER)
-"""Places in a layer: log c, log h_s, top [mm], logit f'/k_t, log k_t, log delta, z_r - z_0 [mm]."""
-ROW = 12  # numbers in the core: c, h_s, z_0, z_1, f', k_t, delta, z_r - z_0, share, time, share, time
-LEAST_INDENTATION = 1e-6  # [m]
-SHARP, BARE, NO_FADING = np.log(2e-5), np.log(0.15), -30.0
-"""Values that take an element away: rupture within 20 um, a contact that never saturates, nothing that fades."""
+COEFFICIENT, SATURATION, TOP, FRICTION_RATIO, TISSUE_STIFFNESS, RUPTURE_LENGTH, RESTING_SURFACE = range(PER_LAYER)
+"""Indices in a layer: log c, log h_s, top [mm], logit f'/k_t, log k_t, log delta, z_r - z_0 [mm]."""
+MIN_INDENTATION_M = 1e-6  # [m] between the top of a layer and its puncture
+SHARP_RUPTURE, NO_SATURATION, NO_RELAXATION = np.log(2e-5), np.log(0.15), -30.0
+"""Values of x that remove a mechanism: rupture within 20 um, saturation beyond 150 mm, no relaxing share."""
 
 LOWEST = (np.log(1.0), np.log(2e-4), -500.0, -6.0, np.log(0.1), np.log(2e-5), -30.0)
 HIGHEST = (np.log(1e9), np.log(0.15), 500.0, 7.0, np.log(1e6), np.log(3e-2), 60.0)
-LEAST_COMMON, MOST_COMMON = (-31.0, -4.0, -1.0), (4.0, 4.0, 1.0)
-FAR = 1e4  # [mm]
+MIN_COMMON, MAX_COMMON = (-31.0, -4.0, -1.0), (4.0, 4.0, 1.0)
+MAX_PUNCTURE_MM = 1e4  # [mm] no insertion is deeper
 STEPS = np.array([1e-4, 1e-4, 1e-3, 1e-4, 1e-4, 1e-4, 1e-3])
-STEP_PUNCTURE = 0.03  # [mm] a third of a bin: less moves the rupture into no other bin
+STEP_PUNCTURE_MM = 0.03  # [mm] a third of a bin: a smaller step leaves the rupture in its bin
 OF_A_LAYER = {
     "stiffness_coefficient": "N/m^2",
     "saturation_depth": "m",
@@ -35,14 +36,41 @@ SHARES = {"relaxation_share_1": "1", "relaxation_share_2": "1"}
 SIGNED = {"contact_depth", "top", "puncture_depth", "resting_surface", "speed_exponent"}
 
 
+class LayerRow(NamedTuple):
+    """The values of one layer in the order of the core's row, SI; each a number or an array over layers."""
+
+    stiffness_coefficient: Any
+    """c [N/m^2]."""
+    saturation_depth: Any
+    """h_s [m]."""
+    top: Any
+    """z_0 [m], in the recordings' zero."""
+    puncture_depth: Any
+    """z_1 [m], in the recordings' zero."""
+    friction_per_length: Any
+    """f' [N/m]."""
+    tissue_stiffness: Any
+    """k_t [N/m]."""
+    rupture_length: Any
+    """delta [m]."""
+    resting_surface: Any
+    """z_r - z_0 [m]."""
+    share_1: Any
+    """Relaxing share [1] with the time constant ``time_1`` [s]."""
+    time_1: Any
+    share_2: Any
+    """Relaxing share [1] with the time constant ``time_2`` [s]."""
+    time_2: Any
+
+
 @dataclass(frozen=True)
 class LayeredParameters:
-    """Layout of the vector x: ``layers`` times ``PER_LAYER`` numbers, two of relaxation, one of speed, punctures [mm]
+    """Layout of the vector x: ``layers`` times ``PER_LAYER`` values, two of relaxation, one of speed, punctures [mm]
     run by run.
 
-    All repeats share everything but the punctures. Relaxation is the logit of the share that fades, and of the part
-    of it that has the shorter of the two ``times`` [s]; all forces go by the power ``speed`` of the insertion's speed.
-    ``held`` are places in x that keep their value.
+    All repeats share everything except the punctures. Relaxation is the logit of the relaxing share, and of the part of
+    it with the shorter of the two ``times`` [s]; all forces change with the power ``speed`` of the insertion's speed.
+    ``held`` are indices in x of values that are not fitted.
     """
 
     layers: int
@@ -52,17 +80,17 @@ class LayeredParameters:
 
     @property
     def shared(self) -> int:
-        """How many numbers the repeats share."""
+        """Number of values that the repeats share."""
         return PER_LAYER * self.layers + 3
 
     @property
-    def fading(self) -> int:
-        """Where in x the share stands that fades; the part that fades sooner comes after it."""
+    def relaxing(self) -> int:
+        """Index in x of the relaxing share; the part of it with the shorter time is next."""
         return PER_LAYER * self.layers
 
     @property
     def speed(self) -> int:
-        """Where in x the exponent of the speed stands."""
+        """Index in x of the exponent of the speed."""
         return PER_LAYER * self.layers + 2
 
     @property
@@ -72,7 +100,7 @@ class LayeredParameters:
 
     @property
     def free(self) -> np.ndarray:
-        """Places in x that are sought."""
+        """Indices in x of the fitted values."""
         return np.array([k for k in range(self.size) if k not in self.held])
 
     def punctures(self, x: np.ndarray) -> np.ndarray:
@@ -80,13 +108,13 @@ class LayeredParameters:
         return x[self.shared :].reshape(self.runs, self.layers)
 
     def punctures_of(self, run: int) -> slice:
-        """Where in x the punctures of one run stand."""
+        """The punctures of one run as a slice of x."""
         first = self.shared + run * self.layers
         return slice(first, first + self.layers)
 
-    def touches(self, place: int) -> np.ndarray:
-        """True (layers,) for the layers whose force one unknown moves."""
-        if place < self.fading:
+    def affected_layers(self, place: int) -> np.ndarray:
+        """True (layers,) for the layers whose force depends on the unknown at an index of x."""
+        if place < self.relaxing:
             layer = place // PER_LAYER
         elif place < self.shared:
             return np.ones(self.layers, bool)
@@ -95,51 +123,55 @@ class LayeredParameters:
         return np.arange(self.layers) == layer
 
     def run_places(self, run: int) -> np.ndarray:
-        """Free places in x that the force of one run depends on."""
+        """Indices in x of the fitted values on which the force of one run depends."""
         own = [*range(self.shared), *range(self.size)[self.punctures_of(run)]]
         return np.array([k for k in own if k not in self.held])
 
     def steps(self) -> np.ndarray:
-        """Steps (size,) of the differences that stand for derivatives."""
-        common, punctures = np.full(3, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE)
+        """Steps (size,) of the finite differences."""
+        common, punctures = np.full(3, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE_MM)
         return np.concatenate([np.tile(STEPS, self.layers), common, punctures])
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest x (size,)."""
-        ends = zip((LOWEST, HIGHEST), (LEAST_COMMON, MOST_COMMON), (-FAR, FAR))
+        ends = zip((LOWEST, HIGHEST), (MIN_COMMON, MAX_COMMON), (-MAX_PUNCTURE_MM, MAX_PUNCTURE_MM))
         low, high = (
-            np.concatenate([np.tile(layer, self.layers), common, np.full(self.layers * self.runs, far)])
-            for layer, common, far in ends
+            np.concatenate([np.tile(layer, self.layers), common, np.full(self.layers * self.runs, puncture)])
+            for layer, common, puncture in ends
         )
         return low, high
 
     def in_order(self, x: np.ndarray) -> np.ndarray:
         """x with its layers from the surface down."""
-        own = x[: self.fading].reshape(self.layers, PER_LAYER)
+        own = x[: self.relaxing].reshape(self.layers, PER_LAYER)
         order = np.argsort(own[:, TOP], kind="stable")
-        common = x[self.fading : self.shared]
+        common = x[self.relaxing : self.shared]
         return np.concatenate([own[order].ravel(), common, self.punctures(x)[:, order].ravel()])
 
     def rows(self, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
-        """Rows (k, layers, 12) for the core from x (k, shared or more) and punctures (k, layers) [mm], in SI."""
-        own = xs[:, : self.fading].reshape(len(xs), self.layers, PER_LAYER)
-        stiffness, top = np.exp(own[..., STIFFNESS]), MM * own[..., TOP]
-        law = np.empty((len(xs), self.layers, ROW))
-        law[..., 0], law[..., 1] = np.exp(own[..., COEFFICIENT]), np.exp(own[..., SATURATION])
-        law[..., 2], law[..., 3] = top, np.maximum(MM * punctures, top + LEAST_INDENTATION)
-        law[..., 4], law[..., 5] = stiffness * logistic(own[..., GRIP]), stiffness
-        law[..., 6], law[..., 7] = np.exp(own[..., RUPTURE]), MM * own[..., DIMPLE]
-        law[..., 8:] = self._relaxation(xs)[:, None]
-        return law
+        """Rows (k, layers, 12) for the core, each in the order of ``LayerRow``, from x (k, shared or more) and
+        punctures (k, layers) [mm]."""
+        own = xs[:, : self.relaxing].reshape(len(xs), self.layers, PER_LAYER)
+        tissue_stiffness, top = np.exp(own[..., TISSUE_STIFFNESS]), MM * own[..., TOP]
+        relaxing, short = (logistic(xs[:, self.relaxing + k])[:, None] for k in (0, 1))
+        row = LayerRow(
+            stiffness_coefficient=np.exp(own[..., COEFFICIENT]),
+            saturation_depth=np.exp(own[..., SATURATION]),
+            top=top,
+            puncture_depth=np.maximum(MM * punctures, top + MIN_INDENTATION_M),
+            friction_per_length=tissue_stiffness * logistic(own[..., FRICTION_RATIO]),
+            tissue_stiffness=tissue_stiffness,
+            rupture_length=np.exp(own[..., RUPTURE_LENGTH]),
+            resting_surface=MM * own[..., RESTING_SURFACE],
+            share_1=relaxing * short,
+            time_1=self.times[0],
+            share_2=relaxing * (1 - short),
+            time_2=self.times[1],
+        )
+        return np.stack(np.broadcast_arrays(*row), axis=-1)
 
-    def _relaxation(self, xs: np.ndarray) -> np.ndarray:
-        """Share, time, share, time, (k, 4)."""
-        fades, short = (logistic(xs[:, self.fading + k]) for k in (0, 1))
-        ones = np.ones(len(xs))
-        return np.column_stack([fades * short, self.times[0] * ones, fades * (1 - short), self.times[1] * ones])
 
-
-def logistic(x):
+def logistic(x: Any) -> Any:
     """1 / (1 + exp(-x)) without overflow."""
     return 0.5 * (1.0 + np.tanh(0.5 * x))
 
@@ -158,27 +190,37 @@ def units(layers: int, speed: bool = False) -> dict[str, str]:
     return found | SHARES | ({"speed_exponent": "1"} if speed else {})
 
 
-def values(unknowns: LayeredParameters, x: np.ndarray, but: int | None = None) -> np.ndarray:
-    """The named numbers (p,) of x at the mean punctures, those of the run ``but`` left out; deeper tops below the
+def values(unknowns: LayeredParameters, x: np.ndarray, excluded: int | None = None) -> np.ndarray:
+    """The named values (p,) of x at the mean punctures without those of the run ``excluded``; deeper tops below the
     surface, other depths in the recording's zero."""
-    punctures = unknowns.punctures(x) if but is None else np.delete(unknowns.punctures(x), but, axis=0)
-    rows = unknowns.rows(x[None], punctures.mean(axis=0)[None])[0]
-    surface, found = rows[0, 2], []
-    for c, saturation, top, puncture, grip, stiffness, rupture, resting in rows[:, :8]:
-        place = top - surface if found else top
-        slope = 2.0 * c * min(saturation, puncture - top)
-        found += [place, c, saturation, slope, puncture, puncture - top, grip, stiffness, rupture, resting]
+    punctures = unknowns.punctures(x) if excluded is None else np.delete(unknowns.punctures(x), excluded, axis=0)
+    rows = [LayerRow(*row) for row in unknowns.rows(x[None], punctures.mean(axis=0)[None])[0]]
+    first, found = rows[0], []
+    for row in rows:
+        indentation = row.puncture_depth - row.top
+        found += [
+            row.top - first.top if found else row.top,
+            row.stiffness_coefficient,
+            row.saturation_depth,
+            2.0 * row.stiffness_coefficient * min(row.saturation_depth, indentation),  # contact_stiffness
+            row.puncture_depth,
+            indentation,
+            row.friction_per_length,
+            row.tissue_stiffness,
+            row.rupture_length,
+            row.resting_surface,
+        ]
     exponent = [] if unknowns.speed in unknowns.held else [x[unknowns.speed]]
-    return np.array([*found, rows[0, 8], rows[0, 10], *exponent])
+    return np.array([*found, first.share_1, first.share_2, *exponent])
 
 
-def positive(names) -> np.ndarray:
-    """True (p,) for the names of numbers that cannot be negative."""
+def positive(names: Sequence[str]) -> np.ndarray:
+    """True (p,) for the names of values that cannot be negative."""
     return np.array([not any(name.endswith(word) for word in SIGNED) for name in names])
 
 
 def by_unknowns(unknowns: LayeredParameters, x: np.ndarray) -> np.ndarray:
-    """Derivatives (p, size) of the named numbers by x."""
+    """Derivatives (p, size) of the named values by x."""
     columns, step = [], 1e-5
     for k in range(unknowns.size):
         move = np.zeros(unknowns.size)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The result of a layered fit: in addition where its layers rupture, how well its parameters are known, and the law for
-an insertion that was not recorded."""
+"""The result of a layered fit: in addition the rupture depths, the uncertainty of the parameters, and the model for an
+insertion that was not recorded."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +11,7 @@ from ...models.model import Model
 from ...recording import Recording
 from ...segmentation import Events
 from ...segmentation.strokes import cycles
-from ..estimates import Correlations
+from ..statistics.correlations import Correlations
 from ..models import with_ruptures
 from ..result import Fit, FitSettings
 from ..strokes import stroke_speed
@@ -23,9 +23,9 @@ from .uncertainty import Uncertainty
 class Evidence:
     """One choice of layers and mechanisms that was tried.
 
-    ``parameters`` is how many were sought in all, ``residual`` the rms over the peak, ``left_out`` the error over the
-    peak on repeats left out, None with fewer than three; ``ties`` says that these recordings do not distinguish it from
-    the ``chosen`` one.
+    ``parameters`` is the number of fitted ones, ``residual`` the rms over the peak, ``left_out`` the error over the
+    peak on held-out repeats, None with fewer than three repeats; ``ties`` is True if these recordings do not
+    distinguish it from the ``chosen`` one.
     """
 
     choice: str
@@ -39,8 +39,8 @@ class Evidence:
 
 @dataclass(frozen=True, kw_only=True)
 class LayeredSettings(FitSettings):
-    """How a layered fit was run: the number of shared ``parameters``, the speed [m/s] at which its forces hold, and how
-    the number of ``layers`` was chosen."""
+    """How a layered fit was run: the number of shared ``parameters``, the speed [m/s] to which they refer, and how the
+    number of ``layers`` was chosen."""
 
     parameters: int
     speed_m_s: float
@@ -51,7 +51,7 @@ class LayeredSettings(FitSettings):
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class LayeredFit(Fit):
-    """A layered model identified from whole cycles of repeats.
+    """A layered model identified from complete cycles of repeats; all attributes of ``Fit``, and in addition:
 
     Attributes
     ----------
@@ -60,7 +60,8 @@ class LayeredFit(Fit):
     uncertainty : Uncertainty
         Covariance of the parameters and their scatter between repeats.
     population : Model or None
-        The law for an insertion that was not recorded, its ruptures spread over their scatter; None from one recording.
+        The model for an insertion that was not recorded, with the scatter of the ruptures in its rupture length; None
+        from one recording.
     population_contact : float
         Depth [m] of its surface in the recordings' zero.
     """
@@ -72,12 +73,12 @@ class LayeredFit(Fit):
     population_contact: float = 0.0
 
     def predict(self, recording: Recording, events: Events | None = None) -> np.ndarray:
-        """As ``Fit.predict``; forces go by the power ``speed_exponent`` of the insertion's speed where it was
+        """As ``Fit.predict``; forces change with the power ``speed_exponent`` of the insertion's speed if it was
         identified."""
         return self._speed_factor(recording) * super().predict(recording, events)
 
     def placed(self, recording: Recording, events: Events | None = None) -> tuple[Model, float]:
-        """As ``Fit.placed``; without ``events`` the law of the population. Forces at another speed are not scaled."""
+        """As ``Fit.placed``; without ``events`` the population model. Forces at another speed are not scaled."""
         model, contact = self.identified_model(), self.parameters["contact_depth"].value
         if self.population is not None and (events is None or not events.punctures):
             shift = self.ruptures.of(events, recording)[0] if events is not None else 0.0
@@ -98,14 +99,14 @@ class LayeredFit(Fit):
         return None if self.uncertainty is None else self.uncertainty.correlations()
 
     def draws(self, count: int = 4000, seed: int = 0) -> Any:
-        """Draws of the parameters that the repeats share; none of single recordings. See ``Uncertainty.draws``."""
+        """Draws of the parameters that the repeats share, not of single recordings. See ``Uncertainty.draws``."""
         from ..statistics.draws import Draws, checked_count
 
         random = np.random.default_rng(seed)
         return Draws(self.uncertainty.draws(checked_count(count), random), {}, (), ("layered fit",))
 
     def _speed_factor(self, recording: Recording) -> float:
-        """By which the speed of a recording's insertion multiplies the forces of the model."""
+        """Factor of the model's forces at the speed of a recording's insertion."""
         exponent, strokes = self.parameters.get("speed_exponent"), cycles(recording.time, recording.depth)
         if exponent is None or not strokes:
             return 1.0

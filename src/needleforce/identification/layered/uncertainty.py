@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How well the numbers of a layered fit are known: intervals, correlations, draws."""
+"""Uncertainty of the parameters of a layered fit: intervals, correlations, draws."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,44 +7,56 @@ from functools import cached_property
 import numpy as np
 
 from ...display.quantities import counted
-from ..estimates import Correlations, Estimate, student
-from ..statistics.noise import Z_95, noise_of
-from .model_selection import ENOUGH
-from .parameters import PER_LAYER, RUPTURE, SATURATION, SHARES, by_unknowns, positive, prefix, units, values
+from ..estimates import Estimate
+from ..statistics.correlations import Correlations
+from ..statistics.noise import TWO_SIDED, noise_of, student_quantile
+from .model_selection import MIN_REPEATS
+from .parameters import PER_LAYER, RUPTURE_LENGTH, SATURATION, SHARES, by_unknowns, positive, prefix, units, values
 from .search import Solved
 
-UNFELT = 1e-9  # of the median: no run tells of a number that its residuals feel less
-MOST_FACTOR = 3.0  # a positive number that may be so much larger is not told
+MIN_SENSITIVITY = 1e-9  # [of the median of the diagonal of J'J] below, no run informs about a parameter
+MAX_FACTOR = 3.0  # upper limit over value, beyond which a positive parameter is not identifiable
 DERIVED = ("contact_stiffness", "puncture_indentation")
-FARTHEST, HOPELESS = 300.0, 7.0  # logarithms: what is known to a factor of a thousand is not known
+MAX_LOG, MAX_LOG_HALF = 300.0, 7.0  # of draws; of a half width: more than a factor of 1000 is no interval
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Uncertainty:
-    """Of the named numbers (p,): ``value``, and ``within`` (p, p), their covariance from the noise within the runs,
-    neighbours that are alike counting as one; ``moves`` (runs, p) by which each run, left out, moves them, less the
-    mean.
+    """Uncertainty of the named parameters (p,).
 
-    The moves are one Gauss-Newton step each: the force jumps at ruptures, where a search would come to rest. What no
-    run feels has an infinite variance. ``reach`` [m] is the travel, ``held`` are the names of what was not
-    sought.
+    Attributes
+    ----------
+    units : dict of str to str
+        SI unit of each parameter by name.
+    value : numpy.ndarray
+        Values (p,).
+    within : numpy.ndarray
+        Covariance (p, p) from the noise within the runs, correlated samples counted as one; infinite for a parameter
+        on which no run depends.
+    moves : numpy.ndarray
+        Changes (runs, p) of the values if each run is left out, minus their mean (jackknife). Each is one Gauss-Newton
+        step, as a new search could stop at the jump of the force at a rupture.
+    travel : float
+        Travel of the needle [m].
+    held : frozenset of str
+        Names of parameters that were not fitted.
     """
 
     units: dict[str, str]
     value: np.ndarray
     within: np.ndarray
     moves: np.ndarray
-    reach: float
+    travel: float
     held: frozenset[str]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the p numbers."""
+        """Names of the p parameters."""
         return tuple(self.units)
 
     @property
     def runs(self) -> int:
-        """How many repeats there are."""
+        """Number of repeats."""
         return len(self.moves)
 
     @property
@@ -54,34 +66,42 @@ class Uncertainty:
 
     @property
     def between_sd(self) -> np.ndarray:
-        """Scatter (p,) between repeats, by the jackknife: what one repeat tells of a number strays by so much."""
+        """Standard deviation (p,) between the values of single repeats, by the jackknife."""
         return np.sqrt((self.runs - 1) * (self.moves**2).sum(axis=0))
 
     @cached_property
     def half(self) -> np.ndarray:
-        """Half widths (p,) of 95 % intervals: Student's on the scatter between repeats, never below the error within
-        runs; that alone with fewer than three repeats."""
-        within = Z_95 * self.within_sd
-        if self.runs < ENOUGH:
+        """Half widths (p,) of the intervals: Student's on the scatter between repeats, not less than from the error
+        within runs; with fewer than three repeats from the error within runs."""
+        within = TWO_SIDED * self.within_sd
+        if self.runs < MIN_REPEATS:
             return within
-        return np.fmax(within, student(self.runs) * self.between_sd / np.sqrt(self.runs))
+        return np.fmax(within, student_quantile(self.runs - 1) * self.between_sd / np.sqrt(self.runs))
 
     def estimates(self) -> dict[str, Estimate]:
-        """Every number with its interval; one that is positive has it by its logarithm."""
-        enough, source = self.runs >= ENOUGH, f"layered fit, {counted(self.runs, 'recording')}"
+        """Every parameter with its interval; a positive one has an interval of its logarithm."""
+        enough, source = self.runs >= MIN_REPEATS, f"layered fit, {counted(self.runs, 'recording')}"
         source += ", jackknife over repeats" if enough else ""
         made = {}
         for k, (name, unit) in enumerate(self.units.items()):
             value, half, above_zero = float(self.value[k]), float(self.half[k]), bool(positive([name])[0])
             low, high = _limits(value, half, above_zero)
-            told = high < MOST_FACTOR * value if above_zero else half < (self.reach if unit == "m" else 1.0)
-            told = told and name not in self.held
-            scatter = (float(self.between_sd[k]), float(self.within_sd[k])) if enough else (None, None)
-            made[name] = Estimate(name, value, unit, low, high, scatter[0], bool(told), source, scatter[1])
+            identifiable = high < MAX_FACTOR * value if above_zero else half < (self.travel if unit == "m" else 1.0)
+            made[name] = Estimate(
+                name,
+                value,
+                unit,
+                low,
+                high,
+                between_repeats_sd=float(self.between_sd[k]) if enough else None,
+                identifiable=bool(identifiable and name not in self.held),
+                source=source,
+                within_run_sd=float(self.within_sd[k]) if enough else None,
+            )
         return made
 
     def correlations(self) -> Correlations:
-        """What the runs cannot tell apart: correlations of the errors within them, of what is not made of the rest."""
+        """Correlations of the errors within the runs, without the derived parameters."""
         made = np.array([name.endswith(DERIVED) for name in self.names])
         known = np.flatnonzero(np.isfinite(self.within_sd) & (self.within_sd > 0.0) & ~made)
         sd = self.within_sd[known]
@@ -92,25 +112,27 @@ class Uncertainty:
         return Correlations(tuple(self.names[k] for k in known), matrix, relative)
 
     def draws(self, count: int, random: np.random.Generator) -> dict[str, np.ndarray]:
-        """Draws (count,) of each number that has an interval: normal within runs, Student's with the scatter between
-        three repeats or more, in the correlations of both; their 95 % are the intervals."""
+        """Draws (count,) of each parameter with an interval: normal within runs, Student's with the scatter between
+        three repeats or more, with the correlations of both; their quantiles are the limits of the intervals."""
         known = np.flatnonzero(np.isfinite(self.half))
         both = self.within[np.ix_(known, known)] + (self.moves.T @ self.moves)[np.ix_(known, known)]
         sd = np.sqrt(np.maximum(both.diagonal(), 1e-300))
         place, ends = np.linalg.eigh(both / np.outer(sd, sd))
         normal = random.standard_normal((count, len(known))) * np.sqrt(np.maximum(place, 0.0)) @ ends.T
-        if self.runs >= ENOUGH:
-            freedom, scale = self.runs - 1, student(self.runs)
+        if self.runs >= MIN_REPEATS:
+            freedom, scale = self.runs - 1, student_quantile(self.runs - 1)
             normal *= np.sqrt(freedom / random.chisquare(freedom, count))[:, None]
         else:
-            scale = Z_95
+            scale = TWO_SIDED
         moved = normal / scale * self.half[known]
         found = {}
         for column, k in enumerate(known):
             value, above_zero = self.value[k], positive([self.names[k]])[0]
-            grows = above_zero and value > 0.0
-            far = moved[:, column]
-            found[self.names[k]] = value * np.exp(np.clip(far / value, -FARTHEST, FARTHEST)) if grows else value + far
+            change = moved[:, column]
+            if above_zero and value > 0.0:
+                found[self.names[k]] = value * np.exp(np.clip(change / value, -MAX_LOG, MAX_LOG))
+            else:
+                found[self.names[k]] = value + change
         return found
 
 
@@ -124,48 +146,47 @@ def uncertainty_of(solved: Solved) -> Uncertainty:
         gram[np.ix_(places, places)], slope[places] = jacobian.T @ jacobian, jacobian.T @ residual
         grams, slopes = [*grams, gram], [*slopes, slope]
         longs.append(noise_of(residual, len(cycle.depth)).long_run)
-    whole, by = sum(grams), by_unknowns(solved.problem.unknowns, solved.x)
-    felt = whole.diagonal() > UNFELT * np.median(whole.diagonal()[problem.unknowns.free])
-    bread = by @ _inverse(whole, felt)
+    total, by = sum(grams), by_unknowns(solved.problem.unknowns, solved.x)
+    known = total.diagonal() > MIN_SENSITIVITY * np.median(total.diagonal()[problem.unknowns.free])
+    bread = by @ _inverse(total, known)
     within = bread @ sum(long * gram for long, gram in zip(longs, grams)) @ bread.T
-    sought = np.isin(np.arange(size), problem.unknowns.free)
-    unfelt = np.abs(by[:, ~felt & sought]).max(axis=1, initial=0.0) > 0.0
-    within[unfelt, unfelt] = np.inf
+    fitted = np.isin(np.arange(size), problem.unknowns.free)
+    unknown = np.abs(by[:, ~known & fitted]).max(axis=1, initial=0.0) > 0.0
+    within[unknown, unknown] = np.inf
     named = units(problem.unknowns.layers, problem.unknowns.speed not in problem.unknowns.held)
-    reach = max(float(np.ptp(cycle.depth)) for cycle in problem.cycles)
     return Uncertainty(
-        named,
-        values(solved.problem.unknowns, solved.x),
-        within,
-        _moves(solved, by, grams, slopes, felt),
-        reach,
-        _held(solved),
+        units=named,
+        value=values(solved.problem.unknowns, solved.x),
+        within=within,
+        moves=_moves(solved, by, grams, slopes, known),
+        travel=max(float(np.ptp(cycle.depth)) for cycle in problem.cycles),
+        held=_held(solved),
     )
 
 
 def _held(solved: Solved) -> frozenset[str]:
-    """Names of numbers that were held to take a mechanism away."""
+    """Names of parameters that were held to remove a mechanism."""
     unknowns = solved.problem.unknowns
-    names = {SATURATION: "saturation_depth", RUPTURE: "rupture_length"}
-    own = {prefix(k // PER_LAYER) + names[k % PER_LAYER] for k in unknowns.held if k < unknowns.fading}
-    return frozenset(own | (set(SHARES) if unknowns.fading in unknowns.held else set()))
+    names = {SATURATION: "saturation_depth", RUPTURE_LENGTH: "rupture_length"}
+    own = {prefix(k // PER_LAYER) + names[k % PER_LAYER] for k in unknowns.held if k < unknowns.relaxing}
+    return frozenset(own | (set(SHARES) if unknowns.relaxing in unknowns.held else set()))
 
 
-def _moves(solved: Solved, by: np.ndarray, grams: list, slopes: list, felt: np.ndarray) -> np.ndarray:
-    """By how much each run, left out, moves the numbers, less the mean."""
-    if len(grams) < ENOUGH:
+def _moves(solved: Solved, by: np.ndarray, grams: list, slopes: list, known: np.ndarray) -> np.ndarray:
+    """Changes (runs, p) of the values if each run is left out, minus their mean."""
+    if len(grams) < MIN_REPEATS:
         return np.zeros((len(grams), len(by)))
-    whole, slope, own = sum(grams), sum(slopes), values(solved.problem.unknowns, solved.x)
-    steps = [-_inverse(whole - gram, felt) @ (slope - part) for gram, part in zip(grams, slopes)]
+    total, slope, own = sum(grams), sum(slopes), values(solved.problem.unknowns, solved.x)
+    steps = [-_inverse(total - gram, known) @ (slope - part) for gram, part in zip(grams, slopes)]
     moves = np.array(
-        [by @ step + values(solved.problem.unknowns, solved.x, but) - own for but, step in enumerate(steps)]
+        [by @ step + values(solved.problem.unknowns, solved.x, run) - own for run, step in enumerate(steps)]
     )
     return moves - moves.mean(axis=0)
 
 
-def _inverse(gram: np.ndarray, felt: np.ndarray) -> np.ndarray:
-    """Inverse of J'J (size, size), zero for what is not felt; scaled, directions without data left away."""
-    part = felt & (gram.diagonal() > 0.0)
+def _inverse(gram: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Pseudo-inverse of the scaled J'J (size, size), zero for unknown parameters and directions without data."""
+    part = known & (gram.diagonal() > 0.0)
     scale = 1.0 / np.sqrt(gram.diagonal()[part])
     found = np.zeros_like(gram)
     inner = np.linalg.pinv(gram[np.ix_(part, part)] * np.outer(scale, scale), rcond=1e-10, hermitian=True)
@@ -174,10 +195,10 @@ def _inverse(gram: np.ndarray, felt: np.ndarray) -> np.ndarray:
 
 
 def _limits(value: float, half: float, above_zero: bool) -> tuple[float, float]:
-    """Limits of a number; of one that is positive by its logarithm."""
+    """Limits of the interval; of a positive parameter from its logarithm."""
     if not np.isfinite(half):
         return (0.0 if above_zero else -np.inf), np.inf
     if not above_zero or value <= 0.0:
         return value - half, value + half
-    factor = float(np.exp(half / value)) if half < HOPELESS * value else np.inf
+    factor = float(np.exp(half / value)) if half < MAX_LOG_HALF * value else np.inf
     return value / factor, value * factor

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the fit of one cycle gives: the compiled fit's answer as values with intervals and warnings."""
+"""The result of the fit of one cycle: values with intervals and warnings from the compiled fit."""
 
 import math
 from collections.abc import Iterator
@@ -7,19 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..statistics.noise import Z_95, Noise, likely_punctures, noise_of, sandwich
+from ..statistics.noise import TWO_SIDED, Noise, likely_punctures, noise_of, sandwich
 from .loading_curves import CURVES
 
 UNKNOWNS = ("stiffness_coefficient", "contact_depth", "friction_per_length", "cutting_force", "saturation_depth")
 """Order of the unknowns in the compiled core: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m]."""
 
-RAMP = 3
-"""Quarters of a filter's length on each side of a step, in which its ramp lies wherever the scan puts it."""
+RAMP_QUARTERS = 3
+"""[quarters of the filter's length] on each side of a step, which contain its ramp wherever the scan puts it."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class CycleFit:
-    """What a cycle tells of the one-layer model, SI: ``values`` and, by the same keys, 95 % limits ``low``, ``high``.
+    """One-layer model of a cycle, SI: ``values`` and, by the same keys, limits ``low``, ``high`` of their intervals.
 
     ``stiffness_coefficient`` c [N/m²], ``contact_depth`` z0 [m], ``saturation_depth`` h_s [m] (inf: bare cone),
     ``friction_per_length`` f' [N/m], ``cutting_force`` f_c [N], ``puncture_depth`` z1 [m],
@@ -34,7 +34,7 @@ class CycleFit:
     """(p, p) of the continuous parameters, in the order of ``covariance_order``."""
     covariance_order: tuple[str, ...]
     puncture_low: int
-    """The puncture lies between samples ``puncture_low`` and ``puncture_high`` of the insertion, at 95 % or more."""
+    """The puncture is between samples ``puncture_low`` and ``puncture_high`` of the insertion, at ``LEVEL`` or more."""
     puncture_high: int
     samples_before_puncture: int
     residual_in: np.ndarray
@@ -48,17 +48,17 @@ class CycleFit:
     bic: float
     rmse: float
     noise_correlation_length: float
-    """Samples that count as one: long-run over plain variance of the residuals. 1 is white noise."""
+    """[samples] per independent one: long-run over plain variance of the residuals. 1 is white noise."""
     warnings: tuple[str, ...]
     noises: tuple[Noise, Noise]
-    """Noise of insertion and withdrawal, as the residuals show it."""
+    """Noise of insertion and withdrawal, from the residuals."""
     saturation_sought: bool = False
     by_stages: bool = False
-    """The loading curve was fitted first, then friction and cutting; False: all at once."""
+    """True for a staged fit: first the loading curve, then friction and cutting. False for a complete fit."""
 
 
 class CycleEstimates:
-    """The core's answer on its way to a CycleFit: noise, covariance, estimates, warnings."""
+    """Noise, covariance, estimates and warnings from the result of the core, for a CycleFit."""
 
     def __init__(self, found: dict, strokes: list[np.ndarray], filter_length: int, left_out: int):
         self.found, self.strokes, self.filter_length, self.left_out = found, strokes, filter_length, left_out
@@ -68,27 +68,27 @@ class CycleEstimates:
         if not bread.diagonal().all():
             bread = np.full_like(bread, np.nan)  # the data do not determine every parameter: no intervals
         lost = [float(np.vdot(bread, gram)) for gram in grams]
-        self.noises = self._noises([0.0 if math.isnan(paid) else paid for paid in lost])
+        self.noises = self._noises([0.0 if math.isnan(each) else each for each in lost])
         self.covariance = sandwich(bread, grams, self.noises)
         self.sse, self.n = (self.noises[0][k] + self.noises[1][k] for k in (0, 1))
         self.variance = self.sse / self.n
 
     def _noises(self, lost: list[float]) -> list[Noise]:
-        """Noise of either stroke; each has paid for as many parameters as it tells of, tr(B G): ``lost``."""
+        """Noise of each stroke; ``lost`` are the effective numbers of parameters estimated from each, tr(B G)."""
         w, before, residuals = self.left_out, self.before, [self.found["residual_in"], self.found["residual_out"]]
         counts = [max(len(residuals[0]) - 3 * w, 0), max(len(residuals[1]) - w, 0)]
         if w:
             residuals = [residual.copy() for residual in residuals]
             residuals[0][before - w : before + w] = residuals[0][-w:] = residuals[1][:w] = 0.0
-        return [noise_of(r, n, self.filter_length, paid) for r, n, paid in zip(residuals, counts, lost)]
+        return [noise_of(r, n, self.filter_length, p) for r, n, p in zip(residuals, counts, lost)]
 
-    def fit(self, law: str, free: bool, profile: dict, least_saturation: float) -> CycleFit:
-        """The whole answer; ``profile`` has the gain of each possible puncture, ``least_saturation`` [m] is the least
-        saturation depth that the data do not refuse."""
+    def fit(self, law: str, free: bool, profile: dict, min_saturation: float) -> CycleFit:
+        """The complete result; ``profile`` has the gain of each possible puncture, ``min_saturation`` [m] is the lower
+        limit of the saturation depth."""
         rows, weights = likely_punctures(profile["gain"], self.noises[0].long_run)
         rows += profile["first_gain"]
         values, low, high = self._estimates(rows, weights)
-        low["saturation_depth"] = min(low["saturation_depth"], least_saturation)
+        low["saturation_depth"] = min(low["saturation_depth"], min_saturation)
         smear, depth = self.filter_length // 2, self.strokes[0]
         first, last = max(int(rows.min()) - 1 - smear, 0), min(int(rows.max()) + smear, len(depth) - 1)
         low["puncture_depth"], high["puncture_depth"] = float(depth[first]), float(depth[last])
@@ -118,7 +118,7 @@ class CycleEstimates:
         )
 
     def _estimates(self, rows: np.ndarray, weights: np.ndarray) -> tuple[dict, dict, dict]:
-        """Values and 95 % limits (delta method) of all quantities; the puncture depth's limits are samples, see fit."""
+        """Values and limits (delta method) of all quantities; those of the puncture depth are samples, see ``fit``."""
         x, puncture = self.x, self._puncture_depth()
         h, c = puncture - x["contact_depth"], x["stiffness_coefficient"]
         slopes = CURVES["cone_cylinder"].gradient(np.float64(h), x)
@@ -131,79 +131,80 @@ class CycleEstimates:
         variances = dict(zip(self.order, variance))
         variances["puncture_indentation"] = variance[1] + spread
         variances["puncture_force"] = by_law + force_by[1] ** 2 * spread
-        half = {name: Z_95 * math.sqrt(max(value, 0.0)) for name, value in variances.items()}
+        half = {name: TWO_SIDED * math.sqrt(max(value, 0.0)) for name, value in variances.items()}
         low = {name: value - half.get(name, 0.0) for name, value in values.items()}
         high = {name: value + half.get(name, 0.0) for name, value in values.items()}
         if "saturation_depth" in half and high["saturation_depth"] > h:
-            high["saturation_depth"] = math.inf  # past the puncture, one saturation depth is as good as any other
+            high["saturation_depth"] = math.inf  # beyond the puncture, the saturation depth has no effect
         if not self.found["free"][2]:
             low["friction_per_length"] = 0.0
         return values, low, high
 
     def _puncture_depth(self) -> float:
-        """The middle of the puncture's gap [m]; behind a filter, where the step stands that was smeared.
+        """The middle of the two samples around the puncture [m]; behind a filter, the place of the smeared step.
 
-        The scan knows no ramp, and is drawn off by it. But an average moves no area: what force and model enclose
-        around the step is the drop times what the step was missed by, less the bend times length² / 24, which leaves
-        through the ends.
+        The scan assumes a step, and the ramp of a filter biases it. But an average filter conserves area: the area
+        between force and model around the step is the drop times the error of the place of the step, minus the change
+        of slope times length² / 24 at the ends.
         """
         depth, before, length = self.strokes[0], self.before, self.filter_length
         middle, gap = 0.5 * float(depth[before - 1] + depth[before]), float(depth[before] - depth[before - 1])
         drop = self._drop(middle)
         if length == 1 or not drop > 0.0:
             return middle
-        half = RAMP * length // 4
+        half = RAMP_QUARTERS * length // 4
         area = float(self.found["residual_in"][before - half : before + half].sum())
         slope = CURVES["cone_cylinder"].gradient(np.float64(middle - self.x["contact_depth"]), self.x)["contact_depth"]
-        bend = (-float(slope) - self.x["friction_per_length"]) * gap
-        missed = (area + bend * length**2 / 24.0) / drop
-        return middle + gap * min(max(missed, -0.5 * length), 0.5 * length)
+        slope_change = (-float(slope) - self.x["friction_per_length"]) * gap
+        error = (area + slope_change * length**2 / 24.0) / drop
+        return middle + gap * min(max(error, -0.5 * length), 0.5 * length)
 
     def _drop(self, depth: float) -> float:
-        """The fall of the force [N] at a puncture at ``depth`` [m]."""
-        x, h = self.x, np.float64(depth - self.x["contact_depth"])
-        pushed = CURVES["cone_cylinder"].force(h, x)
-        return float(pushed - x["friction_per_length"] * h - x["cutting_force"])
+        """The drop of the force [N] at a puncture at ``depth`` [m]."""
+        x, embedded_length = self.x, np.float64(depth - self.x["contact_depth"])
+        loaded = CURVES["cone_cylinder"].force(embedded_length, x)
+        return float(loaded - x["friction_per_length"] * embedded_length - x["cutting_force"])
 
     def _puncture_variance(self, rows: np.ndarray, weights: np.ndarray, drop: float, by_law: float) -> float:
-        """Variance [m²] of the puncture's depth: between the candidate gaps, and even within each gap.
+        """Variance [m²] of the puncture depth: between the candidate gaps, and of a uniform distribution in each gap.
 
-        Behind a filter: of the area around the step, over as many samples as are summed less a third of the filter's,
-        and of the loading curve there, whose force has the variance ``by_law`` [N²].
+        Behind a filter: from the noise of the area around the step, over the summed samples minus a third of the
+        filter's length, and from the loading curve there, whose force has the variance ``by_law`` [N²].
         """
         depth, length = self.strokes[0], self.filter_length
         before, after = depth[rows - 1], depth[rows]
         if length > 1 and drop > 0.0:
             gap = float(after[0] - before[0])
-            summed = (RAMP / 2.0 - 1.0 / 3.0) * length * self.noises[0].long_run
-            return gap**2 * (1.0 / 12.0 + (summed + (RAMP * length / 4.0) ** 2 * by_law) / drop**2)
+            summed = (RAMP_QUARTERS / 2.0 - 1.0 / 3.0) * length * self.noises[0].long_run
+            return gap**2 * (1.0 / 12.0 + (summed + (RAMP_QUARTERS * length / 4.0) ** 2 * by_law) / drop**2)
         middle = 0.5 * (before + after)
         return float(weights @ ((middle - weights @ middle) ** 2 + (after - before) ** 2 / 12.0))
 
     def _warnings(self, values: dict, low: dict, high: dict, free: bool) -> Iterator[str]:
-        """What a reader should know before believing the numbers, in plain words."""
+        """Sentences on what limits the validity of the values."""
         found, depth, v = self.found, self.strokes[0], values
         if not low["stiffness_coefficient"] > 0.0:
-            yield "the stiffness is not different from zero: there may be no contact"
-        after = v["friction_per_length"] * v["puncture_indentation"] + v["cutting_force"]
+            yield "The stiffness is not significantly above 0: there may be no contact."
+        embedded_length = v["puncture_indentation"]  # at the puncture
+        after = v["friction_per_length"] * embedded_length + v["cutting_force"]
         if not v["puncture_force"] - after > high["puncture_force"] - v["puncture_force"]:
-            yield "the force does not drop at the puncture found: there may be none"
+            yield "The force does not drop significantly at the fitted puncture: there may be no puncture."
         if self.before in found["admitted"]:
-            yield "the puncture found is the first or the last one admitted"
+            yield "The fitted puncture is at an end of the range of the search: the true one may be beyond it."
         if v["contact_depth"] <= depth[0]:
-            yield "the recording starts in contact: the contact depth is extrapolated"
+            yield "The recording starts in contact: the contact depth is extrapolated."
         if not found["free"][2]:
             best = found["unconstrained_friction"]
-            yield f"the friction per length is held at 0: the best value would be {best:.4g} N/m, which is unphysical"
+            yield f"The friction per length is held at 0: least squares give {best:.4g} N/m, which is unphysical."
         if free and not found["free"][4]:
-            yield "the bare cone fits best: the contact does not saturate before the puncture"
+            yield "A cone without saturation fits best: the contact does not saturate before the puncture."
         if not len(self.strokes[2]):
-            yield "no withdrawal: friction and cutting force rest on the insertion alone"
+            yield "There is no withdrawal: friction and cutting force are identified from the insertion only."
         if found["backtrack"] > 0.02 * (depth[-1] - depth[0]):
-            yield f"a stroke goes back by up to {found['backtrack'] * 1e3:.3g} mm on its way"
-        reach = max(noise.reach for noise in self.noises)
-        if reach > 1.5 * self.filter_length and self.variance > (1e-9 * v["puncture_force"]) ** 2:
+            yield f"The motion reverses within a stroke, by up to {found['backtrack'] * 1e3:.3g} mm."
+        last_lag = max(noise.last_lag for noise in self.noises)
+        if last_lag > 1.5 * self.filter_length and self.variance > (1e-9 * v["puncture_force"]) ** 2:
             yield (
-                f"residuals are correlated over {reach} samples, the filter's length is {self.filter_length}: "
-                "an unknown filter, or a model that does not describe this recording"
+                f"The residuals are correlated over {last_lag} samples, the filter's length is {self.filter_length}: "
+                "the recording has an unknown filter, or the model does not describe it."
             )

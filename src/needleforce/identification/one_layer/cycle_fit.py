@@ -5,13 +5,14 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ... import core
 from ...errors import InputError
-from ..statistics.noise import MARGIN, Z_90
+from ..statistics.noise import MAX_GAIN_GAP, ONE_SIDED
 from .cycle_estimates import CycleEstimates, CycleFit
 
-LEAST_SAMPLES = 50
+MIN_SAMPLES = 50  # of the insertion
 
 
 def fit_cycle(
@@ -25,94 +26,102 @@ def fit_cycle(
     filter_length: int = 1,
     puncture_window: tuple[float, float] | None = None,
 ) -> CycleFit:
-    """Fit one insertion, (n,) depth [m] and force [N] each, and its withdrawal, (m,), None or empty if cut off.
+    """Fit one insertion, (n,) depth [m] and force [N] each, and its withdrawal, (m,), None or empty if missing.
 
-    Both strokes are in the order of time, + inwards, force + against insertion, bias removed, hold samples left away:
+    Both strokes are in the order of time, + inwards, force + against insertion, bias removed, without hold samples:
 
     | insertion  | 0 above z0, c g(z - z0) up to the puncture, f' (z - z0) + f_c after it |
     | withdrawal | -f' (z - z0) below z0, 0 above |
 
-    g = h² for the law ``cone``; ``cone_cylinder`` continues it beyond h_s by 2 h_s h - h_s² (Galin's contact with a
-    fixed edge), h_s being ``saturation_depth`` or, if that is None, fitted. ``puncture_window`` [m] bounds the
-    puncture's depth. Where there are several punctures, end the insertion before the second: one layer knows one drop,
-    and with more of them the least sum of squares lies at the window's edge (a warning says so).
+    z - z0 is the embedded length after the puncture. g = h² for the law ``cone``; ``cone_cylinder`` continues it beyond
+    h_s by 2 h_s h - h_s² (Galin's contact with a fixed edge); h_s is ``saturation_depth`` or, if that is None, fitted.
+    ``puncture_window`` [m] limits the puncture depth. With several punctures, end the insertion before the second: the
+    one-layer model has one drop, and otherwise the best puncture may be at the edge of the window (with a warning).
 
     ``filter_length`` is that of the average filter in samples, 1 if none. The filter smears both steps: as many samples
-    on each side of them are left out. It also delays the force by (filter_length - 1) / 2 samples, and depths are taken
-    as given: shift them first. Unshifted, with d the travel in that delay, z0 and z1 come out too deep by d, and the
-    withdrawal's force stands 2 d too shallow beside them: a misfit of 2 d f', which f' and f_c take up between them.
+    on each side of them are left out. It also delays the force by (filter_length - 1) / 2 samples; depths must be
+    shifted before. If they are not, with d the travel in that delay, z0 and z1 are too deep by d, and the withdrawal's
+    force is 2 d too shallow compared with them: a misfit of 2 d f', which biases f' and f_c.
 
     Variable projection (Golub & Pereyra 1973) over running sums, an exhaustive scan of the puncture, then Gauss-Newton.
-    Intervals: see ``covariance``. They tell of noise, not of a wrong model. BIC counts samples, correlated or not.
+    The intervals (``covariance``) include noise, not errors of the model. BIC counts every sample as independent.
 
-    Raises InputError for unequal lengths, values that are not finite, too few samples, no travel, no room for a
-    puncture, an unknown law and impossible options.
+    Raises InputError for unequal lengths, values that are not finite, too few samples, no travel, no possible puncture,
+    an unknown law and impossible options.
     """
     strokes = _checked(depth_in, force_in, depth_out, force_out)
     saturation, free = _saturation(law, saturation_depth)
     left_out = _left_out(filter_length, len(strokes[0]))
-    ask = partial(_ask, strokes, left_out, puncture_window)
+    solve = partial(_solve, strokes, left_out, puncture_window)
     expected = 1.5 * filter_length  # long-run variance over plain variance
-    found = ask(saturation, free, MARGIN * expected)
+    found = solve(saturation, free, MAX_GAIN_GAP * expected)
     estimates = CycleEstimates(found, strokes, filter_length, left_out)
-    profile, least_saturation = found, found["unknowns"][4]
-    if (
-        estimates.noises[0].long_run > expected * estimates.variance
-    ):  # then more punctures are possible than were asked for
-        profile = ask(saturation, free, MARGIN * estimates.noises[0].long_run / estimates.variance)
+    profile, min_saturation = found, found["unknowns"][4]
+    long_run = estimates.noises[0].long_run
+    if long_run > expected * estimates.variance:  # then more punctures are possible than the core returned
+        profile = solve(saturation, free, MAX_GAIN_GAP * long_run / estimates.variance)
     if free and estimates.x["saturation_depth"] == np.inf:
-        least_saturation = _least_saturation(ask, estimates)
-    return estimates.fit(law, free, profile, least_saturation)
+        min_saturation = _min_saturation(solve, estimates)
+    return estimates.fit(law, free, profile, min_saturation)
 
 
-def _ask(
-    strokes, left_out: int, window: tuple[float, float] | None, saturation: float, free: bool, margin: float
+def _solve(
+    strokes: list[np.ndarray],
+    left_out: int,
+    window: tuple[float, float] | None,
+    saturation: float,
+    free: bool,
+    margin: float,
 ) -> dict:
-    """The compiled fit; raises InputError where it finds nothing."""
+    """The result of the compiled fit; raises InputError where it fails."""
     found = core.fit_cycle(*strokes, saturation, free, left_out, *_window(window), margin)
     _refuse_failure(found["outcome"], strokes, window)
     return found
 
 
-def _least_saturation(ask: Callable, estimates: CycleEstimates) -> float:
-    """Least saturation depth [m] that the data do not refuse at 95 %, one-sided, where they ask for none."""
-    allowed = estimates.found["sse"] + Z_90**2 * estimates.noises[0].long_run
+def _min_saturation(solve: Callable, estimates: CycleEstimates) -> float:
+    """One-sided lower limit [m] of the saturation depth where the best fit has no saturation."""
+    allowed = estimates.found["sse"] + ONE_SIDED**2 * estimates.noises[0].long_run
     low, high = 0.0, estimates.strokes[0][estimates.before - 1] - estimates.x["contact_depth"]
     for _ in range(12):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if ask(middle, False, 0.0)["sse"] > allowed else (low, middle)
+        low, high = (middle, high) if solve(middle, False, 0.0)["sse"] > allowed else (low, middle)
     return float(high)
 
 
-def _checked(depth_in, force_in, depth_out, force_out) -> list[np.ndarray]:
+def _checked(
+    depth_in: ArrayLike, force_in: ArrayLike, depth_out: ArrayLike | None, force_out: ArrayLike | None
+) -> list[np.ndarray]:
     """The four arrays as contiguous float64, of equal lengths by stroke."""
     strokes = []
     for stroke, depth, force in (("insertion", depth_in, force_in), ("withdrawal", depth_out, force_out)):
         pair = [np.ascontiguousarray(() if a is None else a, dtype=np.float64) for a in (depth, force)]
         if pair[0].ndim != 1 or pair[0].shape != pair[1].shape:
             shapes = f"{pair[0].shape} and {pair[1].shape}"
-            raise InputError("shape of depth and force", shapes, "one equal length is needed", stroke)
+            raise InputError("shape of depth and force", shapes, "they must be (n,) of the same length", stroke)
         strokes += pair
     n = len(strokes[0])
-    if n < LEAST_SAMPLES:
-        raise InputError("number of samples", n, f"at least {LEAST_SAMPLES} are needed", "insertion")
+    if n < MIN_SAMPLES:
+        step = "Record at a higher rate."
+        raise InputError("number of samples", n, f"at least {MIN_SAMPLES} are needed", "insertion", step)
     first, last = strokes[0][[0, -1]]
     if last <= first:
         value = f"{first:.6g} m at its start and {last:.6g} m at its end"
         raise InputError(
-            "depth of the insertion", value, "it must grow", next_step="Depth is + inwards: flip its sign."
+            "depth of the insertion", value, "it must increase", next_step="Depth is + inwards: flip its sign."
         )
     return strokes
 
 
 def _saturation(law: str, depth: float | None) -> tuple[float, bool]:
-    """The saturation depth for the core, and whether it is sought."""
+    """The saturation depth for the core, and whether it is fitted."""
     if law == "cone":
         if depth is not None:
-            raise InputError("saturation_depth", depth, "the law cone has none", next_step="Use law cone_cylinder.")
+            step = "Use the law cone_cylinder."
+            raise InputError("saturation_depth", depth, "the law cone has none", next_step=step)
         return np.inf, False
     if law != "cone_cylinder":
-        raise InputError("law", law, "known are cone and cone_cylinder")
+        raise InputError("law", repr(law), "unknown", next_step="Give cone or cone_cylinder.")
     if depth is not None and not depth > 0.0:
         raise InputError("saturation_depth", f"{depth} m", "it must be positive")
     return (np.inf, True) if depth is None else (float(depth), False)
@@ -120,10 +129,11 @@ def _saturation(law: str, depth: float | None) -> tuple[float, bool]:
 
 def _left_out(filter_length: int, n: int) -> int:
     if filter_length < 1 or filter_length != int(filter_length):
-        raise InputError("filter_length", filter_length, "a whole number of samples, 1 for no filter, is needed")
-    if filter_length > n // 20:
-        limit = f"at most a twentieth of the insertion's {n} samples can be left out at a step"
+        limit = "it must be a whole number of samples, 1 for no filter"
         raise InputError("filter_length", filter_length, limit)
+    if filter_length > n // 20:
+        limit = f"it must be at most a twentieth of the insertion's {n} samples, which are left out at a step"
+        raise InputError("filter_length", filter_length, limit, next_step="Use a shorter filter or a longer insertion.")
     return int(filter_length) if filter_length > 1 else 0
 
 
@@ -132,21 +142,20 @@ def _window(window: tuple[float, float] | None) -> tuple[float, float]:
         return -np.inf, np.inf
     low, high = map(float, window)
     if not low < high:
-        raise InputError("puncture_window", f"{low} to {high} m", "the low end must lie below the high end")
+        raise InputError("puncture_window", f"{low} to {high} m", "the lower limit must be below the upper limit")
     return low, high
 
 
 def _refuse_failure(outcome: str, strokes: list[np.ndarray], window: tuple[float, float] | None) -> None:
-    """Say why the core has found nothing."""
+    """Raises InputError with the reason why the core found no fit."""
     if outcome == "found":
         return
     names = ("depth of the insertion", "force of the insertion", "depth of the withdrawal", "force of the withdrawal")
     for name, values in zip(names, strokes):
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad) > 0:
-            raise InputError(
-                name, values[bad[0]], "it must be finite", f"sample {bad[0]}", "Remove or mend such samples."
-            )
-    asked = f" within {window[0]:.6g} to {window[1]:.6g} m" if window else ""
-    limit = f"it needs 2 % of the samples before and after it{asked}"
-    raise InputError("room for a puncture", "none", limit, "insertion", "Widen puncture_window or give more samples.")
+            raise InputError(name, values[bad[0]], "it must be finite", f"sample {bad[0]}", "Remove such samples.")
+    where = f" within {window[0]:.6g} to {window[1]:.6g} m" if window else ""
+    limit = f"a puncture needs 2 % of the samples before and after it{where}"
+    step = "Widen puncture_window or give more samples."
+    raise InputError("number of possible punctures", 0, limit, "insertion", step)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The loading curve alone: stiffness and contact depth from what was recorded up to the puncture."""
+"""Fit of the loading curve: stiffness and contact depth from the samples up to the puncture."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ from ..statistics.noise import Noise, noise_of
 from ..statistics.regression import Search, criterion, inverse
 from .loading_curves import CURVES, LoadingCurve
 
-LEAST_SAMPLES = 20
-SIGN = "Force is positive against insertion: flip its sign if it is not."
+MIN_LOADING_SAMPLES = 20
+FLIP_SIGN = "Force is positive against insertion: flip its sign if it is not."
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class DeformationFit:
-    """The numbers of one loading curve with ``contact_depth`` [m], SI: ``values``, and the covariance of those sought.
+    """Parameters of one loading curve with ``contact_depth`` [m], SI: ``values``, and covariance of the fitted ones.
 
-    ``order`` names the rows of ``covariance``; as many numbers are counted, also where one is ``held`` at the edge of
-    what is allowed, which the sentences say.
+    ``order`` names the rows of ``covariance``; so many parameters are counted, also if some are at a limit of their
+    range. ``held`` has a sentence for each of these.
     """
 
     law: str
@@ -28,7 +28,7 @@ class DeformationFit:
     order: tuple[str, ...]
     covariance: np.ndarray
     noise: Noise
-    """Of the residual: ``sse`` [N^2] over ``count`` samples, and how far neighbours are alike."""
+    """Of the residual: ``sse`` [N^2] over ``count`` samples, and its autocorrelation."""
     peak: float
     """Largest force [N] of the samples."""
     held: tuple[str, ...]
@@ -40,7 +40,7 @@ class DeformationFit:
 
     @property
     def bic(self) -> float:
-        """Schwarz's criterion, each sample counting as one."""
+        """Schwarz's criterion, each sample counted as independent."""
         return criterion(self.noise, len(self.order), self.noise.count)
 
     @property
@@ -59,42 +59,52 @@ def fit_deformation(
 ) -> DeformationFit:
     """Least squares of a loading curve F(z - z0) to the samples (n,) of free travel and loading, in the order of time.
 
-    ``contact`` [m] is where to start. z0 and the shape numbers that are not ``known`` are sought from several starts,
-    the amplitudes, none below 0, are projected out. Raises InputError with too few samples, or where no curve rises.
+    ``contact`` [m] is where to start. z0 and the shape parameters that are not ``known`` are fitted from several
+    starts; the amplitudes, none below 0, are projected out. Raises InputError for too few samples, and for a force that
+    does not rise.
     """
-    if len(depth) < LEAST_SAMPLES or not depth.max() > contact:
-        raise InputError("samples before the puncture", len(depth), f"fewer than {LEAST_SAMPLES}, or none in contact")
+    if len(depth) < MIN_LOADING_SAMPLES or not depth.max() > contact:
+        limit = f"at least {MIN_LOADING_SAMPLES} are needed, some of them in contact"
+        step = "Record at a higher rate, or begin above the surface."
+        raise InputError("number of samples before the puncture", len(depth), limit, next_step=step)
     curve = CURVES[law]
     given = tuple(known[name] for name in curve.shape if known.get(name) is not None)
-    sought = Search(curve, depth, force, contact, given if given or not curve.shape else None)
-    best = sought.best()
-    values = sought.values(best)
+    search = Search(curve, depth, force, contact, given if given or not curve.shape else None)
+    best = search.best()
+    values = search.values(best)
     if not any(values[name] for name in curve.amplitudes):
-        raise InputError("force before the puncture", "does not rise with depth", "no loading curve", next_step=SIGN)
+        limit = "no loading curve can be fitted"
+        raise InputError("force before the puncture", "not rising with depth", limit, next_step=FLIP_SIGN)
     order = (*curve.amplitudes, "contact_depth", *(() if given else curve.shape))
     h = depth - values["contact_depth"]
     gradient = curve.gradient(h, values)
     noise = noise_of(force - curve.force(h, values), len(force), filter_length, len(order))
-    told = [values[name] > 0.0 or name not in curve.amplitudes for name in order]
-    covariance = noise.long_run * _inverse(np.array([gradient[name] for name in order]), np.array(told))
-    held = tuple(_held(name, values[name], curve) for name in sought.held(best))
-    return DeformationFit(law, values, order, covariance, noise, float(np.abs(force).max()), held)
+    above_zero = np.array([values[name] > 0.0 or name not in curve.amplitudes for name in order])
+    return DeformationFit(
+        law=law,
+        values=values,
+        order=order,
+        covariance=noise.long_run * _inverse(np.array([gradient[name] for name in order]), above_zero),
+        noise=noise,
+        peak=float(np.abs(force).max()),
+        held=tuple(_held(name, values[name], curve) for name in search.held(best)),
+    )
 
 
 def _held(name: str, value: float, curve: LoadingCurve) -> str:
     unit = f" {curve.units.get(name, 'm')}".removesuffix(" 1")
     return (
-        f"The number {name} of the law {curve.law.name} is held at {value:.4g}{unit}, the edge of what is "
-        "allowed: the data would take it further."
+        f"The parameter {name} of the law {curve.law.name} is held at {value:.4g}{unit}, the limit of its range: the "
+        "best fit is beyond it."
     )
 
 
-def _inverse(jacobian: np.ndarray, told: np.ndarray) -> np.ndarray:
-    """Inverse of J'J for a jacobian (p, n); infinite variance for a number held at 0 or that the samples do not feel.
+def _inverse(jacobian: np.ndarray, above_zero: np.ndarray) -> np.ndarray:
+    """Inverse of J'J for a jacobian (p, n); infinite variance for a parameter held at 0 or without effect on the force.
 
-    Without its linear part a polynomial feels a shift of its contact and a linear part alike.
+    In a polynomial without linear part, a shift of the contact and a linear part have the same effect.
     """
-    felt = np.flatnonzero(told & (np.einsum("pn,pn->p", jacobian, jacobian) > 0.0))
+    known = np.flatnonzero(above_zero & (np.einsum("pn,pn->p", jacobian, jacobian) > 0.0))
     found = np.diag(np.full(len(jacobian), np.inf))
-    found[np.ix_(felt, felt)] = inverse(jacobian[felt] @ jacobian[felt].T)
+    found[np.ix_(known, known)] = inverse(jacobian[known] @ jacobian[known].T)
     return found

@@ -3,6 +3,7 @@
 
 import dataclasses
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,23 +19,23 @@ from .deformation_fit import DeformationFit, fit_deformation
 from .loading_curves import CURVES
 from .staged_fit import agrees, fit_by_stages
 
-WINDOW = 0.05e-3  # [m] beyond the samples between which segmentation sees the puncture
-MARGIN_SAMPLES = 2
-LARGEST = {"time": 1e7, "depth": 10.0, "force": 1e5}
-UNIT = {"time": "s", "depth": "m", "force": "N"}
-ROOM = 0.5e-3  # [m]
-BY_STAGES = (
-    "The strokes below the puncture would move the contact depth away from the loading curve's: fitted by stages, the "
-    "loading curve first, then friction and cutting."
+WINDOW_MARGIN_M = 0.05e-3  # [m] beyond the samples between which segmentation finds the puncture
+WINDOW_MARGIN_SAMPLES = 2
+MAX_SPAN = {"time": 1e7, "depth": 10.0, "force": 1e5}  # SI; no insertion has more
+SPAN_UNITS = {"time": "s", "depth": "m", "force": "N"}
+RETRY_MARGIN_M = 0.5e-3  # [m] by which the window is widened if the puncture is near an end of the stroke
+STAGED = (
+    "The strokes below the puncture do not agree with the contact depth of the loading curve. The fit is therefore "
+    "staged: first the loading curve, then friction and cutting."
 )
-ONLY_BY_STAGES = "The law {} is fitted by stages: the loading curve first, then friction and cutting."
+ONLY_STAGED = "The law {} has only a staged fit: first the loading curve, then friction and cutting."
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class SegmentedRecording:
-    """One recording's events, strokes, and the fit of each stiffness law; ``fits`` is empty where none could be made.
+    """One recording's events, strokes, and the fit of each stiffness law that could be fitted.
 
-    ``loading`` is each law's fit of the loading curve alone.
+    ``loading`` has each law's fit of the loading curve.
     """
 
     recording: Recording
@@ -47,19 +48,32 @@ class SegmentedRecording:
 
 
 def segmented(recording: Recording) -> SegmentedRecording:
-    """One recording segmented and not fitted. Never raises: what is wrong is in status and notes."""
+    """One recording segmented and not fitted. Never raises: errors are reported in status and notes."""
     impossible = _impossible(recording)
     events = Events(status=Status.unreadable, notes=(impossible,)) if impossible else segment(recording)
     if events.status is Status.unreadable:
-        nothing = Strokes(*4 * (np.empty(0),), slice(0, 0), slice(0, 0), None)
-        return SegmentedRecording(recording, events, nothing, Status.unreadable, events.notes)
-    pierced = events.punctures or events.status is not Status.ok
-    status = events.status if pierced else Status.no_puncture
-    return SegmentedRecording(recording, events, strokes_of(recording, events), status, events.notes)
+        status, strokes = Status.unreadable, _no_strokes()
+    else:
+        punctured = events.punctures or events.status is not Status.ok
+        status, strokes = events.status if punctured else Status.no_puncture, strokes_of(recording, events)
+    return SegmentedRecording(recording=recording, events=events, strokes=strokes, status=status, notes=events.notes)
+
+
+def _no_strokes() -> Strokes:
+    none = np.empty(0)
+    return Strokes(
+        depth_in=none,
+        force_in=none,
+        depth_out=none,
+        force_out=none,
+        inwards=slice(0, 0),
+        outwards=slice(0, 0),
+        friction_reversal=None,
+    )
 
 
 def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> SegmentedRecording:
-    """Segments and fits one recording with each stiffness law. Never raises: what went wrong is in status and notes."""
+    """Segment and fit one recording with each stiffness law. Never raises: errors are reported in status and notes."""
     unfitted = segmented(recording)
     if not unfitted.events.punctures:
         return unfitted
@@ -70,27 +84,33 @@ def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | 
     before = loading_samples(recording, strokes, events)
     for law in laws:
         try:
-            fits[law], loading[law], said = _fit(strokes, events, law, given, before, complete)
-            notes += [sentence for sentence in said if sentence not in notes]
+            fits[law], loading[law], sentences = _fit(strokes, events, law, given, before=before, complete=complete)
+            notes += [sentence for sentence in sentences if sentence not in notes]
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # InputError is a ValueError
             notes.append(f"The law {law} cannot be fitted: {error}")
-    return SegmentedRecording(
-        recording, events, strokes, events.status if fits else Status.unreadable, tuple(notes), fits, loading
+    return dataclasses.replace(
+        unfitted,
+        status=events.status if fits else Status.unreadable,
+        notes=tuple(notes),
+        fits=fits,
+        loading=loading,
     )
 
 
-def _fit(strokes: Strokes, events: Events, law: str, given: tuple, before: slice, complete):
-    """The complete fit, or the one by stages where the strokes disagree or the law has no other; the loading curve's
-    fit; what is to be said."""
+def _fit(
+    strokes: Strokes, events: Events, law: str, given: tuple, *, before: slice, complete: Callable
+) -> tuple[CycleFit, DeformationFit, list[str]]:
+    """The complete fit, or the staged one where the strokes do not agree or the law has no other; the fit of the
+    loading curve; notes."""
     saturation, filter_length = given
-    joint, said = complete(CURVES[law].complete)
+    joint, notes = complete(CURVES[law].complete)
     depth, force = strokes.depth_in[before], strokes.force_in[before]
     known = {"saturation_depth": saturation}
-    loading = fit_deformation(depth, force, events.contact.depth, law, known, filter_length)
+    loading = fit_deformation(depth, force, events.contact.depth, law, known=known, filter_length=filter_length)
     if law == joint.law and len(events.punctures) == 1 and agrees(joint, loading):
-        return joint, loading, [*said, *joint.warnings]
+        return joint, loading, [*notes, *joint.warnings]
     staged = fit_by_stages(joint, loading, strokes, filter_length)
-    return staged, loading, [*said, BY_STAGES if law == joint.law else ONLY_BY_STAGES.format(law), *staged.warnings]
+    return staged, loading, [*notes, STAGED if law == joint.law else ONLY_STAGED.format(law), *staged.warnings]
 
 
 def loading_samples(recording: Recording, strokes: Strokes, events: Events) -> slice:
@@ -101,27 +121,29 @@ def loading_samples(recording: Recording, strokes: Strokes, events: Events) -> s
 
 
 def _impossible(recording: Recording) -> str:
-    """What no insertion has, in words; empty for a possible one."""
+    """A sentence on values that no insertion has; empty for a possible recording."""
     if len(recording) < 2:
-        return "There are no samples."
-    for name, largest in LARGEST.items():
+        return "The recording has fewer than 2 samples."
+    for name, largest in MAX_SPAN.items():
         values = getattr(recording, name)
         if not float(values.max() / largest) - float(values.min() / largest) <= 1.0:
-            return f"The {name} spans more than {largest:g} {UNIT[name]}, or is not finite: check its unit."
+            return f"The {name} spans more than {largest:g} {SPAN_UNITS[name]} or is not finite: check its unit."
     return ""
 
 
 def _first_layer(strokes: Strokes, events: Events) -> Strokes:
-    """The insertion up to a second puncture: what follows is another layer, whose drop would pull the first one's."""
+    """The insertion up to a second puncture: the next layer, with its drop, would bias the first puncture."""
     if len(events.punctures) < 2:
         return strokes
     end = max(events.punctures[1].low - strokes.inwards.start, 1)
     return dataclasses.replace(strokes, depth_in=strokes.depth_in[:end], force_in=strokes.force_in[:end])
 
 
-def _complete(strokes: Strokes, events: Events, law: str, saturation: float | None, filter_length: int):
-    """By a scan of the whole insertion, or around the first puncture where there are several or the scan found
-    another."""
+def _complete(
+    strokes: Strokes, events: Events, law: str, saturation: float | None, filter_length: int
+) -> tuple[CycleFit, list[str]]:
+    """The complete fit with a scan of the complete insertion; around the first puncture if there are several, or if the
+    scan finds another."""
     options = {"law": law, "filter_length": filter_length}
     if law == "cone_cylinder":
         options["saturation_depth"] = saturation
@@ -130,24 +152,23 @@ def _complete(strokes: Strokes, events: Events, law: str, saturation: float | No
     low, high = _bracket(strokes, first)
     fit = _or_none(arrays, options)
     if fit is not None and low <= fit.values["puncture_depth"] <= high:
-        return _within(fit, low, high), [_why(count, first.depth)] if count > 1 else []
+        return _within(fit, low, high), [_first_puncture_note(count, first.depth)] if count > 1 else []
     bound = _or_none(arrays, options | {"puncture_window": (low, high)})
-    if bound is None:  # so near an end of the stroke that the fit needs more room
-        low, high = low - ROOM, high + ROOM
+    if bound is None:  # the puncture is near an end of the stroke
+        low, high = low - RETRY_MARGIN_M, high + RETRY_MARGIN_M
         bound = fit_cycle(*arrays, **options, puncture_window=(low, high))
-    return _within(bound, low, high), [_why(count, first.depth)]
+    return _within(bound, low, high), [_first_puncture_note(count, first.depth)]
 
 
 def _bracket(strokes: Strokes, puncture: Puncture) -> tuple[float, float]:
-    """The depths [m] between which segmentation sees the puncture, a little wider: by the travel of a few samples."""
+    """The depths [m] between which segmentation finds the puncture, with a margin of the travel of a few samples."""
     first, last = (min(k - strokes.inwards.start, len(strokes.depth_in) - 1) for k in (puncture.low, puncture.high))
-    margin = max(WINDOW, MARGIN_SAMPLES * float(np.ptp(strokes.depth_in)) / len(strokes.depth_in))
+    margin = max(WINDOW_MARGIN_M, WINDOW_MARGIN_SAMPLES * float(np.ptp(strokes.depth_in)) / len(strokes.depth_in))
     return float(strokes.depth_in[first]) - margin, float(strokes.depth_in[last]) + margin
 
 
 def _within(fit: CycleFit, low: float, high: float) -> CycleFit:
-    """The fit with the puncture's interval inside the bracket: there the drop is seen, whatever the model's misfit
-    says."""
+    """The fit with the puncture's interval limited to the bracket, in which the drop was measured."""
     name = "puncture_depth"
     lows = fit.low | {name: max(fit.low[name], low)}
     highs = fit.high | {name: min(fit.high[name], high)}
@@ -155,21 +176,23 @@ def _within(fit: CycleFit, low: float, high: float) -> CycleFit:
 
 
 def _or_none(arrays: tuple, options: dict) -> CycleFit | None:
-    """The complete fit, or None where it finds no room for a puncture of its own."""
+    """The complete fit, or None where it finds no possible puncture."""
     try:
         return fit_cycle(*arrays, **options)
     except InputError:
         return None
 
 
-def _why(punctures: int, first: float) -> str:
+def _first_puncture_note(punctures: int, first: float) -> str:
     place = f"at a depth of {1e3 * first:.2f} mm"
     if punctures > 1:
         return (
-            f"There are {punctures} punctures; this one-layer model takes the first, {place}, and misses what follows."
+            f"There are {punctures} punctures. This one-layer model describes the first, {place}, and omits the deeper "
+            "ones."
         )
     return (
-        f"The force jumps most elsewhere, but the first puncture {place} ends the deformation: the fit is bound to it."
+        f"The largest drop of the force is at another depth, but the first puncture, {place}, ends the deformation: "
+        "the fit uses the first puncture."
     )
 
 

@@ -1,24 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loading curves F(h) = sum of a_k phi_k(h; s), zero without contact, and those that can be fitted; a new one is a
-value here and a place in the list at the end."""
+"""Loading curves F(h) = sum of a_k phi_k(h; s), zero without contact, that can be fitted; a new one is a value here
+and an entry in the list at the end."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ... import core
 
-AT_ONCE = 0.05  # of the indentation: a contact that saturates there is a straight line
-ALL_BUT_STRAIGHT = 0.1  # e-folds up to the puncture: the curve leaves its chord by 1 %
+MIN_SATURATION = 0.05  # [of the indentation] a contact that saturates before is a straight line
+MIN_EXPONENT = 0.1  # [1] rate times indentation; below, the curve departs from its chord by less than 1 %
 POWER, TERMS = ({row["name"]: row for row in law.table()} for law in (core.laws.PowerLaw, core.laws.Polynomial))
 UNIT_DEPTH = POWER["reference_depth"]["default"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ShapeParameter:
-    """A number that is sought: unit, and where to start, least and most, all times indentation ** ``power``."""
+    """A fitted shape parameter: unit, and starts, lower and upper limit, all times indentation ** ``power``."""
 
     unit: str
     power: int
@@ -27,16 +28,16 @@ class ShapeParameter:
     high: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LoadingCurve:
-    """A stiffness law as a fit sees it. Functions take h (n,) [m], none below 0, and the shape numbers, SI.
+    """A stiffness law in the form of a fit. Functions take h (n,) [m], none below 0, and the shape parameters, SI.
 
-    ``amplitudes`` maps names to units; none is negative, so that the curve rises. ``basis`` gives phi, one (n,) an
-    amplitude, ``by_depth`` its derivatives by h, ``by_shape`` a list of its derivatives for each shape number.
-    ``stiffness(values, half_angle)`` makes the law, with the tip's half angle [rad] for one that has a tip.
-    ``complete`` names the law of the complete fit that finds the puncture: its own, or one that follows most curves.
+    ``amplitudes`` maps names to units; none is negative, so that the curve rises. ``basis`` returns phi, one (n,) per
+    amplitude, ``by_depth`` its derivatives by h, ``by_shape`` a list of its derivatives for each shape parameter.
+    ``stiffness(values, half_angle)`` makes the law; a law with a tip uses the tip's half angle [rad]. ``complete``
+    names the law of the complete fit that finds the puncture: its own, or one that approximates most curves.
     ``gives_modulus``: the reduced modulus follows from the parameters and the tip. ``not_distinguishable(values)``
-    names the parameters of which these values, with ``puncture_indentation``, identify a product only.
+    names the parameters of which only the product is identified at these values, with ``puncture_indentation``.
     """
 
     law: type
@@ -52,15 +53,15 @@ class LoadingCurve:
 
     @property
     def units(self) -> dict[str, str]:
-        """Name to unit of all numbers."""
-        return {**self.amplitudes, **{name: number.unit for name, number in self.shape.items()}}
+        """Name to unit of all parameters."""
+        return {**self.amplitudes, **{name: each.unit for name, each in self.shape.items()}}
 
     def force(self, h: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """F [N], shaped as h [m]; 0 below 0."""
         return self._sum(values, self.basis(np.maximum(h, 0.0), *self._shape(values)))
 
     def gradient(self, h: np.ndarray, values: Mapping[str, float]) -> dict[str, np.ndarray]:
-        """The derivatives of F(z - z0) by each number and by ``contact_depth`` z0, each shaped as h; 0 below 0."""
+        """Derivatives of F(z - z0) by each parameter and by ``contact_depth`` z0, each shaped as h; 0 below 0."""
         h, shape = np.maximum(h, 0.0), self._shape(values)
         found = dict(zip(self.amplitudes, self.basis(h, *shape)))
         found["contact_depth"] = -self._sum(values, self.by_depth(h, *shape))
@@ -73,16 +74,16 @@ class LoadingCurve:
         return sum(values[name] * part for name, part in zip(self.amplitudes, parts))
 
 
-def _modulus(values, half_angle: float) -> float:
+def _modulus(values: Mapping[str, float], half_angle: float) -> float:
     """Reduced modulus [Pa] of a cone."""
     return 0.5 * math.pi * values["stiffness_coefficient"] / math.tan(half_angle)
 
 
-def _cone(values, half_angle: float):
+def _cone(values: Mapping[str, float], half_angle: float) -> Any:
     return core.laws.Cone(_modulus(values, half_angle), half_angle)
 
 
-def _cone_cylinder(values, half_angle: float):
+def _cone_cylinder(values: Mapping[str, float], half_angle: float) -> Any:
     saturation = values["saturation_depth"]
     if not math.isfinite(saturation):
         return _cone(values, half_angle)
@@ -90,8 +91,8 @@ def _cone_cylinder(values, half_angle: float):
     return core.laws.ConeCylinder(_modulus(values, half_angle), half_angle, radius)
 
 
-def _polynomial(values, half_angle: float):
-    # the law wants a slope at contact; its least is far below what any sensor tells from none
+def _polynomial(values: Mapping[str, float], half_angle: float) -> Any:
+    # the law requires a slope at contact; its lower limit is far below the resolution of any sensor
     return core.laws.Polynomial(max(values["linear"], TERMS["linear"]["low"]), values["quadratic"])
 
 
@@ -109,7 +110,11 @@ CONE = LoadingCurve(
 CONE_CYLINDER = LoadingCurve(
     law=core.laws.ConeCylinder,
     amplitudes={"stiffness_coefficient": "N/m^2"},
-    shape={"saturation_depth": ShapeParameter("m", 1, (0.02, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5), 0.002, 3.0)},
+    shape={
+        "saturation_depth": ShapeParameter(
+            unit="m", power=1, starts=(0.02, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5), low=0.002, high=3.0
+        )
+    },
     basis=lambda h, s: (np.minimum(h, s) * (2.0 * h - np.minimum(h, s)),),
     by_depth=lambda h, s: (2.0 * np.minimum(h, s),),
     by_shape=lambda h, s: ((2.0 * (h - np.minimum(h, s)),),),
@@ -118,7 +123,7 @@ CONE_CYLINDER = LoadingCurve(
     gives_modulus=True,
     not_distinguishable=lambda values: (
         ("stiffness_coefficient", "saturation_depth")
-        if values["saturation_depth"] < AT_ONCE * values["puncture_indentation"]
+        if values["saturation_depth"] < MIN_SATURATION * values["puncture_indentation"]
         else ()
     ),
 )
@@ -129,7 +134,11 @@ POWER_LAW = LoadingCurve(
     amplitudes={"reference_force": "N"},
     shape={
         "exponent": ShapeParameter(
-            "1", 0, (1.05, 1.3, 1.6, 2.0, 2.5, 3.5, 5.0), POWER["exponent"]["low"], POWER["exponent"]["high"]
+            unit="1",
+            power=0,
+            starts=(1.05, 1.3, 1.6, 2.0, 2.5, 3.5, 5.0),
+            low=POWER["exponent"]["low"],
+            high=POWER["exponent"]["high"],
         )
     },
     basis=lambda h, n: ((h / UNIT_DEPTH) ** n,),
@@ -151,13 +160,15 @@ POLYNOMIAL = LoadingCurve(
 EXPONENTIAL = LoadingCurve(
     law=core.laws.Exponential,
     amplitudes={"scale": "N"},
-    shape={"rate": ShapeParameter("1/m", -1, (0.03, 0.3, 1.0, 2.0, 4.0, 8.0, 16.0), 1e-3, 30.0)},
+    shape={
+        "rate": ShapeParameter(unit="1/m", power=-1, starts=(0.03, 0.3, 1.0, 2.0, 4.0, 8.0, 16.0), low=1e-3, high=30.0)
+    },
     basis=lambda h, a: (np.expm1(a * h),),
     by_depth=lambda h, a: (np.where(h > 0.0, a * np.exp(a * h), 0.0),),
     by_shape=lambda h, a: ((h * np.exp(a * h),),),
     stiffness=lambda values, _: core.laws.Exponential(values["rate"], values["scale"]),
     not_distinguishable=lambda values: (
-        ("scale", "rate") if values["rate"] * values["puncture_indentation"] < ALL_BUT_STRAIGHT else ()
+        ("scale", "rate") if values["rate"] * values["puncture_indentation"] < MIN_EXPONENT else ()
     ),
 )
 """b (exp(a h) - 1)."""

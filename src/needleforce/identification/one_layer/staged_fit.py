@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The fit by stages: the loading curve first, then friction and cutting with its contact depth.
+"""The staged fit: the loading curve first, then friction and cutting with its contact depth.
 
-The complete fit shares one contact depth between loading and withdrawal. Where the one-layer model does not hold below
-the puncture (layers, relaxation, a surface that moves), the strokes pull that depth away from where the needle
-touched. Stages keep it.
+The complete fit uses one contact depth for loading and withdrawal. Where the one-layer model does not hold below the
+puncture (layers, relaxation, a surface that moves), this biases the contact depth. The staged fit does not.
 """
 
 import dataclasses
@@ -11,47 +10,47 @@ import math
 
 import numpy as np
 
-from ..statistics.noise import Z_95, noise_of
+from ..statistics.noise import TWO_SIDED, noise_of
 from ..statistics.regression import inverse
 from ..strokes import Strokes
 from .cycle_estimates import CycleFit
 from .deformation_fit import DeformationFit
 
-DISAGREES = 3.0  # standard errors of the loading curve's contact depth: Hausman's test of the shared one
+MAX_CONTACT_SHIFT = 3.0  # [standard errors of the loading curve's contact depth] Hausman's test of the shared one
 
 
 def agrees(joint: CycleFit, loading: DeformationFit) -> bool:
-    """True if the joint fit pushes outwards nowhere and its shared contact depth is the loading curve's, within its
-    error."""
+    """True if no force of the joint fit is negative and its contact depth is the loading curve's within its error."""
     if joint.values["cutting_force"] < 0.0 or joint.values["stiffness_coefficient"] <= 0.0:
         return False
     place = loading.order.index("contact_depth")
     error = math.sqrt(max(float(loading.covariance[place, place]), 0.0))
     resolution = 1e-6  # [m]; without noise the errors are those of rounding
     difference = abs(joint.values["contact_depth"] - loading.values["contact_depth"])
-    return difference <= DISAGREES * error + resolution
+    return difference <= MAX_CONTACT_SHIFT * error + resolution
 
 
 def fit_by_stages(joint: CycleFit, loading: DeformationFit, strokes: Strokes, filter_length: int) -> CycleFit:
-    """The cycle with the loading curve as it is, the puncture of ``joint``, and friction and cutting fitted anew."""
+    """The cycle with the given loading curve, the puncture of ``joint``, and a new fit of friction and cutting."""
     from scipy.linalg import block_diag
 
     after = joint.samples_before_puncture + joint.left_out
     contact = loading.values["contact_depth"]
-    pushed, pulled = strokes.depth_in[after:] - contact, strokes.depth_out - contact
+    embedded_length_in = strokes.depth_in[after:] - contact
+    embedded_length_out = np.maximum(strokes.depth_out - contact, 0.0)
     design = np.vstack(
         [
-            np.column_stack([pushed, np.ones_like(pushed)]),
-            np.column_stack([-np.maximum(pulled, 0.0), np.zeros_like(pulled)]),
+            np.column_stack([embedded_length_in, np.ones_like(embedded_length_in)]),
+            np.column_stack([-embedded_length_out, np.zeros_like(embedded_length_out)]),
         ]
     )
     force = np.concatenate([strokes.force_in[after:], strokes.force_out])
     (friction, cutting), held = _not_negative(design, force)
-    covariance = _covariance(design, force - design @ (friction, cutting), len(pushed), filter_length)
+    covariance = _covariance(design, force - design @ (friction, cutting), len(embedded_length_in), filter_length)
     values = _values(joint, loading, friction, cutting)
     low, high = _limits(values, joint, loading, covariance)
     residual_in = strokes.force_in - _insertion(strokes.depth_in, joint.samples_before_puncture, loading, values)
-    residual_out = strokes.force_out + friction * np.maximum(pulled, 0.0)
+    residual_out = strokes.force_out + friction * embedded_length_out
     sse, n = float(residual_in @ residual_in + residual_out @ residual_out), len(residual_in) + len(residual_out)
     return dataclasses.replace(
         joint,
@@ -74,22 +73,21 @@ def fit_by_stages(joint: CycleFit, loading: DeformationFit, strokes: Strokes, fi
 
 
 def _not_negative(design: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Friction and cutting, neither below 0; what was held there is said with the value that least squares would
-    take."""
+    """Friction and cutting, neither below 0, and a sentence for each that is held at 0, with its best value."""
     from scipy.optimize import nnls
 
     best = np.linalg.lstsq(design, force, rcond=None)[0]
     held = tuple(
-        f"The {name} is held at 0: the best value would be {value:.3g} {unit}, which is unphysical."
+        f"The {name} is held at 0: least squares give {value:.3g} {unit}, which is unphysical."
         for name, unit, value in zip(("friction per length", "cutting force"), ("N/m", "N"), best)
         if value < 0.0
     )
     return (nnls(design, force)[0] if held else best), held
 
 
-def _covariance(design: np.ndarray, residual: np.ndarray, pushed: int, filter_length: int) -> np.ndarray:
-    """Covariance (2, 2) of friction and cutting, from the noise of either stroke."""
-    parts = [slice(0, pushed), slice(pushed, None)]
+def _covariance(design: np.ndarray, residual: np.ndarray, n_insertion: int, filter_length: int) -> np.ndarray:
+    """Covariance (2, 2) of friction and cutting, from the noise of each stroke; the insertion comes first."""
+    parts = [slice(0, n_insertion), slice(n_insertion, None)]
     grams = [design[part].T @ design[part] for part in parts]
     noises = [noise_of(residual[part], len(residual[part]), filter_length, 1.0) for part in parts]
     bread = inverse(sum(grams))
@@ -107,10 +105,13 @@ def _values(joint: CycleFit, loading: DeformationFit, friction: float, cutting: 
     }
 
 
-def _limits(values, joint: CycleFit, loading: DeformationFit, covariance: np.ndarray) -> tuple[dict, dict]:
-    """95 % limits; the puncture's own are the joint fit's samples. No number of a curve is negative."""
-    half = dict(zip(loading.order, Z_95 * np.sqrt(np.maximum(loading.covariance.diagonal(), 0.0))))
-    half |= dict(zip(("friction_per_length", "cutting_force"), Z_95 * np.sqrt(np.maximum(covariance.diagonal(), 0.0))))
+def _limits(
+    values: dict[str, float], joint: CycleFit, loading: DeformationFit, covariance: np.ndarray
+) -> tuple[dict, dict]:
+    """Limits of the intervals; the puncture's are the joint fit's samples. No parameter of a curve is negative."""
+    half = dict(zip(loading.order, TWO_SIDED * np.sqrt(np.maximum(loading.covariance.diagonal(), 0.0))))
+    halves = TWO_SIDED * np.sqrt(np.maximum(covariance.diagonal(), 0.0))
+    half |= dict(zip(("friction_per_length", "cutting_force"), halves))
     samples = 0.5 * (joint.high["puncture_depth"] - joint.low["puncture_depth"])
     half["puncture_indentation"] = math.hypot(half["contact_depth"], samples)
     half["puncture_force"] = _peak_limit(values, loading, samples)
@@ -122,17 +123,18 @@ def _limits(values, joint: CycleFit, loading: DeformationFit, covariance: np.nda
     return low | {puncture: joint.low[puncture]}, high | {puncture: joint.high[puncture]}
 
 
-def _peak_limit(values, loading: DeformationFit, samples: float) -> float:
+def _peak_limit(values: dict[str, float], loading: DeformationFit, samples: float) -> float:
     """Half width for the force at the puncture, by the delta method."""
     gradient = loading.curve.gradient(np.float64(values["puncture_indentation"]), values)
     by = np.array([gradient[name] for name in loading.order])
-    felt = ~np.isinf(loading.covariance.diagonal())
-    variance = float(by[felt] @ loading.covariance[np.ix_(felt, felt)] @ by[felt])
-    return math.hypot(Z_95 * math.sqrt(max(variance, 0.0)), float(gradient["contact_depth"]) * samples)
+    known = ~np.isinf(loading.covariance.diagonal())
+    variance = float(by[known] @ loading.covariance[np.ix_(known, known)] @ by[known])
+    return math.hypot(TWO_SIDED * math.sqrt(max(variance, 0.0)), float(gradient["contact_depth"]) * samples)
 
 
 def _insertion(depth: np.ndarray, before: int, loading: DeformationFit, values: dict[str, float]) -> np.ndarray:
     """The fitted force of the insertion, (n,) [N]; the first ``before`` samples lie before the puncture."""
-    h = depth - values["contact_depth"]
-    pushed = loading.curve.force(h, values)
-    return np.where(np.arange(len(h)) < before, pushed, values["friction_per_length"] * h + values["cutting_force"])
+    embedded_length = depth - values["contact_depth"]  # before the puncture the indentation
+    loaded = loading.curve.force(embedded_length, values)
+    cut = values["friction_per_length"] * embedded_length + values["cutting_force"]
+    return np.where(np.arange(len(depth)) < before, loaded, cut)

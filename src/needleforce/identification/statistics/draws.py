@@ -4,31 +4,41 @@
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from ...errors import InputError
-from ..estimates import Estimate, Parameters, student
+from ..estimates import Estimate, Parameters
 from ..one_layer.cycle_estimates import CycleFit
 from ..one_layer.loading_curves import CURVES
 from ..recording_fit import RecordingFit
 from ..strokes import Strokes
-from .noise import Z_95
+from .noise import TWO_SIDED, student_quantile
 from .posterior import Linear, Posterior, can_be_exact, posterior_of
 
-MOST = 10_000_000
+MAX_DRAWS = 10_000_000  # more would need several GB
 EXACT = "exact posterior: a grid over contact and puncture, the linear coefficients Gaussian in each cell"
-GAUSSIAN = "Gaussian with the fit's covariance, puncture even over its interval"
-ROUNDS = 100  # of draws, before what the priors allow is said to be too little
+GAUSSIAN = "Gaussian with the fit's covariance, puncture uniform over its interval"
+MAX_ROUNDS = 100  # of draws: if the priors reject more than this, another method is used
 
 
 @dataclass(frozen=True, eq=False)
 class Draws(Mapping[str, np.ndarray]):
-    """Independent draws by the names of the estimates, SI: ``draws["friction_per_length"]`` is (count,).
+    """Independent draws by the names of the estimates, in SI: ``draws["friction_per_length"]`` is (count,).
 
-    With one recording they are its own; with several, of the mean over repeats. ``own[name]`` is (repeats, count), one
-    row a recording, named by ``files``; ``methods`` says of each how it was drawn. Draws of one recording belong
-    together along count, those of the mean as well, so that what trades off does so in them.
+    Draws with the same index belong together, so that they have the correlations of the estimates.
+
+    Attributes
+    ----------
+    mean : mapping of str to numpy.ndarray
+        Draws (count,) of the mean over repeats; of one recording its own. ``draws[name]`` is ``draws.mean[name]``.
+    own : mapping of str to numpy.ndarray
+        Draws (repeats, count) of each recording.
+    files : tuple of str
+        Names of the recordings, in the order of the rows of ``own``.
+    methods : tuple of str
+        How each recording was drawn.
     """
 
     mean: Mapping[str, np.ndarray]
@@ -45,8 +55,19 @@ class Draws(Mapping[str, np.ndarray]):
     def __len__(self) -> int:
         return len(self.mean)
 
-    def save(self, path) -> None:
-        """Writes the draws as CSV or JSON, by the ending of ``path``; see ``write_draws``."""
+    def save(self, path: str | Path) -> None:
+        """Write the draws to a file.
+
+        Parameters
+        ----------
+        path : str or path-like
+            Ends in ``.csv`` or ``.json``; see ``write_draws`` for the columns and keys.
+
+        Raises
+        ------
+        InputError
+            For another ending.
+        """
         from ..export import write_draws
 
         write_draws(self, path)
@@ -54,8 +75,8 @@ class Draws(Mapping[str, np.ndarray]):
 
 def checked_count(count: int) -> int:
     """``count`` as a whole number. Raises InputError outside 1 to 10 million."""
-    if not 1 <= count <= MOST or count != int(count):
-        raise InputError("count of draws", count, f"must be a whole number from 1 to {MOST}")
+    if not 1 <= count <= MAX_DRAWS or count != int(count):
+        raise InputError("number of draws", count, f"it must be a whole number from 1 to {MAX_DRAWS}")
     return int(count)
 
 
@@ -64,14 +85,14 @@ def draws_of(
 ) -> Draws:
     """Independent draws of every identified quantity, the same for the same seed.
 
-    A recording's draws are of its exact posterior, or Gaussian where that has none: see ``draw_cycle``. What is
-    estimated by other means (the measured puncture force, presliding) is Gaussian by its interval and independent of
+    The draws of a recording are of its exact posterior, or Gaussian where there is none: see ``draw_cycle``. Estimates
+    made otherwise (the measured puncture force, presliding) are drawn as Gaussian with their interval, independent of
     the rest.
 
-    The mean over n repeats is Student's: x + g sum_j z_j (x_j - x) / sqrt(n (n - 1)), z normal, g the root of n - 1
-    over a chi-square, one z and g for all quantities. Its 95 % are the table's interval, its correlations the repeats'.
-    Where repeats scatter less than their own errors, the rest is normal. What second passes estimate is drawn by its
-    interval.
+    The mean over n repeats has Student's distribution: x + g sum_j z_j (x_j - x) / sqrt(n (n - 1)), z normal, g the
+    root of n - 1 over a chi-square, one z and g for all quantities. Its interval is that of the table, its correlations
+    are those of the repeats. Where repeats scatter less than their own errors, a normal part is added. Estimates from
+    second passes are drawn by their interval.
 
     Parameters
     ----------
@@ -82,7 +103,7 @@ def draws_of(
     count : int
         From 1 to 10 million.
     seed : int
-        Of the random numbers.
+        Seed of the random numbers; the same seed gives the same draws.
     passes : int
         Sites over which second passes were averaged.
 
@@ -98,8 +119,8 @@ def draws_of(
     count = checked_count(count)
     answering = [each for each in recordings if each.cycle is not None]
     if not answering:
-        reason = "no recording was fitted by a one-layer cycle"
-        raise InputError("draws", "none", reason, next_step="Give recordings that answer, and a one-layer model.")
+        step = "Give a recording with contact and puncture, and a one-layer model."
+        raise InputError("draws", "not available", "no recording has a one-layer fit", next_step=step)
     random = np.random.default_rng(seed)
     drawn = [_own(each, count, random) for each in answering]
     names = [name for name in drawn[0][0] if all(name in found for found, _ in drawn)]
@@ -112,19 +133,19 @@ def draws_of(
 
 
 def _own(each: RecordingFit, count: int, random: np.random.Generator) -> tuple[dict, str]:
-    """One recording's draws by the names of its estimates, in their order, and the method of its cycle's."""
+    """The draws of one recording by the names of its estimates, in their order, and how its cycle was drawn."""
     joint, method = draw_cycle(each.cycle, each.strokes, count, random)
     found = {}
     for name, estimate in each.parameters.items():
         if name in joint and estimate.value == each.cycle.values[name]:
             found[name] = joint[name]
         elif math.isfinite(estimate.high - estimate.low):
-            found[name] = _by_interval(estimate, random.standard_normal(count) / Z_95)
+            found[name] = _by_interval(estimate, random.standard_normal(count) / TWO_SIDED)
     return found, method
 
 
 def _by_interval(estimate: Estimate, share: np.ndarray) -> np.ndarray:
-    """Draws (d,) that stand ``share`` (d,) of the way from the value to either end of its interval."""
+    """Draws (d,) at ``share`` (d,) of the distance from the value to the ends of its interval."""
     return estimate.value + share * np.where(share < 0.0, estimate.value - estimate.low, estimate.high - estimate.value)
 
 
@@ -146,29 +167,32 @@ def _mean(
         elif pooled.identifiable and math.isfinite(pooled.high - pooled.low):
             found[name] = pooled.value + (values - values.mean()) @ shared / math.sqrt(n * (n - 1))
             found[name] += _beyond_scatter(values, pooled) * random.standard_normal(count)
-        else:  # as little is known of the mean as of each
+        else:  # the mean has the uncertainty of a single repeat
             found[name] = draws[np.arange(count) % n, np.arange(count)]
     return found
 
 
 def _beyond_scatter(values: np.ndarray, pooled: Estimate) -> float:
-    """Standard error that the pooled interval has beyond the scatter of repeats, which may be less than their own."""
+    """Standard error of the pooled interval in excess of the scatter between repeats."""
     n, half = len(values), 0.5 * (pooled.high - pooled.low)
-    scatter = student(n) * float(values.std(ddof=1)) / math.sqrt(n)
-    return math.sqrt(max(half**2 - scatter**2, 0.0)) / Z_95
+    scatter = student_quantile(n - 1) * float(values.std(ddof=1)) / math.sqrt(n)
+    return math.sqrt(max(half**2 - scatter**2, 0.0)) / TWO_SIDED
 
 
 def _replaced(pooled: Estimate, n: int, count: int, random: np.random.Generator) -> np.ndarray:
     """Draws of an estimate from second passes at ``n`` sites, by its interval."""
-    share = random.standard_normal(count) / Z_95 if n < 2 else random.standard_t(n - 1, count) / student(n)
+    if n < 2:
+        share = random.standard_normal(count) / TWO_SIDED
+    else:
+        share = random.standard_t(n - 1, count) / student_quantile(n - 1)
     return _by_interval(pooled, share)
 
 
 def draw_cycle(fit: CycleFit, strokes: Strokes, count: int, random: np.random.Generator) -> tuple[dict, str]:
     """Draws (count,) of each quantity of the cycle by name, SI, and the method that gave them.
 
-    Exact where all was fitted at once with noise that running sums can carry; else Gaussian. No draw has a coefficient
-    below 0. What the cycle does not tell is NaN.
+    Exact for a complete fit, see ``can_be_exact``; otherwise Gaussian. No draw has a coefficient below 0. Parameters
+    that the cycle does not determine are NaN.
     """
     bounded = {*CURVES[fit.law].units, "friction_per_length"}
     if can_be_exact(fit):
@@ -182,9 +206,9 @@ def draw_cycle(fit: CycleFit, strokes: Strokes, count: int, random: np.random.Ge
 
 
 def _allowed(draw: Callable[[], dict], bounded: set[str]) -> dict | None:
-    """As many draws as ``draw`` gives, none below 0 where bounded; None where such are rarer than one in ROUNDS."""
+    """As many draws as ``draw`` gives, the bounded ones not below 0; None where fewer than one in MAX_ROUNDS is."""
     kept: list[dict] = []
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         found = draw()
         good = np.all([~(found[name] < 0.0) for name in bounded & found.keys()], axis=0)
         if not kept and good.all():
@@ -218,17 +242,17 @@ def _exact(fit: CycleFit, strokes: Strokes, posterior: Posterior, count: int, ra
 
 
 def _smear(fit: CycleFit) -> float:
-    """Standard error of the puncture's depth behind a filter [m], as the indentation's interval has it."""
+    """Standard error [m] of the puncture depth behind a filter, from the interval of the indentation."""
     half = {name: 0.5 * (fit.high[name] - fit.low[name]) for name in ("puncture_indentation", "contact_depth")}
-    return math.sqrt(max(half["puncture_indentation"] ** 2 - half["contact_depth"] ** 2, 0.0)) / Z_95
+    return math.sqrt(max(half["puncture_indentation"] ** 2 - half["contact_depth"] ** 2, 0.0)) / TWO_SIDED
 
 
 def _gaussian(fit: CycleFit, count: int, random: np.random.Generator) -> dict:
-    """Draws of the Gaussian before the bounds; NaN for a number that the covariance does not know."""
+    """Draws of the Gaussian before the bounds; NaN for a parameter without a finite variance."""
     order = fit.covariance_order
-    told = np.flatnonzero(np.isfinite(fit.covariance.diagonal()))
+    known = np.flatnonzero(np.isfinite(fit.covariance.diagonal()))
     values = np.full((len(order), count), np.nan)
-    values[told] = _correlated(fit.covariance[np.ix_(told, told)], count, random)
+    values[known] = _correlated(fit.covariance[np.ix_(known, known)], count, random)
     found = {name: fit.values[name] + scatter for name, scatter in zip(order, values)}
     ends = (limit["puncture_depth"] for limit in (fit.low, fit.high))
     return _with_puncture(fit, found, random.uniform(*ends, count))
@@ -243,9 +267,9 @@ def _correlated(covariance: np.ndarray, count: int, random: np.random.Generator)
 
 
 def _with_puncture(fit: CycleFit, found: dict, puncture: np.ndarray) -> dict:
-    """The draws with the puncture's depth, its indentation and the law's force there, what is not told held."""
+    """The draws with the puncture's depth, its indentation and the law's force there; undetermined parameters held."""
     indentation = puncture - found["contact_depth"]
-    told = {name: values for name, values in found.items() if not np.isnan(values).any()}
-    values = {name: told.get(name, fit.values[name]) for name in CURVES[fit.law].units}
+    known = {name: values for name, values in found.items() if not np.isnan(values).any()}
+    values = {name: known.get(name, fit.values[name]) for name in CURVES[fit.law].units}
     force = CURVES[fit.law].force(indentation, values)
     return found | {"puncture_depth": puncture, "puncture_indentation": indentation, "puncture_force": force}

@@ -10,51 +10,55 @@ import numpy as np
 from ..one_layer.cycle_estimates import CycleFit
 from ..strokes import Strokes
 
-LIKELY = 20.0  # what is exp(-20) times as likely as the best counts as impossible
-CONTACTS, SATURATIONS = 97, 96  # nodes of the grid
-REACH = 6.5  # standard errors of the contact, given the saturation
-ROUNDS, NARROWS = 6, 8.0  # a search of 33 nodes, each time over an eighth of the range
-SHARED = 2.0  # between the strokes' noises; beyond, the fit, which weighs samples alike, is not the likeliest point
-SHARP = 1e-4  # of the peak force: quieter noise is lost in the rounding of running sums
-LEAST = 8  # samples of a loading curve
+MAX_LOG_RATIO = 20.0  # a point exp(-20) times as likely as the best one has no weight
+N_CONTACTS, N_SATURATIONS = 97, 96  # nodes of the grid
+GRID_HALF_WIDTH = 6.5  # [standard errors of the contact at a given saturation]
+N_ROUNDS, NARROWING = 6, 8.0  # a search of 33 nodes, each time over an eighth of the range
+MAX_NOISE_RATIO = 2.0  # of the two strokes; beyond, the fit, which weights all samples equally, is not the mode
+MIN_NOISE_SHARE = 1e-4  # [of the peak force] smaller noise is lost in the rounding of running sums
+MIN_LOADING_SAMPLES = 8
+N, H, H2, H3, H4, F, FH, FH2, F2 = range(9)  # rows of RunningSums
 
 
 def can_be_exact(fit: CycleFit) -> bool:
-    """True if all was fitted at once, with noise that running sums can carry and either stroke shares."""
+    """True for a complete fit whose noise is resolved by running sums and similar in both strokes."""
     noises = [noise.long_run for noise in fit.noises if noise.count]
-    sharp = fit.rmse <= SHARP * abs(fit.values["puncture_force"])
-    return not fit.by_stages and not sharp and max(noises) <= SHARED * min(noises)
+    too_small = fit.rmse <= MIN_NOISE_SHARE * abs(fit.values["puncture_force"])
+    return not fit.by_stages and not too_small and max(noises) <= MAX_NOISE_RATIO * min(noises)
+
+
+Grid = np.ndarray | float | int
 
 
 class RunningSums:
     """Sums over any run of samples of a stroke: their number, h to h^4, and F, F h, F h^2, F^2.
 
-    ``h`` (n,) is depth from near the contact in units near the indentation, ``force`` (n,); ``direction`` is +1 for an
-    insertion, -1 for a withdrawal.
+    ``h`` (n,) is the depth below the fitted contact over the fitted indentation; past the contact it is the embedded
+    length. ``force`` F is (n,) [N]; ``direction`` is +1 for an insertion, -1 for a withdrawal.
     """
 
     def __init__(self, h: np.ndarray, force: np.ndarray, direction: float):
         self.size, self.direction = len(h), direction
-        self.reach = np.maximum.accumulate(direction * h) if len(h) else h
+        self.farthest = np.maximum.accumulate(direction * h) if len(h) else h
         squared = h * h
         columns = (np.ones_like(h), h, squared, squared * h, squared * squared)
         columns += (force, force * h, force * squared, force * force)
         self.rows = np.zeros((9, len(h) + 1))
         np.cumsum(columns, axis=1, out=self.rows[:, 1:])
 
-    def passing(self, h) -> np.ndarray:
+    def passing(self, h: Grid) -> np.ndarray:
         """Number of samples before the stroke first passes h."""
-        return np.searchsorted(self.reach, self.direction * h, side="right")
+        return np.searchsorted(self.farthest, self.direction * h, side="right")
 
-    def between(self, first, last) -> np.ndarray:
+    def between(self, first: Grid, last: Grid) -> np.ndarray:
         """The sums (9, ...) over samples first to last - 1."""
         first, last = np.broadcast_arrays(first, last)
         return self.rows[:, last] - self.rows[:, first]
 
 
 class Linear(NamedTuple):
-    """For each contact, saturation and puncture: ``misfit``, the sum of squares that is left over the variance,
-    ``volume``, the logarithm of the Gaussian's width, the means of c, f' and f_c, and their deviations' triangle."""
+    """For each contact, saturation and puncture: ``misfit``, the residual sum of squares over the variance, ``volume``,
+    the logarithm of the Gaussian's volume, the means of c, f' and f_c, and the Cholesky factor of their covariance."""
 
     misfit: np.ndarray
     volume: np.ndarray
@@ -68,72 +72,72 @@ class Linear(NamedTuple):
 
     @property
     def log_density(self) -> np.ndarray:
-        """Logarithm of the posterior density of contact, saturation and puncture, but for a constant."""
+        """Logarithm of the posterior density of contact, saturation and puncture, up to a constant."""
         return self.volume - 0.5 * self.misfit
 
 
 class CycleSums(NamedTuple):
-    """Both strokes, the variance [N^2] that divides their squares, and the samples left out on each side of a step."""
+    """Both strokes, the noise variance [N^2], and the samples left out on each side of a step."""
 
     insertion: RunningSums
     withdrawal: RunningSums
     variance: float
     left_out: int
 
-    def linear(self, contact, saturation, puncture) -> Linear:
+    def linear(self, contact: Grid, saturation: Grid, puncture: Grid) -> Linear:
         """The coefficients for contacts, saturation depths and punctures, counted in samples before, of any shape."""
         z, saturation, puncture = np.broadcast_arrays(contact, saturation, puncture)
         gg, fg = self._loading(z, saturation, puncture - self.left_out)
-        room = gg > 0.0
-        gg = np.where(room, gg, 1.0)
+        has_loading = gg > 0.0
+        gg = np.where(has_loading, gg, 1.0)
         n, h, hh, f, fh = self._line(z, puncture + self.left_out)
         det = hh * n - h * h
         friction, cutting = (n * fh - h * f) / det, (hh * f - h * fh) / det
         misfit = (self._squares(puncture) - fg * fg / gg - friction * fh - cutting * f) / self.variance
         sd, friction_sd = np.sqrt(self.variance), np.sqrt(self.variance * n / det)
         sds = sd / np.sqrt(gg), friction_sd, -self.variance * h / det / friction_sd, sd / np.sqrt(n)
-        volume = np.where(room, -0.5 * np.log(gg * det), -np.inf)
+        volume = np.where(has_loading, -0.5 * np.log(gg * det), -np.inf)
         return Linear(misfit, volume, fg / gg, friction, cutting, *sds)
 
-    def _line(self, z, first) -> tuple[np.ndarray, ...]:
+    def _line(self, z: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, ...]:
         """Sums of 1, h, h^2, F and F h over the insertion's samples from ``first`` on, and of h^2 and -F h over the
-        withdrawal's below the contact: what one slope and the insertion's offset need."""
+        withdrawal's below the contact, where h is the embedded length: for f' of both strokes and f_c."""
         line = self.insertion.between(first, self.insertion.size - self.left_out)
         skipped = min(self.left_out, self.withdrawal.size)
         out = self.withdrawal.between(skipped, np.maximum(self.withdrawal.passing(z), skipped))
-        n, h, f = line[0], line[1] - z * line[0], line[5]
-        hh = line[2] - z * (2.0 * line[1] - z * line[0]) + out[2] - z * (2.0 * out[1] - z * out[0])
-        return n, h, hh, f, line[6] - z * f - (out[6] - z * out[5])
+        n, h, f = line[N], line[H] - z * line[N], line[F]
+        hh = line[H2] - z * (2.0 * line[H] - z * line[N]) + out[H2] - z * (2.0 * out[H] - z * out[N])
+        return n, h, hh, f, line[FH] - z * f - (out[FH] - z * out[F])
 
-    def _loading(self, contact, saturation, end) -> tuple[np.ndarray, np.ndarray]:
-        """Sums of g^2 and F g between contact and puncture: g = h^2, then 2 s h - s^2. Not above 0 where there is no
-        room: fewer than a fiftieth of the samples, as in the fit."""
+    def _loading(self, contact: np.ndarray, saturation: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Sums of g^2 and F g between contact and puncture: g = h^2, then 2 s h - s^2. The first is 0 where there are
+        too few samples between them, less than a fiftieth of all, as in the fit."""
         start = np.minimum(self.insertion.passing(contact), end)
-        turn = np.clip(self.insertion.passing(contact + saturation), start, end)
-        m, s = self.insertion.between(start, turn), self.insertion.between(turn, end)
+        saturated = np.clip(self.insertion.passing(contact + saturation), start, end)
+        m, s = self.insertion.between(start, saturated), self.insertion.between(saturated, end)
         z = contact
-        gg = m[4] - z * (4.0 * m[3] - z * (6.0 * m[2] - z * (4.0 * m[1] - z * m[0])))
-        fg = m[7] - z * (2.0 * m[6] - z * m[5])
+        gg = m[H4] - z * (4.0 * m[H3] - z * (6.0 * m[H2] - z * (4.0 * m[H] - z * m[N])))
+        fg = m[FH2] - z * (2.0 * m[FH] - z * m[F])
         slope = np.where(np.isfinite(saturation), 2.0 * saturation, 0.0)
         offset = -slope * (z + 0.25 * slope)
-        gg = gg + slope * (slope * s[2] + 2.0 * offset * s[1]) + offset * offset * s[0]
-        room = end - start >= max(self.insertion.size // 50, LEAST)
-        return np.where(room, gg, 0.0), fg + slope * s[6] + offset * s[5]
+        gg = gg + slope * (slope * s[H2] + 2.0 * offset * s[H]) + offset * offset * s[N]
+        enough = end - start >= max(self.insertion.size // 50, MIN_LOADING_SAMPLES)
+        return np.where(enough, gg, 0.0), fg + slope * s[FH] + offset * s[F]
 
-    def _squares(self, puncture) -> np.ndarray:
-        """Sum of F^2 over every sample that counts."""
-        w, inside, outside = self.left_out, self.insertion.rows[8], self.withdrawal.rows[8]
+    def _squares(self, puncture: np.ndarray) -> np.ndarray:
+        """Sum of F^2 over every sample that is not left out."""
+        w, inside, outside = self.left_out, self.insertion.rows[F2], self.withdrawal.rows[F2]
         used = inside[puncture - w] + inside[self.insertion.size - w] - inside[puncture + w]
         return used + outside[-1] - outside[min(w, self.withdrawal.size)]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Posterior:
     """The grid with each cell's weight and the coefficients' Gaussian in it.
 
-    Depths count from ``origin`` [m] in units of ``depth_unit`` [m], the indentation; forces are in N. ``contacts``
-    (r, n) stand beside ``saturations`` (r,), one infinite where the law has none. ``weights`` (k, r, n), of sum 1, and
-    all of ``linear`` are for ``punctures`` (k,), counted in samples before them.
+    Depths are measured from ``origin`` [m] in units of ``depth_unit`` [m], the indentation; forces are in N.
+    ``contacts`` (r, n) has a row for each of ``saturations`` (r,), one infinite where the law has none. ``weights``
+    (k, r, n), of sum 1, and all of ``linear`` are for ``punctures`` (k,), each the number of samples before it.
     """
 
     origin: float
@@ -146,7 +150,7 @@ class Posterior:
 
     @property
     def steps(self) -> np.ndarray:
-        """Widths (2, 1) of a cell: of the contact, and of the saturation, 0 where that is given."""
+        """Widths (2, 1) of a cell: of the contact, and of the saturation, 0 for a given saturation."""
         across = self.saturations[1] - self.saturations[0] if len(self.saturations) > 1 else 0.0
         return np.array([[self.contacts[0, 1] - self.contacts[0, 0]], [across]])
 
@@ -154,7 +158,7 @@ class Posterior:
         """Contact depth [m], saturation depth [m] and samples before the puncture, (d,) each, in cells (d,) of the
         flattened grid, ``along`` and ``across`` (d,) from their nodes."""
         each, here = divmod(cell, self.contacts.size)
-        row = here // CONTACTS
+        row = here // N_CONTACTS
         contact = np.take(self.contacts, here) + along
         if len(self.saturations) > 1:
             contact += across * np.gradient(self.contacts[:, 0], self.saturations)[row]
@@ -173,20 +177,27 @@ def posterior_of(fit: CycleFit, strokes: Strokes) -> Posterior:
     """The posterior of a complete fit of ``strokes``.
 
     Flat priors: contact over depth, saturation over depths up to the indentation, puncture over samples, c and f' not
-    below 0, f_c over forces. The noise is taken as known: squares are divided by the long-run variance, so that
-    correlated samples do not count as many. A filter smears the puncture, which is then held.
+    below 0, f_c over forces. The noise is assumed known: squares are divided by the long-run variance, so that
+    correlated samples are not counted as independent. Behind a filter, which smears the puncture, the puncture is held.
     """
     cycle, puncture = cycle_sums(fit, strokes), fit.samples_before_puncture
     unit = fit.values["puncture_indentation"]
     given = np.array([fit.values["saturation_depth"] / unit])
     saturations = _likely_saturations(cycle, puncture) if fit.saturation_sought else given
     centres, width = ridge(cycle, saturations, puncture)
-    contacts = centres[:, None] + width * np.linspace(-REACH, REACH, CONTACTS)
+    contacts = centres[:, None] + width * np.linspace(-GRID_HALF_WIDTH, GRID_HALF_WIDTH, N_CONTACTS)
     punctures = _likely_punctures(fit, cycle, centres, saturations)
     linear = Linear(*np.stack([cycle.linear(contacts, saturations[:, None], k) for k in punctures], axis=1))
     weights = np.exp(_from_best(linear.log_density))
-    place = fit.values["contact_depth"], unit
-    return Posterior(*place, punctures, saturations, contacts, weights / weights.sum(), linear)
+    return Posterior(
+        origin=fit.values["contact_depth"],
+        depth_unit=unit,
+        punctures=punctures,
+        saturations=saturations,
+        contacts=contacts,
+        weights=weights / weights.sum(),
+        linear=linear,
+    )
 
 
 def cycle_sums(fit: CycleFit, strokes: Strokes) -> CycleSums:
@@ -198,7 +209,7 @@ def cycle_sums(fit: CycleFit, strokes: Strokes) -> CycleSums:
     return CycleSums(*sums, variance, fit.left_out)
 
 
-def _log_density(cycle: CycleSums, contact, saturation, puncture) -> np.ndarray:
+def _log_density(cycle: CycleSums, contact: Grid, saturation: Grid, puncture: Grid) -> np.ndarray:
     return cycle.linear(contact, saturation, puncture).log_density
 
 
@@ -207,39 +218,39 @@ def _from_best(log: np.ndarray) -> np.ndarray:
 
 
 def _likely_saturations(cycle: CycleSums, puncture: int) -> np.ndarray:
-    """Nodes (r,) over the saturation depths that are not impossible, none beyond the indentation."""
+    """Nodes (r,) over the saturation depths that have weight, none beyond the indentation."""
     low, high = 0.0, 1.0
     for _ in range(3):
-        nodes = low + (high - low) * (np.arange(SATURATIONS) + 0.5) / SATURATIONS
+        nodes = low + (high - low) * (np.arange(N_SATURATIONS) + 0.5) / N_SATURATIONS
         centres, _ = ridge(cycle, nodes, puncture)
-        likely = np.flatnonzero(_from_best(_log_density(cycle, centres, nodes, puncture)) > -LIKELY)
-        half = 0.5 * (high - low) / SATURATIONS
+        likely = np.flatnonzero(_from_best(_log_density(cycle, centres, nodes, puncture)) > -MAX_LOG_RATIO)
+        half = 0.5 * (high - low) / N_SATURATIONS
         low, high = max(nodes[likely[0]] - half, 0.0), min(nodes[likely[-1]] + half, 1.0)
-    return low + (high - low) * (np.arange(SATURATIONS) + 0.5) / SATURATIONS
+    return low + (high - low) * (np.arange(N_SATURATIONS) + 0.5) / N_SATURATIONS
 
 
 def ridge(cycle: CycleSums, saturations: np.ndarray, puncture: int) -> tuple[np.ndarray, float]:
-    """The likeliest contact (r,) beside each saturation depth, and the standard error there, the widest of all."""
+    """The most likely contact (r,) at each saturation depth, and the largest of their standard errors."""
     rows, centres, half = saturations[:, None], np.zeros(len(saturations)), 0.5
-    for _ in range(ROUNDS):
+    for _ in range(N_ROUNDS):
         nodes = centres[:, None] + half * np.linspace(-1.0, 1.0, 33)
         best = _log_density(cycle, nodes, rows, puncture).argmax(axis=1)
-        centres, half = nodes[np.arange(len(nodes)), best], half / NARROWS
+        centres, half = nodes[np.arange(len(nodes)), best], half / NARROWING
     width = np.full(len(centres), 1e-3)
     for _ in range(4):
         sides = _log_density(cycle, centres[:, None] + width[:, None] * np.array([-1.0, 0.0, 1.0]), rows, puncture)
-        bend = np.clip(2.0 * sides[:, 1] - sides[:, 0] - sides[:, 2], 1e-6, 25.0)
-        width = np.clip(width / np.sqrt(bend), 1e-9, 0.5)
+        curvature = np.clip(2.0 * sides[:, 1] - sides[:, 0] - sides[:, 2], 1e-6, 25.0)
+        width = np.clip(width / np.sqrt(curvature), 1e-9, 0.5)
     return centres, float(width.max())
 
 
 def _likely_punctures(fit: CycleFit, cycle: CycleSums, centres: np.ndarray, saturations: np.ndarray) -> np.ndarray:
-    """Samples before the puncture (k,) that are not impossible, near those of the fit's own interval."""
+    """Numbers of samples before the puncture (k,) that have weight, near the fit's own interval."""
     best = fit.samples_before_puncture
     if fit.left_out:
         return np.array([best])
-    far = 20 * (fit.puncture_high - fit.puncture_low + 1)
-    near = np.arange(max(best - far, 1), min(best + far, cycle.insertion.size - LEAST))
+    margin = 20 * (fit.puncture_high - fit.puncture_low + 1)
+    near = np.arange(max(best - margin, 1), min(best + margin, cycle.insertion.size - MIN_LOADING_SAMPLES))
     row = _log_density(cycle, centres, saturations, best).argmax()
     log = _log_density(cycle, centres[row], saturations[row], near)
-    return near[_from_best(log) > -LIKELY]
+    return near[_from_best(log) > -MAX_LOG_RATIO]

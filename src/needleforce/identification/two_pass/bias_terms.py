@@ -1,122 +1,168 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a subtraction of two passes cannot separate, term by term: its size, what it adds to the cutting force, and
-in plain words."""
+"""Bias terms that a subtraction of two passes cannot separate: the size of each, its effect on the cutting force, and
+a sentence."""
 
 import math
 from math import nan
 
 import numpy as np
 
+from ...core import Needle
 from ..estimates import Estimate, mean_estimate
 from .result import BiasTerm, Site
 
-MOST_POISSON_RATIO = 0.5  # no tissue has more; the paper gives none
-ZERO = 1e-4  # [m] of shift between two zeros of depth
+MAX_POISSON_RATIO = 0.5  # of an incompressible tissue; the paper gives no value
+ZERO_SHIFT_M = 1e-4  # [m] example of a shift between the depth zeros of two passes
 
 
-def spreading_force(needle, tissue: Estimate | None) -> tuple[float, float] | None:
-    """Least and greatest force [N] that opens a slit to the needle's radius, pi / 4 E' R²; None if either is missing.
+def spreading_force(needle: Needle | None, tissue: Estimate | None) -> tuple[float, float] | None:
+    """Lower and upper limit [N] of the force that opens a slit to the needle's radius, pi / 4 E' R²; None without
+    needle or tissue.
 
-    Azar & Hayward 2008, in plane strain: E' = E / (1 - nu²), with nu from 0 to 0.5, as a log does not tell it; E is
-    the tissue's modulus by the tension test.
+    Azar & Hayward 2008, in plane strain: E' = E / (1 - nu²) with the unknown nu from 0 to 0.5; E is the tissue's
+    modulus from the tension test.
     """
     if needle is None or tissue is None:
         return None
-    least = 0.25 * math.pi * tissue.value * (0.5 * needle.outer_diameter) ** 2
-    return least, least / (1.0 - MOST_POISSON_RATIO**2)
+    low = 0.25 * math.pi * tissue.value * (0.5 * needle.outer_diameter) ** 2
+    return low, low / (1.0 - MAX_POISSON_RATIO**2)
 
 
 def terms_of(sites: list[Site], spreading: tuple[float, float] | None) -> tuple[BiasTerm, ...]:
-    """The four terms, over the sites. What no interval bounds is bounded by the puncture's indentation."""
+    """The four terms, over the sites. A term without an interval is limited by the indentation at the puncture."""
     return _dimple(sites), _intercept(sites, spreading), _friction(sites), _spreading(spreading)
 
 
 def cutting_range(sites: list[Site], terms: tuple[BiasTerm, ...], upper_bound: bool) -> tuple[float, float]:
-    """Least and greatest true cutting force [N] with all terms: no pull, and not more than the whole first pass.
+    """Lower and upper limit [N] of the true cutting force with all terms, from 0 to the mean force of the first pass.
 
-    An upper bound leaves 0 as the least.
+    For an upper bound of the cutting force the lower limit is 0.
     """
-    cutting, whole = (float(np.mean(each)) for each in zip(*((site.cutting, site.first.mean()) for site in sites)))
+    cutting, total = (float(np.mean(each)) for each in zip(*((site.cutting, site.first.mean()) for site in sites)))
     low, high = (float(cutting - sum(getattr(term, name) for term in terms)) for name in ("adds_high", "adds_low"))
-    high = max(min(high, whole), 0.0)
+    high = max(min(high, total), 0.0)
     return (0.0 if upper_bound else min(max(low, 0.0), high)), high
 
 
 def _mean(sites: list[Site], name: str, unit: str = "N/m") -> Estimate:
-    """Mean over the sites with its interval; of one site its own."""
+    """Mean over the sites with its interval; for one site its own."""
     half = getattr(sites[0], f"{name}_half", nan)
     return mean_estimate(name, [getattr(site, name) for site in sites], unit, "", half)
 
 
 def _dimple(sites: list[Site]) -> BiasTerm:
-    """A dimple of the first pass takes f1 d1 away; it lies between none and all of the puncture's indentation."""
+    """A dimple d1 of the first pass reduces the cutting force by f1 d1; it is 0 to the puncture indentation."""
     friction = max(*(_mean(sites, name).value for name in ("first_slope", "friction_slope")), 0.0)
     puncture = _mean(sites, "puncture", "m").value
-    left = [site.exit for site in sites if 0.0 <= site.exit <= site.puncture]
-    value = float(np.mean(left)) if left else nan
-    said = "A surface that stays dimpled on the first pass lowers the cutting force, by up to "
-    said += f"{force(friction * puncture)} if all of the puncture indentation stays"
-    if left:
-        said += f", by {force(friction * value)} if it stays where that pass left the tissue, {1e3 * value:.2g} mm"
-    said += "; parallel curves do not exclude it."
-    return BiasTerm("dimple", value, 0.0, puncture, "m", -friction * puncture, 0.0, said)
+    exits = [site.exit for site in sites if 0.0 <= site.exit <= site.puncture]
+    value = float(np.mean(exits)) if exits else nan
+    sentence = "If the surface stays dimpled during the first pass, the cutting force is too low: by up to "
+    sentence += f"{force(friction * puncture)} if the puncture indentation remains completely"
+    if exits:
+        sentence += f", by {force(friction * value)} for a dimple as deep as that pass's exit, {1e3 * value:.2g} mm"
+    sentence += ". Parallel curves do not exclude a dimple."
+    return BiasTerm(
+        name="dimple",
+        value=value,
+        low=0.0,
+        high=puncture,
+        unit="m",
+        adds_low=-friction * puncture,
+        adds_high=0.0,
+        sentence=sentence,
+    )
 
 
 def _intercept(sites: list[Site], spreading: tuple[float, float] | None) -> BiasTerm:
-    """Of the second pass, S2 - f2 d2: a dimple of that pass adds f2 d2 = S2 - intercept."""
+    """Intercept of the second pass, S2 - f2 d2: a dimple d2 of that pass adds f2 d2 = S2 - intercept."""
     found = _mean(sites, "friction_intercept", "N")
-    whole = max(_mean(sites, "friction_slope").value, 0.0) * _mean(sites, "puncture", "m").value
-    limits, reading = (0.0, whole + found.high), "force that spreads the hole"
+    dimple = max(_mean(sites, "friction_slope").value, 0.0) * _mean(sites, "puncture", "m").value
+    limits, reading = (0.0, dimple + found.high), "the force that spreads the hole"
     if spreading is not None:
-        limits, reading = spreading, f"force that spreads the hole, {span(*spreading)} by needle and tissue"
+        limits, reading = spreading, f"the force that spreads the hole ({span(*spreading)} from needle and tissue)"
     adds = max(limits[0] - found.high, 0.0), max(limits[1] - found.low, 0.0)
-    said = (
-        f"The line through the second pass meets zero depth at {force(found.value)} ({span(found.low, found.high)}): "
+    sentence = (
+        f"At zero depth the line through the second pass has the force {force(found.value)} "
+        f"({span(found.low, found.high)}): {reading}, minus the effect of a dimple of that pass. Such a dimple would "
+        f"raise the cutting force by {span(*adds)}. A line forced through the origin would bias the friction."
     )
-    said += f"{reading}, less any dimple of that pass, which would raise the cutting force by {span(*adds)}; forced "
-    said += "through the origin the line would bias the friction."
-    return BiasTerm("intercept", found.value, float(found.low), float(found.high), "N", *map(float, adds), said)
+    return BiasTerm(
+        name="intercept",
+        value=found.value,
+        low=float(found.low),
+        high=float(found.high),
+        unit="N",
+        adds_low=float(adds[0]),
+        adds_high=float(adds[1]),
+        sentence=sentence,
+    )
 
 
 def _friction(sites: list[Site]) -> BiasTerm:
-    """Unequal friction tilts the difference by (f1 - f2) h, and raises its mean by as much at the mean depth."""
+    """Unequal friction adds (f1 - f2) h to the difference, h the embedded length; to its mean at the mean depth."""
     found, first = _mean(sites, "slope_difference"), _mean(sites, "first_slope").value
     depth = _mean(sites, "mean_depth", "m").value
     adds = found.low * depth, found.high * depth
-    second, apart, low, high = map(per_length, (first - found.value, found.value, found.low, found.high))
-    said = f"After the puncture the first pass grows by {per_length(first)}, the second by {second}: "
-    said += f"apart by {apart} ({low} to {high}). If that is friction, it adds "
-    said += f"{force(found.value * depth)} ({span(*adds)}) to the cutting force; "
+    texts = (friction_text(each) for each in (first - found.value, found.value, found.low, found.high))
+    second, difference, low, high = texts
+    sentence = f"After the puncture the force of the first pass rises by {friction_text(first)}, that of the second by "
+    sentence += f"{second}, a difference of {difference} ({low} to {high}). If that is friction, it adds "
+    sentence += f"{force(found.value * depth)} ({span(*adds)}) to the cutting force; "
     tilted = found.low > 0.0 or found.high < 0.0
-    said += "the difference is not constant." if tilted else "it agrees with equal friction."
+    sentence += "the difference of the forces is not constant." if tilted else "it agrees with equal friction."
     return BiasTerm(
-        "unequal_friction", found.value, float(found.low), float(found.high), "N/m", *map(float, adds), said
+        name="unequal_friction",
+        value=found.value,
+        low=float(found.low),
+        high=float(found.high),
+        unit="N/m",
+        adds_low=float(adds[0]),
+        adds_high=float(adds[1]),
+        sentence=sentence,
     )
 
 
 def _spreading(spreading: tuple[float, float] | None) -> BiasTerm:
     low, high = spreading or (nan, nan)
-    size = "untold without the needle and the tissue's modulus" if spreading is None else span(low, high)
-    said = f"The force that spreads the hole, {size}, is taken as equal on both passes: it leaves the difference and "
-    said += "stays in the second pass."
-    return BiasTerm("spreading_force", 0.5 * (low + high), low, high, "N", 0.0, 0.0, said)
+    size = "unknown without the needle and the tissue's modulus" if spreading is None else span(low, high)
+    sentence = (
+        f"The force that spreads the hole ({size}) is assumed equal in both passes: it cancels in the difference "
+    )
+    sentence += "and remains in the second pass."
+    return BiasTerm(
+        name="spreading_force",
+        value=0.5 * (low + high),
+        low=low,
+        high=high,
+        unit="N",
+        adds_low=0.0,
+        adds_high=0.0,
+        sentence=sentence,
+    )
 
 
-def in_words(sites: list[Site], found: list, terms: tuple[BiasTerm, ...], doubts: tuple[str, ...], limits) -> tuple:
-    """Every sentence on the subtraction; ``found`` are the reasons why second passes are more than friction."""
-    told = [_more_than_friction(found, len(sites))] if found else []
-    told += [term.sentence for term in terms]
+def bias_sentences(
+    sites: list[Site],
+    found: list[tuple[str, ...]],
+    terms: tuple[BiasTerm, ...],
+    doubts: tuple[str, ...],
+    limits: tuple[float, float],
+) -> tuple[str, ...]:
+    """Every sentence on the subtraction; ``found`` are the reasons why second passes contain more than friction."""
+    sentences = [_more_than_friction(found, len(sites))] if found else []
+    sentences += [term.sentence for term in terms]
     friction = sum(site.friction_slope for site in sites) / len(sites)
-    told.append(
-        "Second passes count in the first's zero of depth: a shift between the zeros adds "
-        f"{force(friction * ZERO)} for each {1e3 * ZERO:g} mm, which no reading of the force tells from a dimple."
+    sentences.append(
+        "Both passes must have the same zero of depth: a shift between the zeros adds "
+        f"{force(friction * ZERO_SHIFT_M)} to the cutting force per {1e3 * ZERO_SHIFT_M:g} mm, and the force does not "
+        "distinguish it from a dimple."
     )
-    told += doubts
-    told.append(
-        f"With these biases the cutting force lies between {force(limits[0])} and {force(limits[1])}; its interval, of "
-        "noise and scatter alone, does not know them."
+    sentences += doubts
+    sentences.append(
+        f"With these biases the cutting force is between {force(limits[0])} and {force(limits[1])}; its interval "
+        "includes only noise and scatter, not these biases."
     )
-    return tuple(told)
+    return tuple(sentences)
 
 
 def force(value: float) -> str:
@@ -129,7 +175,7 @@ def span(low: float, high: float) -> str:
     return f"{force(low)} to {force(high)}"
 
 
-def per_length(slope: float) -> str:
+def friction_text(slope: float) -> str:
     """A friction per length [N/m] as text."""
     return f"{slope:.3g} N/m"
 
@@ -137,7 +183,7 @@ def per_length(slope: float) -> str:
 def _more_than_friction(found: list[tuple[str, ...]], count: int) -> str:
     reasons = dict.fromkeys(reason for each in found for reason in each)
     return (
-        f"{len(found)} of {count} second passes are more than friction: they {'; they '.join(reasons)}. The difference "
-        "is reported as an upper bound of the cutting force: it holds what the first pass deforms beyond its puncture. "
-        "What the second pass still cuts is missing from it."
+        f"{len(found)} of {count} second passes contain more than friction: they {'; they '.join(reasons)}. The "
+        "difference is therefore an upper bound of the cutting force: it includes the deformation by the first pass "
+        "beyond its puncture. Any cutting in the second pass is missing from it."
     )

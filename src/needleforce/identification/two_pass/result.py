@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's own procedure: friction from a second insertion into the same hole, cutting by subtraction."""
+"""Results of the paper's two-pass procedure: friction from a second insertion, cutting force by subtraction."""
 
 from dataclasses import dataclass
 from math import nan
@@ -7,22 +7,45 @@ from math import nan
 import numpy as np
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Site:
-    """One site, both passes on one grid of indentation (m,) [m]: forces [N] and their difference.
+    """One site: both passes on one grid of indentation, and the quantities of the subtraction.
 
-    ``oscillating`` (s,) [N] is the difference in steps too fine for an oscillation of the cutting force to be
-    averaged away, and ``noise`` [N] the standard deviation of a pass that does not cut, in such steps.
-    ``friction_depth`` (k,) [m] and ``friction_force`` (k,) [N] are the second pass; ``friction_slope`` [N/m] and
-    ``friction_intercept`` [N] the line through it within the friction window, which ends at ``friction_end`` [m] for
-    ``friction_end_reason``. ``cutting`` [N] is the mean difference. The ``_half`` are half widths of 95 % intervals
-    within the site, from means over stretches of travel longer than the filter's memory.
+    Names in ``_half`` are half widths of intervals within the site, from means over parts of the travel longer than the
+    filter.
 
-    What the biases rest on: ``puncture`` [m] of the first pass and the indentation at which that pass left the tissue,
-    ``exit`` [m]; ``first_slope`` [N/m] after the puncture, and ``slope_difference`` [N/m], first minus second, over the
-    same depths, whose mean is ``mean_depth`` [m]. ``stiffness_share`` is how much of the first pass's loading curve the
-    second still shows, ``drops`` how often it falls as at a puncture, ``unevenness`` the difference's departure from a
-    line over its mean, above the noise. ``doubts`` are about this pair alone.
+    Attributes
+    ----------
+    grid : numpy.ndarray
+        Indentation (m,) [m].
+    first, second, difference : numpy.ndarray
+        Force (m,) [N] of either pass, and first minus second.
+    oscillating : numpy.ndarray
+        The difference (s,) [N] in steps fine enough not to average an oscillation of the cutting force.
+    noise : float
+        Standard deviation [N], in such steps, of a pass that does not cut.
+    friction_depth, friction_force : numpy.ndarray
+        Indentation (k,) [m] and force (k,) [N] of the second pass.
+    friction_slope, friction_intercept : float
+        Slope [N/m] and intercept [N] of the line through the second pass within the friction window.
+    friction_end, friction_end_reason : float, str
+        End of that window [m], and its reason.
+    cutting : float
+        Mean difference [N].
+    puncture, exit : float
+        Indentation [m] of the first pass at its puncture and at its exit from the tissue.
+    first_slope, slope_difference : float
+        Slope [N/m] of the first pass after the puncture, and first minus second slope over the same depths.
+    mean_depth : float
+        Mean of these depths [m].
+    stiffness_share : float
+        Share [1] of the first pass's loading curve that the second pass still has.
+    drops : int
+        Number of lasting force drops in the second pass.
+    unevenness : float
+        Departure of the difference from a line, over its mean [1], where it is above the noise.
+    doubts : tuple of str
+        Sentences on this pair only.
     """
 
     grid: np.ndarray
@@ -54,12 +77,24 @@ class Site:
     doubts: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BiasTerm:
-    """One thing that the subtraction cannot separate: its size [``unit``], and what it adds to the cutting force [N].
+    """One bias that the subtraction cannot separate: its size, and its effect on the cutting force.
 
-    ``low`` to ``high`` is the 95 % interval of ``value`` where it was measured, else its bounds, and ``value`` is NaN
-    where there are only bounds. The identified cutting force is the true one plus ``adds_low`` to ``adds_high``.
+    Attributes
+    ----------
+    name : str
+        ``dimple``, ``intercept``, ``unequal_friction`` or ``spreading_force``.
+    value : float
+        Its size [``unit``]; NaN where only limits are known.
+    low, high : float
+        Interval of ``value`` where it was measured, otherwise its limits [``unit``].
+    unit : str
+        SI unit.
+    adds_low, adds_high : float
+        The identified cutting force is the true one plus ``adds_low`` to ``adds_high`` [N].
+    sentence : str
+        The same in words.
     """
 
     name: str
@@ -72,14 +107,23 @@ class BiasTerm:
     sentence: str
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class TwoPass:
-    """Every site, and what the procedure cannot separate: ``terms``, with their sizes, and ``biases``, all of it in
-    plain words.
+    """Result of the two-pass procedure over all sites, with its biases.
 
-    ``upper_bound`` is True where a second pass still deforms or drops, so that the difference is an upper bound of the
-    cutting force. ``cutting_range`` [N] is where the cutting force may lie with the terms; it is no interval of chance
-    and knows nothing of noise and scatter. No corrected value is made of it.
+    Attributes
+    ----------
+    sites : tuple of Site
+        The result at each site.
+    upper_bound : bool
+        True where a second pass still deforms or drops, so that the difference is an upper bound of the cutting force.
+    biases : tuple of str
+        All sentences on the biases.
+    terms : tuple of BiasTerm
+        The bias terms with their sizes.
+    cutting_range : tuple of float
+        Lower and upper limit [N] of the cutting force with the bias terms. It is not a confidence interval: noise and
+        scatter are not included, and the cutting force is not corrected with it.
     """
 
     sites: tuple[Site, ...]
