@@ -2,8 +2,7 @@
 """From recordings to mechanics: fits, intervals, and what cannot be known."""
 
 from .compare import Comparison, ModelRow, compare
-from .estimates import Estimate, Quality
-from .statistics.correlations import Correlations
+from .estimates import Correlations, Estimate, Quality
 from .identify import identify
 from .indentation import IndentationFit, TipFit, compare_tips, fit_indentation
 from .lugre import FilteredLuGre, LuGreFilter, filter_lugre

@@ -16,11 +16,10 @@ from ..files import atomic_write, json_safe
 from ..models.model import Model
 from ..preset_files.writing import as_toml
 from ..segmentation import Events
-from .estimates import Estimate, Quality
+from .estimates import Correlations, Estimate, Quality
 from .layered.result import LayeredFit
 from .recording_fit import RecordingFit
 from .result import Fit
-from .statistics.correlations import Correlations
 from .statistics.draws import Draws
 from .two_pass.result import TwoPass
 

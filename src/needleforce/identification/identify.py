@@ -24,12 +24,11 @@ from .diagnostics import (
     unknown,
     warnings_of,
 )
-from .estimates import Estimate, estimates_of, mean_estimate, pool
+from .estimates import Estimate, estimates_of, identified_together, mean_estimate, pool
 from .models import LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
 from .one_layer.fit_recording import SegmentedRecording, fit_single, segmented
 from .one_layer.puncture_force import measured_peak
 from .result import Choice, Fit
-from .statistics.correlations import identified_together
 from .strokes import presliding_of
 from .two_pass.bias_terms import spreading_force
 from .two_pass.result import TwoPass
@@ -216,9 +215,7 @@ def _model(
         return None, (NO_MODEL.format(error),)
 
 
-def paired(
-    recordings: Recording | Sequence[Recording], seconds: Recording | Sequence[Recording | None]
-) -> tuple[list[Recording], list[Recording | None]]:
+def paired(recordings: RecordingSource, seconds: RecordingSource) -> tuple[list[Recording], list[Recording | None]]:
     """Both as lists; the second empty, or as long as the first.
 
     Raises InputError for an object that is not a recording, no recording, lists that do not pair, and a file given

@@ -15,8 +15,7 @@ from ..models.model import Model
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Status
-from .estimates import Parameters, Quality
-from .statistics.correlations import Correlations, correlations_of
+from .estimates import Correlations, Parameters, Quality, correlations_of
 from .models import run_model, with_ruptures
 from .recording_fit import RecordingFit
 from .two_pass.result import TwoPass

@@ -11,7 +11,7 @@ from ...models.model import Model
 from ...recording import Recording
 from ...segmentation import Events
 from ...segmentation.strokes import cycles
-from ..statistics.correlations import Correlations
+from ..estimates import Correlations
 from ..models import with_ruptures
 from ..result import Fit, FitSettings
 from ..strokes import stroke_speed

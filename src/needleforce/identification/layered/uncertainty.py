@@ -7,8 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...display.quantities import counted
-from ..estimates import Estimate
-from ..statistics.correlations import Correlations
+from ..estimates import Correlations, Estimate
 from ..statistics.noise import TWO_SIDED, noise_of, student_quantile
 from .model_selection import MIN_REPEATS
 from .parameters import PER_LAYER, RUPTURE_LENGTH, SATURATION, SHARES, by_unknowns, positive, prefix, units, values
