@@ -24,6 +24,7 @@ from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table,
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
     from ..identification.estimates import Estimate
+    from ..identification.layered.result import LayeredSettings
 
 NAME = "identify"
 MODEL_HELP = (
@@ -177,7 +178,7 @@ def _show_parameters(fit: "Fit") -> None:
         say(f"how: {sources.pop()}")
 
 
-def _show_evidence(settings) -> None:
+def _show_evidence(settings: "LayeredSettings") -> None:
     from ..report.layers import EVIDENCE, evidence_rows, evidence_words
 
     table("choice of layers and mechanisms", EVIDENCE, evidence_rows(settings.evidence))

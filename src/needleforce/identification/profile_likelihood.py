@@ -66,11 +66,11 @@ def profile(fit: Fit, name: str, recording: int = 0) -> Profile:
     posterior = posterior_of(each.cycle, each.strokes)
     misfit, unit = posterior.linear.misfit.min(axis=0), posterior.depth_unit
     if name == "saturation_depth":
-        values, least = unit * posterior.saturations, misfit.min(axis=1)
+        values, smallest = unit * posterior.saturations, misfit.min(axis=1)
     else:
         values = np.linspace(posterior.contacts.min(), posterior.contacts.max(), N_VALUES)
         rows = [np.interp(values, z, row, np.inf, np.inf) for z, row in zip(posterior.contacts, misfit)]
-        values, least = posterior.origin + unit * values, np.min(rows, axis=0)
-    difference = least - least.min()
+        values, smallest = posterior.origin + unit * values, np.min(rows, axis=0)
+    difference = smallest - smallest.min()
     near = difference <= MAX_DIFFERENCE
     return Profile(values[near], difference[near])

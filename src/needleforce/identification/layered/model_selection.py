@@ -82,8 +82,8 @@ def prediction_error(solved: Solved, cycle: BinnedCycle) -> float:
 
 def with_bic(candidates: list[Candidate]) -> list[Candidate]:
     """The candidates with their BIC, all with the number of independent samples of the best fit's residual."""
-    least = min(candidates, key=lambda each: each.residual)
-    samples = sum(_independent(least.solved, run) for run in range(len(least.solved.problem.cycles)))
+    smallest = min(candidates, key=lambda each: each.residual)
+    samples = sum(_independent(smallest.solved, run) for run in range(len(smallest.solved.problem.cycles)))
     return [
         replace(each, bic=samples * np.log(each.residual**2) + each.parameters * np.log(samples)) for each in candidates
     ]
@@ -99,8 +99,8 @@ def chosen(candidates: list[Candidate]) -> Candidate:
     fewer than three repeats the one with the lowest BIC."""
     if not all(len(each.held_out) for each in candidates):
         return min(candidates, key=lambda each: each.bic)
-    least = min(each.error for each in candidates)
-    good = [each for each in candidates if each.error <= MAX_ERROR_RATIO * least]
+    smallest = min(each.error for each in candidates)
+    good = [each for each in candidates if each.error <= MAX_ERROR_RATIO * smallest]
     return min(good, key=lambda each: (each.parameters, each.error))
 
 

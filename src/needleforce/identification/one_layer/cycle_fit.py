@@ -74,7 +74,14 @@ def _solve(
     margin: float,
 ) -> dict:
     """The result of the compiled fit; raises InputError where it fails."""
-    found = core.fit_cycle(*strokes, saturation, free, left_out, *_window(window), margin)
+    found = core.fit_cycle(
+        *strokes,
+        saturation=saturation,
+        free_saturation=free,
+        leave_out=left_out,
+        **_window(window),
+        margin=margin,
+    )
     _refuse_failure(found["outcome"], strokes, window)
     return found
 
@@ -137,13 +144,13 @@ def _left_out(filter_length: int, n: int) -> int:
     return int(filter_length) if filter_length > 1 else 0
 
 
-def _window(window: tuple[float, float] | None) -> tuple[float, float]:
+def _window(window: tuple[float, float] | None) -> dict[str, float]:
     if window is None:
-        return -np.inf, np.inf
+        return {"puncture_low": -np.inf, "puncture_high": np.inf}
     low, high = map(float, window)
     if not low < high:
         raise InputError("puncture_window", f"{low} to {high} m", "the lower limit must be below the upper limit")
-    return low, high
+    return {"puncture_low": low, "puncture_high": high}
 
 
 def _refuse_failure(outcome: str, strokes: list[np.ndarray], window: tuple[float, float] | None) -> None:

@@ -95,9 +95,18 @@ class CycleSums(NamedTuple):
         friction, cutting = (n * fh - h * f) / det, (hh * f - h * fh) / det
         misfit = (self._squares(puncture) - fg * fg / gg - friction * fh - cutting * f) / self.variance
         sd, friction_sd = np.sqrt(self.variance), np.sqrt(self.variance * n / det)
-        sds = sd / np.sqrt(gg), friction_sd, -self.variance * h / det / friction_sd, sd / np.sqrt(n)
         volume = np.where(has_loading, -0.5 * np.log(gg * det), -np.inf)
-        return Linear(misfit, volume, fg / gg, friction, cutting, *sds)
+        return Linear(
+            misfit=misfit,
+            volume=volume,
+            stiffness=fg / gg,
+            friction=friction,
+            cutting=cutting,
+            stiffness_sd=sd / np.sqrt(gg),
+            friction_sd=friction_sd,
+            cutting_by_friction=-self.variance * h / det / friction_sd,
+            cutting_sd=sd / np.sqrt(n),
+        )
 
     def _line(self, z: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, ...]:
         """Sums of 1, h, h^2, F and F h over the insertion's samples from ``first`` on, and of h^2 and -F h over the

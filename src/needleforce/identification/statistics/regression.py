@@ -138,5 +138,5 @@ def independent_samples(noises: list[Noise]) -> float:
 
     Misfit correlates neighbouring samples too, so the residual of the best curve is nearest to the noise. At least 2.
     """
-    least = min(noises, key=lambda noise: noise.sse)
-    return max(least.count * least.variance / least.long_run, 2.0) if least.long_run > 0.0 else float(least.count)
+    best = min(noises, key=lambda noise: noise.sse)
+    return max(best.count * best.variance / best.long_run, 2.0) if best.long_run > 0.0 else float(best.count)
