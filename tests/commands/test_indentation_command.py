@@ -67,7 +67,7 @@ def test_a_file_without_result_exits_with_1(file, arguments, code, message):
         (["--tip", "ball"], "known are cone"),
         (["--tip", "cone"], "Give --half-angle-deg"),
         (["--tip", "cone", "--half-angle-deg", "25", "--radius-um", "1"], "no selected tip"),
-        ([*SPHERE, "--baseline", "bent"], "known are none"),
+        ([*SPHERE, "--baseline", "bent"], "Give one of none, constant, line"),
         ([*SPHERE, "--poisson-ratio", "0.6"], "poisson_ratio is 0.6"),
         ([*SPHERE, "--segment", "approach"], "quantity=name"),
     ],

@@ -216,7 +216,7 @@ def test_other_objects_than_recording_and_needle_raise_an_error():
         with pytest.raises(nf.InputError, match="taken are a Recording, a path, a pandas DataFrame"):
             nf.identify(bad)
     with pytest.raises(nf.InputError, match="not a Needle"):
-        nf.identify(noisy(), needle="paper")
+        nf.identify(noisy(), needle=3)
     assert nf.identify(noisy(), needle=PAPER, model="paper").parameters["reduced_modulus"].identifiable
 
 

@@ -220,7 +220,7 @@ def test_terms_and_range_are_in_the_json_and_the_report(tmp_path):
     assert f"{1e3 * high:.3g} mN" in fit.two_pass.biases[-1]
     fit.report(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "range with its biases" in page and "is between" in page
+    assert "range including biases" in page and "is between" in page
 
 
 def test_the_existing_hole_beside_an_insertion_four_minutes_before(recordings):

@@ -1,10 +1,10 @@
 // paper: Bare cone, constant friction per length, constant cutting force; PVA phantom at 3 mm/s.
-// Written by needleforce export, version 0.1.0: write it anew rather than change it.
+// Written by needleforce export, version 0.1.0: export it again instead of editing it.
 // SI units. Depth counts from the undeformed surface, + inwards; force is + when it opposes insertion.
 // Use: needleforce::Insertion insertion(gel);
 // Reference: source paper (force model of needle insertion into a PVA phantom), sec. 2.1-2.4
-// Doubt: reduced modulus: chosen so that 0.2101 N is met at 3.237 mm; with the stated 116 kPa it implies a
-//   Poisson ratio of 0.115, absurd for a hydrogel
+// Doubt: reduced modulus: chosen so that the force is 0.2101 N at 3.237 mm; with the stated 116 kPa it
+//   implies a Poisson ratio of 0.115, absurd for a hydrogel
 // Doubt: half angle: the bevel angle of 15 degrees read as the half angle of a cone, which doubles the
 //   bluntness of the tip
 // Doubt: needle: 14.1 GPa is an effective modulus of unknown origin, steel has about 200 GPa; solid or

@@ -175,7 +175,7 @@ def compare(
     if not models:
         known = ", ".join((*MODELS, *LAYERED))
         raise InputError("number of models", 0, "at least 1 is needed", next_step=f"Give some of {known}.")
-    models = [model_name(each, (*MODELS, *LAYERED)) for each in models]
+    models = [model_name(each, (*MODELS, *SAME_FORCE, *LAYERED)) for each in models]
     laws = {name: None if name in LAYERED else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
     recordings = recordings_of(recordings)
