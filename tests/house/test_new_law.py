@@ -38,7 +38,7 @@ def add_list(root: Path) -> None:
 
 
 def add_bibliography(root: Path) -> None:
-    work = '["Newcomer 2026"]\nreference = "A. Newcomer, Two laws, 2026."\n\n'
+    work = '["Test law 2026"]\nreference = "Two laws of this test, 2026."\n\n'
     inserted(root / BIBLIOGRAPHY, '["Sneddon 1965"]\n', work)
 
 
@@ -47,7 +47,7 @@ def add_glossary(root: Path) -> None:
 
 
 def add_case(root: Path) -> None:
-    shutil.copy(NEW / "case.txt", root / CASES / "newcomer.txt")
+    shutil.copy(NEW / "case.txt", root / CASES / "new_laws.txt")
 
 
 def add_reference(root: Path) -> None:
@@ -169,7 +169,7 @@ def test_a_new_law_earns_the_contract_tests(tree):
 def test_a_new_law_runs_in_an_insertion(tree):
     program = compiled(tree, tree / "tests/conformance/trace.cpp")
     lines = subprocess.run(
-        [program, tree / CASES / "newcomer.txt"], capture_output=True, text=True, check=True
+        [program, tree / CASES / "new_laws.txt"], capture_output=True, text=True, check=True
     ).stdout.splitlines()
     rows = [line.split() for line in lines[1:]]
     # deformation by k h, and withdrawal against f' l without a dimple

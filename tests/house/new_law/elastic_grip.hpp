@@ -18,13 +18,13 @@ struct ElasticGrip {
   static constexpr const char* name = "elastic_grip";
   static constexpr Family family = Family::friction;
   static constexpr const char* summary = "Friction per embedded length with an elastic grip.";
-  static constexpr const char* source = "Newcomer 2026, eq. (1)";
+  static constexpr const char* source = "Test law 2026, eq. (1)";
   static constexpr const char* validity = "Tests.";
   static constexpr std::array<Parameter<ElasticGrip>, 2> table{{
       {&ElasticGrip::per_length, "per_length", "N/m", 0.0, 1e5, required, "f'",
-       "friction force per embedded length while sliding", "Newcomer 2026"},
+       "friction force per embedded length while sliding", "Test law 2026"},
       {&ElasticGrip::grip_travel, "grip_travel", "m", 1e-9, 5e-2, 20e-6, "s_g",
-       "travel over which the grip is loaded", "Newcomer 2026"},
+       "travel over which the grip is loaded", "Test law 2026"},
   }};
 
   struct Prepared {

@@ -16,11 +16,11 @@ struct LinearSpring {
   static constexpr const char* name = "linear_spring";
   static constexpr Family family = Family::stiffness;
   static constexpr const char* summary = "Linear spring.";
-  static constexpr const char* source = "Newcomer 2026, eq. (2)";
+  static constexpr const char* source = "Test law 2026, eq. (2)";
   static constexpr const char* validity = "Tests.";
   static constexpr std::array<Parameter<LinearSpring>, 1> table{{
       {&LinearSpring::stiffness, "stiffness", "N/m", 1e-2, 1e6, required, "k", "force over indentation",
-       "Newcomer 2026"},
+       "Test law 2026"},
   }};
 
   struct Prepared {
