@@ -45,6 +45,13 @@ def test_order_and_folder_of_the_files_do_not_matter(few, tmp_path):
     assert outputs(campaign([*files, moved], pattern="{specimen}_{repeat}"), tmp_path) == first
 
 
+def test_a_campaign_shows_itself(done):
+    assert "identified" in repr(done) and "\n" not in repr(done)
+    for condition in done.conditions:
+        assert condition.name in str(done)
+    assert "<table" in done._repr_html_() and done.to_dataframe().equals(done.table())
+
+
 def test_the_table_is_tidy_and_complete(done):
     import pandas
 

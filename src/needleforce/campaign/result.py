@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..display.markup import Markup, element, join, listing, table
+from ..display.quantities import counted
+from ..display.tables import blocks, text_list, text_table
 from ..files import atomic_write, json_safe
 from ..identification.estimates import Estimate, Quality
 from ..models.model import Model
@@ -20,6 +23,8 @@ from ..vocabulary import Status
 from .anomaly import Anomaly
 from .labels import COLUMNS
 from .summary import Trace
+
+CONDITIONS_HEAD = ("condition", "recordings used", "model", "residual / peak", "why there is no model")
 
 if TYPE_CHECKING:
     import pandas
@@ -135,7 +140,7 @@ class Condition:
         return tuple(each for each in self.recordings if each.pooled)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Campaign:
     """The result of a campaign.
 
@@ -203,6 +208,38 @@ class Campaign:
         from ..report import write_campaign_report
 
         write_campaign_report(self, path)
+
+    def to_dataframe(self) -> "pandas.DataFrame":
+        """The tidy table, as ``table()``."""
+        return self.table()
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        """One row of text for each condition, under ``CONDITIONS_HEAD``."""
+        return [
+            (
+                each.name,
+                f"{len(each.pooled)} of {len(each.recordings)}",
+                "none" if each.model is None else each.model.name,
+                "" if each.quality is None else f"{100.0 * each.quality.nrmse:.2g} %",
+                each.why,
+            )
+            for each in self.conditions
+        ]
+
+    def _heading(self) -> str:
+        identified = sum(each.model is not None for each in self.conditions)
+        conditions, recordings = counted(len(self.conditions), "condition"), counted(len(self.recordings), "recording")
+        return f"Campaign of {recordings}: {identified} of {conditions} identified"
+
+    def __repr__(self) -> str:
+        return f"<{self._heading()}>"
+
+    def __str__(self) -> str:
+        return blocks(self._heading(), text_table(CONDITIONS_HEAD, self._rows()), text_list("Notes", self.notes))
+
+    def _repr_html_(self) -> Markup:
+        notes = listing(self.notes) if self.notes else ""
+        return join([element("p", self._heading()), table(CONDITIONS_HEAD, self._rows()), notes])
 
 
 def _tidy(campaign: Campaign) -> "pandas.DataFrame":
