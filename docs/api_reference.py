@@ -3,6 +3,7 @@
 
 import importlib
 import inspect
+from collections.abc import Mapping
 from pathlib import Path
 
 # package, heading, and what it is for; a name that two of them have is described under the first
@@ -67,6 +68,7 @@ def _entry(package: str, name: str, value: object, described: set[int]) -> str:
         directive, options = "autoclass", "   :members:\n   :special-members: __getitem__\n"
     elif callable(value):
         directive, options = "autofunction", ""
-    else:  # a table: it has no docstring of its own
-        return f"`{package}.{name}`: {type(value).__name__} of {', '.join(f'`{key}`' for key in value)}\n"
+    else:  # a value: it has no docstring of its own
+        keys = ", ".join(f"`{key}`" for key in value) if isinstance(value, Mapping) else ""
+        return f"`{package}.{name}`: {type(value).__name__}" + (f" of {keys}" if keys else "") + "\n"
     return f"```{{eval-rst}}\n.. {directive}:: {package}.{name}\n{options}```\n"
