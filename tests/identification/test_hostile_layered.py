@@ -58,5 +58,5 @@ def test_a_repeat_in_another_zero_is_named():
 
 def test_a_repeat_in_another_zero_does_not_stop_the_comparison():
     (row,) = nf.compare([repeat(0), repeat(1), repeat(2, zero=0.7)], ["paper"])
-    told = np.isfinite(row.cross_validation.prediction[:, 0])
-    assert not told[2] and any("does not predict it: puncture_depth" in note for note in row.notes)
+    known = np.isfinite(row.cross_validation.prediction[:, 0])
+    assert not known[2] and any("does not predict it: puncture_depth" in note for note in row.notes)

@@ -98,11 +98,11 @@ def test_a_new_insertion_is_foretold_and_replayed(identified):
         return
     held_out, _ = repeat(99, name, noise=0.0, later=0.6e-3)
     peak = held_out.force.max()
-    foretold, replayed = (
+    predicted, replayed = (
         fit.predict(held_out),
         fit.predict(held_out, events=nf.segment(held_out)),
     )
-    errors = [float(np.sqrt(np.mean((force - held_out.force) ** 2))) / peak for force in (foretold, replayed)]
+    errors = [float(np.sqrt(np.mean((force - held_out.force) ** 2))) / peak for force in (predicted, replayed)]
     assert errors[1] < 0.03 and errors[1] < errors[0] < 0.12
 
 

@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Results show themselves: printed tables, HTML in a notebook, plots with units, DataFrames."""
 
+import matplotlib
 import numpy as np
 import pytest
 
 import needleforce as nf
+
+matplotlib.use("Agg")  # no screen
+from matplotlib import pyplot
 
 
 @pytest.fixture(scope="module")
@@ -54,9 +58,7 @@ def test_residuals_are_measured_minus_model(fit, recording):
 
 
 @pytest.mark.parametrize("draw", ["fit", "recording", "model", "comparison"])
-def test_plots_have_units_on_both_axes(draw, fit, recording, monkeypatch):
-    pyplot = pytest.importorskip("matplotlib.pyplot")
-    pyplot.switch_backend("Agg")
+def test_plots_have_units_on_both_axes(draw, fit, recording):
     shown = {"fit": fit, "recording": recording, "model": fit.model}
     shown["comparison"] = nf.compare([recording], models=["paper", "cone_cylinder"])
     figure, axes = pyplot.subplots()
@@ -66,8 +68,7 @@ def test_plots_have_units_on_both_axes(draw, fit, recording, monkeypatch):
     pyplot.close(figure)
 
 
-def test_a_recording_without_an_insertion_is_plotted(recording):
-    pytest.importorskip("matplotlib").use("Agg")
+def test_a_recording_without_an_insertion_is_plotted():
     still = nf.Recording(time=np.arange(5.0), depth=np.zeros(5), force=np.zeros(5))
     (line,) = nf.identify(still).plot().lines
     assert len(line.get_xdata()) == 5
