@@ -10,7 +10,7 @@ from scipy.stats import chi2
 import needleforce as nf
 from needleforce.errors import InputError
 from needleforce.identification import LuGreFilter, filter_lugre
-from needleforce.identification.lugre import joseph, limit, measured, predicted, updated_state
+from needleforce.identification.lugre_filter import joseph, limit, measured, predicted, updated_state
 
 NAMES = ["bristle_stiffness", "bristle_damping", "viscous", "coulomb", "static_friction", "stribeck_speed"]
 TRUTH = (2e5, 300.0, 500.0, 18.0, 25.0, 1e-3)

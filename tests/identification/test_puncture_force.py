@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from needleforce.identification.one_layer.puncture_force import measured_peak
+from needleforce.identification.one_layer.fit_recording import measured_peak
 
 STEP, FILTER, PEAK, CONTACT = 3e-6, 10, 899, 400
 

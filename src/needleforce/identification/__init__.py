@@ -5,7 +5,8 @@ from .compare import Comparison, ModelRow, compare
 from .estimates import Correlations, Estimate, Quality
 from .identify import identify
 from .indentation import IndentationFit, TipFit, compare_tips, fit_indentation
-from .lugre import FilteredLuGre, LuGreFilter, filter_lugre
+from .lugre import FilteredLuGre, filter_lugre
+from .lugre_filter import LuGreFilter
 from .profile_likelihood import Profile, profile
 from .result import Fit, RecordingFit
 from .statistics.draws import Draws

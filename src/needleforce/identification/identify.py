@@ -26,8 +26,7 @@ from .diagnostics import (
 )
 from .estimates import Estimate, estimates_of, identified_together, mean_estimate, pool
 from .models import LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
-from .one_layer.fit_recording import SegmentedRecording, fit_single, segmented
-from .one_layer.puncture_force import measured_peak
+from .one_layer.fit_recording import SegmentedRecording, fit_single, measured_peak, segmented
 from .result import Choice, Fit
 from .strokes import presliding_of
 from .two_pass.bias_terms import spreading_force
