@@ -18,6 +18,7 @@ import numpy as np
 from needleforce import core
 from needleforce.identification.one_layer.cycle_estimates import CycleFit
 from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.statistics.noise import TWO_SIDED
 
 STIFFNESS = (2 / np.pi) * 117546.0 * np.tan(np.radians(15.0))  # [N/m²], 0.2101 N at 3.237 mm
 INDENTATION, FRICTION, CUTTING, DEPTH = 3.237e-3, 18.6, 0.0776, 20e-3
@@ -53,7 +54,7 @@ def moving_average(values: np.ndarray, length: int) -> np.ndarray:
 
 def correct(fit: CycleFit, truth: dict) -> bool:
     """Puncture within 0.05 mm, the other parameters within 4 standard errors."""
-    error = {name: (fit.high[name] - fit.low[name]) / (2 * 1.96) for name in PARAMETERS}
+    error = {name: (fit.high[name] - fit.low[name]) / (2 * TWO_SIDED) for name in PARAMETERS}
     near = all(abs(fit.values[name] - truth[name]) <= 4 * error[name] for name in PARAMETERS)
     return near and abs(fit.values["puncture_depth"] - truth["puncture_depth"]) <= 0.05e-3
 

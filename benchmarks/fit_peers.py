@@ -26,6 +26,7 @@ from fit import PARAMETERS, progress, simulate, sliced
 from scipy.optimize import curve_fit, differential_evolution
 
 from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.statistics.noise import TWO_SIDED
 
 ORDER = ("stiffness_coefficient", "contact_depth", "puncture_depth", "friction_per_length", "cutting_force")
 PUNCTURE, SIGMAS = 0.05e-3, 4.0
@@ -52,7 +53,7 @@ def ours(arrays, truth, seed) -> Outcome:
     began = time.perf_counter()
     fit = fit_cycle(*arrays)
     taken = time.perf_counter() - began
-    errors = {name: (fit.high[name] - fit.low[name]) / (2 * 1.96) for name in PARAMETERS}
+    errors = {name: (fit.high[name] - fit.low[name]) / (2 * TWO_SIDED) for name in PARAMETERS}
     return Outcome({name: fit.values[name] for name in ORDER}, errors, taken)
 
 

@@ -271,6 +271,14 @@ std::string signature() {
   return text + ") -> None";
 }
 
+/// What a notebook shows; made where all tables are made.
+template <class T>
+void show_in_notebooks(nb::class_<T>& bound) {
+  bound.def("_repr_html_", [](nb::handle self) {
+    return nb::module_::import_("needleforce.display.tables").attr("parameters_html")(self);
+  });
+}
+
 /// Binds T as `type` with everything but its constructor.
 template <class T>
 nb::class_<T> bind_values(nb::module_& module, const std::string& type) {
@@ -293,10 +301,7 @@ nb::class_<T> bind_values(nb::module_& module, const std::string& type) {
   bound.def("parameters", &as_dict<T>, "Every number by name, in SI.");
   bound.def_static("table", &table_rows<T>, "The parameter table: name, unit, range, meaning, source.");
   bound.def("__repr__", [type](const T& self) { return described(self, type); });
-  // what a notebook shows; made where all tables are made
-  bound.def("_repr_html_", [](nb::handle self) {
-    return nb::module_::import_("needleforce.display.tables").attr("parameters_html")(self);
-  });
+  show_in_notebooks(bound);
   bound.attr("name") = T::name;
   bound.attr("cpp_name") = cpp_name<T>();
   bound.attr("summary") = T::summary;

@@ -120,6 +120,7 @@ nb::dict column_row(const char* name, const char* symbol, const char* meaning) {
 void bind_knots(nb::module_& module) {
   nb::class_<tips::Profile> bound(module, "Profile", tips::Profile::summary);
   bind_profile(bound);
+  show_in_notebooks(bound);
   bound
       .def(
           "__init__",

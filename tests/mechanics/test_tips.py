@@ -207,3 +207,11 @@ def test_knots_that_do_not_make_a_profile_are_refused(radii, heights, match):
 def test_inconsistent_tips_and_contacts_are_refused(make, match):
     with pytest.raises(nf.InputError, match=match):
         make()
+
+
+@each_tip
+def test_a_needle_shows_its_tip_with_units(tip):
+    needle = nf.Needle(outer_diameter=2 * R, length=0.1, young_modulus=70e9, poisson_ratio=0.3, tip=tip)
+    shown = needle._repr_html_()
+    assert "<table" in tip._repr_html_() and f"{type(tip).__name__} (" in shown
+    assert repr(ANGLE) not in shown  # fifteen digits of radians

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from needleforce.display.quantities import plain, quantity
+from needleforce.display.quantities import percent, plain, quantity
 
 SPACE = "\N{NO-BREAK SPACE}"
 
@@ -27,6 +27,9 @@ SPACE = "\N{NO-BREAK SPACE}"
         (2e-3, 1e-3, math.inf, "m", "2.000 mm (1.000 to ∞)"),
         (math.nan, math.nan, math.nan, "N", "– N"),
         (12.0, 11.0, 13.0, "furlong", "12.0 ± 1.0 furlong"),
+        (0.0, -2.3e-12, 2.3e-12, "N", "0.0000 ± 0.0023 nN"),
+        (24e-9, 20e-9, 28e-9, "N", "24.0 ± 4.0 nN"),
+        (0.0, None, None, "N", "0 N"),
     ],
 )
 def test_quantity(value, low, high, unit, text):
@@ -50,3 +53,10 @@ def test_a_plain_number_has_no_trailing_zeros():
     assert plain(116e3, "Pa").replace(SPACE, " ") == "116 kPa"
     assert plain(0.0053, "N", 0.0053).replace(SPACE, " ") == "0.0053 N"
     assert plain(None, "N") == plain(math.nan, "N") == "–"
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(0.0342, "3.4 %"), (1.04, "100 %"), (12.3, "1200 %"), (2e-6, "0.0002 %"), (math.nan, "nan %")]
+)
+def test_per_cent_has_two_digits_and_no_exponent(share, text):
+    assert percent(share) == text

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from ..display.quantities import percent
 from ..recording import Recording
 from ..segmentation import Events, segment
 from ..segmentation.segment import RUPTURE_TRAVEL_M
@@ -81,7 +82,7 @@ def _dropped(summary: RecordingSummary) -> Iterator[Anomaly]:
         or summary.lost > MAX_LOST_SHARE
     ):
         sentence = f"Samples were dropped: the longest gap is {formatted(summary.gap, 's')}, the median step "
-        sentence += f"{summary.step:.3g} s, and {100 * summary.lost:.2g} % of the samples are missing"
+        sentence += f"{summary.step:.3g} s, and {percent(summary.lost)} of the samples are missing"
         sentence += f"; a puncture within the {formatted(travel, 'm')} of such a gap is not detected" if hidden else ""
         yield Anomaly(
             kind="dropped",

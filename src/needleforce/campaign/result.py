@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..display.markup import Markup, element, join, listing, table
-from ..display.quantities import counted
+from ..display.quantities import counted, percent
 from ..display.tables import blocks, text_list, text_table
 from ..files import atomic_write, json_safe
 from ..identification.estimates import Estimate, Quality
@@ -220,7 +220,7 @@ class Campaign:
                 each.name,
                 f"{len(each.pooled)} of {len(each.recordings)}",
                 "none" if each.model is None else each.model.name,
-                "" if each.quality is None else f"{100.0 * each.quality.nrmse:.2g} %",
+                "" if each.quality is None else percent(each.quality.nrmse),
                 each.why,
             )
             for each in self.conditions

@@ -21,6 +21,7 @@ def run(
 ) -> None:
     """Reproduce the paper: simulate its experiment, identify it by the paper's procedure, compare with its table."""
     from ..demonstration import demonstrate
+    from ..identification.statistics.noise import INTERVAL
     from ..report import write_report
 
     check_outputs([json])
@@ -34,7 +35,7 @@ def run(
     if json != "-":
         table(
             "the paper's experiment at 3 mm/s: five sites, two insertions each",
-            ["quantity", "paper", "true", "identified, 95 % interval", "bias"],
+            ["quantity", "paper", "true", f"identified, {INTERVAL}", "bias"],
             [_cells(row) for row in done.rows],
         )
     say("true: mean over the five simulated sites. bias: systematic error of the paper's procedure, because the")

@@ -60,7 +60,7 @@ def run(
         Path | None, typer.Option(help="Write 4000 draws of the identified parameters, .csv or .json.")
     ] = None,
 ) -> None:
-    """Identify a force model from recordings: events, parameters and their 95 % intervals."""
+    """Identify a force model from recordings: events, parameters and their intervals."""
     from ..identification.export import check_draws_target
     from ..preset_files import needle_of
 
@@ -160,6 +160,7 @@ def _show(fit: "Fit", quiet: bool) -> None:
 def _show_parameters(fit: "Fit") -> None:
     """Print one table of parameters, or one for each layer with the names within the layer."""
     from ..display.quantities import quantity
+    from ..identification.statistics.noise import INTERVAL
     from ..report.words import by_layer
 
     repeated = any(estimate.between_repeats_sd is not None for estimate in fit.parameters.values())
@@ -172,7 +173,7 @@ def _show_parameters(fit: "Fit") -> None:
             [name, quantity(e.value, e.low, e.high, e.unit), *[_spread(e)] * repeated, _yes(e), *[e.source] * many]
             for name, e in parameters.items()
         ]
-        heads = ["quantity", "value, 95 % interval", *spread, "identifiable", *["how"] * many]
+        heads = ["quantity", f"value, {INTERVAL}", *spread, "identifiable", *["how"] * many]
         table(f"identified, {layer}" if layer else "identified", heads, rows)
     if sources and not many:
         say(f"how: {sources.pop()}")

@@ -118,17 +118,20 @@ def _document(row: "TipFit") -> dict:
 
 
 def _show(rows: "Sequence[TipFit]", quiet: bool) -> None:
+    from ..display.quantities import quantity
+    from ..display.tables import in_words
+    from ..identification.statistics.noise import INTERVAL
+
     for row in rows:
+        tip = in_words(row.fit.tip)
         for note in row.fit.notes:
-            say(f"{row.fit.tip!r}: {note}")
+            say(f"{tip}: {note}")
         if quiet:
             continue
         shown = [
             [
                 e.name,
-                f"{e.value:.6g}",
-                f"{e.low:.6g} to {e.high:.6g}",
-                e.unit,
+                str(quantity(e.value, e.low, e.high, e.unit)),
                 "yes" if e.identifiable else "no",
                 e.source,
             ]
@@ -136,8 +139,8 @@ def _show(rows: "Sequence[TipFit]", quiet: bool) -> None:
         ]
         more = f", BIC {row.more_than_best:.1f} more than the best" if len(rows) > 1 else ""
         apart = "" if row.distinguishable or not more else ", not distinguishable from it"
-        title = f"{row.fit.tip!r}, residual {row.fit.residual_rms:.3g} N" + (more + apart) * (row is not rows[0])
-        table(title, ["quantity", "value", "95 % interval", "unit", "identifiable", "how"], shown)
+        title = f"{tip}, residual {row.fit.residual_rms:.3g} N" + (more + apart) * (row is not rows[0])
+        table(title, ["quantity", f"value, {INTERVAL}", "identifiable", "how"], shown)
 
 
 def tips_of(

@@ -11,7 +11,8 @@ DASH = "–"
 
 # SI unit -> (from which magnitude on, factor, shown unit), the largest first
 _SCALES = {
-    "m": ((0.0, 1e3, "mm"),),
+    "m": ((1e-6, 1e3, "mm"), (1e-15, 1e9, "nm"), (0.0, 1e3, "mm")),
+    "N": ((1e-4, 1.0, "N"), (1e-7, 1e6, "µN"), (1e-16, 1e9, "nN"), (0.0, 1.0, "N")),
     "m/s": ((0.0, 1e3, "mm/s"),),
     "Pa": ((1e9, 1e-9, "GPa"), (1e6, 1e-6, "MPa"), (1e3, 1e-3, "kPa"), (0.0, 1.0, "Pa")),
     "N/m": ((0.0, 1e-3, "N/mm"),),
@@ -83,7 +84,8 @@ def quantity(value: float, low: float | None, high: float | None, unit: str, max
     -------
     Quantity
     """
-    factor, shown = scale(value, unit)
+    sizes = [abs(x) for x in (value, low, high) if x is not None and math.isfinite(x)]
+    factor, shown = scale(max(sizes, default=value), unit)
     value, low, high = (math.nan if x is None else float(x) * factor for x in (value, low, high))
     half = 0.5 * (high - low)
     places = decimals(value, half, max_digits)
@@ -218,6 +220,22 @@ def _at_least(half: float, places: int) -> str:
     """The half width; below half of the last decimal place, ``<`` and that place."""
     smallest = 10.0**-places
     return fixed(half, places) if not 0.0 < half < 0.5 * smallest else f"<{fixed(smallest, places)}"
+
+
+def percent(share: float) -> str:
+    """A share as per cent with two significant digits, without an exponent.
+
+    Parameters
+    ----------
+    share : float
+        The share [1], such as 0.034.
+
+    Returns
+    -------
+    str
+        Such as ``"3.4 %"``.
+    """
+    return f"{float(f'{100.0 * share:.2g}'):.15g} %"
 
 
 def counted(number: int, noun: str) -> str:

@@ -98,10 +98,35 @@ def parameter_rows(value: Any) -> list[tuple[str, str, str, str]]:
     """
     numbers = value.parameters()
     rows = [
-        (row["name"], row["symbol"], plain(numbers[row["name"]], row["unit"]), row["meaning"]) for row in value.table()
+        (row["name"], row["symbol"], _each_plain(numbers[row["name"]], row["unit"]), row["meaning"])
+        for row in value.table()
     ]
     parts = ((part, getattr(value, part)) for part in getattr(value, "parts", ()))
-    return rows + [(part, "", str(found), "") for part, found in parts if found is not None]
+    return rows + [(part, "", in_words(found), "") for part, found in parts if found is not None]
+
+
+def _each_plain(value: float | tuple[float, ...], unit: str) -> str:
+    """One value, or the values of the knots of a profile."""
+    return ", ".join(plain(each, unit) for each in (value if isinstance(value, tuple) else (value,)))
+
+
+def in_words(value: Any) -> str:
+    """A tip in one line.
+
+    Parameters
+    ----------
+    value : a tip of nf.tips
+        Another value is written as ``str`` writes it.
+
+    Returns
+    -------
+    str
+        Its name and its parameters with units.
+    """
+    if not hasattr(value, "table"):
+        return str(value)
+    named = ", ".join(f"{name.replace('_', ' ')} {text}" for name, _, text, _ in parameter_rows(value))
+    return f"{type(value).__name__} ({named})" if named else type(value).__name__
 
 
 def parameters_html(value: Any) -> Markup:

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from ..display.markup import Markup, table
-from ..display.quantities import quantity, with_unit
+from ..display.quantities import percent, quantity, with_unit
 from ..display.tables import text_table
 from .one_layer.cycle_estimates import CycleFit
 from .one_layer.loading_curves import CURVES
-from .statistics.noise import TWO_SIDED, student_quantile
+from .statistics.noise import INTERVAL, TWO_SIDED, student_quantile
 
 UNITS = {name: unit for curve in CURVES.values() for name, unit in curve.units.items()} | {
     "contact_depth": "m",
@@ -93,7 +93,7 @@ class Parameters(dict[str, Estimate]):
     It prints as a table of values with their intervals; in a notebook as the same table in HTML.
     """
 
-    HEAD = ("quantity", "value, 95 % interval", "sd between repeats", "identifiable", "how obtained")
+    HEAD = ("quantity", f"value, {INTERVAL}", "sd between repeats", "identifiable", "how obtained")
 
     def __getattr__(self, name: str) -> Estimate:
         try:
@@ -273,8 +273,9 @@ class Correlations:
         if {self.names[i], self.names[k]} & WITHOUT_PRODUCT or not error < min(a, b):
             better = 1.0 / np.sqrt(max(1.0 - r * r, 1e-12))
             return f"{pair}: if one is known, the standard error of the other is {better:.2g} times smaller."
-        form, each = "product" if r < 0.0 else "quotient", f"{100.0 * a:.2g} % and {100.0 * b:.2g} %"
-        return f"{pair}: the standard error of their {form} is {100.0 * error:.2g} %, of each alone {each}."
+        form = "product" if r < 0.0 else "quotient"
+        each = f"{percent(a)} and {percent(b)}"
+        return f"{pair}: the standard error of their {form} is {percent(error)}, of each alone {each}."
 
 
 def correlations_of(recordings: Sequence[Any]) -> Correlations | None:

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core import Tissue
+from ..display.quantities import percent
+from ..display.tables import in_words
 from ..errors import InputError
 from ..mechanics.contact import contact
 from ..models.validity import SMALL_SLOPE_ANGLE
@@ -185,7 +187,7 @@ def _solved(search: ContactSearch, place: float, parts: np.ndarray) -> tuple[np.
 
 
 def _estimate(name: str, value: float, half: float, tip: Any) -> Estimate:
-    source = f"indentation curve, rigid tip {tip!r}" if name == "reduced_modulus" else "indentation curve"
+    source = f"indentation curve, rigid tip {in_words(tip)}" if name == "reduced_modulus" else "indentation curve"
     half = half if np.isfinite(half) else np.inf
     low, high = float(value - half), float(value + half)
     identifiable = low > (0.0 if name == "reduced_modulus" else -np.inf)
@@ -239,7 +241,7 @@ def _contact(search: ContactSearch, place: float, half: float) -> str:
     if share <= MAX_CONTACT_INTERVAL:
         return ""
     return (
-        f"The interval of the contact depth is ± {100 * share:.2g} % of the indentation. The modulus changes with it; "
+        f"The interval of the contact depth is ± {percent(share)} of the indentation. The modulus changes with it; "
         "its interval assumes small errors and is too narrow."
     )
 

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..display.markup import Markup, element, join, listing
+from ..display.quantities import percent
 from ..display.tables import blocks, text_list
 from ..errors import InputError
 from ..models.model import Model
@@ -258,7 +259,7 @@ class Fit:
         answering = sum(bool(each.parameters) for each in self.recordings)
         name = "no model" if self.model is None else f"model {self.model.name}"
         rms = "" if self.quality is None else f", residual {1e3 * self.quality.rmse_N:.3g} mN rms"
-        share = "" if self.quality is None else f" ({100.0 * self.quality.nrmse:.2g} % of the peak)"
+        share = "" if self.quality is None else f" ({percent(self.quality.nrmse)} of the peak)"
         return f"{name}, {answering} of {len(self.recordings)} recordings identified{rms}{share}"
 
     def _remarks(self) -> Iterable[tuple[str, tuple[str, ...]]]:

@@ -12,6 +12,7 @@ from ..campaign.summary import Trace
 from ..display.markup import Markup, Section, element, escape, join, listing, section, table
 from ..display.quantities import counted, quantity
 from ..identification.estimates import Estimate
+from ..identification.statistics.noise import INTERVAL
 from ..vocabulary import __version__
 from .frame import framed
 from .tables import MAIN_PARAMETERS
@@ -77,7 +78,7 @@ def _counts_note(campaign: Campaign) -> str:
     """What the values of a condition are, and that the counts overlap."""
     overlap = "A recording can be in more than one of these counts. " if campaign.others else ""
     values = (
-        "Values of a condition are pooled over the repeats used, with 95 % intervals; the panels show its repeats and "
+        f"Values of a condition are pooled over the repeats used, with {INTERVAL}s; the panels show its repeats and "
         "the pooled model along the motion of one of them."
     )
     return overlap + values

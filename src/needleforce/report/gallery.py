@@ -12,6 +12,7 @@ from ..display.markup import Markup, element, join, listing
 from ..display.quantities import counted, plain
 from ..identification.layered.result import LayeredFit
 from ..identification.result import Fit
+from ..identification.statistics.noise import INTERVAL
 from ..identification.two_pass.result import Site, TwoPass
 from ..models.model import Model
 from . import figures, layers, tables
@@ -62,7 +63,7 @@ def ratio_figure(rows: list[dict]) -> Markup:
     found = tables.ratios(rows)
     if not found:
         return Markup("")
-    caption = "Lines are 95 % intervals. Filled dots: the interval excludes the true value, a bias of the method."
+    caption = f"Lines are {INTERVAL}s. Filled dots: the interval excludes the true value, a bias of the method."
     draw = partial(tables.ratio_figure, rows=found)
     heights = 44.0 + 22.0 * len(found), 44.0 + 34.0 * len(found)
     return _figure("ratio", "Identified value over true value", caption, draw, heights)

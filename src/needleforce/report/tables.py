@@ -14,19 +14,20 @@ from ..identification.estimates import Estimate
 from ..identification.layered.result import LayeredFit
 from ..identification.recording_fit import RecordingFit
 from ..identification.result import Choice, Fit
+from ..identification.statistics.noise import INTERVAL
 from ..models.model import Model
 from .canvas import INK, MODEL, ON_WHITE, QUIET, Sheet, panels
 from .words import by_layer, file_name, quantity_name, status_name
 
 PARAMETERS = (
-    *("quantity", "value and 95 % interval", "sd between repeats", "error within a run (sd)", "identifiable"),
+    *("quantity", f"value and {INTERVAL}", "sd between repeats", "error within a run (sd)", "identifiable"),
     "how obtained",
 )
 EVENTS = ("no.", "event", "time", "depth", "indentation", "force", "drop", "between samples")
 OMITTED_LAWS = ("no_relaxation",)
 MAX_NORMAL_SIZE_ROWS = 6  # tables with more recordings have smaller text
 MAIN_PARAMETERS = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
-COMPARISON = ("quantity", "paper ± sd", "true", "identified", "95 % interval", "bias")
+COMPARISON = ("quantity", "paper ± sd", "true", "identified", INTERVAL, "bias")
 
 
 def parameter_table(parameters: dict[str, Estimate]) -> Markup:
@@ -163,7 +164,7 @@ def ratios(rows: list[dict]) -> list[tuple[str, float, float, float]]:
 
 
 def ratio_figure(figure: Figure, sheet: Sheet, rows: list[tuple[str, float, float, float]]) -> None:
-    """Identified over true value, a dot with its 95 % interval for each quantity; 1 is the true value."""
+    """Identified over true value, a dot with its interval for each quantity; 1 is the true value."""
     margins = {"top": 4.0, "left": 8.0 if sheet.narrow else 190.0, "right": 44.0}
     axes = panels(figure, sheet, margins=margins)[0, 0]
     axes.axvline(1.0, color=QUIET, lw=0.9)

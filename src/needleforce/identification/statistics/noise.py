@@ -11,6 +11,9 @@ from ... import core
 LEVEL = 0.95
 """Confidence level of every interval of the package."""
 
+INTERVAL = f"{100 * LEVEL:g} % interval"
+"""How tables, captions and reports name it."""
+
 TWO_SIDED, ONE_SIDED = 1.959963984540054, 1.6448536269514722
 """Standard normal quantiles at (1 + LEVEL) / 2 and at LEVEL: the half width of an interval, and the distance of a
 one-sided limit, in standard errors. Written out so that SciPy is not loaded; a test compares them with ``LEVEL``."""
