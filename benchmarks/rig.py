@@ -30,8 +30,8 @@ from needleforce.acquisition.sources.net_ft_sensor import SensorClient, read_con
 from needleforce.recording.log import LogWriter, read_log
 
 FAULTS = {
-    "lost": 0.05, "reordered": 0.02, "doubled": 0.01, "late": 0.01, "sensor_drift_ppm": 80.0, "axis_drift_ppm": -50.0,
-    "clock_offset_s": 1000.0,
+    "lost": 0.05, "reordered": 0.02, "duplicated": 0.01, "late": 0.01, "sensor_drift_ppm": 80.0,
+    "axis_drift_ppm": -50.0, "clock_offset_s": 1000.0,
 }  # fmt: skip
 HERE = "127.0.0.1"
 PAPER = ("puncture_force", "puncture_indentation", "friction_per_length", "cutting_force")
@@ -80,12 +80,9 @@ def counted(name: str, outcome, ledger: dict, path: Path) -> tuple[str, str]:
     missing = set(range(int(log.wrench.sequence[0]), newest + 1)) - set(log.wrench.sequence.tolist())
     same = missing <= set(ledger["lost"])
     text = f"{outcome.seconds:.1f} s, {outcome.received} received; lost {outcome.lost} (rig: {lost}, same records: "
-    text += (
-        f"{same}), duplicated {outcome.doubled} (rig: {len(ledger['doubled'])}), late {outcome.late}; longest own gap "
-    )
-    text += (
-        f"{1e3 * outcome.longest_own_gap:.1f} ms, {100 * outcome.cpu_share:.1f} % of a processor, clock uncertainty "
-    )
+    text += f"{same}), duplicated {outcome.duplicated} (rig: {len(ledger['duplicated'])}), late {outcome.late}; "
+    text += f"longest own gap {1e3 * outcome.longest_own_gap:.1f} ms, "
+    text += f"{100 * outcome.cpu_share:.1f} % of a processor, clock uncertainty "
     return name, text + f"{1e3 * outcome.alignment_uncertainty:.3f} ms"
 
 

@@ -15,7 +15,7 @@ from needleforce.rig.live.tissue import phantom_site
 
 HERE = "127.0.0.1"
 MOVES = [(-2e-3, 10e-3), (-2e-3, 0.3), (12e-3, 10e-3), (12e-3, 0.5), (-2e-3, 10e-3)]
-FAULTS = {"lost": 0.05, "reordered": 0.02, "doubled": 0.02, "sensor_drift_ppm": 200.0, "axis_drift_ppm": -200.0}
+FAULTS = {"lost": 0.05, "reordered": 0.02, "duplicated": 0.02, "sensor_drift_ppm": 200.0, "axis_drift_ppm": -200.0}
 FILTER = 10
 
 

@@ -31,7 +31,7 @@ def test_a_complete_run_is_recorded(recorded):
     assert sensor.requests[0] == Command.START and sensor.requests[-1] == Command.STOP
     assert axis.received[:2] == ["move 0.00200000 0.0200000", "move -0.00200000 0.0200000"]
     assert axis.received[2] == "stop"
-    assert (outcome.lost, outcome.doubled, outcome.late) == (0, 0, 0)
+    assert (outcome.lost, outcome.duplicated, outcome.late) == (0, 0, 0)
     assert np.array_equal(log.wrench.sequence, np.arange(1, outcome.received + 1))
     assert outcome.received <= sensor.sent
     assert log.axis.values[:, 0].max() == pytest.approx(0.002, abs=1e-7)
@@ -131,7 +131,7 @@ def test_a_sensor_that_repeats_its_reading_ends_the_run(recorded):
     assert log.complete
 
 
-def test_lost_doubled_late_and_wrong_packets_are_counted(recorded):
+def test_lost_duplicated_late_and_wrong_packets_are_counted(recorded):
     def packets(sensor, k):
         if k in (200, 201):
             return []
@@ -145,11 +145,11 @@ def test_lost_doubled_late_and_wrong_packets_are_counted(recorded):
 
     with FakeSensor(packets=packets) as sensor:
         outcome, log = recorded(sensor, duration=0.7)
-    assert (outcome.lost, outcome.doubled, outcome.late) == (2, 1, 1)
+    assert (outcome.lost, outcome.duplicated, outcome.late) == (2, 1, 1)
     sequence = log.wrench.sequence.tolist()
     assert sequence == [k for k in range(1, sequence[-1] + 1) if k not in (200, 201)]
     counts = [facts(mark) for mark in marks(log, "lost")]
-    assert [sum(each[name] for each in counts) for name in ("lost", "doubled", "late")] == [2, 1, 1]
+    assert [sum(each[name] for each in counts) for name in ("lost", "duplicated", "late")] == [2, 1, 1]
     assert facts(marks(log, "wrong_size")[0])["count"] == 1
 
 

@@ -1,4 +1,4 @@
-"""Counts of lost, doubled and late records against counting over the complete list."""
+"""Counts of lost, duplicated and late records against counting over the complete list."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,8 +21,8 @@ def streams(draw):
     first = draw(st.integers(0, 2**33))
     steps = draw(st.lists(st.sampled_from([1, 1, 1, 1, 2, 5, 25]), min_size=1, max_size=150))
     numbers = [first + sum(steps[:k]) for k in range(len(steps))]
-    doubled = draw(st.lists(st.sampled_from(numbers), max_size=10))
-    return draw(st.permutations(numbers + doubled)) if len(steps) < 12 else shuffled(draw, numbers + doubled)
+    duplicated = draw(st.lists(st.sampled_from(numbers), max_size=10))
+    return draw(st.permutations(numbers + duplicated)) if len(steps) < 12 else shuffled(draw, numbers + duplicated)
 
 
 def shuffled(draw, numbers):
@@ -37,18 +37,18 @@ def test_every_record_is_counted(numbers):
     check, kinds = fed(numbers)
     unique = set(numbers)
     assert check.received == len(unique)
-    assert check.doubled == len(numbers) - len(unique)
+    assert check.duplicated == len(numbers) - len(unique)
     assert check.lost == max(unique) - min(unique) + 1 - len(unique)
     for k, (number, kind) in enumerate(zip(numbers, kinds)):
         before = numbers[:k]
-        expected = Kind.DOUBLED if number in before else Kind.LATE if before and number < max(before) else Kind.NEW
+        expected = Kind.DUPLICATED if number in before else Kind.LATE if before and number < max(before) else Kind.NEW
         assert kind is expected
 
 
 @given(streams(), st.integers(1, 400))
 def test_seconds_add_up_to_the_total(numbers, step_ms):
     check, _ = fed(numbers, step_ms * MS)
-    for name in ("received", "lost", "doubled", "late"):
+    for name in ("received", "lost", "duplicated", "late"):
         assert sum(getattr(second, name) for second in check.seconds) == getattr(check.total, name)
     numbers_of_seconds = [second.second for second in check.seconds]
     assert numbers_of_seconds == sorted(set(numbers_of_seconds))
@@ -77,7 +77,7 @@ def test_numbers_after_a_restart_follow_the_host_clock():
     assert unwrapped.restart == 1
 
 
-def test_a_record_older_than_the_window_counts_as_doubled():
+def test_a_record_older_than_the_window_counts_as_duplicated():
     check, kinds = fed([0, 2, LATE_WINDOW + 1, 1, 3])
-    assert kinds == [Kind.NEW, Kind.NEW, Kind.NEW, Kind.DOUBLED, Kind.LATE]
+    assert kinds == [Kind.NEW, Kind.NEW, Kind.NEW, Kind.DUPLICATED, Kind.LATE]
     assert (check.received, check.lost) == (4, LATE_WINDOW + 2 - 4)

@@ -88,7 +88,7 @@ def test_wrapped_late_and_duplicated_packets_are_sorted(path):
     recording = nf.read(path, baseline=False)
     assert recording.force.tolist() == list(range(300))
     np.testing.assert_allclose(np.diff(recording.time), 1e-3, atol=1e-9)
-    assert kinds(recording)["doubled"].count == 1 and "lost" not in kinds(recording)
+    assert kinds(recording)["duplicated"].count == 1 and "lost" not in kinds(recording)
 
 
 def test_lost_packets_are_counted_with_the_longest_gap(path):

@@ -72,11 +72,11 @@ def test_bursts_have_the_requested_length_and_share(length):
     assert len(lost) == pytest.approx(0.1 * 2 * N, rel=4 / np.sqrt(0.1 * 2 * N / length))
 
 
-def test_doubled_records_arrive_twice():
-    out, truth = run(doubled=0.05)
+def test_duplicated_records_arrive_twice():
+    out, truth = run(duplicated=0.05)
     received = sequences(out)
-    assert share(len(truth.doubled))
-    assert sorted(received) == sorted([*range(1, N + 1), *truth.doubled])
+    assert share(len(truth.duplicated))
+    assert sorted(received) == sorted([*range(1, N + 1), *truth.duplicated])
 
 
 def test_reordered_records_are_overtaken_by_one_to_three():
@@ -127,21 +127,21 @@ def test_additional_packets_are_counted(name):
 
 
 def test_all_faults_together_are_accounted_for():
-    names = ("lost", "doubled", "reordered", "late", "status_error", "stale", "foreign", "wrong_size")
+    names = ("lost", "duplicated", "reordered", "late", "status_error", "stale", "foreign", "wrong_size")
     out, truth = run(lost_burst=3, sensor_drift_ppm=200, **dict.fromkeys(names, 0.05))
     received = sequences(out)
     assert set(received) | set(truth.lost) == set(range(1, N + 1)) and not set(received) & set(truth.lost)
-    assert len(received) - len(set(received)) == len(truth.doubled)
+    assert len(received) - len(set(received)) == len(truth.duplicated)
 
 
 def test_the_share_of_one_fault_does_not_affect_others():
-    _, single = run(doubled=0.05)
-    _, both = run(doubled=0.05, status_error=0.5, late=0.2, foreign=0.5, wrong_size=0.5, stale=0.1)
-    assert single.doubled == both.doubled
+    _, single = run(duplicated=0.05)
+    _, both = run(duplicated=0.05, status_error=0.5, late=0.2, foreign=0.5, wrong_size=0.5, stale=0.1)
+    assert single.duplicated == both.duplicated
 
 
 def test_the_polling_interval_does_not_affect_the_stream():
-    faults = {"lost": 0.05, "late": 0.05, "reordered": 0.1, "doubled": 0.05}
+    faults = {"lost": 0.05, "late": 0.05, "reordered": 0.1, "duplicated": 0.05}
     (often, first), (rarely, second) = run(**faults), run(wake=61e-3, **faults)
     assert [one.data for one in often] == [one.data for one in rarely] and first == second
 

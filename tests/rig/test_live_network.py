@@ -88,7 +88,7 @@ def test_the_last_client_gets_the_stream_and_no_other_client_ends_it():
 
 
 def test_a_client_receives_what_the_ground_truth_states():
-    faults = dict.fromkeys(("lost", "doubled", "reordered", "late", "foreign", "wrong_size"), 0.1)
+    faults = dict.fromkeys(("lost", "duplicated", "reordered", "late", "foreign", "wrong_size"), 0.1)
     with VirtualRig(faults=faults) as rig, sensor(rig, struct.pack(">HHI", 0x1234, 2, 1000)) as made:
         until(lambda: not rig.simulated.transfer.streaming)
         made.settimeout(0.3)
@@ -104,7 +104,7 @@ def test_a_client_receives_what_the_ground_truth_states():
                 got.append(struct.unpack(">I", data[:4])[0])
         truth = rig.truth().streams[0]
     assert set(range(1, 1001)) - set(got) == set(truth.lost) and truth.lost
-    assert sorted(got) == sorted([*set(got), *truth.doubled]) and truth.doubled
+    assert sorted(got) == sorted([*set(got), *truth.duplicated]) and truth.duplicated
     assert (foreign, wrong_size) == (truth.foreign, truth.wrong_size) and foreign and wrong_size
 
 

@@ -23,7 +23,7 @@ _VIEW_INTERVAL_S = 0.125
 _MAX_STOP_TIME_S = 3.0  # for an axis to come to rest after a stop
 _MIN_ALIGNMENT_PAIRS = 20
 _MAX_LATE_SHARE = 0.5  # of the records of a second, above which the sensor's counter is invalid
-_END_ENTRIES = ("ended", "detail", "seconds", "received", "lost", "doubled", "late", "longest_own_gap", "peak_force")
+_END_ENTRIES = ("ended", "detail", "seconds", "received", "lost", "duplicated", "late", "longest_own_gap", "peak_force")
 
 
 class Run:
@@ -172,7 +172,7 @@ class Run:
             seconds=seconds,
             received=counts.received,
             lost=counts.lost,
-            doubled=counts.doubled,
+            duplicated=counts.duplicated,
             late=counts.late,
             longest_own_gap=self._monitor.max_gap_ns * 1e-9,
             bias=self._bias,

@@ -66,11 +66,11 @@ class RunWriter:
         return getattr(self._source, "buffer", math.inf)
 
     def force(self, samples: list[ForceSample]) -> None:
-        """Write the readings except doubled ones, and mark faults and losses."""
+        """Write the readings except duplicated ones, and mark faults and losses."""
         for sample in samples:
             self._arrival = max(self._arrival, sample.arrival)
             kind = self.check.add(sample.sequence, sample.arrival)
-            if kind is Kind.DOUBLED:
+            if kind is Kind.DUPLICATED:
                 continue
             self._mark_status(sample)
             stamp = self._clock.host(sample.device, sample.arrival)
@@ -129,7 +129,7 @@ class RunWriter:
         if len(self.check.seconds) == self._seconds_marked:
             return
         for counts in self.check.seconds[self._seconds_marked :]:
-            if counts.lost or counts.doubled or counts.late:
+            if counts.lost or counts.duplicated or counts.late:
                 self.mark("lost", **counts._asdict())
         self._seconds_marked = len(self.check.seconds)
         self._status = {0}

@@ -99,7 +99,7 @@ class RunResult:
         Details of the reason, if there are any.
     seconds : float
         Duration [s].
-    received, lost, doubled, late : int
+    received, lost, duplicated, late : int
         Counts of records.
     longest_own_gap : float
         Longest time that a reading waited in this computer before it was read [s].
@@ -124,7 +124,7 @@ class RunResult:
     seconds: float
     received: int
     lost: int
-    doubled: int
+    duplicated: int
     late: int
     longest_own_gap: float
     bias: RestBias

@@ -173,7 +173,7 @@ def _print_outcome(outcome: "RunResult", json: str | None) -> None:
     clock = "unknown" if uncertainty is None else f"{1e3 * uncertainty:.3f} ms"
     say(f"{outcome.path}: {outcome.ended}" + (f": {outcome.detail}" if outcome.detail else ""))
     say(f"{outcome.seconds:.1f} s, {outcome.received} readings, largest force {outcome.peak_force:.3f} N")
-    counts = f"lost {outcome.lost}, duplicated {outcome.doubled}, late {outcome.late}"
+    counts = f"lost {outcome.lost}, duplicated {outcome.duplicated}, late {outcome.late}"
     say(f"packets: {counts}; uncertainty of the sensor's clock: {clock}")
     if outcome.dropped:
         say(f"warning: {outcome.dropped} of the lost packets were dropped because this computer's buffer was full")

@@ -67,8 +67,8 @@ def _outcome(campaign: Campaign) -> Markup:
     kept = sum(bool(one.anomalies) and not one.left_out for condition in conditions for one in condition.recordings)
     unidentified = sum(not one.has_parameters and not one.left_out for one in every)
     text = [f"{identified} of {counted(len(conditions), 'condition')} identified, from {counted(used, 'recording')}."]
-    text += [f"{counted(out, 'anomalous recording')} excluded from a pooled fit, each with its reason."] * (out > 0)
-    text += [f"{counted(kept, 'anomalous recording')} not excluded."] * (kept > 0)
+    text += [f"{counted(out, 'anomalous recording')} left out of a pooled fit, each with its reason."] * (out > 0)
+    text += [f"{counted(kept, 'anomalous recording')} not left out."] * (kept > 0)
     text += [f"{counted(unidentified, 'recording')} without parameters."] * (unidentified > 0)
     text += [f"{counted(len(campaign.others), 'recording')} without a condition."] * bool(campaign.others)
     return join(text, " ")
@@ -104,7 +104,7 @@ def _figures(conditions: Sequence[Condition], numbers: dict[str, int]) -> tuple:
         return ()
     scale, fields = shared_scale(conditions), varying(conditions)
     key = [element("b", "Repeats", class_="measured"), " thin and grey, ", element("b", "pooled model", class_="model"),
-           " thick and orange. Anomalous repeats have other colours and are dashed if excluded from the pooled fit. "
+           " thick and orange. Anomalous repeats have other colours and are dashed if left out of the pooled fit. "
            "All panels have the same axes unless stated otherwise. Titles are the fields of the table."]  # fmt: skip
     every = (_figure(k, each, fields, scale, numbers) for k, each in enumerate(conditions, 1))
     return element("p", *key, class_="note before"), element("div", *every, class_="multiples")
@@ -199,7 +199,7 @@ def _recording(one: RecordingResult, number: int, condition: object) -> tuple:
     """The row of one recording."""
     status = status_name(one.status).split(":")[0]
     name = element("span", one.file, class_="file", id=f"recording-{number}")
-    used = "yes" if one.pooled else element("em", "excluded" if one.left_out else "no")
+    used = "yes" if one.pooled else element("em", "left out" if one.left_out else "no")
     return number, name, condition, status, used, join([one.why])
 
 
@@ -245,7 +245,7 @@ def scale_of(condition: Condition, shared: Scale) -> Scale:
 
 
 def reference_traces(condition: Condition) -> Iterator[Trace]:
-    """The curves that set the scale: the model, and the recordings not excluded, or all if all are excluded."""
+    """The curves that set the scale: the model, and the recordings not left out, or all if all are left out."""
     drawn = [one for one in condition.recordings if one.shown is not None]
     yield from (one.shown for one in [one for one in drawn if not one.left_out] or drawn)
     yield from () if condition.shown is None else (condition.shown,)

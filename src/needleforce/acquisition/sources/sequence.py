@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Unwrapping of a 32-bit counter into a number that does not wrap, and counts of lost, doubled and late records."""
+"""Unwrapping of a 32-bit counter into a number that does not wrap, and counts of lost, duplicated and late records."""
 
 from enum import StrEnum
 from typing import NamedTuple
@@ -14,7 +14,7 @@ class Kind(StrEnum):
     """How a record counts."""
 
     NEW = "new"
-    DOUBLED = "doubled"
+    DUPLICATED = "duplicated"
     LATE = "late"
 
 
@@ -24,7 +24,7 @@ class Counts(NamedTuple):
     second: int
     received: int
     lost: int
-    doubled: int
+    duplicated: int
     late: int
 
 
@@ -58,11 +58,11 @@ class SequenceCheck:
     """Counts records by their unwrapped number, O(1) per record; ``lost`` is expected minus received, each once."""
 
     def __init__(self):
-        self.received = self.doubled = self.late = 0
+        self.received = self.duplicated = self.late = 0
         self.seconds: list[Counts] = []
         self._first = self._highest = self._start = 0
         self._received_bits = 0  # bit k: the record ``_highest - k`` was received
-        self._second_start = Counts(second=0, received=0, lost=0, doubled=0, late=0)  # totals when it began
+        self._second_start = Counts(second=0, received=0, lost=0, duplicated=0, late=0)  # totals when it began
 
     @property
     def lost(self) -> int:
@@ -72,14 +72,14 @@ class SequenceCheck:
     @property
     def total(self) -> Counts:
         """Totals; ``second`` is the number of the current second."""
-        return Counts(self._second_start.second, self.received, self.lost, self.doubled, self.late)
+        return Counts(self._second_start.second, self.received, self.lost, self.duplicated, self.late)
 
     def add(self, sequence: int, arrival: int) -> Kind:
-        """Count the record ``sequence`` that arrived at ``arrival`` [ns]; one older than ``LATE_WINDOW`` is doubled."""
+        """Count the record ``sequence``, arrived at ``arrival`` [ns]; one older than ``LATE_WINDOW`` is a duplicate."""
         self._advance(arrival)
         kind = self._kind(sequence)
-        if kind is Kind.DOUBLED:
-            self.doubled += 1
+        if kind is Kind.DUPLICATED:
+            self.duplicated += 1
             return kind
         self.received += 1
         self.late += kind is Kind.LATE
@@ -87,7 +87,7 @@ class SequenceCheck:
 
     def close(self) -> None:
         """End the current second."""
-        if self.received + self.doubled > self._second_start.received + self._second_start.doubled:
+        if self.received + self.duplicated > self._second_start.received + self._second_start.duplicated:
             self._end_second(self._second_start.second + 1)
 
     def _advance(self, arrival: int) -> None:
@@ -114,7 +114,7 @@ class SequenceCheck:
             return Kind.NEW
         bit = 1 << -ahead if -ahead < LATE_WINDOW else 0
         if not bit or self._received_bits & bit:
-            return Kind.DOUBLED
+            return Kind.DUPLICATED
         self._received_bits |= bit
         self._first = min(self._first, sequence)
         return Kind.LATE

@@ -24,7 +24,7 @@ class Messages:
         The values.
     counted : bool
         True if the sequence is the sender's counter, False if it is the order of arrival.
-    doubled : int
+    duplicated : int
         Number of duplicates that were removed.
     topic : str
         The topic.
@@ -36,7 +36,7 @@ class Messages:
     stamp: np.ndarray
     values: np.ndarray
     counted: bool = False
-    doubled: int = 0
+    duplicated: int = 0
     topic: str = ""
 
     def __len__(self) -> int:
@@ -120,7 +120,7 @@ def in_sequence(counters: np.ndarray, arrays: list[np.ndarray], topic: str) -> M
         stamp=stamp,
         values=values,
         counted=counted,
-        doubled=len(sequence) - len(kept),
+        duplicated=len(sequence) - len(kept),
         topic=topic,
     )
 

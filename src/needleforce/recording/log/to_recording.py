@@ -82,9 +82,9 @@ def _aligned(name: str, messages: Messages, origin: int) -> tuple[np.ndarray, li
 
 def without_faults(log: Log, notes: list[Note]) -> Messages:
     """The wrenches without those with a fault status; notes count these and the duplicates."""
-    if log.wrench.doubled:
-        message = f"{log.wrench.doubled} wrenches arrived twice and are used once"
-        notes.append(Note("doubled", message, log.wrench.doubled))
+    if log.wrench.duplicated:
+        message = f"{log.wrench.duplicated} wrenches arrived twice and are used once"
+        notes.append(Note("duplicated", message, log.wrench.duplicated))
     marked = [mark.facts.get("sequence") for mark in log.marks if mark.kind == "status"]
     faulty = [sequence & 0xFFFFFFFF for sequence in marked if isinstance(sequence, int)]
     wrong = np.isin(log.wrench.sequence % 2**32, np.array(faulty, np.int64)) if log.wrench.counted else np.zeros(

@@ -28,7 +28,7 @@ def _moment(meaning: str) -> Fault:
 FAULTS = {
     "lost": _share("packets that never arrive"),
     "lost_burst": Fault("packets lost in a row each time; the share stays", 1.0, 1000.0, 1.0),
-    "doubled": _share("packets that arrive twice"),
+    "duplicated": _share("packets that arrive twice"),
     "reordered": _share("packets that one to three later ones overtake"),
     "late": _share("packets delayed, each by up to late_ms"),
     "late_ms": Fault("longest delay of a late packet [ms]", 1.0, 10_000.0, 20.0),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The link between sensor and client, on which datagrams are lost, doubled, reordered or delayed."""
+"""The link between sensor and client, on which datagrams are lost, duplicated, reordered or delayed."""
 
 import heapq
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ class SentRecords:
 
     sent: int = 0
     lost: list[int] = field(default_factory=list)
-    doubled: list[int] = field(default_factory=list)
+    duplicated: list[int] = field(default_factory=list)
     overtaken: list[int] = field(default_factory=list)
     late: list[int] = field(default_factory=list)
     status_error: list[int] = field(default_factory=list)
@@ -61,7 +61,7 @@ class LossyLink:
     def send(self, time: float, data: bytes, sequences: Sequence[int]) -> None:
         """Send a datagram with the records of these sequence numbers at ``time`` [s]."""
         share, stream = self._faults, self.stream
-        lost, doubled, reordered, late, foreign, wrong, amount, size = self._random.random(8).tolist()
+        lost, duplicated, reordered, late, foreign, wrong, amount, size = self._random.random(8).tolist()
         if share["foreign"] > foreign:
             stream.foreign += 1
             self._put(time, self._foreign_random.bytes(RECORD_SIZE), (), foreign=True)
@@ -79,8 +79,8 @@ class LossyLink:
             stream.late += sequences
             due += 1e-3 * share["late_ms"] * amount
         self._put(due, data, sequences)
-        if share["doubled"] > doubled:
-            stream.doubled += sequences
+        if share["duplicated"] > duplicated:
+            stream.duplicated += sequences
             self._put(due, data, ())
 
     def due(self, now: float) -> list[Datagram]:
