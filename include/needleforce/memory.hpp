@@ -29,7 +29,8 @@ inline double embedded_length(double end, double surface) noexcept {
   return end <= surface ? 0.0 : end - surface;
 }
 
-/// The shaft in one layer. Every friction law counts its embedded length with `embed`.
+/// The shaft in one layer. A friction law counts the embedded length with `embed`; `dragged_tissue`, whose
+/// layers add up, counts down to the tip, through all layers.
 struct Shaft {
   double surface = 0.0;            ///< depth [m] where embedding starts
   double embedded = 0.0;           ///< embedded length [m], 0 in a layer that is not pierced

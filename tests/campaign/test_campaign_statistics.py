@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from needleforce.campaign.anomaly import nearest
 from needleforce.campaign.outliers import limit, outliers, wrong_labels
+from needleforce.campaign.recording_result import nearest
 from needleforce.identification import Estimate
 
 

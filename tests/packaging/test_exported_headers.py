@@ -6,10 +6,11 @@ import re
 import numpy as np
 import pytest
 from building import said
-from traced_models import c_program, cpp_program, models, way
+from traced_models import TIPS, c_program, cpp_program, models, way
 
 import needleforce as nf
 from needleforce.export import header
+from needleforce.preset_files.schema import tips
 
 STRICT = ["-Wall", "-Wextra", "-Werror", "-pedantic"]
 LANGUAGES = {
@@ -30,6 +31,10 @@ def traces(request, prefix, tmp_path_factory):
     said([*compiler, "-O0", *STRICT, *where, source, "-o", "main", *libraries], cwd=folder)
     text = said([folder / "main"], input="\n".join(map(repr, way().tolist())))
     return dict(zip(models(), (np.array(line.split(), float) for line in text.splitlines()), strict=True))
+
+
+def test_every_tip_is_exported():
+    assert {type(tip) for tip in TIPS.values()} == set(tips())
 
 
 @pytest.mark.parametrize("name", models())

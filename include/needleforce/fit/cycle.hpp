@@ -111,7 +111,7 @@ inline CycleResult fit_cycle(const Stroke& in, const Stroke& out, const Settings
 /// Measured minus modelled force of whole strokes [N]: nothing is left out here.
 inline void residuals(const Stroke& in, const Stroke& out, const CycleResult& r, double* __restrict of_in,
                       double* __restrict of_out) noexcept {
-  const Vector x = r.polished.x;
+  const Vector x = r.polished.x;  // the embedded length is the depth below x[contact]
   for (std::size_t i = 0; i < r.puncture; ++i)
     of_in[i] = in.force[i] - x[stiffness] * stiffness_at(in.depth[i] - x[contact], x[saturation]).g;
   for (std::size_t i = r.puncture; i < in.size(); ++i)

@@ -102,6 +102,7 @@ struct Line {
   T slope, offset, gain;
 };
 
+/// Sums after the puncture; h is the embedded length, counted from the contact depth u0.
 template <class T>
 Line<T> line_after(const Trial& trial, const MomentsOf<T>& m) noexcept {
   const T n = trial.total.count - m.count, x = trial.total.u1 - m.u1, y = trial.total.f0 - m.f0;

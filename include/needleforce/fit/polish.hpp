@@ -17,8 +17,8 @@ struct Segments {
 };
 
 /// The share of a straight line F = sign f' h + offset over samples with moments m: insertion (+1, offset
-/// f_c) or withdrawal (-1, none). A line loses no digits in moments, unlike the fourth powers of a short
-/// deformation.
+/// f_c) or withdrawal (-1, none); h is the embedded length. A line loses no digits in moments, unlike the
+/// fourth powers of a short deformation.
 inline Normal line_normal(const Moments& m, const Scale& scale, const Vector& x, double sign) noexcept {
   const double half = scale.half, u0 = scale.scaled(x[contact]), slope = sign * x[friction], dz = -slope;
   const double offset = sign > 0 ? x[cutting] : 0;

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Campaigns: many recordings of several conditions, identified together, with a result for every recording."""
 
-from .anomaly import Anomaly
 from .campaign import campaign
-from .result import Campaign, Condition, RecordingResult
+from .recording_result import Anomaly, RecordingResult
+from .result import Campaign, Condition
 
 __all__ = ["Anomaly", "Campaign", "Condition", "RecordingResult", "campaign"]

@@ -11,11 +11,11 @@ import numpy as np
 from ..core import Needle
 from ..errors import InputError
 from ..recording import read
-from .anomaly import INVALIDATING, Anomaly
 from .condition import LoadedFile, condition
 from .labels import REPEATS, Label, find_files, grouped, label_files
 from .outliers import wrong_labels
-from .result import Campaign, Condition, RecordingResult
+from .recording_result import INVALIDATING, Anomaly, RecordingResult
+from .result import Campaign, Condition
 
 Progress = Callable[[Any, str], Any]
 

@@ -9,7 +9,7 @@ from ..display.quantities import percent
 from ..recording import Recording
 from ..segmentation import Events, segment
 from ..segmentation.segment import RUPTURE_TRAVEL_M
-from .anomaly import INVALIDATING, Anomaly, formatted
+from .recording_result import INVALIDATING, Anomaly, formatted
 from .repeat_checks import Repeat, repeat_anomalies
 from .summary import RecordingSummary, summarise
 

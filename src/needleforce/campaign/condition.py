@@ -12,12 +12,12 @@ from ..core import Needle
 from ..identification import Fit, RecordingFit, identify
 from ..recording import Recording
 from ..vocabulary import Status
-from .anomaly import Anomaly
 from .checks import check_repeats, moving_repeats
 from .labels import Label
 from .outliers import outliers
+from .recording_result import Anomaly, RecordingResult
 from .repeat_checks import copies
-from .result import Condition, RecordingResult
+from .result import Condition
 from .summary import RecordingSummary, Trace, event_quantities, trace
 
 ALL_LEFT_OUT = "No recording is left to pool: {}"

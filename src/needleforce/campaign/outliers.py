@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ..identification.estimates import Estimate
-from .anomaly import Anomaly, formatted
+from .recording_result import Anomaly, formatted
 
 MIN_REPEATS = 4  # repeats
 CHECKED_PARAMETERS = (

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..recording import Recording
 from ..segmentation import Events
-from .anomaly import Anomaly, formatted, nearest
+from .recording_result import Anomaly, formatted, nearest
 from .summary import RecordingSummary
 
 FORCE_FACTORS = {1000.0: "mN and N", 4.4482: "lbf and N", 9.80665: "kgf and N"}

@@ -9,8 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ..display.markup import Markup, element, join, listing, table
 from ..display.quantities import counted, percent
 from ..display.tables import blocks, text_list, text_table
@@ -18,82 +16,14 @@ from ..files import atomic_write, json_safe
 from ..identification.estimates import Estimate, Quality
 from ..models.model import Model
 from ..recording.parquet_table import pyarrow_for
-from ..segmentation import Events
-from ..vocabulary import Status
-from .anomaly import Anomaly
 from .labels import COLUMNS
+from .recording_result import RecordingResult
 from .summary import Trace
 
 CONDITIONS_HEAD = ("condition", "recordings used", "model", "residual / peak", "why there is no model")
 
 if TYPE_CHECKING:
     import pandas
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class RecordingResult:
-    """The result of one recording.
-
-    Parameters
-    ----------
-    file : str
-        Path relative to the campaign's folder.
-    fields : dict
-        The label: field -> text.
-    status : Status
-        Status of the recording.
-    notes : tuple of str
-        Notes of segmentation and fit, or why the file could not be read.
-    reading : tuple of str
-        Notes made while reading.
-    anomalies : tuple of Anomaly
-        Its anomalies.
-    pooled : bool
-        Whether the pooled parameters of the condition use it.
-    events : Events
-        Its events and phases.
-    measured : dict
-        Quantities measured without a model: motion, forces and events.
-    parameters : dict
-        Parameters of its own fit, empty if there is none.
-    quality : Quality or None
-        Quality of its own fit.
-    shown : Trace or None
-        Its curve for drawing, None if it could not be read.
-    curve : (m,) array
-        Its loading curve [N] for comparison, empty if it could not be read or is too short.
-    """
-
-    file: str
-    fields: dict[str, str]
-    status: Status
-    notes: tuple[str, ...] = ()
-    reading: tuple[str, ...] = ()
-    anomalies: tuple[Anomaly, ...] = ()
-    pooled: bool = False
-    events: Events = field(default_factory=Events)
-    measured: dict[str, Estimate] = field(default_factory=dict)
-    parameters: dict[str, Estimate] = field(default_factory=dict)
-    quality: Quality | None = None
-    shown: Trace | None = None
-    curve: np.ndarray = field(default_factory=lambda: np.empty(0))
-
-    @property
-    def has_parameters(self) -> bool:
-        """Whether its own fit has parameters."""
-        return bool(self.parameters)
-
-    @property
-    def left_out(self) -> bool:
-        """Whether the pooled fit does not use it because of an anomaly."""
-        return any(each.left_out for each in self.anomalies)
-
-    @property
-    def why(self) -> str:
-        """Its anomalies in sentences and, if it has no parameters, the reason."""
-        sentences = [each.sentence for each in self.anomalies]
-        explained = self.has_parameters or any(each.kind == "no_puncture" for each in self.anomalies)
-        return " ".join(sentences if explained else [*sentences, *self.notes])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -342,7 +272,7 @@ def _recording_document(one: RecordingResult) -> dict:
         "status": str(one.status),
         "pooled": one.pooled,
         "anomalies": [dataclasses.asdict(anomaly) for anomaly in one.anomalies],
-        "seen": _estimates(one.measured),
+        "measured": _estimates(one.measured),
         "parameters": _estimates(one.parameters),
         "quality": _plain(one.quality),
         "notes": list(one.notes),

@@ -78,8 +78,8 @@ def screen_recordings(done: ReadFiles) -> ReadFiles:
     Recordings with an invalid force (wrong sign, another unit, saturated up to the puncture) are left out if another
     file remains. Other anomalies are printed only: a different motion is not a fault for a model that follows it.
     """
-    from ..campaign.anomaly import INVALIDATING, Anomaly
     from ..campaign.checks import check_recordings
+    from ..campaign.recording_result import INVALIDATING, Anomaly
     from ..campaign.repeat_checks import OWN_FIELD
 
     named = [(str(file), each) for file, each in done if not isinstance(each, InputError)]

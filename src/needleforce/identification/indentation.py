@@ -339,13 +339,13 @@ def _fit(depth: ArrayLike, force: ArrayLike, tip: Any, options: dict[str, Any]) 
     try:
         return fit_indentation(depth, force, tip, **options)
     except InputError as error:
-        raise error.at(repr(tip)) from None
+        raise error.at(in_words(tip)) from None
 
 
 def _row(fit: IndentationFit, best: IndentationFit) -> TipFit:
     """One row; the noise is that of a sum of differences of squares, which are autocorrelated (after Vuong 1989)."""
     more = fit.bic - best.bic
     difference = (fit.residual**2 - best.residual**2) / (best.residual_rms * fit.residual_rms)
-    count = len(difference)
-    noise = TWO_SIDED * math.sqrt(count * noise_of(difference - np.mean(difference), count).long_run)
+    long_run = noise_of(difference - np.mean(difference), len(difference)).long_run
+    noise = TWO_SIDED * math.sqrt(len(difference) * long_run)
     return TipFit(fit, more, noise, more > max(VERY_STRONG_BIC, noise))

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..campaign.result import Campaign, Condition, RecordingResult
+from ..campaign.recording_result import RecordingResult
+from ..campaign.result import Campaign, Condition
 from ..campaign.summary import Trace
 from ..display.markup import Markup, Section, element, escape, join, listing, section, table
 from ..display.quantities import counted, quantity

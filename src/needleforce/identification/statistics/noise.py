@@ -9,7 +9,8 @@ import numpy as np
 from ... import core
 
 LEVEL = 0.95
-"""Confidence level of every interval of the package."""
+"""Confidence level of every interval of an estimate. Also the level at which a test of a fit decides: whether repeats
+agree, layers are needed, a limit is reached. To change it, change the quantiles below too."""
 
 INTERVAL = f"{100 * LEVEL:g} % interval"
 """How tables, captions and reports name it."""
