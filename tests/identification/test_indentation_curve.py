@@ -243,5 +243,5 @@ def test_tips_of_different_shape_are_distinguished_and_errors_name_the_tip():
     assert other.distinguishable and other.more_than_best > 10.0
     with pytest.raises(nf.InputError, match="number of tips is 0"):
         compare_tips(DEPTH, force, [])
-    with pytest.raises(nf.InputError, match=r"^Cone\(.*not rising"):
+    with pytest.raises(nf.InputError, match=r"^Cone \(half angle 70°\): .*not rising"):
         compare_tips(DEPTH, -force, [CONE])
