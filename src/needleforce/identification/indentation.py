@@ -330,8 +330,8 @@ def compare_tips(
     """
     if not tips:
         raise InputError("number of tips", 0, "at least 1 is needed", next_step="Give some of nf.tips.")
-    watched = progress(tips, "fitting") if progress else tips
-    fits = sorted((_fit(depth, force, tip, options) for tip in watched), key=lambda fit: fit.bic)
+    fits = [_fit(depth, force, tip, options) for tip in (progress(tips, "fitting") if progress else tips)]
+    fits.sort(key=lambda fit: fit.bic)
     return tuple(_row(fit, fits[0]) for fit in fits)
 
 
@@ -346,6 +346,5 @@ def _row(fit: IndentationFit, best: IndentationFit) -> TipFit:
     """One row; the noise is that of a sum of differences of squares, which are autocorrelated (after Vuong 1989)."""
     more = fit.bic - best.bic
     difference = (fit.residual**2 - best.residual**2) / (best.residual_rms * fit.residual_rms)
-    long_run = noise_of(difference - np.mean(difference), len(difference)).long_run
-    noise = TWO_SIDED * math.sqrt(len(difference) * long_run)
+    noise = TWO_SIDED * math.sqrt(len(difference) * noise_of(difference - difference.mean(), len(difference)).long_run)
     return TipFit(fit, more, noise, more > max(VERY_STRONG_BIC, noise))
