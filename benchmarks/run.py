@@ -40,12 +40,12 @@ def paired(first, second, repeats: int = 15) -> float:
     return float(times[:, 0].min() / times[:, 1].min())
 
 
-def compiled(source: str, folder: str) -> Path:
+def compiled(source: str, folder: str, *libraries: str) -> Path:
     """A benchmark in C++ as a program."""
     binary = Path(folder) / source
     path = ROOT / "benchmarks" / f"{source}.cpp"
     places = [f"-I{ROOT / place}" for place in ("include", "tests/cpp")]
-    subprocess.run(["g++", "-std=c++20", "-O2", *places, str(path), "-o", str(binary)], check=True)
+    subprocess.run(["g++", "-std=c++20", "-O2", *places, str(path), *libraries, "-o", str(binary)], check=True)
     return binary
 
 
@@ -123,6 +123,16 @@ def energy(steps: int = 100_000):
         shown = ", ".join(f"{who} {value:.3g}" for who, value in least.items())
         kept = least["guard"] >= -reserve * (1 + 1e-9)
         yield f"least energy put in, {tissue} (mJ)", shown, f">= -{reserve:g}, the reserve", kept
+
+
+def closed_paths(paths: int = 1_000_000):
+    """Random models over the whole ranges of the tables on random closed paths: none returns energy."""
+    with tempfile.TemporaryDirectory() as folder:
+        binary = compiled("closed_paths", folder, "-lgtest")
+        done = subprocess.run([binary, str(paths)], capture_output=True, text=True, check=True)
+    for row in json.loads(done.stdout):
+        text = f"{row['returned']} of {row['paths']}, least work / work turned over {row['least']:.2g}"
+        yield f"closed paths that return energy, {row['law']}", text, "0", row["returned"] == 0
 
 
 def evaluation(n: int = 10**7):
@@ -284,7 +294,7 @@ def demo():
     yield "make demo after set-up (s)", f"{took:.1f}", "<= 30", took <= 30
 
 
-PARTS = (step, mujoco, energy, evaluation, tips, reading, starting, demo, real)
+PARTS = (step, mujoco, energy, closed_paths, evaluation, tips, reading, starting, demo, real)
 SCRIPTS = (
     "fit",
     "fit_peers",

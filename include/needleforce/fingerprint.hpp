@@ -55,6 +55,15 @@ void add_numbers(Fingerprint& print, const T& value) noexcept {
 
 }  // namespace detail
 
+/// True if two laws are of one kind and have the same parameters.
+template <class... L>
+bool same_law(const std::variant<L...>& a, const std::variant<L...>& b) noexcept {
+  Fingerprint one, other;
+  detail::add_part(one, a);
+  detail::add_part(other, b);
+  return one.value() == other.value();
+}
+
 /// Of a stack of layers: every law and every number in it. For use before the loop.
 inline std::uint64_t fingerprint(std::span<const Layer> layers) noexcept {
   Fingerprint print;

@@ -43,6 +43,11 @@ class Insertion {
     lateral_ratio_ = bevel.lateral_ratio();
     model_ = fingerprint(layers);
     for (std::size_t i = 0; i < count_; ++i) layers_[i] = PreparedLayer(layers[i]);
+    for (std::size_t i = 1; i < count_; ++i) {
+      same_friction_[i] =
+          !layers_[i].resists() && same_law(layers[i].laws.friction, layers[i - 1].laws.friction);
+      same_cutting_[i] = same_law(layers[i].laws.cutting, layers[i - 1].laws.cutting);
+    }
     plain_ = count_ == 1 && layers_[0].plain();
   }
 
@@ -149,6 +154,7 @@ class Insertion {
     if (state_.pierced > 0)
       tip = layers_[plain ? 0 : state_.pierced - 1].template cut<Cutting>(state_.cut, state_.cutting, move);
     Contacts contacts{};
+    unsigned fresh = 0;  // bits of the layers that are punctured in this step
     for (std::size_t i = 0; i < count; ++i) {
       LayerState& layer = state_.layers[i];
       if (layer.pierced) continue;
@@ -157,7 +163,9 @@ class Insertion {
         continue;
       }
       if constexpr (!plain) {
-        contacts.punctured |= pierce(i, move.depth, tip.force);
+        const bool punctured = pierce(i, move.depth, tip.force);
+        contacts.punctured |= punctured;
+        fresh |= static_cast<unsigned>(punctured) << i;
         tip = front().cut_force(state_.cut, state_.cutting, move.depth);
       }
     }
@@ -165,8 +173,11 @@ class Insertion {
     Dragged shafts{};
     double bottom = std::numeric_limits<double>::infinity();
     for (std::size_t i = count; i-- > 0;) {
-      shafts += layers_[i].template drag<Friction>(state_.layers[i], move, bottom);
+      const double root = plain ? std::numeric_limits<double>::infinity() : root_of(i);
+      const Move& own = !plain && (fresh >> i & 1u) ? since_puncture(move, i) : move;
+      shafts += layers_[i].template drag<Friction>(state_.layers[i], own, bottom, root);
       bottom = state_.layers[i].shaft.surface;
+      if (!plain) continue_below(i);
     }
     return total(move, contacts, shafts, tip);
   }
@@ -225,17 +236,40 @@ class Insertion {
   /// interface without resistance does not change the cut; the result is then false.
   [[gnu::noinline]] bool pierce(std::size_t i, double depth, double cutting) noexcept {
     const bool carries_on = state_.pierced > 0 && !layers_[i].resists();
-    const double energy = layers_[i].pierce(state_.layers[i], depth);
+    ContactAtPuncture contact = layers_[i].pierce(state_.layers[i], depth);
     state_.pierced = std::max(state_.pierced, i + 1);
     front().enter(state_.cut, state_.cutting, depth, carries_on ? cutting : -1.0);
-    if (!carries_on) limit_retreat(depth - layers_[i].top, energy);
-    return !carries_on;
+    if (carries_on) {
+      if (!same_cutting_[i]) limit_retreat(1.0, 0.0, 0.0);  // nobody has loaded the other cut
+      return false;
+    }
+    const double force = front().cut_force(state_.cut, state_.cutting, depth).force;
+    limit_retreat(force, depth - layers_[i].top, contact.free_energy);
+    contact.free_force = std::max(0.0, contact.free_force - force);
+    contact.free_energy *= 0.5;  // the cut has the other half
+    layers_[i].take_over(state_.layers[i], contact);
+    return true;
+  }
+  /// Tissue that continues below layer i, where the tip has not come, is strained as in the layer.
+  void continue_below(std::size_t i) noexcept {
+    const std::size_t below = i + 1;
+    if (below < count_ && same_friction_[below] && state_.layers[below].shaft.embedded == 0.0)
+      state_.layers[below].friction = state_.layers[i].friction;
+  }
+  /// The travel of a step since the puncture of layer i in it, which is all that strains its tissue.
+  [[gnu::noinline]] Move since_puncture(Move move, std::size_t i) const noexcept {
+    move.below = std::min(move.below, std::max(0.0, move.depth - state_.layers[i].puncture_depth));
+    return move;
+  }
+  /// Where the tissue around the shaft of layer i begins: above interfaces that do not resist.
+  double root_of(std::size_t i) const noexcept {
+    while (i > 0 && same_friction_[i]) --i;
+    return state_.layers[i].shaft.surface;
   }
 
-  /// The cut starts loaded by the puncture. If the tip recedes from there, it returns no more than half of
-  /// the contact's energy, and nothing above the layer.
-  void limit_retreat(double indentation, double energy) noexcept {
-    const double force = front().cut_force(state_.cut, state_.cutting, state_.depth).force;
+  /// The cut starts loaded by the puncture with a `force` [N]. If the tip recedes from there, it returns no
+  /// more than half of the contact's energy, and nothing above the layer.
+  void limit_retreat(double force, double indentation, double energy) noexcept {
     state_.cut.entry = state_.depth;
     state_.cut.retreat_limit = state_.depth - (force > 0.0 ? std::min(indentation, energy / force) : 0.0);
   }
@@ -253,6 +287,8 @@ class Insertion {
   static constexpr double noise_of_depth = 3e-5;  // [m] behind the deepest point that is no withdrawal yet
 
   std::array<PreparedLayer, max_layers> layers_{};
+  std::array<bool, max_layers> same_friction_{};  // as the layer above, without an interface
+  std::array<bool, max_layers> same_cutting_{};   // as the layer above
   Limits limits_;
   bool valid_;
   bool plain_ = false;

@@ -77,25 +77,36 @@ class PreparedLayer {
     return false;
   }
 
-  /// Passes the contact to friction and returns its energy [J]. An elastic contact is punctured at its
-  /// puncture depth, one that relaxed at the depth of the tip.
-  [[gnu::noinline]] double pierce(LayerState& state, double depth) const noexcept {
+  /// Ends the contact. An elastic one is punctured at its puncture depth, one that relaxed at the depth of
+  /// the tip. Of the energy [J] of a contact that relaxed, no more than the share of its force is left.
+  [[gnu::noinline]] ContactAtPuncture pierce(LayerState& state, double depth) const noexcept {
     if (!relaxes_) state.contact.elastic = state.contact_force;
-    const double energy =
-        dispatch(stiffness_, [&](const auto& law) { return law.energy(state.indentation); });
-    const ContactAtPuncture contact{state.contact, state.contact_force, energy, state.contact_slope};
-    dispatch(friction_, [&](const auto& law) { law.pierce(memory_of(law, state.friction), contact); });
+    const auto [instant, energy] = dispatch(stiffness_, [&](const auto& law) {
+      return std::pair{law.force(state.indentation), law.energy(state.indentation)};
+    });
     state.puncture_depth =
         relaxes_ && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? depth : puncture;
     state.pierced = true;
-    return energy;
+    const double left = instant > 0.0 ? std::clamp(state.contact_force / instant, 0.0, 1.0) : 0.0;
+    ContactAtPuncture contact{state.contact, state.contact_force, energy, state.contact_slope};
+    contact.free_energy = left * energy;
+    contact.free_force = state.contact_force;
+    contact.extent = {top, state.puncture_depth, std::numeric_limits<double>::infinity(), true, top};
+    contact.depth = depth;
+    return contact;
+  }
+  /// Friction takes over from the contact.
+  void take_over(LayerState& state, const ContactAtPuncture& contact) const noexcept {
+    dispatch(friction_, [&](const auto& law) { law.pierce(memory_of(law, state.friction), contact); });
   }
 
   /// Moves the shaft and returns its force, if the layer is pierced. Embedding in the next layer starts at
   /// `bottom`. `Law` is the friction law if the caller knows it, otherwise void.
   template <class Law>
-  [[gnu::always_inline]] Dragged drag(LayerState& state, const Move& move, double bottom) const noexcept {
-    const LayerExtent extent{top, state.pierced ? state.puncture_depth : puncture, bottom, state.pierced};
+  [[gnu::always_inline]] Dragged drag(LayerState& state, const Move& move, double bottom,
+                                      double root) const noexcept {
+    const LayerExtent extent{top, state.pierced ? state.puncture_depth : puncture, bottom, state.pierced,
+                             root};
     const Relaxing elastic{};
     const Relaxing& relaxing = std::is_void_v<Law> ? state.relaxing : elastic;
     return dispatch_as<Law>(friction_, [&](const auto& law) __attribute__((always_inline)) -> Dragged {

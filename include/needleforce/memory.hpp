@@ -3,6 +3,10 @@
 // law; the rest is the `Memory` of the law. All of it is plain numbers, so that a snapshot is a copy.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
 #include "relaxation.hpp"
 
 namespace needleforce {
@@ -13,6 +17,8 @@ struct LayerExtent {
   double puncture;  ///< depth at which the layer punctures, or has punctured
   double bottom;
   bool pierced;
+  /// Where the same tissue begins, above interfaces that do not resist; its own surface is above or equal.
+  double root = std::numeric_limits<double>::infinity();
 };
 
 /// The state of a contact when its layer is punctured.
@@ -21,6 +27,10 @@ struct ContactAtPuncture {
   double force;   ///< [N]
   double energy;  ///< stored, without relaxation [J]
   double slope;   ///< dF/dh, without relaxation [N/m]
+  /// What friction may take over: force [N] and energy [J] apart from the cut's.
+  double free_force = 0.0, free_energy = 0.0;
+  LayerExtent extent{};
+  double depth = 0.0;  ///< of the tip [m]
 };
 
 /// Embedded length [m] of a shaft between the surface where embedding starts and its end, the tip or the
@@ -28,6 +38,11 @@ struct ContactAtPuncture {
 inline double embedded_length(double end, double surface) noexcept {
   return end <= surface ? 0.0 : end - surface;
 }
+
+/// Limits of a traction [N/m].
+struct Traction {
+  double low, high;
+};
 
 /// The shaft in one layer. A friction law counts the embedded length with `embed`; `dragged_tissue`, whose
 /// layers add up, counts down to the tip, through all layers.
@@ -44,6 +59,15 @@ struct Shaft {
     const bool inside = extent.pierced && end > from;
     embedded = inside ? end - from : 0.0;
     embedded_by_depth = inside && depth < extent.bottom ? 1.0 : 0.0;
+  }
+  /// The limits of the traction of tissue of `stiffness` [N/m^2] that slides at `low` and `high` [N/m]. A
+  /// length dl that the tip adds to the shaft holds the energy p^2 / 2k that all others hold; slip, which
+  /// dissipates p l, pays for it up to p = 2 k l. docs/decisions/0013-energy.md.
+  Traction limits(const LayerExtent& extent, double stiffness, double low, double high) const noexcept {
+    if (!(embedded > 0.0)) return {0.0, 0.0};
+    if (embedded_by_depth == 0.0) return {low, high};  // the tip is below the layer
+    const double length = embedded + std::max(0.0, surface - extent.root);
+    return {low, std::min(high, 2.0 * stiffness * length)};
   }
   /// The needle has left the tissue.
   void release() noexcept { embedded = embedded_by_depth = 0.0; }
@@ -66,6 +90,17 @@ struct TakenOver {
   bool pierced;
 };
 
+/// The traction [N/m] with which a shaft of `length` [m] begins at the puncture: that of tissue dragged along
+/// since the contact, up to `limit`. The force does not rise, and p^2 l / 2k is no more than the contact
+/// leaves.
+inline double traction_at_puncture(const ContactAtPuncture& contact, double length, double stiffness,
+                                   double limit) noexcept {
+  if (!(length > 0.0)) return 0.0;
+  const double dragged = stiffness * (contact.extent.puncture - contact.extent.top);
+  const double by_energy = std::sqrt(2.0 * stiffness * contact.free_energy / length);
+  return std::min({limit, dragged, contact.free_force / length, by_energy, 2.0 * stiffness * length});
+}
+
 /// Memory of friction per embedded length: tissue that the shaft drags along before it slips.
 struct TractionMemory {
   Element element{};
@@ -75,6 +110,20 @@ struct TractionMemory {
   void take_over(const TakenOver& taken) noexcept {
     element = Element{taken.held};
     traction = taken.held;
+  }
+  /// The mean traction where unstrained tissue makes the shaft longer; `share` is the former length over the
+  /// new.
+  void thin(double share) noexcept {
+    traction *= share;
+    element.elastic *= share;
+    for (double& memory : element.memory) memory *= share;
+  }
+  /// Begins with `traction_at_puncture`, relaxed as far as the contact.
+  void pierce(const ContactAtPuncture& contact, double length, double stiffness, double limit) noexcept {
+    traction = traction_at_puncture(contact, length, stiffness, limit);
+    const double share = contact.force > 0.0 ? traction / contact.force : 0.0;
+    element = Element{share * contact.element.elastic};
+    for (int j = 0; j < 2; ++j) element.memory[j] = share * contact.element.memory[j];
   }
   void release() noexcept {
     element = Element{};

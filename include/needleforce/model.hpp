@@ -113,9 +113,22 @@ inline Fault counted_twice(const Model& model) noexcept {
   return {0, "relaxation", creep ? "the friction law counts the creep of the surface already" : nullptr};
 }
 
+/// A law that can tell from its parameters that it would return energy is refused in a loop.
+inline Fault returned_energy(const Model& model) noexcept {
+  return std::visit(
+      []<class F>(const F& law) -> Fault {
+        if constexpr (requires { law.returns_energy(); })
+          return {0, "viscous", law.returns_energy()};
+        else
+          return {};
+      },
+      model.friction);
+}
+
 inline Fault fault_of_laws(const Model& model) noexcept {
-  for (const Fault& fault : {fault_of(model.stiffness), fault_of(model.puncture), fault_of(model.friction),
-                             fault_of(model.cutting), fault_of(model.relaxation), counted_twice(model)})
+  for (const Fault& fault :
+       {fault_of(model.stiffness), fault_of(model.puncture), fault_of(model.friction),
+        fault_of(model.cutting), fault_of(model.relaxation), counted_twice(model), returned_energy(model)})
     if (fault.reason) return fault;
   return {};
 }

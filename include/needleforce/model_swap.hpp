@@ -92,22 +92,22 @@ class ModelSwap {
     const bool touched = !added && before_.depth > before.depth[from];
     LayerState state = before_.layers[from];
     const bool was_pierced = state.pierced && !added;
-    continue_layer(now_[i], old_[from], state, i + 1 < now_.size() ? now_[i + 1].top : farthest);
-    if (was_pierced && now_[i].top < before_.deepest) return state;
     const bool passed = !was_pierced && (added ? now_[i].top : now_[i].puncture) < hole();
+    // the shaft in a layer that the tip turns out to have passed is held as in the deepest pierced one
+    const std::size_t around = passed && !state.pierced && before_.pierced > 0 ? before_.pierced - 1 : from;
+    state.friction = before_.layers[around].friction;
+    const double bottom = i + 1 < now_.size() ? now_[i + 1].top : farthest;
+    if (!state.pierced) continue_contact(now_[i], old_[from], state, before_.deepest);
+    continue_friction(now_[i], old_[around], state, std::min(before_.depth, bottom) - now_[i].top);
+    continue_depth(now_[i], old_[from], state);
+    if (was_pierced && now_[i].top < before_.deepest) return state;
     if (was_pierced || added || (passed && !touched)) begin(now_[i], state, passed);
     return state;
   }
 
-  /// The contact's forces scale with its law at the deepest point; friction keeps its traction within the new
-  /// limits. The next layer begins at `bottom` [m].
-  void continue_layer(const PreparedLayer& now, const PreparedLayer& old, LayerState& state,
-                      double bottom) const noexcept {
-    const double deepest = before_.deepest;
-    if (!state.pierced) continue_contact(now, old, state, deepest);
-    continue_friction(now, old, state, std::min(before_.depth, bottom) - now.top);
-    state.puncture_depth =
-        std::clamp(state.puncture_depth + (now.top - old.top), now.top, std::max(now.top, deepest));
+  void continue_depth(const PreparedLayer& now, const PreparedLayer& old, LayerState& state) const noexcept {
+    const double moved = state.puncture_depth + (now.top - old.top);
+    state.puncture_depth = std::clamp(moved, now.top, std::max(now.top, before_.deepest));
   }
 
   /// The memory of a layer that the tip passed before the model had it, or, without `pierced`, of one that
@@ -121,6 +121,7 @@ class ModelSwap {
     state = begun;
   }
 
+  /// The contact's forces scale with its law at the deepest point.
   static void continue_contact(const PreparedLayer& now, const PreparedLayer& old, LayerState& state,
                                double deepest) noexcept {
     if (!old.relaxes_) state.contact = Element{state.contact_force};
@@ -144,7 +145,7 @@ class ModelSwap {
     });
   }
 
-  /// `length` [m] of the shaft is in the layer.
+  /// Friction keeps its traction within the new limits; `length` [m] of the shaft is in the layer.
   static void continue_friction(const PreparedLayer& now, const PreparedLayer& old, LayerState& state,
                                 double length) noexcept {
     const bool same = now.friction_.index() == old.friction_.index();

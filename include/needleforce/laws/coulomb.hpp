@@ -45,11 +45,19 @@ struct Coulomb {
     }
     void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                  const Relaxing& relaxing) const noexcept {
-      memory.traction =
-          memory.element.drag(stiffness * move.below, -per_length, per_length, relaxing, move.advancing);
       shaft.embed(extent, move.depth, surface(extent.top, extent.puncture));
+      slide(shaft, memory, move, extent, relaxing);
     }
-    void pierce(Memory&, const ContactAtPuncture&) const noexcept {}
+    /// Drags the tissue along the embedded shaft.
+    void slide(const Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
+               const Relaxing& relaxing) const noexcept {
+      const auto [low, high] = shaft.limits(extent, stiffness, -per_length, per_length);
+      memory.traction = memory.element.drag(stiffness * move.below, low, high, relaxing, move.advancing);
+    }
+    void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {
+      const double from = surface(contact.extent.top, contact.extent.puncture);
+      memory.pierce(contact, embedded_length(contact.depth, from), stiffness, per_length);
+    }
     double force(const Shaft& shaft, const Memory& memory, double) const noexcept {
       return memory.traction * shaft.embedded;
     }

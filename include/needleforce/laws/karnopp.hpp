@@ -95,8 +95,9 @@ struct Karnopp::Prepared {
            (std::signbit(v) ? law.coulomb_out + law.viscous_out * v : law.coulomb_in + law.viscous_in * v);
   }
   /// Loads the element between limits that may have fallen below its force.
-  void load(Memory& memory, const Move& move, double low, double high,
+  void load(Memory& memory, const Move& move, const Traction& limits,
             const Relaxing& relaxing) const noexcept {
+    const auto [low, high] = limits;
     memory.element.yield(memory.traction, low, high, relaxing);
     memory.traction = memory.element.drag(stiffness * move.below, low, high, relaxing, move.advancing);
   }
@@ -104,18 +105,20 @@ struct Karnopp::Prepared {
   /// Then slides until the needle rests or reverses.
   [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                                  const Relaxing& relaxing) const noexcept {
+    shaft.embed(extent, move.depth, extent.top);
     const double v = move.velocity;
     const bool moves = inwards(v) || outwards(v);
     memory.slides = memory.slides && moves && !(memory.traction * v < 0.0);
     if (!memory.slides) {
       const Memory before = memory;
-      load(memory, move, law.static_out, law.static_in, relaxing);
+      load(memory, move, shaft.limits(extent, stiffness, law.static_out, law.static_in), relaxing);
       if (moves && memory.element.stiffening == 0.0) memory = before, memory.slides = true;
     }
-    if (memory.slides) load(memory, move, low(v), high(v), relaxing);
-    shaft.embed(extent, move.depth, extent.top);
+    if (memory.slides) load(memory, move, shaft.limits(extent, stiffness, low(v), high(v)), relaxing);
   }
-  void pierce(Memory&, const ContactAtPuncture&) const noexcept {}
+  void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {
+    memory.pierce(contact, embedded_length(contact.depth, contact.extent.top), stiffness, law.coulomb_in);
+  }
   double force(const Shaft& shaft, const Memory& memory, double) const noexcept {
     return memory.traction * shaft.embedded;
   }

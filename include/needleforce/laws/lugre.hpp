@@ -55,6 +55,12 @@ struct LuGre {
     return static_friction < coulomb ? "static_friction is below coulomb: the friction would rise with speed"
                                      : nullptr;
   }
+  /// Why an insertion with it could return more energy than it received; null if it cannot.
+  const char* returns_energy() const noexcept {
+    if (viscous >= min_passive_viscous()) return nullptr;
+    return "below bristle_damping (static_friction - coulomb) / coulomb: the bristles' damping would return "
+           "energy";
+  }
   /// Smallest sigma_2 [N s/m^2] with which velocity to force is passive (Barabanov & Ortega 2000,
   /// unconfirmed).
   double min_passive_viscous() const noexcept {
@@ -115,12 +121,17 @@ struct LuGre::Prepared {
   }
   [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                                  const Relaxing&) const noexcept {
-    find_limit(memory, move.velocity);
-    memory.elastic = dragged(memory, move.below);
-    memory.traction = traction(memory, move.velocity);
     shaft.embed(extent, move.depth, extent.top);
+    const double largest = law.static_friction;
+    const auto [low, high] = shaft.limits(extent, law.bristle_stiffness, -largest, largest);
+    find_limit(memory, move.velocity);
+    memory.elastic = std::clamp(dragged(memory, move.below), low, high);
+    memory.traction = traction(memory, move.velocity);
   }
-  void pierce(Memory&, const ContactAtPuncture&) const noexcept {}
+  void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {
+    const double length = embedded_length(contact.depth, contact.extent.top);
+    memory.elastic = traction_at_puncture(contact, length, law.bristle_stiffness, law.coulomb);
+  }
   /// Bristles loaded by another law or by other parameters hold no more than static friction.
   void adopt(Memory& memory) const noexcept {
     memory.elastic = std::clamp(memory.elastic, -law.static_friction, law.static_friction);

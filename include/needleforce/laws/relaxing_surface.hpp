@@ -22,6 +22,7 @@ struct RelaxingSurface {
 
   static constexpr const char* name = "relaxing_surface";
   static constexpr Family family = Family::friction;
+  static constexpr bool first_order = true;    // the surface follows the traction of the step before
   static constexpr bool needs_surface = true;  // it is the creep of the tissue's surface, which has but one
   static constexpr const char* summary =
       "Coulomb friction per embedded length below a surface that recovers after the puncture.";
@@ -77,12 +78,25 @@ struct RelaxingSurface {
       const double pushing = push > 0.0 && push < 1.0 ? tip_force / coulomb.per_length : 0.0;
       return {extent.top + rest, length > 0.0 ? traction / k : 0.0, (pushing + length - rest) / k};
     }
-    [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
-                                   const Relaxing& relaxing) const noexcept {
-      coulomb.advance(shaft, memory, move, extent, relaxing);
-      if (extent.pierced) memory.dimple *= std::exp(-move.dt * per_time);
+    /// Sets the embedded length below the surface, which the traction holds down.
+    Rest embed(Shaft& shaft, const Memory& memory, const Move& move,
+               const LayerExtent& extent) const noexcept {
       const Rest rest = resting(extent, move.depth, memory.traction);
       shaft.embed(extent, move.depth, rest.depth + (extent.puncture - rest.depth) * memory.dimple);
+      return rest;
+    }
+    [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
+                                   const Relaxing& relaxing) const noexcept {
+      const double before = shaft.embedded;
+      if (extent.pierced) memory.dimple *= std::exp(-move.dt * per_time);
+      embed(shaft, memory, move, extent);
+      // what the surface adds to the shaft is not strained yet
+      const double kept = std::max(0.0, before + move.travel);
+      if (shaft.embedded > kept) memory.thin(kept / shaft.embedded);
+      coulomb.slide(shaft, memory, move, extent, relaxing);
+      const double strained = shaft.embedded;
+      const Rest rest = embed(shaft, memory, move, extent);
+      if (shaft.embedded > strained) memory.thin(strained / shaft.embedded);
       const double recovered = shaft.embedded > 0.0 ? 1.0 - memory.dimple : 0.0;
       shaft.embedded_by_depth -= recovered * rest.by_depth;
       memory.embedded_by_traction = -recovered * rest.by_traction;
