@@ -51,6 +51,16 @@ struct Coulomb {
     /// Drags the tissue along the embedded shaft.
     void slide(const Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                const Relaxing& relaxing) const noexcept {
+      // a branch, so that the usual step does not wait for the embedded length
+      if (2.0 * stiffness * shaft.embedded >= per_length && shaft.embedded > 0.0) [[likely]]
+        memory.traction =
+            memory.element.drag(stiffness * move.below, -per_length, per_length, relaxing, move.advancing);
+      else
+        take_hold(shaft, memory, move, extent, relaxing);
+    }
+    /// Drags the tissue along a shaft that is short, or not in the tissue.
+    [[gnu::noinline]] void take_hold(const Shaft& shaft, Memory& memory, const Move& move,
+                                     const LayerExtent& extent, const Relaxing& relaxing) const noexcept {
       const auto [low, high] = shaft.limits(extent, stiffness, -per_length, per_length);
       memory.traction = memory.element.drag(stiffness * move.below, low, high, relaxing, move.advancing);
     }
