@@ -44,8 +44,9 @@ class Insertion {
     model_ = fingerprint(layers);
     for (std::size_t i = 0; i < count_; ++i) layers_[i] = PreparedLayer(layers[i]);
     for (std::size_t i = 1; i < count_; ++i) {
-      same_friction_[i] =
-          !layers_[i].resists() && same_law(layers[i].laws.friction, layers[i - 1].laws.friction);
+      // a law that stands alone has a spring of its own in each layer
+      same_friction_[i] = !layers_[i].resists() && !detail::adds(layers[i].laws) &&
+                          same_law(layers[i].laws.friction, layers[i - 1].laws.friction);
       same_cutting_[i] = same_law(layers[i].laws.cutting, layers[i - 1].laws.cutting);
     }
     plain_ = count_ == 1 && layers_[0].plain();
@@ -241,6 +242,7 @@ class Insertion {
     front().enter(state_.cut, state_.cutting, depth, carries_on ? cutting : -1.0);
     if (carries_on) {
       if (!same_cutting_[i]) limit_retreat(1.0, 0.0, 0.0);  // nobody has loaded the other cut
+      if (!same_friction_[i]) layers_[i].take_over(state_.layers[i], contact);
       return false;
     }
     const double force = front().cut_force(state_.cut, state_.cutting, depth).force;

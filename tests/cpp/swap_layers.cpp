@@ -111,7 +111,7 @@ TEST(Layers, DeformedLayerWithAnEarlierPunctureReportsItOnce) {
   const Replaced replaced({at(0.0, 0.0), at(8e-3, 2e-3)}, {at(0.0, 0.0), at(8e-3, 0.5e-3)});
   EXPECT_EQ(replaced.in.punctures, 1);
   EXPECT_EQ(replaced.on.punctures, 1);
-  // a contact weaker than the cutting force leaves nothing that would strain the tissue beside the shaft
+  // a contact weaker than the cutting force leaves nothing that would strain the tissue along the shaft
   EXPECT_NEAR(replaced.force, paper::friction * 8e-3 + paper::cutting, 1e-12);
   EXPECT_NEAR(replaced.later, sliding + paper::friction * 0.1e-3, 1e-12);
 }
