@@ -63,12 +63,11 @@ inline Model drawn_model(Generator& generator) {
   }
 }
 
-/// One to three layers that the engine accepts. `dragged_tissue` and `relaxing_surface` are drawn for one
-/// layer alone: in stacks some draws still return energy, docs/decisions/0013-energy.md.
+/// One to three layers that the engine accepts. `relaxing_surface` is drawn for one layer alone: above others
+/// some draws still return energy, docs/decisions/0013-energy.md.
 inline std::vector<Layer> drawn_stack(Generator& generator) {
   std::vector<Layer> layers{{0.0, drawn_model(generator)}};
-  const Friction& first = layers.front().laws.friction;
-  const bool alone = stands_alone(first) || std::holds_alternative<laws::RelaxingSurface>(first);
+  const bool alone = std::holds_alternative<laws::RelaxingSurface>(layers.front().laws.friction);
   const std::size_t count = alone || generator() % 2 ? 1 : 2 + generator() % 2;
   for (int attempt = 0; attempt < 200 && layers.size() < count; ++attempt) {
     const double above = PreparedLayer(layers.back()).puncture;
