@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Random models over the whole ranges of the parameter tables, each on a random closed path: how many return
-// energy. Prints JSON, one object for each friction law of the first layer, and one for stacks.
+// energy. One path in ten is under noise of the depth. Prints JSON, one object for each friction law of the
+// first layer, one for stacks and one for noise.
 //   g++ -std=c++20 -O2 -Iinclude -Itests/cpp benchmarks/closed_paths.cpp -lgtest -o closed_paths &&
 //   ./closed_paths [paths]
 #include "closed_paths.hpp"
@@ -20,8 +21,10 @@ int main(int argc, char** argv) {
     const auto name = static_cast<std::uint64_t>(seed) + (1ull << 32);  // other paths than those of the tests
     closed_paths::Generator generator{name};
     const std::vector<Layer> layers = closed_paths::drawn_stack(generator);
-    const closed_paths::Work work = closed_paths::work_of(name);
-    Row& row = rows[layers.size() > 1 ? "layers" : name_of(layers[0].laws.friction)];
+    const bool noise = seed % 10 == 9;
+    const closed_paths::Work work =
+        noise ? closed_paths::work_in_noise(generator, layers) : closed_paths::work_of(generator, layers);
+    Row& row = rows[noise ? "noise" : layers.size() > 1 ? "layers" : name_of(layers[0].laws.friction)];
     row.paths += 1;
     row.returned += work.share() < -1e-6;
     if (work.turned > 0.0) row.least = std::min(row.least, work.share());

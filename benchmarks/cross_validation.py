@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[1]
 COLUMNS = {"force": "fz", "depth": "pz", "time": "time"}
 UNITS = {"time": "us", "depth": "mm", "force": "N"}
 ONE_LAYER = ("paper", "cone_cylinder", "power_law", "okamura", "maurin")
-LAYERED = ("layered_as_fitted", "layered")
+LAYERED = ("layered_as_fitted", "layered_yielding", "layered")
 FEW_CONDITIONS = 2  # without --full
 HEAD = """# Cross-validation on held-out repeats
 
@@ -89,7 +89,7 @@ def table(rows: dict[str, dict[str, ModelRow]]) -> list[str]:
 
 
 def main(full: bool, write: Path | None) -> None:
-    folder = runpy.run_path(str(ROOT / "tests" / "conftest.py"))["RECORDINGS"] / "needle-insertion-rig"
+    folder = runpy.run_path(str(ROOT / "tests" / "recorded_data.py"))["RECORDINGS"] / "needle-insertion-rig"
     if not folder.is_dir():
         print(f"cross-validation: no real recordings at {folder}; set NEEDLEFORCE_RECORDINGS")
         return
@@ -114,7 +114,7 @@ def main(full: bool, write: Path | None) -> None:
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--full", action="store_true", help="every condition, and also the model layered")
+    parser.add_argument("--full", action="store_true", help="every condition, and also the passive layered models")
     parser.add_argument("--write", type=Path, help="the page to write")
     options = parser.parse_args()
     main(options.full, options.write)

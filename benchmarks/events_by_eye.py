@@ -21,7 +21,7 @@ import needleforce as nf
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "segmentation")]
-from conftest import RECORDINGS  # noqa: E402  the one place that defines their folder
+from recorded_data import RECORDINGS  # noqa: E402
 from test_segmentation_real import READING, depths, near, repeat, rows  # noqa: E402  the one parser of the table
 
 PAGE = ROOT / "docs" / "events_by_eye.md"

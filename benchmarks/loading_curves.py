@@ -212,7 +212,7 @@ def main() -> None:
     options.add_argument("--figure", type=Path, help="SVG file for the figure of the ranking")
     arguments = options.parse_args()
     sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-    from conftest import RECORDINGS  # the one place that defines their folder
+    from recorded_data import RECORDINGS
 
     curves, outcomes = insertions(RECORDINGS / "needle-insertion-rig")
     if not curves:

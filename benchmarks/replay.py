@@ -28,7 +28,7 @@ from needleforce.identification.one_layer.fit_recording import segmented
 
 ROOT = Path(__file__).resolve().parents[1]
 CROSS_VALIDATION = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))
-MODELS = ("layered_as_fitted", "layered", "paper")
+MODELS = ("layered_as_fitted", "layered_yielding", "layered", "paper")
 MODES = ("prediction", "replay")
 JUMPS = ("at a rupture", "during withdrawal", "elsewhere")
 TICK = 1e-3  # [s]
@@ -148,7 +148,7 @@ def each(outcomes: list[Outcome]) -> list[str]:
 
 def measured(count: int, full: bool) -> list[Outcome]:
     """The requested held-out repeats; empty without recordings."""
-    folder = runpy.run_path(str(ROOT / "tests" / "conftest.py"))["RECORDINGS"] / "needle-insertion-rig"
+    folder = runpy.run_path(str(ROOT / "tests" / "recorded_data.py"))["RECORDINGS"] / "needle-insertion-rig"
     if not folder.is_dir():
         print(f"no recordings in {folder}: nothing is replayed")
         return []

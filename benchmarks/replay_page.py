@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 
 FIGURES = {"best": 0.0, "median": 0.5, "worst": 1.0}
 """The held-out repeats that are drawn, by the share of repeats that ``layered`` replays better."""
-COLOURS = {"layered_as_fitted": "#2f6db3", "layered": "#d9822b"}
+COLOURS = {"layered_as_fitted": "#2f6db3", "layered_yielding": "#3a923a", "layered": "#d9822b"}
 INTRODUCTION = """\
 # Error on real insertions at 1 kHz
 

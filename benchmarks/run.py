@@ -238,7 +238,7 @@ def starting():
 def real():
     """The one-layer model on real recordings made by others, each fitted by itself."""
     sys.path.insert(0, str(ROOT / "tests"))
-    from conftest import RECORDINGS  # the one place that defines their folder
+    from recorded_data import RECORDINGS
 
     folder = RECORDINGS / "needle-insertion-rig"
     errors, times, outcomes = [], [], {}
@@ -304,6 +304,8 @@ SCRIPTS = (
     "replay",
     "events_by_eye",
     "loading_curves",
+    "rest_loops",
+    "rest",
 )
 """Benchmarks in separate files, each with its own table."""
 
@@ -312,7 +314,7 @@ def extra(name: str, full: bool) -> list[str]:
     """Command-line arguments of a script."""
     if name == "loading_curves":
         return ["--figure", str(ROOT / "build" / "loading_curves.svg")]
-    return ["--full"] if full and name != "events_by_eye" else []
+    return ["--full"] if full and name not in ("events_by_eye", "rest_loops", "rest") else []
 
 
 def main(full: bool, only: list[str]) -> None:

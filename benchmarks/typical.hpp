@@ -40,6 +40,22 @@ inline laws::DraggedTissueAsFitted typical() {
   return {140.0, 220.0, 0.4e-3, 1e-3};
 }
 template <>
+inline laws::CubicFoundation typical() {
+  return {18.6, 0.7, 12e-3, 0.1, 20e-6, 0.0};
+}
+template <>
+inline laws::HyperbolicFoundation typical() {
+  return {18.6, 1.5, 12e-3, 0.1, 20e-6, 0.0};
+}
+template <>
+inline laws::TanhFoundation typical() {
+  return {18.6, 1.5, 12e-3, 0.1, 20e-6, 0.0};
+}
+template <>
+inline laws::YieldingTissue typical() {
+  return {140.0, 220.0, 0.4e-3, 1e-3, 0.0, 0.0};
+}
+template <>
 inline laws::StickSlip typical() {
   return {0.1, 0.04, 1.5e-3, 25.07, 200.0};
 }

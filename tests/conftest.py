@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 import contextlib
-import os
 import signal
 from pathlib import Path
 
 import progress_lines
 import pytest
 from hypothesis import settings
+from recorded_data import RECORDINGS
 
 # the same examples on every machine: a red run means a changed program
 settings.register_profile("needleforce", derandomize=True, deadline=None)
@@ -18,7 +18,6 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).resolve().parents[1]
-RECORDINGS = Path(os.environ.get("NEEDLEFORCE_RECORDINGS", ROOT.parent / "shared" / "data"))
 
 
 def pytest_addoption(parser):

@@ -139,6 +139,17 @@ def stribeck_force(given):
     return stribeck(given).steady_force(given.get("V", given.get("v", 1e-3 * float(told[1]) if told else math.nan)))
 
 
+@computes("rupture", r"^\(1 - q s/delta\)\^\(1/q\)|^exp\(-s/delta\)", "E_r", "alpha_deg", "h", "s", "delta")
+def yielding_contact(given):
+    """The contact alone, without friction, an advance s past its puncture at h and a recession r back."""
+    law = nf.laws.YieldingTissue(0.0, 1e3, given["delta"], brittleness=given.get("q", 0.0))
+    cone = nf.laws.Cone(given["E_r"], math.radians(given["alpha_deg"]))
+    model = nf.Model(cone, nf.laws.PunctureDepth(given["h"]), law, nf.laws.NoCutting())
+    deepest = given["h"] + given["s"]
+    depth = np.array([0.0, 0.5 * given["h"], deepest, deepest - given.get("r", 0.0)])
+    return nf.Insertion(model, max_speed=np.inf).run(depth, None, np.full(4, 1.0))["force"][-1]
+
+
 @computes("beam", r"^F cot\(alpha\+atan mu\)", "F_axial", "alpha_deg")
 def bevel_lateral(given):
     bevel = nf.tips.LancetBevel(math.radians(given["alpha_deg"]))

@@ -20,7 +20,7 @@ static_assert(std::is_standard_layout_v<nf_layer> && std::is_trivially_copyable_
 namespace {
 
 Limits limits_of(const nf_settings& s) noexcept {
-  return {s.max_speed, s.velocity_slack, s.velocity_slack_ratio, s.hold_time};
+  return {s.max_speed, s.velocity_slack, s.velocity_slack_ratio, s.hold_time, s.depth_noise};
 }
 Bevel bevel_of(const nf_settings& s) noexcept {
   return {s.bevel_half_angle, s.bevel_friction_coefficient, s.bevel_face_share};
@@ -64,8 +64,8 @@ const char* nf_status_name(int status) {
 nf_settings nf_default_settings(void) {
   const Limits limits;
   const Bevel bevel;
-  return {limits.max_speed, limits.hold_time,           limits.velocity_slack, limits.velocity_slack_ratio,
-          bevel.half_angle, bevel.friction_coefficient, bevel.face_share};
+  return {limits.max_speed,   limits.hold_time, limits.velocity_slack,      limits.velocity_slack_ratio,
+          limits.depth_noise, bevel.half_angle, bevel.friction_coefficient, bevel.face_share};
 }
 
 size_t nf_size(void) { return sizeof(nf_insertion); }

@@ -20,6 +20,7 @@ typedef struct { double top; nf_law stiffness, puncture, friction, cutting, rela
 typedef struct {
   double max_speed, hold_time;    /* [m/s] faster is refused; [s] for which a refused step keeps the last force */
   double velocity_slack, velocity_slack_ratio; /* [m/s], [1] between velocity and change of depth */
+  double depth_noise;             /* [m] half the range of the measured depth at rest */
   double bevel_half_angle, bevel_friction_coefficient, bevel_face_share; /* [rad], [1], [1]; share 0: no lateral */
 } nf_settings;
 typedef struct { size_t layer; const char *law, *quantity, *reason; double value, low, high; } nf_fault;

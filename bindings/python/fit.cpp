@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 #include "module.hpp"
@@ -101,8 +102,15 @@ Output lagged_products(const Values& residual, std::size_t lags) {
 
 using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
+fit::LayeredForm form_of(std::string_view name) {
+  if (name == "as_fitted") return fit::LayeredForm::as_fitted;
+  if (name == "passive") return fit::LayeredForm::passive;
+  if (name == "yielding") return fit::LayeredForm::yielding;
+  throw nb::value_error("no such form of the layered law");
+}
+
 /// Forces (rows, n) [N], one for each row of numbers: those of a layer, then of relaxation.
-nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Rows& numbers, bool passive,
+nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Rows& numbers, const char* name,
                                                                        const Values& depth,
                                                                        const Values& dt) {
   struct Row {
@@ -112,6 +120,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Row
   const std::size_t rows = numbers.shape(0), n = depth.shape(0);
   if (numbers.shape(1) * sizeof(double) != sizeof(Row) || dt.shape(0) != n)
     throw nb::value_error("rows are not those of a layer, or depth and dt differ in length");
+  const fit::LayeredForm form = form_of(name);
   double* forces;
   const Output flat = new_array(rows * n, forces);
   {
@@ -119,7 +128,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Row
     for (std::size_t k = 0; k < rows; ++k) {
       Row row;
       std::memcpy(&row, numbers.data() + k * numbers.shape(1), sizeof row);
-      fit::layer_force(row.layer, row.relaxation, passive, {depth.data(), n}, {dt.data(), n}, forces + k * n);
+      fit::layer_force(row.layer, row.relaxation, form, {depth.data(), n}, {dt.data(), n}, forces + k * n);
     }
   }
   return {flat.data(), {rows, n}, nb::cast(flat)};
@@ -131,7 +140,7 @@ void bind_fit(nb::module_& module) {
   module.def("fit_cycle", &fit_cycle, nb::arg("depth_in"), nb::arg("force_in"), nb::arg("depth_out"),
              nb::arg("force_out"), nb::arg("saturation"), nb::arg("free_saturation"), nb::arg("leave_out"),
              nb::arg("puncture_low"), nb::arg("puncture_high"), nb::arg("margin"));
-  module.def("layer_forces", &layer_forces, nb::arg("numbers"), nb::arg("passive"), nb::arg("depth"),
+  module.def("layer_forces", &layer_forces, nb::arg("numbers"), nb::arg("form"), nb::arg("depth"),
              nb::arg("dt"));
   module.def("lagged_products", &lagged_products, nb::arg("residual"), nb::arg("lags"));
 }

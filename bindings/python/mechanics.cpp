@@ -27,6 +27,18 @@ void bind_foundation(nb::module_& module) {
   module.def("biot_modulus", &biot_modulus, nb::arg("needle"), nb::arg("tissue"), nb::arg("half_width"));
   module.def("friction_per_length", &friction_per_length, nb::arg("reading"), nb::arg("needle"),
              nb::arg("tissue"), nb::arg("embedment_factor") = 1.0);
+  nb::enum_<FoundationForm>(module, "FoundationForm", "Forms of the pressure of a foundation.")
+      .value("linear", FoundationForm::linear)
+      .value("cubic", FoundationForm::cubic)
+      .value("hyperbolic", FoundationForm::hyperbolic)
+      .value("tanh", FoundationForm::tanh);
+  module.def("foundation_pressure", &foundation_pressure, nb::arg("form"), nb::arg("settlement"),
+             nb::arg("stiffness"), nb::arg("scale"));
+  module.def("foundation_energy", &foundation_energy, nb::arg("form"), nb::arg("settlement"),
+             nb::arg("stiffness"), nb::arg("scale"));
+  module.def("deflection_length", &deflection_length, nb::arg("needle"), nb::arg("modulus"),
+             nb::arg("lateral_force"));
+  module.def("bending_length", &bending_length, nb::arg("needle"), nb::arg("modulus"));
   module.def("reduced_modulus", &reduced_modulus<Needle, Tissue>, nb::arg("needle"), nb::arg("tissue"),
              "Reduced modulus [Pa] of needle and tissue in contact, eq. (4).");
 }

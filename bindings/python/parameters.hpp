@@ -309,6 +309,9 @@ nb::class_<T> bind_values(nb::module_& module, const std::string& type) {
     bound.attr("family") = family_names[static_cast<int>(T::family)];
     bound.attr("source") = T::source;
     bound.attr("validity") = T::validity;
+    bound.attr("steps_exactly") = steps_exactly<T>;
+    bound.attr("is_passive") = is_passive<T>;
+    bound.attr("is_monotone") = is_monotone<T>;
   }
   return bound;
 }

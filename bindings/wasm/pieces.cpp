@@ -37,6 +37,7 @@ struct Setting {
 };
 constexpr Setting known[] = {{"max_speed", &nf_settings::max_speed},
                              {"hold_time", &nf_settings::hold_time},
+                             {"depth_noise", &nf_settings::depth_noise},
                              {"velocity_slack", &nf_settings::velocity_slack},
                              {"velocity_slack_ratio", &nf_settings::velocity_slack_ratio},
                              {"bevel_half_angle", &nf_settings::bevel_half_angle},

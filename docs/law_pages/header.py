@@ -6,7 +6,8 @@ from functools import cache
 from pathlib import Path
 
 HEADERS = Path(__file__).resolve().parents[2] / "include" / "needleforce" / "laws"
-NAMES = re.compile(r'const char\* name\s*=\s*(?:\w+\s*\?\s*)?"(\w+)"(?:\s*:\s*"(\w+)")?;')
+NAMES = re.compile(r"const char\* name\s*=([^;]*);")
+NAME = re.compile(r'"(\w+)"')
 STRUCT = re.compile(r"((?:^///.*\n)+)(?:^template.*\n)?^struct (\w+) \{", re.MULTILINE)
 FORMULAS = re.compile(r"(?:^ {4}.*\n?)+", re.MULTILINE)
 
@@ -18,12 +19,17 @@ def comment(law: type) -> str:
 
 
 def cpp_name(law: type) -> str:
-    """The law's name in C++; for a template with a switch, the alias of the chosen case."""
+    """The law's name in C++; for a template, the alias of the chosen case, in the order of the names."""
     text = header(law.name).read_text(encoding="utf-8")
     _, struct = _documented(text)
-    side = "true" if NAMES.search(text)[1] == law.name else "false"
-    alias = re.search(rf"^using (\w+) = {struct}<{side}>;", text, re.MULTILINE)
-    return f"laws::{alias[1] if alias else struct}"
+    aliases = re.findall(rf"^using (\w+) = {struct}<", text, re.MULTILINE)
+    return f"laws::{aliases[_names(text).index(law.name)] if aliases else struct}"
+
+
+def _names(text: str) -> list[str]:
+    """The names of the laws that a header defines."""
+    found = NAMES.search(text)
+    return NAME.findall(found[1]) if found else []
 
 
 def _one_a_line(block: re.Match) -> str:
@@ -41,8 +47,7 @@ def _one_a_line(block: re.Match) -> str:
 def header(name: str) -> Path:
     """The header that defines the law of this name."""
     for path in sorted(HEADERS.glob("*.hpp")):
-        found = NAMES.search(path.read_text(encoding="utf-8"))
-        if found and name in found.groups():
+        if name in _names(path.read_text(encoding="utf-8")):
             return path
     raise LookupError(f"no header below {HEADERS} names a law {name}")
 

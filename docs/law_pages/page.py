@@ -11,9 +11,9 @@ ABOUT = """# {name}
 
 {formula}
 
-| family | source | validity |
-|---|---|---|
-| {family} | {source} | {validity} |
+| family | source | validity | step |
+|---|---|---|---|
+| {family} | {source} | {validity} | {step} |
 
 ```{{raw}} html
 :file: {name}.html
@@ -46,6 +46,8 @@ In Python and in C++:
 ```
 """
 HEAD = ("name", "symbol", "unit", "range", "default", "drawn with", "meaning", "source")
+EXACT = "the same in one step or in many, at constant velocity"
+FIRST_ORDER = "error proportional to the step, {doc}`/convergence`"
 WITHOUT_PARAMETERS = "The law has no parameters."
 
 
@@ -66,6 +68,7 @@ def page(example: Example) -> str:
     rows += [(f"`{part}`", *[""] * 4, f"`{getattr(law, part)!r}`", "", "") for part in getattr(law, "parts", ())]
     return ABOUT.format(
         **about,
+        step=EXACT if law.steps_exactly else FIRST_ORDER,
         formula=formulas.text(type(law)),
         caption=curves.CAPTIONS[law.family],
         parameters=f"```{{table}}\n:class: parameters\n\n{table(HEAD, rows)}\n```" if rows else WITHOUT_PARAMETERS,

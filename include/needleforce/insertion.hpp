@@ -49,7 +49,8 @@ class Insertion {
                           same_law(layers[i].laws.friction, layers[i - 1].laws.friction);
       same_cutting_[i] = same_law(layers[i].laws.cutting, layers[i - 1].laws.cutting);
     }
-    plain_ = count_ == 1 && layers_[0].plain();
+    noise_ = {2.0 * limits.depth_noise, 2.0 * limits.depth_noise / speed_at_rest};
+    plain_ = count_ == 1 && layers_[0].plain() && noise_.range == 0.0;
   }
 
   /// One cycle: the tip is at `depth` [m], moves at `velocity` [m/s], `dt` [s] after the last call.
@@ -116,7 +117,7 @@ class Insertion {
   }
 
   Move moved(double depth, double travel, double velocity, double elapsed) const noexcept {
-    const bool withdrawing = depth < state_.deepest - noise_of_depth;
+    const bool withdrawing = depth < state_.deepest - std::max(noise_of_depth, noise_.range);
     const bool advancing = !withdrawing && travel > speed_at_rest * elapsed;
     const double below = depth > 0.0 ? std::min(travel, depth) : 0.0;
     return {depth, travel, below, velocity, elapsed, state_.deepest, advancing, withdrawing};
@@ -126,7 +127,7 @@ class Insertion {
     const bool first = !state_.started;
     const double travel = first ? 0.0 : depth - state_.depth;
     const double elapsed = state_.waited + dt;
-    if (velocity == no_velocity) velocity = travel / elapsed;
+    if (velocity == no_velocity) velocity = noise_.range == 0.0 ? travel / elapsed : rate(travel, elapsed);
     state_.deepest = std::max(state_.deepest, depth);
     state_.depth = depth;
     state_.waited = 0.0;
@@ -150,11 +151,10 @@ class Insertion {
     using Friction = std::conditional_t<plain, laws::Coulomb::Prepared, void>;
     using Cutting = std::conditional_t<plain, laws::ConstantCutting::Prepared, void>;
     const std::size_t count = plain ? 1 : count_;
+    const DepthNoise noise = plain ? DepthNoise{} : noise_;
     if (!plain && move.dt != state_.relaxation_dt) relax(move.dt);
-    TipForce tip{};
-    if (state_.pierced > 0)
-      tip = layers_[plain ? 0 : state_.pierced - 1].template cut<Cutting>(state_.cut, state_.cutting, move);
     Contacts contacts{};
+    Move cuts = move;    // what the cut has still to do in this step
     unsigned fresh = 0;  // bits of the layers that are punctured in this step
     for (std::size_t i = 0; i < count; ++i) {
       LayerState& layer = state_.layers[i];
@@ -164,20 +164,29 @@ class Insertion {
         continue;
       }
       if constexpr (!plain) {
-        const bool punctured = pierce(i, move.depth, tip.force);
+        const bool punctured = pierce(i, cuts);
         contacts.punctured |= punctured;
         fresh |= static_cast<unsigned>(punctured) << i;
-        tip = front().cut_force(state_.cut, state_.cutting, move.depth);
       }
     }
-    if (state_.pierced > 0 && move.depth < state_.cut.entry) tip = limited(tip, move.depth);
+    TipForce tip{};
+    if (state_.pierced > 0) {
+      const PreparedLayer& layer = layers_[plain ? 0 : state_.pierced - 1];
+      tip = plain || cuts.dt > 0.0
+                ? layer.template cut<Cutting>(state_.cut, state_.cutting, state_.returnable, cuts, noise)
+                : layer.cut_force(state_.cut, state_.cutting, cuts.depth);
+    }
+    if (state_.pierced > 0 && move.depth <= state_.cut.entry) tip = state_.cut.receding(tip, move.depth);
     Dragged shafts{};
     double bottom = std::numeric_limits<double>::infinity();
     for (std::size_t i = count; i-- > 0;) {
       const double root = plain ? std::numeric_limits<double>::infinity() : root_of(i);
       const Move& own = !plain && (fresh >> i & 1u) ? since_puncture(move, i) : move;
-      shafts += layers_[i].template drag<Friction>(state_.layers[i], own, bottom, root);
-      bottom = state_.layers[i].shaft.surface;
+      const double last_surface = state_.layers[i].shaft.surface;
+      shafts += layers_[i].template drag<Friction>(state_.layers[i], own, bottom, root, noise);
+      const double surface = state_.layers[i].shaft.surface;
+      if (!plain && i > 0 && (fresh >> i & 1u)) go_down(i - 1, last_surface, surface);
+      bottom = surface;
       if (!plain) continue_below(i);
     }
     return total(move, contacts, shafts, tip);
@@ -223,8 +232,19 @@ class Insertion {
   Phase phase(const Contacts& contacts, const Dragged& shafts, double velocity) const noexcept {
     if (state_.pierced == 0) return contacts.touched ? Phase::deformation : Phase::free;
     if (!shafts.hold) return Phase::free;
-    if (std::abs(velocity) < speed_at_rest) return Phase::hold;
+    if (std::abs(velocity) < speed_at_rest || rests()) return Phase::hold;
     return velocity > 0.0 ? Phase::insertion : Phase::extraction;
+  }
+
+  /// True if noise explains the travel since longer than a moving needle would stay within it.
+  bool rests() const noexcept {
+    return noise_.range > 0.0 && state_.layers[state_.pierced - 1].returnable.still >= noise_.rest_time;
+  }
+
+  /// Velocity [m/s] of a travel that noise may have made longer: no more than `max_speed`.
+  double rate(double travel, double elapsed) const noexcept {
+    const double most = std::min(limits_.max_speed, fastest);
+    return std::clamp(travel / elapsed, -most, most);
   }
 
   /// The exponentials of relaxation, where the step's length changed.
@@ -233,30 +253,60 @@ class Insertion {
     for (std::size_t i = 0; i < count_; ++i) state_.layers[i].relaxing = layers_[i].relaxing(dt);
   }
 
-  /// The layer is punctured: its friction takes over the contact's force, and the cut continues in it. An
-  /// interface without resistance does not change the cut; the result is then false.
-  [[gnu::noinline]] bool pierce(std::size_t i, double depth, double cutting) noexcept {
+  /// The layer is punctured: its friction takes over the contact's force. The cut comes to the puncture in
+  /// the layer before, and `cuts` is what is left of the step. An interface without resistance does not
+  /// change the cut; the result is then false.
+  [[gnu::noinline]] bool pierce(std::size_t i, Move& cuts) noexcept {
     const bool carries_on = state_.pierced > 0 && !layers_[i].resists();
-    ContactAtPuncture contact = layers_[i].pierce(state_.layers[i], depth);
+    ContactAtPuncture contact = layers_[i].pierce(state_.layers[i], cuts.depth);
+    const double at = cut_down_to(contact.extent.puncture, cuts);
+    const double carried = carries_on ? front().cut_force(state_.cut, state_.cutting, at).force : -1.0;
     state_.pierced = std::max(state_.pierced, i + 1);
-    front().enter(state_.cut, state_.cutting, depth, carries_on ? cutting : -1.0);
+    front().enter(state_.cut, state_.cutting, at, carried);
+    if (!(carries_on && same_cutting_[i])) start_crack(at);
     if (carries_on) {
-      if (!same_cutting_[i]) limit_retreat(1.0, 0.0, 0.0);  // nobody has loaded the other cut
+      if (!same_cutting_[i]) state_.cut.begin(at, 1.0, 0.0, 0.0);  // nobody has loaded the other cut
       if (!same_friction_[i]) layers_[i].take_over(state_.layers[i], contact);
       return false;
     }
-    const double force = front().cut_force(state_.cut, state_.cutting, depth).force;
-    limit_retreat(force, depth - layers_[i].top, contact.free_energy);
+    const double force = front().cut_force(state_.cut, state_.cutting, at).force;
+    state_.cut.begin(at, force, at - layers_[i].top, contact.free_energy);
     contact.free_force = std::max(0.0, contact.free_force - force);
     contact.free_energy *= 0.5;  // the cut has the other half
     layers_[i].take_over(state_.layers[i], contact);
     return true;
+  }
+  /// What strains the tissue ahead of a crack at its start, nobody has paid: slip does, before any is
+  /// returned.
+  void start_crack(double at) noexcept {
+    const TipForce begun = front().cut_force(state_.cut, state_.cutting, at);
+    state_.returnable = {};
+    if (begun.by_depth > 0.0) state_.returnable.energy = -0.5 * begun.force * begun.force / begun.by_depth;
+  }
+  /// Moves the cut down to a depth that the step passes; returns where it is, and in `cuts` the rest of the
+  /// step.
+  double cut_down_to(double depth, Move& cuts) noexcept {
+    const double left = cuts.travel > 0.0 ? std::clamp((cuts.depth - depth) / cuts.travel, 0.0, 1.0) : 0.0;
+    Move until = cuts;
+    until.depth = std::min(std::max(depth, cuts.depth - cuts.travel), cuts.depth);
+    until.travel -= left * cuts.travel;
+    until.dt -= left * cuts.dt;
+    if (state_.pierced > 0 && until.dt > 0.0)
+      front().template cut<void>(state_.cut, state_.cutting, state_.returnable, until, noise_);
+    cuts.travel *= left;
+    cuts.dt *= left;
+    return until.depth;
   }
   /// Tissue that continues below layer i, where the tip has not come, is strained as in the layer.
   void continue_below(std::size_t i) noexcept {
     const std::size_t below = i + 1;
     if (below < count_ && same_friction_[below] && state_.layers[below].shaft.embedded == 0.0)
       state_.layers[below].friction = state_.layers[i].friction;
+  }
+  /// The surface below layer i went down from a depth to another, where the tip is deeper.
+  [[gnu::noinline]] void go_down(std::size_t i, double from, double to) noexcept {
+    const double added = std::min(to, state_.depth) - from;
+    if (added > 0.0 && state_.layers[i].shaft.embedded > 0.0) layers_[i].lengthen(state_.layers[i], added);
   }
   /// The travel of a step since the puncture of layer i in it, which is all that strains its tissue.
   [[gnu::noinline]] Move since_puncture(Move move, std::size_t i) const noexcept {
@@ -267,19 +317,6 @@ class Insertion {
   double root_of(std::size_t i) const noexcept {
     while (i > 0 && same_friction_[i]) --i;
     return state_.layers[i].shaft.surface;
-  }
-
-  /// The cut starts loaded by the puncture with a `force` [N]. If the tip recedes from there, it returns no
-  /// more than half of the contact's energy, and nothing above the layer.
-  void limit_retreat(double force, double indentation, double energy) noexcept {
-    state_.cut.entry = state_.depth;
-    state_.cut.retreat_limit = state_.depth - (force > 0.0 ? std::min(indentation, energy / force) : 0.0);
-  }
-  TipForce limited(const TipForce& tip, double depth) const noexcept {
-    const double length = state_.cut.entry - state_.cut.retreat_limit;
-    if (!(depth > state_.cut.retreat_limit)) return {};
-    const double share = (depth - state_.cut.retreat_limit) / length;
-    return {share * tip.force, share * tip.by_depth + tip.force / length};
   }
 
   std::span<const PreparedLayer> stack() const noexcept { return {layers_.data(), count_}; }
@@ -294,6 +331,7 @@ class Insertion {
   Limits limits_;
   bool valid_;
   bool plain_ = false;
+  DepthNoise noise_{};
   double lateral_ratio_ = 0.0;
   std::uint64_t model_ = 0;  // the fingerprint of the model
   std::size_t count_;

@@ -48,7 +48,8 @@ concept Memory = std::is_trivially_copyable_v<M> && std::is_default_constructibl
 
 /// Friction along the shaft in one layer. `advance` moves shaft and memory with the tip, also in layers not
 /// reached yet, by the travel below the tissue's surface; above it both are released. `pierce` receives the
-/// contact at the puncture. Then force [N], and its derivatives by depth [N/m] and by velocity [N s/m].
+/// contact at the puncture. Then force [N], and its derivatives by depth [N/m] and by velocity [N s/m]. A law
+/// with `slip(shaft, memory)`, what slipped in the last step, also keeps its force under noise of the depth.
 template <class P>
 concept PreparedFriction =
     Memory<typename P::Memory> &&
@@ -150,5 +151,11 @@ constexpr bool is_passive = [] {
 /// give the same at constant velocity in one step or in many.
 template <Law L>
 constexpr bool steps_exactly = !requires { L::first_order; };
+
+/// True for a law whose force follows the travel alone, not the time or the velocity, and never falls while
+/// the needle moves against it, declared with `monotone`: what the second inequality of
+/// docs/decisions/0014-rest-in-a-device.md needs.
+template <Law L>
+constexpr bool is_monotone = requires { L::monotone; };
 
 }  // namespace needleforce

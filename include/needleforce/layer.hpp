@@ -14,12 +14,6 @@
 
 namespace needleforce {
 
-/// Cutting at the tip: force [N] and its derivative by depth [N/m].
-struct TipForce {
-  double force = 0.0;
-  double by_depth = 0.0;
-};
-
 /// Friction along the shaft: force [N], its derivatives, and whether a layer holds the needle.
 struct Dragged {
   double force = 0.0;
@@ -85,15 +79,28 @@ class PreparedLayer {
       return std::pair{law.force(state.indentation), law.energy(state.indentation)};
     });
     state.puncture_depth =
-        relaxes_ && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? depth : puncture;
+        relaxes_ && resists() && !std::holds_alternative<laws::PunctureDepth>(criterion_) ? depth : puncture;
     state.pierced = true;
     const double left = instant > 0.0 ? std::clamp(state.contact_force / instant, 0.0, 1.0) : 0.0;
     ContactAtPuncture contact{state.contact, state.contact_force, energy, state.contact_slope};
     contact.free_energy = left * energy;
     contact.free_force = state.contact_force;
+    contact.left = left;
+    whole(contact, state);
+    contact.relaxing = state.relaxing;
     contact.extent = {top, state.puncture_depth, std::numeric_limits<double>::infinity(), true, top};
     contact.depth = depth;
     return contact;
+  }
+  /// Force, energy and work at the depth of the puncture, which the last step in contact did not reach.
+  void whole(ContactAtPuncture& contact, const LayerState& state) const noexcept {
+    dispatch(stiffness_, [&](const auto& law) {
+      const double deepest = state.puncture_depth - top;
+      contact.whole_force = contact.left * law.force(deepest);
+      contact.whole_energy = contact.left * law.energy(deepest);
+      contact.work = contact.whole_energy;
+      if (relaxes_) contact.work += state.work - contact.left * law.energy(state.indentation);
+    });
   }
   /// Friction takes over from the contact.
   void take_over(LayerState& state, const ContactAtPuncture& contact) const noexcept {
@@ -102,16 +109,22 @@ class PreparedLayer {
 
   /// Moves the shaft and returns its force, if the layer is pierced. Embedding in the next layer starts at
   /// `bottom`. `Law` is the friction law if the caller knows it, otherwise void.
+
   template <class Law>
-  [[gnu::always_inline]] Dragged drag(LayerState& state, const Move& move, double bottom,
-                                      double root) const noexcept {
+  [[gnu::always_inline]] Dragged drag(LayerState& state, const Move& move, double bottom, double root,
+                                      const DepthNoise& noise) const noexcept {
     const LayerExtent extent{top, state.pierced ? state.puncture_depth : puncture, bottom, state.pierced,
                              root};
     const Relaxing elastic{};
     const Relaxing& relaxing = std::is_void_v<Law> ? state.relaxing : elastic;
     return dispatch_as<Law>(friction_, [&](const auto& law) __attribute__((always_inline)) -> Dragged {
       auto& memory = memory_of(law, state.friction);
-      law.advance(state.shaft, memory, move, extent, relaxing);
+      bool known = false;
+      if constexpr (requires { law.slip(state.shaft, memory); })
+        if (noise.range > 0.0) known = true, advance_in_noise(law, memory, state, move, extent, noise);
+      if (!known) law.advance(state.shaft, memory, move, extent, relaxing);
+      if constexpr (requires { law.keeps_contact; })
+        if (state.pierced) keep_contact(law, memory, move, extent, relaxing);
       // above the tissue nothing drags the shaft; layers that add up have a moving surface of their own
       if constexpr (!requires { law.own_surface; })
         if (move.depth <= 0.0) release(state.shaft, memory);
@@ -123,16 +136,32 @@ class PreparedLayer {
     });
   }
 
+  /// The layer below was punctured, and its surface went down: a length [m] of unstrained tissue is added
+  /// here.
+  [[gnu::noinline]] void lengthen(LayerState& state, double length) const noexcept {
+    dispatch(friction_, [&](const auto& law) {
+      auto& memory = memory_of(law, state.friction);
+      if constexpr (requires { memory.thin(1.0); })
+        memory.thin(state.shaft.embedded / (state.shaft.embedded + length));
+    });
+  }
+
   void enter(Cut& cut, MemoriesOf<Cutting>& memories, double depth, double carried) const noexcept {
     dispatch(cutting_, [&](const auto& law) { law.enter(cut, memory_of(law, memories), depth, carried); });
   }
   /// Moves the cut and returns its force; `Law` as for drag().
   template <class Law>
-  [[gnu::always_inline]] TipForce cut(Cut& cut, MemoriesOf<Cutting>& memories,
-                                      const Move& move) const noexcept {
+  [[gnu::always_inline]] TipForce cut(Cut& cut, MemoriesOf<Cutting>& memories, ReturnableSlip& returnable,
+                                      const Move& move, const DepthNoise& noise) const noexcept {
     return dispatch_as<Law>(cutting_, [&](const auto& law) __attribute__((always_inline)) {
       auto& memory = memory_of(law, memories);
+      if constexpr (requires { law.law.springs; })
+        if (noise.range > 0.0) {
+          cut_in_noise(law, cut, memory, returnable, move, noise);
+          return TipForce{law.force(cut, memory, move.depth), law.by_depth(cut, memory, move.depth)};
+        }
       law.advance(cut, memory, move);
+      if (noise.range > 0.0) cut.held = std::min(noise.range, std::max(cut.held, cut.front - cut.entry));
       return TipForce{law.force(cut, memory, move.depth), law.by_depth(cut, memory, move.depth)};
     });
   }
@@ -157,12 +186,53 @@ class PreparedLayer {
     else
       memory = Memory{};
   }
+  /// What is left of the contact after the puncture, for a friction law that keeps it.
+  template <class Law, class Memory>
+  [[gnu::noinline]] void keep_contact(const Law& law, Memory& memory, const Move& move,
+                                      const LayerExtent& extent, const Relaxing& relaxing) const noexcept {
+    const double indentation = law.yield(memory, move, extent, relaxing);
+    dispatch(stiffness_, [&](const auto& contact) {
+      law.press(memory, contact.force(indentation), contact.slope(indentation));
+    });
+  }
   template <class Law, class Laws, class Visit>
   [[gnu::always_inline]] static auto dispatch_as(const Laws& laws, Visit visit) noexcept {
     if constexpr (std::is_void_v<Law>)
       return dispatch(laws, visit);
     else
       return visit(*std::get_if<Law>(&laws));
+  }
+
+  /// As `advance`, for a depth with noise: slip is returned before the tissue unloads.
+  template <class Law, class Memory>
+  [[gnu::noinline]] static void advance_in_noise(const Law& law, Memory& memory, LayerState& state,
+                                                 const Move& move, const LayerExtent& extent,
+                                                 const DepthNoise& noise) noexcept {
+    const Slip before = law.slip(state.shaft, memory);
+    Move felt = move;
+    double& strains = own_surface<Law> ? felt.travel : felt.below;
+    strains = state.returnable.felt(strains, before, move.dt, noise);
+    felt.shift = state.returnable.shift;
+    felt.waits = state.returnable.waits(strains, noise);
+    felt.advancing = move.advancing && strains != 0.0;
+    law.advance(state.shaft, memory, felt, extent, state.relaxing);
+    state.returnable.add(before.force, law.slip(state.shaft, memory), noise);
+  }
+  template <class Law>
+  static constexpr bool own_surface = requires(const Law& law) { law.own_surface; };
+  /// The same for a crack with a spring between the tip and its front, which moves with the tip where the
+  /// force stays.
+  template <class Law, class Memory>
+  [[gnu::noinline]] static void cut_in_noise(const Law& law, Cut& cut, Memory& memory,
+                                             ReturnableSlip& returnable, const Move& move,
+                                             const DepthNoise& noise) noexcept {
+    const double before = law.force(cut, memory, move.depth - move.travel);
+    Move felt = move;
+    felt.travel = returnable.felt(move.travel, {.force = before}, move.dt, noise);
+    cut.front += move.travel - felt.travel;
+    const double front = cut.front;
+    law.advance(cut, memory, felt);
+    returnable.add(before, {cut.front - front, law.force(cut, memory, move.depth)}, noise);
   }
 
   template <bool elastic, class Contact>

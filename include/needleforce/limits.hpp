@@ -18,11 +18,12 @@ struct Limits {
   double velocity_slack = 2e-3;
   double velocity_slack_ratio = 0.5;
   double hold_time = 0.0;
+  double depth_noise = 0.0;
 
   static constexpr const char* name = "limits";
   static constexpr const char* summary = "What a step accepts.";
   static constexpr double endless = std::numeric_limits<double>::infinity();
-  static constexpr std::array<Parameter<Limits>, 4> table{{
+  static constexpr std::array<Parameter<Limits>, 5> table{{
       {&Limits::max_speed, "max_speed", "m/s", 1e-9, endless, 1.0, "v",
        "speed above which a change of depth is refused; infinity accepts every leap", "free"},
       {&Limits::velocity_slack, "velocity_slack", "m/s", 0.0, endless, 2e-3, "dv",
@@ -31,6 +32,8 @@ struct Limits {
        "the same difference as a share of the larger of the two", "free"},
       {&Limits::hold_time, "hold_time", "s", 0.0, 1.0, 0.0, "t_h",
        "time for which a refused step keeps the last force; after it the force is 0", "free"},
+      {&Limits::depth_noise, "depth_noise", "m", 0.0, 1e-3, 0.0, "w",
+       "half the range of the measured depth at rest; a reversal is felt twice as much later", "free"},
   }};
 };
 
@@ -63,10 +66,15 @@ inline Status refusal(double depth, double velocity, double dt) noexcept {
 /// True if a travel [m] within a time [s] is one that the needle can have made, and the velocity, where one
 /// is given, is that of the travel. Wait-free.
 inline bool consistent(const Limits& limits, double travel, double velocity, double elapsed) noexcept {
-  if (std::abs(travel) > std::min(limits.max_speed, fastest) * elapsed) return false;
+  const double noise = 2.0 * limits.depth_noise;
+  if (std::abs(travel) > std::min(limits.max_speed, fastest) * elapsed + noise) return false;
   if (velocity == no_velocity) return true;
   const double measured = travel / elapsed, larger = std::max(std::abs(velocity), std::abs(measured));
-  return std::abs(velocity - measured) <= limits.velocity_slack + limits.velocity_slack_ratio * larger;
+  const double slack = limits.velocity_slack, apart = std::abs(velocity - measured) - noise / elapsed;
+  // noise allows a depth to leap, but no velocity beyond those that are accepted without
+  const double own = (1.0 - limits.velocity_slack_ratio) * std::abs(velocity);
+  return apart <= slack + limits.velocity_slack_ratio * larger &&
+         (noise == 0.0 || own <= limits.max_speed + slack);
 }
 
 }  // namespace needleforce

@@ -4,10 +4,16 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <memory>
+#include <type_traits>
 
 #include "relaxation.hpp"
+#include "returnable_slip.hpp"
 
 namespace needleforce {
 
@@ -31,6 +37,10 @@ struct ContactAtPuncture {
   double free_force = 0.0, free_energy = 0.0;
   LayerExtent extent{};
   double depth = 0.0;  ///< of the tip [m]
+  /// For a law that keeps the contact: the share of its force that has not relaxed; this share of force [N]
+  /// and energy [J] at the puncture's depth; the work [J] done on it until there; and the relaxation.
+  double left = 0.0, whole_force = 0.0, whole_energy = 0.0, work = 0.0;
+  Relaxing relaxing{};
 };
 
 /// Embedded length [m] of a shaft between the surface where embedding starts and its end, the tip or the
@@ -73,11 +83,32 @@ struct Shaft {
   void release() noexcept { embedded = embedded_by_depth = 0.0; }
 };
 
+/// Cutting at the tip: force [N] and its derivative by depth [N/m].
+struct TipForce {
+  double force = 0.0;
+  double by_depth = 0.0;
+};
+
 /// The cut at the tip.
 struct Cut {
   double entry = 0.0;          ///< depth [m] at which cutting began
   double retreat_limit = 0.0;  ///< depth [m] above which the cut has no force
   double front = 0.0;          ///< deepest cut, or tip of the crack [m]
+  double held = 0.0;           ///< how far behind the front the force stays, against noise of the depth [m]
+
+  /// Begins at a depth `at` [m], loaded by the puncture with a `force` [N]. If the tip recedes from there, it
+  /// returns no more than half of the contact's energy, and nothing above the layer.
+  void begin(double at, double force, double indentation, double energy) noexcept {
+    entry = at;
+    held = 0.0;
+    retreat_limit = at - (force > 0.0 ? std::min(indentation, energy / force) : 0.0);
+  }
+  /// The tip's force where it has receded from there.
+  TipForce receding(const TipForce& tip, double depth) const noexcept {
+    if (!(depth > retreat_limit)) return {};
+    const double length = entry - retreat_limit, share = (depth - retreat_limit) / length;
+    return {share * tip.force, share * tip.by_depth + tip.force / length};
+  }
 };
 
 /// Memory of a law that needs none.
@@ -118,9 +149,12 @@ struct TractionMemory {
     element.elastic *= share;
     for (double& memory : element.memory) memory *= share;
   }
-  /// Begins with `traction_at_puncture`, relaxed as far as the contact.
+  /// Begins with `traction_at_puncture`, relaxed as far as the contact: an element that has relaxed to a
+  /// share of its elastic force holds at most the energy of a spring softer by that share.
   void pierce(const ContactAtPuncture& contact, double length, double stiffness, double limit) noexcept {
-    traction = traction_at_puncture(contact, length, stiffness, limit);
+    const double elastic = contact.element.elastic;
+    const double left = elastic > contact.force ? contact.force / elastic : 1.0;
+    traction = traction_at_puncture(contact, length, left * stiffness, limit);
     const double share = contact.force > 0.0 ? traction / contact.force : 0.0;
     element = Element{share * contact.element.elastic};
     for (int j = 0; j < 2; ++j) element.memory[j] = share * contact.element.memory[j];
@@ -130,6 +164,13 @@ struct TractionMemory {
     traction = 0.0;
   }
 };
+
+/// What slipped along a shaft in the last step: a traction [N/m] and its travel [m], in tissue of `stiffness`
+/// [N/m^2].
+inline Slip slip_along(const Shaft& shaft, double traction, double travel, double stiffness) noexcept {
+  const double straining = 0.5 * std::abs(traction) / stiffness * shaft.embedded_by_depth;
+  return {travel, traction * std::max(0.0, shaft.embedded - straining), traction * shaft.embedded_by_depth};
+}
 
 /// One memory of each type. A law that another law replaces, in a deeper layer or in another model, keeps
 /// its memory for the time when it is used again: docs/decisions/0012-memory-of-laws.md.
@@ -154,14 +195,49 @@ struct Memories : MemorySlot<M>... {
   }
 };
 
+/// The memory of the law that used it last: another kind of law finds a new one. A quarter of the bytes of
+/// all memories side by side, which a state would have to copy.
+template <class... M>
+class OneMemory {
+  template <class Wanted>
+  static constexpr std::uint64_t number = [] {
+    std::uint64_t i = 0, found = 0;
+    ((++i, found = std::is_same_v<M, Wanted> ? i : found), ...);
+    return found;
+  }();
+  template <class Wanted>
+  static constexpr Wanted unused{};
+
+ public:
+  template <class Wanted>
+  [[gnu::always_inline]] Wanted& of() noexcept {
+    if (number_ != number<Wanted>) begin<Wanted>();
+    return *std::launder(reinterpret_cast<Wanted*>(bytes_.data()));
+  }
+  template <class Wanted>
+  [[gnu::always_inline]] const Wanted& of() const noexcept {
+    return number_ == number<Wanted> ? *std::launder(reinterpret_cast<const Wanted*>(bytes_.data()))
+                                     : unused<Wanted>;
+  }
+
+ private:
+  template <class Wanted>
+  [[gnu::noinline]] void begin() noexcept {
+    bytes_ = {};
+    std::construct_at(reinterpret_cast<Wanted*>(bytes_.data()));
+    number_ = number<Wanted>;
+  }
+  std::uint64_t number_ = 0;  // 0: none yet
+  alignas(double) std::array<std::byte, std::max({sizeof(M)...})> bytes_{};
+};
+
 /// The memory of a prepared law among those of its family.
-template <class PreparedLaw, class... M>
-[[gnu::always_inline]] inline auto& memory_of(const PreparedLaw&, Memories<M...>& memories) noexcept {
+template <class PreparedLaw, template <class...> class Held, class... M>
+[[gnu::always_inline]] inline auto& memory_of(const PreparedLaw&, Held<M...>& memories) noexcept {
   return memories.template of<typename PreparedLaw::Memory>();
 }
-template <class PreparedLaw, class... M>
-[[gnu::always_inline]] inline const auto& memory_of(const PreparedLaw&,
-                                                    const Memories<M...>& memories) noexcept {
+template <class PreparedLaw, template <class...> class Held, class... M>
+[[gnu::always_inline]] inline const auto& memory_of(const PreparedLaw&, const Held<M...>& memories) noexcept {
   return memories.template of<typename PreparedLaw::Memory>();
 }
 

@@ -52,6 +52,13 @@ struct memories_of;
 template <class... L>
 struct memories_of<std::variant<L...>> : memories<Memories<>, typename L::Prepared::Memory...> {};
 
+template <class All>
+struct one_of;
+template <class... M>
+struct one_of<Memories<M...>> {
+  using type = OneMemory<M...>;
+};
+
 template <class L>
 constexpr bool counts_cutting = requires { L::cuts; };
 /// Layers of such laws add up; of others, the tip can be in one interface only.
@@ -65,9 +72,13 @@ constexpr bool needs_surface = requires { L::needs_surface; };
 template <class Laws>
 using Prepared = typename detail::prepared_variant<Laws>::type;
 
-/// What the laws of a list remember between two steps.
+/// What the laws of a list remember between two steps, where one follows another.
 template <class Laws>
 using MemoriesOf = typename detail::memories_of<Laws>::type;
+
+/// What one law of a list remembers.
+template <class Laws>
+using MemoryOf = typename detail::one_of<MemoriesOf<Laws>>::type;
 
 template <class... L>
 Prepared<std::variant<L...>> prepare(const std::variant<L...>& laws) noexcept {

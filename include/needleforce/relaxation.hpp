@@ -3,19 +3,23 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 namespace needleforce {
 
 /// One step of the tip, the input of every law.
 struct Move {
-  double depth;      ///< [m] after the step, past the undeformed surface
-  double travel;     ///< [m] of the step
-  double below;      ///< [m] of the travel below the undeformed surface
-  double velocity;   ///< [m/s]; rate terms follow it, geometry follows `travel`
-  double dt;         ///< [s]
-  double deepest;    ///< [m] the greatest depth so far
-  bool advancing;    ///< going deeper than ever, and not at rest
-  bool withdrawing;  ///< behind the greatest depth by more than noise
+  double depth;        ///< [m] after the step, past the undeformed surface
+  double travel;       ///< [m] of the step
+  double below;        ///< [m] of the travel below the undeformed surface
+  double velocity;     ///< [m/s]; rate terms follow it, geometry follows `travel`
+  double dt;           ///< [s]
+  double deepest;      ///< [m] the greatest depth so far
+  bool advancing;      ///< going deeper than ever, and not at rest
+  bool withdrawing;    ///< behind the greatest depth by more than noise
+  double shift = 0.0;  ///< from where friction feels the tip to `depth`, within the noise [m]
+  bool waits =
+      false;  ///< noise explains the travel, which is therefore left out, and the needle may be moving
 };
 
 /// Relaxation over one step: an elastic force f becomes lasting f + two relaxing memories.
@@ -25,7 +29,8 @@ struct Relaxing {
   double left[2] = {1.0, 1.0};    ///< a_j = exp(-dt / tau_j), remaining after a step
   double during[2] = {1.0, 1.0};  ///< (1 - a_j) tau_j / dt, remaining of a load applied evenly over the step
   bool relaxes = false;           ///< false: purely elastic
-  bool only_at_rest = false;      ///< an advancing tip restores the memories (as fitted to recordings)
+  bool only_at_rest = false;      ///< nothing relaxes while the tip advances
+  bool restores = false;          ///< and its advance restores the memories (as fitted to recordings)
 };
 
 /// An elastic force with its relaxing memories; [N], or [N/m] for a force per length. Exact for a load
@@ -34,23 +39,29 @@ struct Element {
   double elastic = 0.0;     ///< without relaxation
   double memory[2] = {};    ///< q_j
   double stiffening = 1.0;  ///< d(force) / d(elastic) in the last step, 0 at a limit, where it slips
+  double slipped = 0.0;     ///< what the limits left of the load wanted in the last step
 
   /// Adds `wanted` to the elastic force, or as much of it as keeps the force within low..high; returns the
   /// force. standing + per_load * wanted, where it does not slip. Wait-free.
   [[gnu::always_inline]] double load(double wanted, double low, double high, const Relaxing& relaxing,
                                      bool advancing) noexcept {
     if (!relaxing.relaxes) return slip(wanted, low, high);
-    return relaxing.only_at_rest && advancing ? refresh(wanted, low, high, relaxing)
-                                              : relax(wanted, low, high, relaxing);
+    if (relaxing.only_at_rest && advancing)
+      return relaxing.restores ? refresh(wanted, low, high, relaxing)
+                               : relax(wanted, low, high, locked(relaxing));
+    return relax(wanted, low, high, relaxing);
   }
 
-  /// The same for tissue that slips along a shaft: where it slips it sticks again with nothing relaxed yet,
-  /// so that a hold after long sliding relaxes from the sliding force. Of all states with a force the new one
-  /// holds the least energy, so this only dissipates. Wait-free.
+  /// The same for tissue that slips along a shaft: slip brings the shaft to tissue that has not relaxed, all
+  /// of it after some stretches of slip, so that a hold after long sliding relaxes from the sliding force and
+  /// slow sliding keeps it. Along the line of equal force towards its state of least energy: this only
+  /// dissipates. Wait-free.
   [[gnu::always_inline]] double drag(double wanted, double low, double high, const Relaxing& relaxing,
                                      bool advancing) noexcept {
     const double force = load(wanted, low, high, relaxing, advancing);
-    if (relaxing.relaxes && !relaxing.only_at_rest && stiffening == 0.0) take_hold(force, relaxing);
+    // with locked dashpots only where the tip cuts fresh tissue: what recordings of a withdrawal show
+    const bool renews = relaxing.relaxes && (relaxing.only_at_rest ? advancing && !relaxing.restores : true);
+    if (renews && stiffening == 0.0) renew(force, relaxing);
     return force;
   }
 
@@ -72,6 +83,11 @@ struct Element {
   }
 
  private:
+  /// The same without time to relax.
+  static Relaxing locked(Relaxing relaxing) noexcept {
+    for (int j = 0; j < 2; ++j) relaxing.left[j] = relaxing.during[j] = 1.0;
+    return relaxing;
+  }
   static double within(double low, double force, double high) noexcept {
     return std::min(std::max(low, force), high);  // without a branch, which std::clamp is
   }
@@ -79,8 +95,19 @@ struct Element {
   [[gnu::always_inline]] double slip(double wanted, double low, double high) noexcept {
     const double free = elastic + wanted;
     elastic = within(low, free, high);
+    slipped = free - elastic;
     stiffening = elastic > low && elastic < high ? 1.0 : 0.0;
     return elastic;
+  }
+
+  /// `slipped` over |force| counts the stretches of the tissue.
+  [[gnu::noinline]] void renew(double force, const Relaxing& relaxing) noexcept {
+    const double old = force != 0.0 ? std::exp(-std::abs(slipped / force)) : 0.0;
+    elastic = force + old * (elastic - force);
+    for (int j = 0; j < 2; ++j) {
+      const double held = relaxing.share[j] * force;
+      memory[j] = held + old * (memory[j] - held);
+    }
   }
 
   void take_hold(double force, const Relaxing& relaxing) noexcept {
@@ -103,6 +130,7 @@ struct Element {
     }
     const double free = standing + per_load * wanted;
     const double force = within(low, free, high);
+    slipped = (free - force) / per_load;
     if (force != free) wanted = (force - standing) / per_load;
     elastic += wanted;
     for (int j = 0; j < 2; ++j)

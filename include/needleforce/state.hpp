@@ -15,13 +15,14 @@ namespace needleforce {
 struct LayerState {
   Element contact{};
   Shaft shaft{};
-  MemoriesOf<Friction> friction{};
+  MemoryOf<Friction> friction{};
   Relaxing relaxing{};
   double indentation = 0.0;     ///< of the last step in contact [m]
   double contact_force = 0.0;   ///< [N]
   double contact_slope = 0.0;   ///< [N/m]
   double work = 0.0;            ///< of indentation, where it relaxes [J]
   double puncture_depth = 0.0;  ///< where the layer was punctured [m]
+  ReturnableSlip returnable{};  ///< of the shaft
   bool pierced = false;
 };
 
@@ -34,6 +35,7 @@ struct InsertionState {
   double relaxation_dt = 0.0;  ///< the step [s] for which the layers keep the exponentials of relaxation
   Cut cut{};
   MemoriesOf<Cutting> cutting{};
+  ReturnableSlip returnable{};  ///< of the crack
   std::size_t pierced = 0;
   Phase phase = Phase::free;  ///< of the last accepted step
   bool started = false;

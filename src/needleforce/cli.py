@@ -16,6 +16,7 @@ from .commands import (
     laws,
     presets,
     record,
+    rest,
     rig,
     simulate,
 )
@@ -26,7 +27,21 @@ app = typer.Typer(
     add_completion=True,
     pretty_exceptions_enable=False,
 )
-for command in (demo, simulate, identify, campaign, compare, indentation, convert, export, record, rig, laws, presets):
+for command in (
+    demo,
+    simulate,
+    identify,
+    campaign,
+    compare,
+    indentation,
+    convert,
+    export,
+    record,
+    rest,
+    rig,
+    laws,
+    presets,
+):
     app.command(name=command.NAME)(command.run)
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Atomic writing of text files, and documents without the numbers that JSON cannot represent."""
+"""Files: atomic writing of text, documents without the numbers that JSON cannot represent, and the format of a file by
+its first bytes, independent of its name."""
 
 import math
 import os
@@ -9,6 +10,10 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from .errors import InputError
+
+MCAP = b"\x89MCAP0\r\n"  # https://mcap.dev/spec
+BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
+_MAGIC = {MCAP: "log", b"PAR1": "parquet"}
 
 
 def checked_target(path: str | os.PathLike) -> Path:
@@ -59,3 +64,20 @@ def json_safe(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return json_safe(value.tolist()) if hasattr(value, "tolist") else value
+
+
+def format_of(path: Path) -> str:
+    """``log`` for MCAP and for the folder of a ROS 2 bag, ``parquet``, otherwise ``text``.
+
+    A file that cannot be read counts as ``text``; the text reader then reports the reason.
+    """
+    try:
+        if (path / BAG).is_file():
+            return "log"
+        if not path.is_file():  # opening a pipe would block
+            return "text"
+        with open(path, "rb") as file:
+            start = file.read(8)
+    except (OSError, ValueError):
+        return "text"
+    return next((name for magic, name in _MAGIC.items() if start.startswith(magic)), "text")

@@ -44,6 +44,7 @@ static void name_parameters(nf_parameter* parameters, const Words* w, int from) 
 static void set(nf_settings* s, const char* name, double value) {
   if (!strcmp(name, "max_speed")) s->max_speed = value;
   if (!strcmp(name, "hold_time")) s->hold_time = value;
+  if (!strcmp(name, "depth_noise")) s->depth_noise = value;
   if (!strcmp(name, "bevel_half_angle")) s->bevel_half_angle = value;
   if (!strcmp(name, "bevel_friction_coefficient")) s->bevel_friction_coefficient = value;
   if (!strcmp(name, "bevel_face_share")) s->bevel_face_share = value;

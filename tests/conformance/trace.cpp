@@ -89,6 +89,7 @@ class Case {
     const double value = words.number();
     if (name == "max_speed") limits_.max_speed = value;
     if (name == "hold_time") limits_.hold_time = value;
+    if (name == "depth_noise") limits_.depth_noise = value;
     if (name == "bevel_half_angle") bevel_.half_angle = value;
     if (name == "bevel_friction_coefficient") bevel_.friction_coefficient = value;
     if (name == "bevel_face_share") bevel_.face_share = value;

@@ -63,19 +63,20 @@ inline Model drawn_model(Generator& generator) {
   }
 }
 
-/// One to three layers that the engine accepts. `relaxing_surface` is drawn for one layer alone: above others
-/// some draws still return energy, docs/decisions/0013-energy.md.
+/// One to three layers that the engine accepts.
 inline std::vector<Layer> drawn_stack(Generator& generator) {
   std::vector<Layer> layers{{0.0, drawn_model(generator)}};
-  const bool alone = std::holds_alternative<laws::RelaxingSurface>(layers.front().laws.friction);
-  const std::size_t count = alone || generator() % 2 ? 1 : 2 + generator() % 2;
+  const std::size_t count = generator() % 2 ? 1 : 2 + generator() % 2;
+  double above = PreparedLayer(layers.back()).puncture;  // a tip takes time to tabulate: once a layer
   for (int attempt = 0; attempt < 200 && layers.size() < count; ++attempt) {
-    const double above = PreparedLayer(layers.back()).puncture;
     const double top = above + std::pow(10.0, uniform(generator, -5.0, -2.0));
     layers.push_back({top, drawn_model(generator)});
     if (generator() % 2) layers.back().laws.puncture = laws::PunctureDepth{0.0};  // no interface
     if (generator() % 4 == 0) layers.back().laws.friction = layers.front().laws.friction;
-    if (first_fault(layers).reason) layers.pop_back();
+    if (first_fault(layers).reason)
+      layers.pop_back();
+    else if (layers.size() < count)
+      above = PreparedLayer(layers.back()).puncture;
   }
   return layers;
 }
@@ -128,14 +129,32 @@ void closed_path(Generator& generator, std::span<const Layer> layers, int legs, 
   }
 }
 
-inline Work work_of(std::uint64_t seed, int fine = 400) {
-  Generator generator{seed};
-  const std::vector<Layer> layers = drawn_stack(generator);
+inline Work work_of(Generator& generator, std::span<const Layer> layers, int fine = 400) {
   Insertion insertion(layers, {.max_speed = 1e9});
   Work work;
   closed_path(generator, layers, 6, fine, [&](double depth, double travel, double dt) {
     work.add(insertion.step(depth, no_velocity, dt).force, travel);
   });
+  return work;
+}
+
+/// The same for a depth with noise of a random size, of which the insertion knows a random size.
+inline Work work_in_noise(Generator& generator, std::span<const Layer> layers, int fine = 400) {
+  const double known = std::pow(10.0, uniform(generator, -8.0, -3.0));
+  const double size = known * std::pow(10.0, uniform(generator, -1.5, 0.5));
+  Insertion insertion(layers, {.max_speed = 1e9, .depth_noise = known});
+  Work work;
+  double last = 0.0;
+  const auto step = [&](double depth, double dt) {
+    const double shown = depth + size * uniform(generator, -1.0, 1.0);
+    work.add(insertion.step(shown, no_velocity, dt).force, shown - last);
+    last = shown;
+  };
+  closed_path(generator, layers, 4, fine, [&](double depth, double, double dt) {
+    step(depth, dt);
+    for (int i = 0; i < 3 && generator() % 8 == 0; ++i) step(depth, dt);
+  });
+  step(-1.0, 1.0);
   return work;
 }
 

@@ -102,6 +102,26 @@ std::vector<L> across() {
   return laws;
 }
 
+/// Laws with one number next to none, where none is allowed; its inverse is not finite.
+template <Parameterised L>
+std::vector<L> next_to_none() {
+  std::vector<L> laws;
+  for (const auto& parameter : L::table) {
+    L law{};
+    law.*parameter.member = 1e-310;
+    if (parameter.low == 0.0 && agree(law, &parameter)) laws.push_back(law);
+  }
+  return laws;
+}
+
+/// Those across their ranges and those next to none.
+template <Parameterised L>
+std::vector<L> everywhere() {
+  std::vector<L> laws = across<L>();
+  for (const L& law : next_to_none<L>()) laws.push_back(law);
+  return laws;
+}
+
 /// The middle of a law; of one with a tip, one with each.
 template <Parameterised L>
 std::vector<L> middles() {

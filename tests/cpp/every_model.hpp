@@ -71,6 +71,22 @@ inline laws::DraggedTissueAsFitted usual() {
   return {40.0, 220.0, 0.4e-3, 1e-3};
 }
 template <>
+inline laws::CubicFoundation usual() {
+  return {paper::friction, 0.7, 12e-3, 0.1, 20e-6, 0.25};
+}
+template <>
+inline laws::HyperbolicFoundation usual() {
+  return {paper::friction, 1.5, 12e-3, 15e-3, 20e-6, 0.25};
+}
+template <>
+inline laws::TanhFoundation usual() {
+  return {paper::friction, 1.5, 12e-3, 1.0, 20e-6, 0.25};
+}
+template <>
+inline laws::YieldingTissue usual() {
+  return {40.0, 220.0, 0.4e-3, 1e-3, 2.0, 1e-3};
+}
+template <>
 inline laws::ConstantCutting usual() {
   return {paper::cutting, 20e-6};
 }
@@ -88,6 +104,10 @@ inline laws::StribeckCutting usual() {
 }
 template <>
 inline laws::Prony usual() {
+  return {0.31, 0.7, 0.26, 5.0};
+}
+template <>
+inline laws::PronyLocked usual() {
   return {0.31, 0.7, 0.26, 5.0};
 }
 template <>

@@ -41,7 +41,7 @@ double elastic_travel(const L& law) {
 
 TYPED_TEST(EveryCutting, IsFiniteAndNeverPullsForAnyMotionAndStep) {
   std::mt19937_64 generator{2};
-  for (const TypeParam& given : across<TypeParam>()) {
+  for (const TypeParam& given : everywhere<TypeParam>()) {
     Edged<TypeParam> walk(given);
     for (const double travel : random_travels(2000)) {
       const double dt = random_dt(generator);

@@ -38,7 +38,7 @@ double elastic_travel(const L& law) {
 
 TYPED_TEST(EveryFriction, IsFiniteForAnyMotionAndStep) {
   std::mt19937_64 generator{2};
-  for (const TypeParam& given : across<TypeParam>()) {
+  for (const TypeParam& given : everywhere<TypeParam>()) {
     Shafted<TypeParam> walk(given);
     for (const double travel : random_travels(2000)) {
       const double velocity = generator() % 4 == 0 ? 0.0 : std::copysign(random_dt(generator) * 1e-3, travel);
@@ -49,6 +49,20 @@ TYPED_TEST(EveryFriction, IsFiniteForAnyMotionAndStep) {
       ASSERT_TRUE(std::isfinite(walk.by_velocity())) << travel;
     }
   }
+}
+
+TYPED_TEST(EveryFriction, IsFiniteAtAnyDepthAboveZero) {
+  for (const TypeParam& given : everywhere<TypeParam>())
+    for (double depth = std::numeric_limits<double>::denorm_min(); depth < 1e-6; depth *= 1e3) {
+      Shafted<TypeParam> walk(given);
+      walk.extent.puncture = 0.0;  // the surface stays at 0
+      walk.step(-walk.tip.depth, 1.0);
+      walk.step(depth, 1e-3);
+      ASSERT_EQ(walk.tip.depth, depth);
+      ASSERT_TRUE(std::isfinite(walk.force())) << depth;
+      ASSERT_TRUE(std::isfinite(walk.by_depth())) << depth;
+      ASSERT_TRUE(std::isfinite(walk.by_velocity())) << depth;
+    }
 }
 
 TYPED_TEST(EveryFriction, IsZeroWithoutEmbeddedLength) {

@@ -132,11 +132,36 @@ TEST(Prony, HoldAfterSlidingRelaxesFromTheSlidingForce) {
   const auto law = laws::Prony{0.31, 0.7, 0.26, 5.0}.prepare();
   for (const int n : {1, 40}) {
     Element element;
-    for (int i = 0; i < n; ++i)  // 20 s at the limit
-      EXPECT_NEAR(element.drag(1e3 / n, -2.0, 2.0, law.over(20.0 / n), true), 2.0, 1e-14);
+    for (int i = 0; i < n; ++i)  // 20 s at the limit, over 50 000 stretches
+      EXPECT_NEAR(element.drag(1e5 / n, -2.0, 2.0, law.over(20.0 / n), true), 2.0, 1e-14);
     const double left = 0.43 + 0.31 * std::exp(-3.0 / 0.7) + 0.26 * std::exp(-3.0 / 5.0);
     EXPECT_NEAR(element.drag(0.0, -2.0, 2.0, law.over(3.0), false), 2.0 * left, 1e-12);
   }
+}
+
+// Slow sliding: what the slip r = v / L renews a second balances what relaxes. With F = f, D_j = q_j and the
+// load a that keeps the force: q_j (1 / tau_j + r) = g_j (a + r f), a = r (E - f), (1 - G) E + sum q_j = f.
+TEST(Prony, SlowSlidingKeepsItsForceAndHalfOfItsRelaxation) {
+  const double g[] = {0.31, 0.26}, tau[] = {0.7, 5.0}, f = 2.0, r = 0.4;
+  double by_load = 0.0;  // sum q_j = by_load (a + r f)
+  for (int j = 0; j < 2; ++j) by_load += g[j] / (1.0 / tau[j] + r);
+  const double lasting = 1.0 - g[0] - g[1];
+  const double load = f * (1.0 - lasting - by_load * r) / (lasting / r + by_load);
+  const double elastic = f + load / r;
+  const auto law = laws::Prony{g[0], tau[0], g[1], tau[1]}.prepare();
+  double error[2];
+  for (const int fine : {0, 1}) {
+    const double dt = fine ? 1e-3 : 2e-3;
+    Element element;
+    // the slip is the travel less what loads the relaxing tissue
+    for (int i = 0; i < 60.0 / dt; ++i)
+      EXPECT_LE(element.drag((r * f + load) * dt, -f, f, law.over(dt), true), f);
+    error[fine] = std::abs(element.elastic - elastic);
+    EXPECT_NEAR(element.elastic, elastic, 1e-2 * elastic);
+    for (int j = 0; j < 2; ++j)
+      EXPECT_NEAR(element.memory[j], g[j] * (load + r * f) / (1.0 / tau[j] + r), 1e-2 * f);
+  }
+  EXPECT_NEAR(error[0] / error[1], 2.0, 0.1);  // first order
 }
 
 TEST(Prony, SlippingNeverGainsEnergy) {

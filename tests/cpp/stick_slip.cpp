@@ -75,4 +75,16 @@ TEST(StickSlip, CrackWorkBalancesTipWork) {
   EXPECT_GT(crack, 0.04 * 9e-3);
 }
 
+// A crack never closes: the force rises by no more than the tissue ahead of the tip is compressed.
+TEST(StickSlip, CrackOfAnotherLawWithoutItsForceSticks) {
+  const auto law = paper.prepare();
+  Cut cut;
+  laws::StickSlip::Prepared::Memory memory{.running = true};
+  law.enter(cut, memory, 10e-3, 0.01);
+  const double before = law.force(cut, memory, 10e-3);
+  EXPECT_NEAR(before, 0.01, 1e-12);
+  law.advance(cut, memory, Move{10.01e-3, 1e-5, 1e-5, 5e-3, 2e-3, 10.01e-3, true, false});
+  EXPECT_NEAR(law.force(cut, memory, 10.01e-3), before + 200.0 * 1e-5, 1e-12);
+}
+
 }  // namespace

@@ -23,11 +23,15 @@ WITHOUT_REFERENCE = {
     "puncture_force": "the inverse of the stiffness, tests/cpp/laws_puncture.cpp",
     "puncture_energy": "the energy of the stiffness, tests/cpp/laws_puncture.cpp",
     "relaxing_surface": "its static balance in tests/cpp/friction.cpp",
+    "cubic_foundation": "quadrature of the pressure along the shaft, tests/cpp/nonlinear_foundation.cpp",
+    "hyperbolic_foundation": "quadrature of the pressure along the shaft, tests/cpp/nonlinear_foundation.cpp",
+    "tanh_foundation": "quadrature of the pressure along the shaft, tests/cpp/nonlinear_foundation.cpp",
     "dragged_tissue": "an independent transcription in tests/cpp/layered_law.cpp",
     "dragged_tissue_as_fitted": "an independent transcription in tests/cpp/layered_law.cpp",
     "no_cutting": "zero by definition",
     "no_relaxation": "one by definition",
     "prony": "ramp and hold in tests/cpp/laws_relaxation.cpp",
+    "prony_locked": "ramp and hold in tests/cpp/laws_relaxation.cpp",
     "prony_at_rest": "ramp and hold in tests/cpp/laws_relaxation.cpp",
 }
 

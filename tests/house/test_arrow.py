@@ -82,9 +82,10 @@ def test_heavy_libraries_are_loaded_when_used():
 # each file of the core with what it may see: what stands before it in its row; laws/ is one place but for its
 # list, tips/ is one
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
-             "bevel", "relaxation", "memory", "law", "laws", "laws/all", "dispatch", "model", "fingerprint",
-             "state_bytes", "sample", "limits", "state", "layer", "model_swap", "insertion", "sliding", "fit/layered",
-             "exchange", "live", "guard_settings", "energy_controller", "guard", "flight_recorder"]  # fmt: skip
+             "bevel", "returnable_slip", "relaxation", "memory", "rupture", "law", "laws", "laws/all", "dispatch",
+             "model", "fingerprint", "state_bytes", "sample", "limits", "state", "layer", "model_swap", "insertion",
+             "sliding", "fit/layered", "exchange", "live", "guard_settings", "energy_controller", "guard",
+             "flight_recorder"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle"]  # fmt: skip
 

@@ -65,8 +65,10 @@ def test_the_twins_of_the_loop_say_the_same(root, tmp_path):
 def test_the_twins_of_the_layers_say_the_same(root, tmp_path):
     said = twin(root, tmp_path, "layers")
     assert "layer 1 ruptures at 3.237 mm" in said and "layer 2 ruptures at 7.00" in said
-    # 18.6 N/m * 6 mm + 30 N/m * 4 mm + 0.12 N; of the first layer's friction 30 % (1 - exp(-5 / 0.7)) fades
-    assert "before the hold 0.3516 N" in said and "after the hold 0.3181 N" in said
+    # 18.6 N/m * 6 mm + 30 N/m * 4 mm + 0.12 N; of the first layer's friction 30 % (1 - exp(-5 / 0.7)) fades, less
+    # what fades already while it slides: 1 / 0.7 s against 150 stretches of 20 um a second
+    assert "before the hold 0.3516 N" in said
+    assert float(re.search(r"after the hold ([\d.]+) N", said)[1]) == pytest.approx(0.31837, abs=1e-4)
     assert said.endswith("after withdrawal 0.0000 N\n")
 
 

@@ -17,7 +17,9 @@ GLOSSARY = {
     "bristle_stiffness", "bristle_damping", "viscous", "coulomb", "static_friction", "stribeck_speed",
     "stribeck_exponent",
     "recovery_time", "surface_stiffness", "tip_force", "stiffness", "rupture_length", "resting_surface",
+    "brittleness", "rupture_time",
     "toughness", "crack_length", "plane_strain_modulus", "recovered", "break_force", "arrest_force", "arrest_speed",
+    "settlement_ratio", "deflection_length", "bending_length",
     "damping", "static_force", "kinetic_force", "mass", "share_1", "time_1", "share_2", "time_2",
 }  # fmt: skip
 
@@ -39,6 +41,7 @@ def test_every_law_has_a_family_a_source_and_a_validity():
     assert len(set(names)) == len(names) == len([x for x in vars(core.laws).values() if isinstance(x, type)])
     for family in FAMILIES:
         for law in laws_of(family):
+            assert all(isinstance(x, bool) for x in (law.steps_exactly, law.is_passive, law.is_monotone))
             assert law.source and law.validity and law.summary.endswith(".")
 
 

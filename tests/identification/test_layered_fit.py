@@ -12,11 +12,15 @@ from needleforce import core
 from needleforce.identification.layered.binned_cycle import COARSE, binned_cycles
 from needleforce.identification.layered.search import grow, made_passive, refined
 from needleforce.identification.layered.uncertainty import uncertainty_of
-from needleforce.identification.models import with_ruptures
+from needleforce.identification.models import LAYERED, with_ruptures
 from needleforce.identification.one_layer.fit_recording import segmented
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=2e-3, depth=21e-3, hold=5.0)
-NAMED = {"layered": core.laws.DraggedTissue, "layered_as_fitted": core.laws.DraggedTissueAsFitted}
+NAMED = {
+    "layered": core.laws.DraggedTissue,
+    "layered_yielding": core.laws.YieldingTissue,
+    "layered_as_fitted": core.laws.DraggedTissueAsFitted,
+}
 FIRST, SECOND, TOP = 8e-3, 5e-3, 10e-3  # [m] of the presets
 
 
@@ -33,7 +37,7 @@ def repeat(seed, name="layered_as_fitted", layers=2, motion=MOTION, noise=5e-3, 
     return dataclasses.replace(run, force=force, axes={}), punctures
 
 
-@pytest.fixture(scope="module", params=list(NAMED))
+@pytest.fixture(scope="module", params=["layered", "layered_as_fitted"])
 def identified(request):
     """Three repeats of two layers, where they gave way, and what was identified."""
     runs, punctures = zip(*(repeat(seed, request.param) for seed in range(3)))
@@ -43,8 +47,7 @@ def identified(request):
 def test_two_layers_are_found_with_their_numbers(identified):
     name, _, punctures, fit = identified
     assert fit.settings.layers == 2
-    # the passive form is found within some 2 % of the peak: its search comes to rest in poorer places
-    share, place, residual = (0.1, 0.6e-3, 0.01) if name == "layered_as_fitted" else (0.35, 4e-3, 0.03)
+    share, place, residual = 0.1, 0.6e-3, 0.01
     truth = {"friction_per_length": 140.0, "tissue_stiffness": 220.0, "layer_2_friction_per_length": 70.0,
              "layer_2_tissue_stiffness": 110.0, "contact_depth": 0.0, "layer_2_top": TOP,
              "relaxation_share_1": 0.31, "relaxation_share_2": 0.26}  # fmt: skip
@@ -54,9 +57,24 @@ def test_two_layers_are_found_with_their_numbers(identified):
     for each, own in zip(fit.recordings, punctures):
         segmented = [each.parameters[key].value for key in ("puncture_depth", "layer_2_puncture_depth")]
         np.testing.assert_allclose(segmented[0], own[0], atol=0.15e-3)
-        assert name == "layered" or abs(segmented[1] - own[1]) < 0.15e-3
+        assert abs(segmented[1] - own[1]) < 0.15e-3
         assert each.quality.nrmse < residual
     assert all(type(layer.friction) is NAMED[name] for layer in fit.model.layers)
+
+
+def test_a_layer_that_yields_is_found_with_its_numbers():
+    """One layer: with two, whose second rupture is no drop that segmentation finds, the search may end elsewhere."""
+    runs, punctures = zip(*(repeat(seed, "layered_yielding", layers=1) for seed in range(3)))
+    fit = nf.identify(runs, model="layered_yielding", layers=1)
+    truth = {"friction_per_length": 140.0, "tissue_stiffness": 220.0, "rupture_length": 0.4e-3,
+             "relaxation_share_1": 0.31, "relaxation_share_2": 0.26}  # fmt: skip
+    for key, value in truth.items():
+        assert fit.parameters[key].value == pytest.approx(value, rel=0.1), key
+    for each, own in zip(fit.recordings, punctures):
+        assert each.parameters["puncture_depth"].value == pytest.approx(own[0], abs=0.15e-3)
+        assert each.quality.nrmse < 0.01
+    assert type(fit.model.friction) is core.laws.YieldingTissue
+    assert type(fit.model.relaxation) is core.laws.PronyLocked
 
 
 def test_every_choice_is_listed_and_the_true_one_is_chosen(identified):
@@ -106,10 +124,18 @@ def test_a_new_insertion_is_foretold_and_replayed(identified):
     assert errors[1] < 0.03 and errors[1] < errors[0] < 0.12
 
 
-@pytest.mark.parametrize("passive", [True, False])
-def test_layers_run_one_by_one_add_up_to_the_engine(passive):
+def within_the_fit(model):
+    """The model without what a log of 100 Hz does not show, the time that a rupture takes."""
+    if not isinstance(model.friction, core.laws.YieldingTissue):
+        return model
+    deeper = [dataclasses.replace(layer, friction=layer.friction.replace(rupture_time=0.0)) for layer in model.deeper]
+    return model.replace(friction=model.friction.replace(rupture_time=0.0), deeper=tuple(deeper))
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_layers_run_one_by_one_add_up_to_the_engine(name):
     """What is fitted is the engine: the stack's force is the sum of the layers that the fit runs alone."""
-    model = nf.preset("layered" if passive else "layered_as_fitted")
+    model = within_the_fit(nf.preset(name))
     run = nf.simulate(model, MOTION, rate=100.0)
     dt = np.full(len(run), 0.01)
     whole = nf.Insertion(model, max_speed=np.inf).run(run.depth, None, dt)["force"]
@@ -120,11 +146,12 @@ def test_layers_run_one_by_one_add_up_to_the_engine(passive):
         saturation = 0.5 * np.pi * contact.radius / np.tan(contact.half_angle)
         puncture = layer.top + layer.puncture.depth
         own = [friction.per_length, friction.stiffness, friction.rupture_length, friction.resting_surface]
+        brittleness = getattr(friction, "brittleness", 0.0)
         shares = [fading.share_1, fading.time_1, fading.share_2, fading.time_2]
-        rows.append([c, saturation, layer.top, puncture, *own, *shares])
-    alone = core.layer_forces(np.array(rows), passive, run.depth, dt)
+        rows.append([c, saturation, layer.top, puncture, *own, brittleness, *shares])
+    alone = core.layer_forces(np.array(rows), LAYERED[name], run.depth, dt)
     np.testing.assert_allclose(alone.sum(axis=0), whole, atol=1e-12 * whole.max())
-    assert np.isnan(core.layer_forces(np.array(rows)[:1] * -1.0, passive, run.depth, dt)).all()
+    assert np.isnan(core.layer_forces(np.array(rows)[:1] * -1.0, LAYERED[name], run.depth, dt)).all()
 
 
 def test_intervals_hold_the_truth_between_repeats_that_scatter():
@@ -195,6 +222,7 @@ def test_in_the_passive_form_one_layer_more_never_fits_worse(recordings):
     read = [
         nf.read(file, columns={"force": "fz", "depth": "pz"}, units={"time": "us", "depth": "mm"}) for file in files
     ]
-    cycles = binned_cycles([(single.recording, single.events) for single in map(segmented, read)], COARSE)
+    pairs = [(single.recording, single.events) for single in map(segmented, read)]
+    cycles = binned_cycles(pairs, COARSE["as_fitted"])
     residuals = [each.residual for each in made_passive(grow(cycles, 3))]
     assert residuals[2] < residuals[1] < residuals[0]

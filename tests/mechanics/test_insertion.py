@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
+import itertools
 import math
 
 import numpy as np
@@ -50,6 +51,57 @@ def test_cycle_work_is_the_work_of_the_simulated_force(ratio, deepest):
     terms = nf.cycle_work(model, deepest)
     assert min(terms.values()) >= 0
     assert np.trapezoid(force, depth) == pytest.approx(sum(terms.values()), rel=2e-3)
+
+
+@settings(deadline=None, max_examples=200)
+@given(
+    st.floats(0, 1),
+    st.floats(0, 100),
+    st.floats(-8, -2.5),
+    st.floats(-8, -2.5),
+    st.floats(0, 0.3),
+    st.floats(1e-3, 2e-2),
+    st.sampled_from([nf.laws.Cone(1e5, 0.2), nf.laws.PowerLaw(0.2, 1.0, 3e-3), nf.laws.Polynomial(30.0, 1e4)]),
+)
+def test_cycle_work_is_that_of_the_loop_to_rounding(ratio, per_length, stretch, unloading, cut, below, contact):
+    """Simpson's rule is exact between the depths at which a part of the force has a kink."""
+    friction = nf.laws.Coulomb(per_length, presliding=10**stretch, dimple_ratio=ratio)
+    cutting = nf.laws.ConstantCutting(cut, unloading=10**unloading)
+    model = PAPER.replace(stiffness=contact, friction=friction, cutting=cutting)
+    puncture, surface = model.puncture_depth, ratio * model.puncture_depth
+    deepest = puncture + below + cutting.unloading
+    kinks = np.r_[deepest - cutting.unloading, puncture, surface, 0.0]
+    kinks = np.r_[kinks, _kinks_of_friction(model, deepest)]
+    inner = np.unique(kinks[(kinks > 0.0) & (kinks < deepest)])
+    down, up = np.r_[0.0, inner, deepest], np.r_[deepest, inner[::-1], 0.0]
+    engine, work, last = nf.Insertion(model), 0.0, 0.0
+    for start, end in [*itertools.pairwise(down), *itertools.pairwise(up)]:
+        if start == puncture and end > start:  # the force falls there
+            start = np.nextafter(start, 1.0)
+            last = engine.step(start, None, 1.0).force
+        middle, there = (engine.step(z, None, 1.0).force for z in (0.5 * (start + end), end))
+        work += (end - start) * (last + 4.0 * middle + there) / 6.0
+        last = there
+    terms = nf.cycle_work(model, deepest, elastic_travel=True)
+    assert work == pytest.approx(sum(terms.values()), rel=1e-11)
+
+
+def _kinks_of_friction(model, deepest):
+    """Depths at which the loop's own traction comes to its limit, by bisection along each stroke."""
+    surface, found = model.friction.dimple_ratio * model.puncture_depth, []
+    engine = nf.Insertion(model)
+    engine.step(model.puncture_depth, None, 1.0)
+    engine.step(np.nextafter(model.puncture_depth, 1.0), None, 1.0)
+    for start, end in [(model.puncture_depth, deepest), (deepest, surface)]:
+        slides, sticks = end, start
+        for _ in range(60):
+            middle = 0.5 * (slides + sticks)
+            limit = np.sign(end - start) * model.friction.per_length * (middle - surface)
+            reached = abs(engine.snapshot().step(middle, None, 1.0).friction - limit) <= 1e-12 * abs(limit)
+            slides, sticks = (middle, sticks) if reached else (slides, middle)
+        found.append(slides)
+        engine.step(end, None, 1.0)
+    return found
 
 
 def test_without_a_velocity_a_step_uses_the_difference_of_depths():

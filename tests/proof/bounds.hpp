@@ -43,6 +43,19 @@ double friction(const laws::DraggedTissue<passive>& law, double) {
   return std::max(grip, law.stiffness * 2.0 * widest);
 }
 
+/// The greater of a line and of the pressure where the bent shaft settles most.
+template <class Form>
+double friction(const laws::NonlinearFoundation<Form>& law, double) {
+  const double ratio = law.settlement_ratio;
+  const double most = ratio * (1.0 + law.bending_length / law.deflection_length);
+  const double grows = ratio > 0.0 ? Form::pressure(most) / Form::pressure(ratio) : most;
+  return law.per_length * (1.0 + grows + law.bending_length / law.deflection_length) * widest;
+}
+/// The contact that is left is no stronger than the stiffness law's, which is counted with it.
+inline double friction(const laws::YieldingTissue& law, double speed) {
+  return friction(laws::DraggedTissuePassive{law.per_length, law.stiffness, law.rupture_length}, speed);
+}
+
 inline double cutting(const laws::ConstantCutting& law, double) { return law.force; }
 inline double cutting(const laws::Fracture& law, double) { return law.prepare().steady(0.0); }
 inline double cutting(const laws::NoCutting&, double) { return 0.0; }

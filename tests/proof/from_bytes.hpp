@@ -137,7 +137,10 @@ inline std::vector<Layer> layers(Bytes& bytes) {
 
 inline Limits limits(Bytes& bytes) {
   if (bytes.below(2) == 0) return {};
-  return {bytes.number(1e-3, 1e9), bytes.number(0.0, 1.0), bytes.number(0.0, 1.0), bytes.number(0.0, 1.0)};
+  Limits limits{bytes.number(1e-3, 1e9), bytes.number(0.0, 1.0), bytes.number(0.0, 1.0),
+                bytes.number(0.0, 1.0)};
+  if (bytes.below(2) == 0) limits.depth_noise = bytes.number(0.0, 1e-3);
+  return limits;
 }
 
 inline Bevel bevel(Bytes& bytes) { return bytes.below(2) == 0 ? Bevel{} : numbers_of<Bevel>(bytes); }

@@ -15,6 +15,7 @@
 #include "lugre.hpp"
 #include "no_cutting.hpp"
 #include "no_relaxation.hpp"
+#include "nonlinear_foundation.hpp"
 #include "polynomial.hpp"
 #include "power_law.hpp"
 #include "prony.hpp"
@@ -25,6 +26,7 @@
 #include "stick_slip.hpp"
 #include "stribeck_cutting.hpp"
 #include "tip_contact.hpp"
+#include "yielding_tissue.hpp"
 
 namespace needleforce {
 
@@ -32,10 +34,11 @@ using Stiffness = std::variant<laws::Cone, laws::ConeCylinder, laws::PowerLaw, l
                                laws::Exponential, laws::TipContact>;
 using Puncture = std::variant<laws::PunctureDepth, laws::PunctureForce, laws::PunctureEnergy>;
 using Friction = std::variant<laws::Coulomb, laws::RelaxingSurface, laws::Karnopp, laws::LuGre,
-                              laws::DraggedTissuePassive, laws::DraggedTissueAsFitted>;
+                              laws::DraggedTissuePassive, laws::DraggedTissueAsFitted, laws::CubicFoundation,
+                              laws::HyperbolicFoundation, laws::TanhFoundation, laws::YieldingTissue>;
 using Cutting = std::variant<laws::ConstantCutting, laws::Fracture, laws::StickSlip, laws::StribeckCutting,
                              laws::NoCutting>;
-using Relaxation = std::variant<laws::NoRelaxation, laws::Prony, laws::PronyAtRest>;
+using Relaxation = std::variant<laws::NoRelaxation, laws::Prony, laws::PronyAtRest, laws::PronyLocked>;
 
 namespace detail {
 

@@ -17,6 +17,7 @@ struct ConstantCutting {
 
   static constexpr const char* name = "constant_cutting";
   static constexpr Family family = Family::cutting;
+  static constexpr bool monotone = true;
   static constexpr bool cuts = true;
   static constexpr const char* summary = "Constant cutting force at the deepest cut.";
   static constexpr const char* source = "sec. 2.3";
@@ -40,13 +41,13 @@ struct ConstantCutting {
     }
     /// The share of the force that is left `cut.front - depth` behind the deepest cut.
     double loaded(const Cut& cut, double depth) const noexcept {
-      return std::max(0.0, 1.0 - (cut.front - depth) * per_travel);
+      return std::max(0.0, 1.0 - std::max(0.0, cut.front - cut.held - depth) * per_travel);
     }
     double force(const Cut& cut, const Memory&, double depth) const noexcept {
       return full * loaded(cut, depth);
     }
     double by_depth(const Cut& cut, const Memory&, double depth) const noexcept {
-      return depth < cut.front && loaded(cut, depth) > 0.0 ? full * per_travel : 0.0;
+      return depth < cut.front - cut.held && loaded(cut, depth) > 0.0 ? full * per_travel : 0.0;
     }
   };
   Prepared prepare() const noexcept { return {force, 1.0 / unloading}; }

@@ -18,6 +18,7 @@ struct Coulomb {
 
   static constexpr const char* name = "coulomb";
   static constexpr Family family = Family::friction;
+  static constexpr bool monotone = true;
   static constexpr const char* summary =
       "Coulomb friction per embedded length, reversing over a short elastic travel.";
   static constexpr const char* source = "eqs. (7)-(11); Dahl 1968, elastic-slip element";
@@ -76,6 +77,9 @@ struct Coulomb {
              stiffness * memory.element.stiffening * shaft.embedded;
     }
     double by_velocity(const Shaft&, const Memory&, double) const noexcept { return 0.0; }
+    Slip slip(const Shaft& shaft, const Memory& memory) const noexcept {
+      return slip_along(shaft, memory.traction, memory.element.slipped / stiffness, stiffness);
+    }
   };
   Prepared prepare() const noexcept { return {per_length, per_length / presliding, dimple_ratio}; }
 };

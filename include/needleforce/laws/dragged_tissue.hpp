@@ -102,6 +102,9 @@ struct DraggedTissue {
       return memory.force_by_depth;
     }
     double by_velocity(const Shaft&, const Memory&, double) const noexcept { return 0.0; }
+    Slip slip(const Shaft&, const Memory& memory) const noexcept {
+      return {memory.element.slipped / stiffness, memory.force};
+    }
 
    private:
     /// No more energy than the contact held: F_e^2 / 2 k_t <= U, and for the relaxing shares, where the

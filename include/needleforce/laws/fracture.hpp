@@ -22,6 +22,7 @@ struct Fracture {
 
   static constexpr const char* name = "fracture";
   static constexpr Family family = Family::cutting;
+  static constexpr bool monotone = true;
   static constexpr bool cuts = true;
   static constexpr const char* summary = "Fracture work of the crack at the tip and work of spreading it.";
   static constexpr const char* source = "Azar & Hayward 2008; Sneddon 1946, pressurised crack";
@@ -64,7 +65,8 @@ struct Fracture {
     [[gnu::noinline]] void advance(Cut& cut, Memory& memory, const Move& move) const noexcept {
       NoMemory none;
       crack.advance(cut, none, move);
-      memory.opened = std::clamp(memory.opened + move.travel * crack.per_travel, 0.0, 1.0);
+      const double held = cut.held * crack.per_travel;
+      memory.opened = std::clamp(memory.opened + move.travel * crack.per_travel, -held, 1.0 + held);
     }
     /// 0 above the entry and 1 in the hole, so that no closed path around it gains work.
     double inside(const Cut& cut, double depth) const noexcept {
@@ -73,7 +75,7 @@ struct Fracture {
     double force(const Cut& cut, const Memory& memory, double depth) const noexcept {
       const double in = inside(cut, depth);
       return crack.force(cut, {}, depth) +
-             spread * (recovered * in + (1.0 - recovered) * std::min(memory.opened, in));
+             spread * (recovered * in + (1.0 - recovered) * std::clamp(memory.opened, 0.0, in));
     }
     double by_depth(const Cut& cut, const Memory& memory, double depth) const noexcept {
       const double in = inside(cut, depth);

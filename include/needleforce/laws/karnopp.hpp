@@ -107,6 +107,11 @@ struct Karnopp::Prepared {
                                  const Relaxing& relaxing) const noexcept {
     shaft.embed(extent, move.depth, extent.top);
     const double v = move.velocity;
+    if (move.waits) {  // neither sticks nor slides anew, but relaxes
+      const double limit = std::abs(memory.traction);
+      memory.traction = memory.element.drag(0.0, -limit, limit, relaxing, move.advancing);
+      return;
+    }
     const bool moves = inwards(v) || outwards(v);
     memory.slides = memory.slides && moves && !(memory.traction * v < 0.0);
     if (!memory.slides) {
@@ -124,6 +129,9 @@ struct Karnopp::Prepared {
   }
   double by_depth(const Shaft& shaft, const Memory& memory, double) const noexcept {
     return memory.traction * shaft.embedded_by_depth + stiffness * memory.element.stiffening * shaft.embedded;
+  }
+  Slip slip(const Shaft& shaft, const Memory& memory) const noexcept {
+    return slip_along(shaft, memory.traction, memory.element.slipped / stiffness, stiffness);
   }
   double by_velocity(const Shaft& shaft, const Memory& memory, double v) const noexcept {
     if (memory.element.stiffening > 0.0 || !memory.slides) return 0.0;

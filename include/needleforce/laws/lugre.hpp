@@ -80,11 +80,13 @@ struct LuGre::Prepared {
   struct Memory {
     double elastic = 0.0;    ///< sigma_0 zeta [N/m]
     double traction = 0.0;   ///< force per embedded length [N/m]
+    double slipped = 0.0;    ///< travel of the last step that did not bend the bristles [m]
     double limit = 0.0;      ///< g(v) at the last velocity [N/m]
     double weakening = 0.0;  ///< dg/dv [N s/m^2]
 
     double held() const noexcept { return traction; }
     void take_over(const TakenOver& taken) noexcept { elastic = traction = taken.held; }
+    void thin(double share) noexcept { elastic *= share; }
     void release() noexcept { elastic = traction = 0.0; }
   };
 
@@ -125,7 +127,9 @@ struct LuGre::Prepared {
     const double largest = law.static_friction;
     const auto [low, high] = shaft.limits(extent, law.bristle_stiffness, -largest, largest);
     find_limit(memory, move.velocity);
+    const double before = memory.elastic;
     memory.elastic = std::clamp(dragged(memory, move.below), low, high);
+    memory.slipped = move.below - (memory.elastic - before) / law.bristle_stiffness;
     memory.traction = traction(memory, move.velocity);
   }
   void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {
@@ -146,6 +150,9 @@ struct LuGre::Prepared {
     // bristles that bend further damp less: d(dzeta/dt)/dzeta = -sigma_0 |v| / g
     const double bending = law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) / memory.limit);
     return memory.traction * shaft.embedded_by_depth + bending * remaining(memory, v) * shaft.embedded;
+  }
+  Slip slip(const Shaft& shaft, const Memory& memory) const noexcept {
+    return slip_along(shaft, memory.elastic, memory.slipped, law.bristle_stiffness);
   }
   double by_velocity(const Shaft& shaft, const Memory& memory, double v) const noexcept {
     const double left = remaining(memory, v);

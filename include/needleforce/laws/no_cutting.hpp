@@ -12,6 +12,7 @@ namespace needleforce::laws {
 struct NoCutting {
   static constexpr const char* name = "no_cutting";
   static constexpr Family family = Family::cutting;
+  static constexpr bool monotone = true;
   static constexpr const char* summary = "No cutting force.";
   static constexpr const char* source = "by definition";
   static constexpr const char* validity =

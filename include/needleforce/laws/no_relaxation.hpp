@@ -11,6 +11,7 @@ namespace needleforce::laws {
 struct NoRelaxation {
   static constexpr const char* name = "no_relaxation";
   static constexpr Family family = Family::relaxation;
+  static constexpr bool monotone = true;
   static constexpr const char* summary = "No relaxation: a hold keeps its force.";
   static constexpr const char* source = "by definition";
   static constexpr const char* validity = "Tissue that does not creep within the time of an insertion.";

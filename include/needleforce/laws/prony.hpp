@@ -8,31 +8,40 @@
 
 namespace needleforce::laws {
 
+/// What the dashpots do while the tip advances: they move; they lock, which takes no energy and gives none;
+/// or what had faded is restored, as fitted to recordings, which may return energy. Over one insertion with
+/// one hold, the last two are the same.
+enum class Dashpots { move, lock, restore };
+
 /// Relaxation of the elastic forces by a Prony series,
 ///
 ///     G(t) = 1 - sum g_j + sum g_j exp(-t / tau_j)
 ///
 /// over the contact before the puncture and the tissue dragged along after it, updated exactly for a load
-/// that comes evenly over a step. `only_at_rest`, as fitted to recordings: an advancing tip restores what had
-/// faded, so that only a hold and a withdrawal relax; it may return energy.
-template <bool only_at_rest>
+/// that comes evenly over a step.
+template <Dashpots dashpots>
 struct PronySeries {
   double share_1;
   double time_1;
   double share_2;
   double time_2;
 
-  static constexpr const char* name = only_at_rest ? "prony_at_rest" : "prony";
+  static constexpr bool locks = dashpots == Dashpots::lock, restores = dashpots == Dashpots::restore;
+  static constexpr bool only_at_rest = locks || restores;
+  static constexpr const char* name = locks ? "prony_locked" : restores ? "prony_at_rest" : "prony";
   static constexpr Family family = Family::relaxation;
-  static constexpr bool may_return_energy = only_at_rest;  // what an advance restores, nobody has paid for
-  static constexpr const char* summary = only_at_rest
-                                             ? "Prony series that acts only while the tip does not advance."
-                                             : "Prony series with one or two time constants.";
+  static constexpr bool first_order = true;            // slip in a step is counted after what relaxes in it
+  static constexpr bool may_return_energy = restores;  // what an advance restores, nobody has paid for
+  static constexpr const char* summary =
+      locks ? "Prony series that acts only while the tip does not advance, and restores nothing; passive."
+      : restores ? "Prony series that acts only while the tip does not advance."
+                 : "Prony series with one or two time constants.";
   static constexpr const char* source =
       only_at_rest ? "layered law; Fung 1993, sec. 7.6" : "Fung 1993, sec. 7.6, quasi-linear";
   static constexpr const char* validity =
-      only_at_rest ? "Insertion, hold, withdrawal. Recordings at one speed cannot distinguish the two forms."
-                   : "Holds and speeds between those it was fitted to.";
+      locks      ? "Insertion, hold, withdrawal. Recordings at one speed cannot distinguish it from prony."
+      : restores ? "Insertion, hold, withdrawal. Recordings at one speed cannot distinguish the two forms."
+                 : "Holds and speeds between those it was fitted to.";
   static constexpr std::array<Parameter<PronySeries>, 4> table{{
       {&PronySeries::share_1, "share_1", "1", 0.0, 0.99, required, "g_1",
        "share of the elastic force that relaxes with the first time constant", "Fung 1993"},
@@ -51,7 +60,10 @@ struct PronySeries {
 
     /// exp and its mean over the step; the mean does not cancel at small dt, nor divide 0 by 0.
     Relaxing over(double dt) const noexcept {
-      Relaxing relaxing{.lasting = 1.0 - share[0] - share[1], .relaxes = true, .only_at_rest = only_at_rest};
+      Relaxing relaxing{.lasting = 1.0 - share[0] - share[1],
+                        .relaxes = true,
+                        .only_at_rest = PronySeries::only_at_rest,
+                        .restores = PronySeries::restores};
       for (int j = 0; j < 2; ++j) {
         const double x = dt / time[j], fallen = -std::expm1(-x);
         relaxing.share[j] = share[j];
@@ -64,7 +76,8 @@ struct PronySeries {
   Prepared prepare() const noexcept { return {{share_1, share_2}, {time_1, time_2}}; }
 };
 
-using Prony = PronySeries<false>;
-using PronyAtRest = PronySeries<true>;
+using Prony = PronySeries<Dashpots::move>;
+using PronyLocked = PronySeries<Dashpots::lock>;
+using PronyAtRest = PronySeries<Dashpots::restore>;
 
 }  // namespace needleforce::laws

@@ -51,8 +51,8 @@ struct RelaxingSurface {
 
   struct Prepared {
     struct Memory : TractionMemory {
-      double dimple = 1.0;                ///< share of the surface's dimple that has not recovered
-      double embedded_by_traction = 0.0;  ///< d(embedded) / d(traction) [m^2/N]
+      double dimple = 1.0;               ///< share of the surface's dimple that has not recovered
+      double embedded_by_stretch = 0.0;  ///< d(embedded) / d(traction / per_length) [m]
 
       void take_over(const TakenOver& taken) noexcept {
         TractionMemory::take_over(taken);
@@ -61,11 +61,12 @@ struct RelaxingSurface {
     };
 
     Coulomb::Prepared coulomb;
-    double per_time, surface_stiffness, tip_force;
+    double per_time, surface_stiffness, tip_force, presliding;
 
-    /// Where the surface comes to rest, and how that changes with the tip's depth and the shaft's traction.
+    /// Where the surface comes to rest, and how that changes with the tip's depth and with the shaft's
+    /// traction over its limit.
     struct Rest {
-      double depth, by_depth, by_traction;
+      double depth, by_depth, by_stretch;
     };
     /// Balance of the surface against what drags it: z_res = (f_c + p l) / k with l = z - z_res. On
     /// withdrawal the traction p is negative, the tip no longer pushes, and the surface is pulled up.
@@ -75,13 +76,14 @@ struct RelaxingSurface {
           coulomb.per_length > 0.0 ? std::clamp(traction / coulomb.per_length, 0.0, 1.0) : 1.0;
       const double rest = (tip_force * push + traction * length) / k;
       if (extent.top + rest >= extent.puncture) return {extent.puncture, 0.0, 0.0};
-      const double pushing = push > 0.0 && push < 1.0 ? tip_force / coulomb.per_length : 0.0;
-      return {extent.top + rest, length > 0.0 ? traction / k : 0.0, (pushing + length - rest) / k};
+      const double pushing = push > 0.0 && push < 1.0 ? tip_force : 0.0;
+      return {extent.top + rest, length > 0.0 ? traction / k : 0.0,
+              (pushing + (length - rest) * coulomb.per_length) / k};
     }
     /// Sets the embedded length below the surface, which the traction holds down.
     Rest embed(Shaft& shaft, const Memory& memory, const Move& move,
                const LayerExtent& extent) const noexcept {
-      const Rest rest = resting(extent, move.depth, memory.traction);
+      const Rest rest = resting(extent, move.depth - move.shift, memory.traction);
       shaft.embed(extent, move.depth, rest.depth + (extent.puncture - rest.depth) * memory.dimple);
       return rest;
     }
@@ -91,7 +93,8 @@ struct RelaxingSurface {
       if (extent.pierced) memory.dimple *= std::exp(-move.dt * per_time);
       embed(shaft, memory, move, extent);
       // what the surface adds to the shaft is not strained yet
-      const double kept = std::max(0.0, before + move.travel);
+      const double bottom = extent.bottom, last = move.depth - move.travel;
+      const double kept = std::max(0.0, before + std::min(move.depth, bottom) - std::min(last, bottom));
       if (shaft.embedded > kept) memory.thin(kept / shaft.embedded);
       coulomb.slide(shaft, memory, move, extent, relaxing);
       const double strained = shaft.embedded;
@@ -99,22 +102,29 @@ struct RelaxingSurface {
       if (shaft.embedded > strained) memory.thin(strained / shaft.embedded);
       const double recovered = shaft.embedded > 0.0 ? 1.0 - memory.dimple : 0.0;
       shaft.embedded_by_depth -= recovered * rest.by_depth;
-      memory.embedded_by_traction = -recovered * rest.by_traction;
+      memory.embedded_by_stretch = -recovered * rest.by_stretch;
     }
     void pierce(Memory&, const ContactAtPuncture&) const noexcept {}
     double force(const Shaft& shaft, const Memory& memory, double velocity) const noexcept {
       return coulomb.force(shaft, memory, velocity);
     }
     double by_depth(const Shaft& shaft, const Memory& memory, double velocity) const noexcept {
-      const double loading = coulomb.stiffness * memory.element.stiffening;
+      const double stretching = memory.element.stiffening / presliding;
       return coulomb.by_depth(shaft, memory, velocity) +
-             memory.traction * memory.embedded_by_traction * loading;
+             memory.traction * memory.embedded_by_stretch * stretching;
     }
     double by_velocity(const Shaft&, const Memory&, double) const noexcept { return 0.0; }
+    Slip slip(const Shaft& shaft, const Memory& memory) const noexcept {
+      Slip slip = coulomb.slip(shaft, memory);
+      // the surface stays where the law felt the tip: all of a travel that it does not feel lengthens the
+      // shaft
+      slip.by_depth = shaft.embedded_by_depth != 0.0 ? memory.traction : 0.0;
+      return slip;
+    }
   };
   Prepared prepare() const noexcept {
-    return {Coulomb{per_length, presliding, 0.0}.prepare(), 1.0 / recovery_time, surface_stiffness,
-            tip_force};
+    return {Coulomb{per_length, presliding, 0.0}.prepare(), 1.0 / recovery_time, surface_stiffness, tip_force,
+            presliding};
   }
 };
 

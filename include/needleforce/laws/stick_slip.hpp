@@ -22,6 +22,7 @@ struct StickSlip {
 
   static constexpr const char* name = "stick_slip";
   static constexpr Family family = Family::cutting;
+  static constexpr bool springs = true;  // the force is that of tissue between the tip and the crack's front
   static constexpr bool cuts = true;
   static constexpr const char* summary =
       "Cutting that sticks and slips below an arrest speed and is steady above it.";
@@ -91,12 +92,14 @@ struct StickSlip::Prepared {
   }
 
   void enter(Cut& cut, Memory& memory, double depth, double carried) const noexcept {
-    if (carried < 0.0) memory.running = true;  // the puncture's crack is just stopping
+    // the puncture's crack is just stopping; another law's runs on only with a force that keeps it running
+    memory.running = carried < 0.0 || (memory.running && carried >= law.arrest_force);
     cut.front = depth - (carried < 0.0 ? law.arrest_force : carried) / law.stiffness;
   }
   /// A crack that sticks holds no more than its breaking force, also if another law or other parameters
   /// loaded it.
-  void adopt(Cut& cut, const Memory& memory, double depth) const noexcept {
+  void adopt(Cut& cut, Memory& memory, double depth) const noexcept {
+    if (law.stiffness * (depth - cut.front) < law.arrest_force) memory.running = false;
     if (!memory.running) cut.front = std::max(cut.front, depth - law.break_force / law.stiffness);
   }
   [[gnu::noinline]] void advance(Cut& cut, Memory& memory, const Move& move) const noexcept {

@@ -28,6 +28,7 @@ struct StribeckCutting {
 
   static constexpr const char* name = "stribeck_cutting";
   static constexpr Family family = Family::cutting;
+  static constexpr bool springs = true;  // the force is that of tissue between the tip and the crack's front
   static constexpr bool cuts = true;
   static constexpr bool first_order = true;  // implicit Euler, as fine as the sub-steps
   static constexpr const char* summary =

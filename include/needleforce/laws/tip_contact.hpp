@@ -30,7 +30,7 @@ struct TipContact {
   static constexpr const char* source = "Sneddon 1965; Galin 1953, fixed contact edge";
   static constexpr const char* validity =
       "Small slopes: with a sharp or a long tip a scaling law, not a prediction. The table keeps 1e-8 of the "
-      "force at saturation, of a profile with 32 knots 2e-6.";
+      "force at saturation, of a profile with 32 knots 5e-6.";
   static constexpr std::array<Parameter<TipContact>, 2> table{{
       {&TipContact::reduced_modulus, "reduced_modulus", "Pa", 1.0, 1e10, required, "E_r",
        "reduced modulus of needle and tissue", "eq. (4)"},

@@ -30,8 +30,9 @@ NAME = "identify"
 MODEL_HELP = (
     "A name, or a preset, preset file or fit with the same laws. Names: "
     "paper, cone_cylinder, power_law, okamura (or simone), or maurin; default: paper or cone_cylinder, by the BIC of "
-    "the loading curve. layered (passive) or layered_as_fitted: complete cycles of layers that are dragged along, "
-    "rupture and relax, from repeats with hold and withdrawal (half a minute)."
+    "the loading curve. cubic_foundation, hyperbolic_foundation or tanh_foundation: friction of a bent shaft, beyond "
+    "the paper's line. layered, layered_yielding (both passive) or layered_as_fitted: complete cycles of layers that "
+    "are dragged along, rupture and relax, from repeats with hold and withdrawal (half a minute)."
 )
 LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
 

@@ -111,7 +111,7 @@ def _tissue(name_or_path: str | None, needle: str | None) -> "Tissue | None":
 
 def _described(law: type) -> dict:
     about = {key: getattr(law, key) for key in ("name", "family", "summary", "source", "validity")}
-    return about | {"parameters": law.table()}
+    return about | {"steps_exactly": law.steps_exactly, "parameters": law.table()}
 
 
 def _rows(law: type) -> list[list[str]]:

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Control loops: limits of a haptic device or robot around an insertion, and models replaced while the loop runs."""
+"""Control loops: limits of a haptic device or robot around an insertion, models replaced while the loop runs, and
+whether a held needle comes to rest in a device's loop."""
 
-from .guard import Guard
-from .live import LiveInsertion
+from .device_loop import Device
+from .guard import Guard, LiveInsertion, depth_noise
+from .rest import Chatter, RestResult, rest_in_loop, simulated_hold
 
-__all__ = ["Guard", "LiveInsertion"]
+__all__ = ["Chatter", "Device", "Guard", "LiveInsertion", "RestResult", "depth_noise", "rest_in_loop", "simulated_hold"]

@@ -1,14 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The guard between an engine and a device: limits of the force, and a record of the last cycles."""
+"""Between an engine and a device: the guard, with limits of the force and a record of the last cycles, an insertion
+whose model is replaced while the loop runs, and the size of the noise of the depth."""
 
+import math
 import os
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .. import core
 from ..errors import InputError
 from ..files import atomic_write
+from ..models.model import Model
 from ..vocabulary import Phase, Status
 
 
@@ -76,3 +81,104 @@ class Guard(core.Guard):
             file.write(",".join(columns) + "\n")
             for row in zip(*(column.tolist() for column in columns.values())):
                 file.write(",".join(str(int(value) if isinstance(value, bool) else value) for value in row) + "\n")
+
+
+class LiveInsertion(core.LiveInsertion):
+    """An insertion whose model other threads may replace while one thread, the loop, steps it.
+
+    ``step(depth, velocity, dt) -> Sample`` and ``reset()`` are those of an ``Insertion``. After ``replace`` the memory
+    of the hole is kept, and the force changes linearly from the old to the new model during the blend; a further model
+    is accepted when the blend is complete. ``taken`` and ``refused`` count models, ``last_refused`` and ``blending``
+    are flags.
+
+    Parameters
+    ----------
+    model : Model
+        The first model.
+    blend_time : float
+        Duration of the blend from one model to the next [s], 0 to 1.
+    max_speed, hold_time, depth_noise, bevel
+        As for ``Insertion``.
+
+    Raises
+    ------
+    InputError
+        If the model is not a ``Model``, or a time or speed is outside its range.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        *,
+        blend_time: float = 10e-3,
+        max_speed: float = 1.0,
+        hold_time: float = 0.0,
+        depth_noise: float = 0.0,
+        bevel: core.Bevel | None = None,
+    ):
+        if not 0.0 <= blend_time <= core.longest_blend:
+            raise InputError("blend_time", f"{blend_time} s", f"outside 0 to {core.longest_blend:g} s")
+        limits = core.Limits(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise)
+        super().__init__(_layers(model), blend_time, limits, bevel or core.Bevel())
+
+    def replace(self, model: Model) -> None:
+        """Offer a model to the loop, which uses the newest one from its next step on, or after the present blend.
+
+        The model is checked and prepared in the calling thread, without the interpreter's lock.
+
+        Parameters
+        ----------
+        model : Model
+            The new model.
+
+        Raises
+        ------
+        InputError
+            If the model is invalid; the loop then continues with the previous one.
+        """
+        self.replace_layers(_layers(model))
+
+
+def _layers(model: Model) -> list[tuple[float, core.Laws]]:
+    if not isinstance(model, Model):
+        raise InputError("model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or nf.Model(…).")
+    return model.stack
+
+
+def depth_noise(depth: ArrayLike, *, samples: int = 3_600_000, probability: float = 0.01) -> float:
+    """Half the range of the noise of a measured depth, for the ``depth_noise`` of an insertion.
+
+    Parameters
+    ----------
+    depth : array_like, shape (n,)
+        Depths [m] at equal times, of a needle at rest or moving freely at constant speed; at least 100.
+    samples : int
+        For how many samples the range is to hold, 1 to 1e12; by default an hour at 1 kHz.
+    probability : float
+        Probability that one of them leaves the range, for normal noise, 1e-9 to 0.5.
+
+    Returns
+    -------
+    float
+        Half the range [m]: the residual from a straight line, as many standard deviations as this probability needs,
+        and half a count of the encoder.
+
+    Raises
+    ------
+    InputError
+        If there are too few depths, one is not finite, or a number is outside its range.
+    """
+    values = np.asarray(depth, dtype=float)
+    if values.ndim != 1 or values.size < 100 or not np.isfinite(values).all():
+        raise InputError("depth", f"{values.size} values", "not 100 finite depths or more", next_step="Record longer.")
+    if not 1 <= samples <= 1e12:
+        raise InputError("samples", samples, "outside 1 to 1e12")
+    if not 1e-9 <= probability <= 0.5:
+        raise InputError("probability", probability, "outside 1e-9 to 0.5")
+    index = np.arange(values.size) - 0.5 * (values.size - 1)
+    residual = values - np.polynomial.Polynomial.fit(index, values, 1)(index)
+    deviation = math.sqrt(float(residual @ residual) / (values.size - 2))
+    steps = np.abs(np.diff(values))
+    count = float(steps[steps > 0.0].min(initial=np.inf)) if (steps > 0.0).any() else 0.0
+    quantised = np.unique(values).size < values.size // 2  # continuous noise does not repeat values
+    return float(NormalDist().inv_cdf(1.0 - 0.5 * probability / samples) * deviation + 0.5 * count * quantised)

@@ -16,10 +16,11 @@ from ..recording.source import RecordingSource, recordings_of
 from .cross_validation import CrossValidation, cross_validate
 from .diagnostics import FitInputs
 from .identify import Progress, assemble
-from .models import COMPARED, LAYERED, MODELS, SAME_FORCE, stiffness_law
+from .models import BENT, COMPARED, LAYERED, MODELS, SAME_FORCE, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
 from .one_layer.fit_recording import SegmentedRecording, fit_single
-from .one_layer.loading_curves import CURVES
+from .one_layer.loading_curves import FITS
+from .one_layer.staged_fit import forms_after_puncture
 from .result import Fit
 from .statistics.regression import criterion, independent_samples
 
@@ -51,6 +52,9 @@ class ModelRow:
         ``prediction`` for insertion, hold and withdrawal.
     parameters : int
         Parameters of each loading curve; of a layered model those that the repeats share.
+    friction_bic : float
+        The same of the friction after the first puncture, in bins of 0.25 mm, from the contact of the best loading
+        curve: models with the same form of the foundation have the same. NaN with too few bins.
     wins : int
         Recordings on which no model has a lower BIC.
     residual : float
@@ -68,6 +72,7 @@ class ModelRow:
     nrmse: float = np.nan
     left_out: float = np.nan
     bic_correlated: float = np.nan
+    friction_bic: float = np.nan
     parameters: int = 0
     wins: int = 0
     residual: float = np.nan
@@ -78,6 +83,11 @@ class ModelRow:
     ties: bool = False
     cross_validation: CrossValidation | None = field(default=None, compare=False, repr=False)
 
+    @property
+    def evidence(self) -> float:
+        """BIC of the loading curve and, where it is known, of the friction."""
+        return self.bic + float(np.nan_to_num(self.friction_bic))
+
 
 class Comparison(tuple[ModelRow, ...]):
     """Rows of compared models, the best first. It prints as a table; in a notebook as the same table in HTML."""
@@ -87,11 +97,11 @@ class Comparison(tuple[ModelRow, ...]):
 
     def rows(self) -> list[tuple[str, ...]]:
         """One row of text for each model, under ``HEAD``."""
-        best = min((row.bic for row in self if np.isfinite(row.bic)), default=np.nan)
+        best = min((row.evidence for row in self if np.isfinite(row.evidence)), default=np.nan)
         return [
             (
                 row.model, plain(row.prediction, "1"), plain(row.replay, "1"), plain(row.nrmse, "1"),
-                f"+{row.bic - best:.1f}" if row.bic > best else "lowest" if row.bic == best else DASH,
+                f"+{row.evidence - best:.1f}" if row.evidence > best else "lowest" if row.evidence == best else DASH,
                 str(row.parameters), "best" if row is self[0] else "ties" if row.ties else "",
             )
             for row in self
@@ -173,15 +183,15 @@ def compare(
         For an unknown model, or no model.
     """
     if not models:
-        known = ", ".join((*MODELS, *LAYERED))
+        known = ", ".join((*MODELS, *BENT, *LAYERED))
         raise InputError("number of models", 0, "at least 1 is needed", next_step=f"Give some of {known}.")
-    models = [model_name(each, (*MODELS, *SAME_FORCE, *LAYERED)) for each in models]
+    models = [model_name(each, (*MODELS, *BENT, *SAME_FORCE, *LAYERED)) for each in models]
     laws = {name: None if name in LAYERED else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
     recordings = recordings_of(recordings)
     watched = progress(recordings, "comparing") if progress else recordings
     singles = [fit_single(each, different, None) for each in watched]
-    common = [single.loading for single in singles if different and set(different) <= set(single.fits)]
+    common = [single for single in singles if different and set(different) <= set(single.fits)]
     return _ranked([_row(name, law, singles, common, progress) for name, law in laws.items()])
 
 
@@ -193,7 +203,7 @@ def _ranked(rows: list[ModelRow]) -> Comparison:
 
     def place(k: int) -> tuple:
         row = rows[k]
-        return not tied[k], _last(row.bic) if tied[k] else 0.0, _last(row.prediction), _last(row.bic)
+        return not tied[k], _last(row.evidence) if tied[k] else 0.0, _last(row.prediction), _last(row.evidence)
 
     order = sorted(range(len(rows)), key=place)
     return Comparison(replace(rows[k], ties=bool(n > 0 and tied[k])) for n, k in enumerate(order))
@@ -213,7 +223,7 @@ def _row(
     name: str,
     law: str | None,
     singles: list[SegmentedRecording],
-    common: list[dict[str, DeformationFit]],
+    common: list[SegmentedRecording],
     progress: Progress | None,
 ) -> ModelRow:
     fit = _identified(singles, name, law)
@@ -225,7 +235,7 @@ def _row(
         model=name,
         nrmse=fit.quality.nrmse if fit.quality else np.nan,
         left_out=float(np.median(errors)) if len(errors) else np.nan,
-        parameters=_shared_parameters(fit) if law is None else len(CURVES[law].units) + 1,
+        parameters=_shared_parameters(fit) if law is None else len(FITS[law].units) + 1 + 2 * _bends(law),
         notes=held_out.refused,
         prediction=float(ratios[0]),
         replay=float(replayed[0]),
@@ -239,15 +249,30 @@ def _row(
     return row
 
 
-def _with_loading_curve(row: ModelRow, law: str, common: list[dict[str, DeformationFit]]) -> ModelRow:
+def _with_loading_curve(row: ModelRow, law: str, common: list[SegmentedRecording]) -> ModelRow:
+    loadings = [single.loading for single in common]
     return replace(
         row,
-        bic=sum(loading[law].bic for loading in common),
-        bic_correlated=sum(correlated(loading)[law] for loading in common),
-        wins=sum(loading[law].bic <= min(each.bic for each in loading.values()) for loading in common),
-        residual=float(np.median([loading[law].nrmse for loading in common])),
-        notes=row.notes + tuple(dict.fromkeys(sentence for loading in common for sentence in loading[law].held)),
+        bic=sum(loading[law].bic for loading in loadings),
+        bic_correlated=sum(correlated(loading)[law] for loading in loadings),
+        friction_bic=sum(_friction_bic(single, FITS[law].foundation) for single in common),
+        wins=sum(loading[law].bic <= min(each.bic for each in loading.values()) for loading in loadings),
+        residual=float(np.median([loading[law].nrmse for loading in loadings])),
+        notes=row.notes + tuple(dict.fromkeys(sentence for loading in loadings for sentence in loading[law].held)),
     )
+
+
+def _bends(law: str) -> bool:
+    """Whether a nonlinear foundation adds its two parameters."""
+    return FITS[law].foundation != "linear"
+
+
+def _friction_bic(single: SegmentedRecording, foundation: str) -> float:
+    """Schwarz's criterion of the friction of one recording under a form of the foundation; NaN with too few bins."""
+    fit = single.fits[min(single.loading, key=lambda law: single.loading[law].bic)]
+    after = fit.samples_before_puncture + fit.left_out
+    found = forms_after_puncture(single.strokes, fit.values["contact_depth"], after, (foundation,))
+    return found[0].bic if found else np.nan
 
 
 def _identified(singles: list[SegmentedRecording], name: str, law: str | None) -> Fit:

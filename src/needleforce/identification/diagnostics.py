@@ -19,7 +19,7 @@ from ..vocabulary import Phase
 from .estimates import Estimate, Quality
 from .models import UNKNOWN_TIP, model_of, run_model
 from .one_layer.fit_recording import SegmentedRecording, peak_force
-from .one_layer.loading_curves import CURVES
+from .one_layer.loading_curves import FITS
 from .recording_fit import RecordingFit
 from .result import FitSettings
 from .statistics.noise import Noise
@@ -110,7 +110,7 @@ def held_fixed(given: FitInputs, law: str, parameters: dict[str, Estimate]) -> t
         "cutting force"
     ]
     held.append("unloading of the cutting force: over the travel in which friction reverses")
-    if not CURVES[law].gives_modulus:
+    if not FITS[law].gives_modulus:
         return tuple(held)
     if given.needle is None or given.needle.tip is None:
         return (UNKNOWN_TIP, *held)
@@ -127,7 +127,7 @@ def unknown(given: FitInputs, law: str, two_pass: bool) -> tuple[str, ...]:
         "Poisson ratio of the tissue: recordings identify only the reduced modulus, and that only if the tip's angle "
         "is known."
     ]
-    if not CURVES[law].gives_modulus:
+    if not FITS[law].gives_modulus:
         sentences = [
             f"Moduli and Poisson ratio of the tissue: the law {law} has no modulus. Use the model paper or "
             "cone_cylinder for one."
@@ -154,7 +154,7 @@ def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecordin
     """How the identification was run: its law, its recordings, and the noise model of the intervals."""
     known = [ratio for ratio in map(lateral_ratio, singles) if np.isfinite(ratio)]
     return FitSettings(
-        stiffness_law=law,
+        stiffness_law=FITS[law].law.name,
         needle=None if needle is None else repr(needle),
         repeats=len(singles),
         answering=sum(bool(single.fits) for single in singles),
@@ -236,7 +236,10 @@ def _deep(single: SegmentedRecording) -> str:
     contact = next(iter(single.fits.values())).values["contact_depth"]
     if single.strokes.depth_in.max() - contact <= FRICTION_LIMIT:
         return ""
-    return "The needle goes deeper than 12 mm: there the friction measured in the paper is no longer linear in depth."
+    return (
+        "The needle goes deeper than 12 mm: there the friction measured in the paper is no longer linear in depth. "
+        "Compare the model with cubic_foundation, hyperbolic_foundation and tanh_foundation."
+    )
 
 
 def noise_words(noises: Iterable[Noise]) -> str:

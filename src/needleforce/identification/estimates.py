@@ -13,17 +13,21 @@ from ..display.markup import Markup, table
 from ..display.quantities import percent, quantity, with_unit
 from ..display.tables import text_table
 from .one_layer.cycle_estimates import CycleFit
-from .one_layer.loading_curves import CURVES
+from .one_layer.loading_curves import FITS
 from .statistics.noise import INTERVAL, TWO_SIDED, student_quantile
 
-UNITS = {name: unit for curve in CURVES.values() for name, unit in curve.units.items()} | {
+UNITS = {name: unit for curve in FITS.values() for name, unit in curve.units.items()} | {
     "contact_depth": "m",
     "puncture_depth": "m",
     "puncture_indentation": "m",
     "puncture_force": "N",
     "friction_per_length": "N/m",
     "cutting_force": "N",
+    "settlement_ratio": "1",
+    "deflection_length": "m",
+    "friction_bend": "1",
 }
+BEND = ("settlement_ratio", "deflection_length")
 MEAN = "mean of {n} repeats"
 MIN_CORRELATION = 0.95  # from here on, less than a third of either standard error is left when the other is known
 WITHOUT_PRODUCT = {"contact_depth"}  # measured from an arbitrary zero: its products have no meaning
@@ -172,17 +176,19 @@ def _estimate(name: str, fit: CycleFit, source: str) -> Estimate:
 
 def _absent(name: str, fit: CycleFit) -> bool:
     """The complete fit gives an infinite saturation depth for a bare cone, which has none."""
-    return any(name in curve.units for curve in CURVES.values()) and name not in CURVES[fit.law].units
+    return any(name in curve.units for curve in FITS.values()) and name not in FITS[fit.law].units
 
 
 def _is_identifiable(name: str, fit: CycleFit) -> bool:
     """False without an interval, for a stiffness whose interval contains 0, and for parameters of which only the
     product is identified."""
-    curve = CURVES[fit.law]
+    curve = FITS[fit.law]
     if name in curve.not_distinguishable(fit.values):
         return False
     if [name] == list(curve.amplitudes) and not fit.low[name] > 0.0:
         return False
+    if name in BEND:
+        return fit.low[name] > 0.0 and isfinite(fit.high[name])
     unbounded = fit.low[name] == 0.0 and fit.high[name] == inf
     return isfinite(fit.low[name]) and not unbounded
 

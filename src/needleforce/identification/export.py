@@ -197,7 +197,9 @@ def _two_pass(two_pass: TwoPass | None) -> dict | None:
     if two_pass is None:
         return None
     sites = [
-        {name: value for name, value in vars(site).items() if not hasattr(value, "shape")} for site in two_pass.sites
+        {name: value for name, value in vars(site).items() if not hasattr(value, "shape")}
+        | {"forms": [dataclasses.asdict(form) for form in site.forms]}
+        for site in two_pass.sites
     ]
     return {
         "upper_bound": two_pass.upper_bound,

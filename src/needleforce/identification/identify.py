@@ -24,9 +24,10 @@ from .diagnostics import (
     unknown,
     warnings_of,
 )
-from .estimates import Estimate, estimates_of, identified_together, mean_estimate, pool
-from .models import LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
+from .estimates import UNITS, Estimate, estimates_of, identified_together, mean_estimate, pool
+from .models import BENT, LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
 from .one_layer.fit_recording import SegmentedRecording, fit_single, measured_peak, segmented
+from .one_layer.loading_curves import FITS
 from .result import Choice, Fit
 from .strokes import presliding_of
 from .two_pass.bias_terms import spreading_force
@@ -60,7 +61,8 @@ def identify(
         The second insertion at each site, in the order of ``recordings``, None for a site without one. The friction
         then comes from the second pass and the cutting force from the subtraction.
     model : str, optional
-        A name in ``MODELS``, or ``layered`` (passive) or ``layered_as_fitted``, which are fitted to complete cycles.
+        A name in ``MODELS`` or ``BENT``, or ``layered`` or ``layered_yielding`` (both passive) or
+        ``layered_as_fitted``, which are fitted to complete cycles.
         Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves.
     needle : Needle or Model, optional
         Needle with its tip, or a model that has one; needed for a modulus.
@@ -90,7 +92,7 @@ def identify(
     """
     recordings, seconds = paired(recordings, second_pass)
     needle = None if needle is None else needle_of(needle)
-    model = None if model is None else model_name(model, (*MODELS, *LAYERED))
+    model = None if model is None else model_name(model, (*MODELS, *BENT, *LAYERED))
     bench = bench_estimates(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
@@ -129,7 +131,7 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
     answering = [single for single in singles if law in single.fits]
     own = {single: _own(single, law, given) for single in answering}
     parameters = pool(list(own.values()))
-    two_pass, replaced, refused = _two_pass(singles, seconds, own, given)
+    two_pass, replaced, refused = _two_pass(singles, seconds, own, given, FITS[law].foundation)
     parameters |= replaced
     if parameters:
         parameters |= derived(parameters, given.needle, given.bench.get("tissue_young_modulus")) | given.bench
@@ -174,7 +176,7 @@ def _choice(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[C
 
 
 def _two_pass(
-    singles: list[SegmentedRecording], seconds: list, own: dict, given: FitInputs
+    singles: list[SegmentedRecording], seconds: list, own: dict, given: FitInputs, foundation: str
 ) -> tuple[TwoPass | None, dict, dict]:
     """The result over all pairs, the estimates that it replaces, and the reason for each recording that was refused."""
     if not seconds:
@@ -187,7 +189,24 @@ def _two_pass(
     spreading = spreading_force(given.needle, given.bench.get("tissue_young_modulus"))
     two_pass, refused = subtract(pairs, spreading)
     by_single = {pairs[k].first: sentence for k, sentence in refused.items()}
-    return two_pass, {} if two_pass is None else _replaced(two_pass), by_single
+    return two_pass, {} if two_pass is None else _replaced(two_pass) | _bend(two_pass, foundation), by_single
+
+
+def _bend(two_pass: TwoPass, foundation: str) -> dict[str, Estimate]:
+    """Friction under a nonlinear form of the foundation; empty for a linear one, and with too few bins."""
+    forms = () if foundation == "linear" else two_pass.forms(foundation)
+    source = f"{TWO_PASS}, {foundation} foundation, least squares with intercept"
+    own = [
+        {
+            name: Estimate(
+                name, value, UNITS[name], form.low[name], form.high[name],
+                identifiable=name in form.identifiable, source=source,
+            )
+            for name, value in form.values.items()
+        }
+        for form in forms
+    ]  # fmt: skip
+    return pool(own)
 
 
 def _replaced(two_pass: TwoPass) -> dict[str, Estimate]:

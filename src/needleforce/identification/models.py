@@ -14,11 +14,12 @@ from ..core import Needle, Tissue
 from ..errors import InputError
 from ..mechanics.buckling import equivalent_half_angle
 from ..mechanics.contact import contact
-from ..mechanics.foundation import READINGS, friction_coefficient
+from ..mechanics.foundation import LAWS, READINGS, friction_coefficient
+from ..models.laws import law_called
 from ..models.model import Insertion, Model
 from ..recording import Recording
 from .estimates import Estimate
-from .one_layer.loading_curves import CURVES
+from .one_layer.loading_curves import FITS
 
 # name of a model, as in identify and compare -> its stiffness law
 MODELS = {
@@ -29,6 +30,9 @@ MODELS = {
     "simone": "polynomial",
     "maurin": "exponential",
 }
+BENT = {law: law for law in LAWS.values()}
+"""Models of a shaft that bends on a nonlinear foundation, by the name of their friction law, after the contact of a
+cone + cylinder."""
 SAME_FORCE = {
     "paper_by_force": "paper",
     "paper_by_energy": "paper",
@@ -40,8 +44,8 @@ SAME_FORCE = {
 }
 """Named models that a recording at one speed does not distinguish from another: they add a reason for the puncture, for
 the modulus or for the cutting force, friction at other speeds, or an oscillation about the mean."""
-LAYERED = {"layered": True, "layered_as_fitted": False}
-"""Name of the model -> whether it is the passive form."""
+LAYERED = {"layered": "passive", "layered_as_fitted": "as_fitted", "layered_yielding": "yielding"}
+"""Name of the model -> form of the layered law."""
 MECHANICAL = ("paper", "cone_cylinder")
 """Models from which ``identify`` chooses by default: only these give a modulus, and so the force of another tip."""
 COMPARED = ("paper", "cone_cylinder", "power_law", "okamura", "maurin")
@@ -56,11 +60,12 @@ MAX_POISSON_RATIO = 0.5  # of an incompressible tissue
 
 
 def stiffness_law(name: str) -> str:
-    """The stiffness law of a model's name."""
-    if name not in MODELS:
-        known = ", ".join((*MODELS, *LAYERED))
+    """What is fitted under a model's name, a key of ``FITS``: its stiffness law, or the friction law of a bent
+    shaft."""
+    if name not in MODELS | BENT:
+        known = ", ".join((*MODELS, *BENT, *LAYERED))
         raise InputError("model", repr(name), "it cannot be identified", next_step=f"Give one of {known}.")
-    return MODELS[name]
+    return (MODELS | BENT)[name]
 
 
 def half_angle(needle: Needle | None) -> float:
@@ -81,19 +86,33 @@ def model_of(
 ) -> Model:
     """The model of a stiffness law's fitted values (names as in ``CycleFit``); InputError for a value outside the
     range of a law."""
-    curve = CURVES[law]
+    curve = FITS[law]
     # friction reverses over twice its presliding; the cutting force unloads over the same travel
     presliding = max(values.get("presliding", 0.0), MIN_PRESLIDING_M)
     return Model(
         stiffness=curve.stiffness(values, half_angle(needle)),
         puncture=core.laws.PunctureDepth(values["puncture_indentation"]),
-        friction=core.laws.Coulomb(values["friction_per_length"], presliding),
+        friction=_friction_law(values, curve.foundation, presliding),
         cutting=core.laws.ConstantCutting(values["cutting_force"], 2.0 * presliding),
         name=name,
         summary="Identified from recordings.",
         reference=reference or "identified by needleforce",
         doubts=(UNKNOWN_TIP,) if curve.gives_modulus and (needle is None or needle.tip is None) else (),
         needle=needle,
+    )
+
+
+def _friction_law(values: dict[str, float], form: str, presliding: float) -> Any:
+    """Coulomb friction, or that of a shaft which bends over its whole embedded length on a nonlinear foundation."""
+    if form == "linear":
+        return core.laws.Coulomb(values["friction_per_length"], presliding)
+    # the travel of a reversal is proportional to the force that reverses
+    straight = max(presliding / max(1.0 + values["friction_bend"], 0.1), MIN_PRESLIDING_M)
+    return law_called("friction", LAWS[form])(
+        per_length=values["friction_per_length"],
+        settlement_ratio=values["settlement_ratio"],
+        deflection_length=values["deflection_length"],
+        presliding=straight,
     )
 
 

@@ -286,6 +286,9 @@ class Insertion(core.Insertion):
         Largest speed between two steps [m/s], above 0; a faster step is refused.
     hold_time : float
         How long a refused step keeps the last force before it becomes 0 [s], 0 to 1.
+    depth_noise : float
+        Half the range of the measured depth while the needle rests [m], 0 to 1e-3, as ``depth_noise`` finds it. A hold
+        then keeps its force; a reversal is felt later by twice as much travel.
     bevel : core.Bevel, optional
         Half angle [rad], friction coefficient and face share of a bevel: each sample then has a ``lateral`` force [N].
 
@@ -296,13 +299,19 @@ class Insertion(core.Insertion):
     """
 
     def __init__(
-        self, model: Model, *, max_speed: float = 1.0, hold_time: float = 0.0, bevel: core.Bevel | None = None
+        self,
+        model: Model,
+        *,
+        max_speed: float = 1.0,
+        hold_time: float = 0.0,
+        depth_noise: float = 0.0,
+        bevel: core.Bevel | None = None,
     ):
         if not isinstance(model, Model):
             raise InputError(
                 "model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or nf.Model(…)."
             )
-        limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
+        limits = core.Limits(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise)
         super().__init__(model.stack, limits, bevel or core.Bevel())
         self.model = model
 

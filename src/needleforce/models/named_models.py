@@ -91,6 +91,21 @@ _TABLE = {
         "As cone_cylinder, with a dimple that recovers after the puncture.",
         "sec. 2.1-2.4; Sneddon 1965",
     ),
+    "cubic_foundation": (
+        "cone_cylinder puncture_depth cubic_foundation constant_cutting no_relaxation",
+        "As cone_cylinder, with friction of a bent shaft on a foundation that hardens, p = k_1 u + k_3 u^3.",
+        "sec. 2.1-2.4 and 3, future work; Sneddon 1965; free: offset of the shaft linear behind the tip",
+    ),
+    "hyperbolic_foundation": (
+        "cone_cylinder puncture_depth hyperbolic_foundation constant_cutting no_relaxation",
+        "As cone_cylinder, with friction of a bent shaft on a foundation that softens, p = k_1 u / (1 + k_1 u / p_u).",
+        "sec. 2.1-2.4 and 3, future work; Sneddon 1965; free: offset of the shaft linear behind the tip",
+    ),
+    "tanh_foundation": (
+        "cone_cylinder puncture_depth tanh_foundation constant_cutting no_relaxation",
+        "As cone_cylinder, with friction of a bent shaft on a foundation that softens, p = p_u tanh(k_1 u / p_u).",
+        "sec. 2.1-2.4 and 3, future work; Sneddon 1965; free: offset of the shaft linear behind the tip",
+    ),
     "friction_alone": (
         "power_law puncture_depth coulomb no_cutting no_relaxation",
         "Friction along the shaft in an existing hole.",
@@ -100,6 +115,11 @@ _TABLE = {
         "cone_cylinder puncture_depth dragged_tissue no_cutting prony",
         "Tissue dragged along by a spring, gradual rupture and relaxation, passive; two layers are typical.",
         "layered law; Fung 1993",
+    ),
+    "layered_yielding": (
+        "cone_cylinder puncture_depth yielding_tissue no_cutting prony_locked",
+        "As layered, with a contact that yields along the travel after the puncture; passive, and predicts as fitted.",
+        "layered law; Fung 1993; Kachanov 1958",
     ),
     "layered_as_fitted": (
         "cone_cylinder puncture_depth dragged_tissue_as_fitted no_cutting prony_at_rest",

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..files import format_of
 from .card import Preamble
-from .formats import format_of
 from .parquet_table import open_parquet
 from .recording import Note, derivative
 from .stream import Stream, constant_depth, read_stream

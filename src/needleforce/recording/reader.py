@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..files import format_of
 from .card import Preamble, check_filter_length
 from .columns import AXES, NamedColumns
 from .force_signal import glitch_notes, remove_bias
-from .formats import format_of
 from .joining import INWARDS, check_direction, join, of_main, put_motion, settle_motion
 from .parquet_table import ParquetLayout, open_parquet
 from .recording import Recording

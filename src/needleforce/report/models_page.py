@@ -29,7 +29,8 @@ MEANINGS = {
     "ties": "the error differs from the lowest by no more than its own noise between repeats: these recordings do not "
     "distinguish the two models. The tied model with the lowest BIC of the loading curve comes first.",
     "ΔBIC loading": "BIC of the loading curve up to the first puncture, above the lowest; each recording has its own "
-    "contact depth. A layered model has no loading curve.",
+    "contact depth. A layered model has no loading curve. Where models differ in the foundation along the shaft, the "
+    "BIC of the friction is added.",
     "ΔBIC correlated": "the same, counting correlated samples as one: the more cautious comparison.",
     "parameters": "of the loading curve with its contact depth; of a layered model all parameters.",
     "residual": "rms residual of the fitted cycles, over the peak force.",
@@ -64,7 +65,12 @@ def _outcome(rows: Sequence[ModelRow]) -> Markup:
     """The best model, those that tie with it, and the floor."""
     best = element("strong", rows[0].model)
     if not len(floor_errors(rows)):
-        by_bic = [best, " has the lowest BIC of the loading curve. "] if isfinite(rows[0].bic) else []
+        curve = (
+            "loading curve and friction"
+            if len({row.friction_bic for row in rows if isfinite(row.friction_bic)}) > 1
+            else "loading curve"
+        )
+        by_bic = [best, f" has the lowest BIC of the {curve}. "] if isfinite(rows[0].bic) else []
         return join([*by_bic, floor_words(rows)])
     tied = [row.model for row in rows if row.ties]
     error = f"{rows[0].prediction:.2f}"
@@ -125,9 +131,10 @@ def _meanings() -> Markup:
 
 def model_rows(rows: Sequence[ModelRow]) -> list[tuple[str, ...]]:
     """Each model of a comparison as text under ``MODELS``, in the order of ``rows``."""
-    lowest = [_lowest(row.bic for row in rows), _lowest(row.bic_correlated for row in rows)]
+    bic = [(row.evidence, row.evidence - row.bic + row.bic_correlated) for row in rows]
+    lowest = [_lowest(each) for each in zip(*bic)]
     return [
-        (row.model, _number(row.bic - lowest[0], 0), _number(row.bic_correlated - lowest[1], 0), str(row.parameters),
+        (row.model, *(_number(own - low, 0) for own, low in zip(bic[k], lowest)), str(row.parameters),
          _share(row.nrmse), _share(row.left_out), _number(row.prediction, 2), _number(row.replay, 2),
          *(_number(each, 2) for each in row.by_stroke), _verdict(k, row))
         for k, row in enumerate(rows)

@@ -3,10 +3,9 @@
 
 from .bench_tests import BendingTest, TensionTest
 from .experiment import Experiment, Truth, example_recording, paper_experiment
-from .paper import CUTTING_OSCILLATION, PAPER
 from .run import RigRun, SpeedClock
 from .sensor import Sensor
-from .specimen import NOTHING_UNMODELLED, PhantomSite, Scatter, Specimen, Unmodelled
+from .specimen import CUTTING_OSCILLATION, NOTHING_UNMODELLED, PAPER, PhantomSite, Scatter, Specimen, Unmodelled
 
 __all__ = [
     "CUTTING_OSCILLATION",

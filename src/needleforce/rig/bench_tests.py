@@ -11,7 +11,7 @@ import numpy as np
 from .. import core
 from ..errors import InputError
 from ..files import atomic_write
-from .paper import PAPER
+from .specimen import PAPER
 
 NEEDLE_MODULUS, NEEDLE_SPREAD = PAPER["needle_young_modulus"]
 TISSUE_MODULUS = PAPER["tissue_young_modulus"][0]

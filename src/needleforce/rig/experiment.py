@@ -11,10 +11,9 @@ import numpy as np
 from ..errors import InputError
 from ..recording import Card, Recording
 from .bench_tests import NEEDLE_MODULUS, TISSUE_MODULUS, BendingTest, TensionTest, bend_needle, pull_tissue
-from .paper import PAPER, stick_slip
 from .run import RigRun, SpeedClock, path_of_run, perform
 from .sensor import Sensor
-from .specimen import HOLD, PhantomSite, Scatter, Specimen, Unmodelled, draw_site
+from .specimen import HOLD, PAPER, PhantomSite, Scatter, Specimen, Unmodelled, draw_site, stick_slip
 
 _EXAMPLE_STEP = 10  # samples: no two share a reading in the average filter, so that the noise is white
 START = -4e-3  # [m] in the rig's zero

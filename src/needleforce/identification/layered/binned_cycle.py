@@ -9,9 +9,10 @@ from ...recording import Recording
 from ...segmentation import Events
 from ..strokes import cycle_span, stroke_speed, strokes_of, undelayed_depth
 
-COARSE, FINE = 125, 2000
-"""Bins of a stroke: 0.2 mm of a stroke of 25 mm for the search, and short enough in the final fit that the model has
-the same force along the samples."""
+COARSE, FINE = {"as_fitted": 125, "passive": 250, "yielding": 250}, 2000
+"""Bins of a stroke: 0.2 mm of a stroke of 25 mm for the search, half of it in a passive form, whose tissue relaxes
+while it slips and so depends more on the step; and short enough in the final fit that the model has the same force
+along the samples."""
 HOLD_BINS = 24  # their edges are the squares of whole numbers, as relaxation is fastest at first
 
 

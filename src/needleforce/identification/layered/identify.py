@@ -39,10 +39,12 @@ def identify_layered(
     punctured = any(single.events.punctures for single in usable)
     if not punctured:
         return _without_model(singles, name)
-    coarse, fine = (binned_cycles([(s.recording, s.events) for s in usable], bins) for bins in (COARSE, FINE))
+    coarse, fine = (
+        binned_cycles([(s.recording, s.events) for s in usable], bins) for bins in (COARSE[LAYERED[name]], FINE)
+    )
     solved = list(_watched(grow(coarse, layers or MAX_LAYERS), layers or MAX_LAYERS, progress, "layer by layer"))
-    if LAYERED[name]:
-        solved = list(made_passive(solved))
+    if (form := LAYERED[name]) != "as_fitted":
+        solved = list(made_passive(solved, form))
     tried, best = _evidence(solved[-1:] if layers else solved, progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
     ended, population = next(work), next(work)

@@ -13,11 +13,17 @@ from ...models.model import Layer, Model
 from ...recording import Recording
 from ...segmentation import Events
 from ..estimates import Estimate
-from ..models import UNKNOWN_TIP, half_angle
+from ..models import LAYERED, UNKNOWN_TIP, half_angle
 from ..statistics.noise import TWO_SIDED, noise_of
 from .parameters import MIN_INDENTATION_M, MM, NO_SATURATION, LayerRow, prefix
 from .search import Solved
 
+NAMES = {form: name for name, form in LAYERED.items()}
+RELAXATION = {
+    "as_fitted": core.laws.PronyAtRest,
+    "passive": core.laws.Prony,
+    "yielding": core.laws.PronyLocked,
+}
 MIN_SHARE = 1e-9  # [1] a smaller relaxing share is none
 NO_SATURATION_SHARE = 0.99  # [of the largest saturation depth] beyond, the contact does not saturate
 MAX_MATCH_DISTANCE_MM = 2.0  # [mm] a puncture farther from the fitted rupture belongs to no layer
@@ -29,20 +35,20 @@ SCAN_RANGE_MM = 1.5  # [mm] on each side
 
 def model_of(solved: Solved, punctures: np.ndarray, needle: Needle | None = None, reference: str = "") -> Model:
     """The model that ruptures at ``punctures`` (layers,) [m] in the recordings' zero; InputError out of range."""
-    passive = solved.problem.passive
+    form = solved.problem.form
     rows = [LayerRow(*row) for row in solved.problem.unknowns.rows(solved.x[None], punctures[None] / MM)[0].tolist()]
     depths = np.array([row.top for row in rows])
     # the simulation does not accept two layers with the same top: they are put a micrometre apart
     tops = np.maximum.accumulate(depths - depths[0] - MIN_INDENTATION_M * np.arange(len(rows)))
     layers = [
-        _layer(row, float(top + MIN_INDENTATION_M * k), half_angle(needle), passive)
+        _layer(row, float(top + MIN_INDENTATION_M * k), half_angle(needle), form)
         for k, (row, top) in enumerate(zip(rows, tops))
     ]
     first = {name: getattr(layers[0], name) for name in ("stiffness", "puncture", "friction", "cutting", "relaxation")}
     return Model(
         **first,
         deeper=tuple(layers[1:]),
-        name="identified_layered" if passive else "identified_layered_as_fitted",
+        name=f"identified_{NAMES[form]}",
         summary="Identified from recordings.",
         reference=reference or "identified by needleforce",
         doubts=(UNKNOWN_TIP,) if needle is None or needle.tip is None else (),
@@ -50,8 +56,7 @@ def model_of(solved: Solved, punctures: np.ndarray, needle: Needle | None = None
     )
 
 
-def _layer(row: LayerRow, top: float, angle: float, passive: bool) -> Layer:
-    friction = core.laws.DraggedTissue if passive else core.laws.DraggedTissueAsFitted
+def _layer(row: LayerRow, top: float, angle: float, form: str) -> Layer:
     modulus = 0.5 * np.pi * row.stiffness_coefficient / np.tan(angle)
     radius = 2.0 * row.saturation_depth * np.tan(angle) / np.pi
     cone = row.saturation_depth >= NO_SATURATION_SHARE * np.exp(NO_SATURATION)
@@ -59,16 +64,23 @@ def _layer(row: LayerRow, top: float, angle: float, passive: bool) -> Layer:
         top=top,
         stiffness=core.laws.Cone(modulus, angle) if cone else core.laws.ConeCylinder(modulus, angle, radius),
         puncture=core.laws.PunctureDepth(row.puncture_depth - row.top),
-        friction=friction(row.friction_per_length, row.tissue_stiffness, row.rupture_length, row.resting_surface),
+        friction=_friction(row, form),
         cutting=core.laws.NoCutting(),
-        relaxation=_relaxation(row, passive),
+        relaxation=_relaxation(row, form),
     )
 
 
-def _relaxation(row: LayerRow, passive: bool) -> Any:
+def _friction(row: LayerRow, form: str) -> Any:
+    numbers = row.friction_per_length, row.tissue_stiffness, row.rupture_length, row.resting_surface
+    if form == "yielding":
+        return core.laws.YieldingTissue(*numbers, row.brittleness)
+    return (core.laws.DraggedTissue if form == "passive" else core.laws.DraggedTissueAsFitted)(*numbers)
+
+
+def _relaxation(row: LayerRow, form: str) -> Any:
     if row.share_1 + row.share_2 < MIN_SHARE:
         return core.laws.NoRelaxation()
-    return (core.laws.Prony if passive else core.laws.PronyAtRest)(row.share_1, row.time_1, row.share_2, row.time_2)
+    return RELAXATION[form](row.share_1, row.time_1, row.share_2, row.time_2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -55,6 +55,8 @@ class LayerRow(NamedTuple):
     """delta [m]."""
     resting_surface: Any
     """z_r - z_0 [m]."""
+    brittleness: Any
+    """q [1]."""
     share_1: Any
     """Relaxing share [1] with the time constant ``time_1`` [s]."""
     time_1: Any
@@ -77,6 +79,7 @@ class LayeredParameters:
     runs: int
     times: tuple[float, float]
     held: frozenset[int] = field(default_factory=frozenset)
+    brittleness: float = 0.0
 
     @property
     def shared(self) -> int:
@@ -149,7 +152,7 @@ class LayeredParameters:
         return np.concatenate([own[order].ravel(), common, self.punctures(x)[:, order].ravel()])
 
     def rows(self, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
-        """Rows (k, layers, 12) for the core, each in the order of ``LayerRow``, from x (k, shared or more) and
+        """Rows (k, layers, 13) for the core, each in the order of ``LayerRow``, from x (k, shared or more) and
         punctures (k, layers) [mm]."""
         own = xs[:, : self.relaxing].reshape(len(xs), self.layers, PER_LAYER)
         tissue_stiffness, top = np.exp(own[..., TISSUE_STIFFNESS]), MM * own[..., TOP]
@@ -163,6 +166,7 @@ class LayeredParameters:
             tissue_stiffness=tissue_stiffness,
             rupture_length=np.exp(own[..., RUPTURE_LENGTH]),
             resting_surface=MM * own[..., RESTING_SURFACE],
+            brittleness=self.brittleness,
             share_1=relaxing * short,
             time_1=self.times[0],
             share_2=relaxing * (1 - short),

@@ -26,7 +26,7 @@ Equations = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Problem:
-    """The law with ``unknowns`` and the ``cycles`` of the repeats; ``passive`` selects its passive form.
+    """The law with ``unknowns`` and the ``cycles`` of the repeats, in a ``form`` of ``LAYERED``.
 
     ``ridge`` keeps the punctures of the runs near their mean: ``FREE_RIDGE`` or ``TIED_RIDGE``. ``speed`` [m/s] is that
     to which the parameters refer.
@@ -34,7 +34,7 @@ class Problem:
 
     cycles: tuple[BinnedCycle, ...]
     unknowns: LayeredParameters
-    passive: bool
+    form: str
     speed: float
     ridge: float = FREE_RIDGE
 
@@ -42,7 +42,7 @@ class Problem:
         """Forces (k, layers, m) [N] of every layer along a cycle for vectors (k, shared or more) and punctures
         (k, layers) [mm]; the total force is their sum."""
         rows = self.unknowns.rows(xs, punctures)
-        forces = core.layer_forces(rows.reshape(-1, rows.shape[-1]), self.passive, cycle.depth, cycle.dt)
+        forces = core.layer_forces(rows.reshape(-1, rows.shape[-1]), self.form, cycle.depth, cycle.dt)
         return forces.reshape(*rows.shape[:2], -1) * self._factor(cycle, xs)[:, None, None]
 
     def _factor(self, cycle: BinnedCycle, xs: np.ndarray) -> np.ndarray:
@@ -78,7 +78,7 @@ class Problem:
         affected = np.array([unknowns.affected_layers(place) for place in places])
         base = self.by_layer(cycle, x[None], x[None, unknowns.punctures_of(run)])[0]
         rows, (moved, layer) = unknowns.rows(xs, punctures)[affected], np.nonzero(affected)
-        forces = core.layer_forces(rows, self.passive, cycle.depth, cycle.dt)
+        forces = core.layer_forces(rows, self.form, cycle.depth, cycle.dt)
         changes = forces * self._factor(cycle, xs)[moved, None] - base[layer]
         slopes = np.add.reduceat(changes, np.concatenate([[0], affected.sum(axis=1).cumsum()[:-1]]), axis=0)
         return places, (np.nan_to_num(slopes / steps[places, None]) * cycle.weight).T

@@ -52,7 +52,7 @@ class Solved:
         return float(np.sqrt(2.0 * self.cost / len(self.problem.cycles)))
 
 
-def grow(cycles: tuple[BinnedCycle, ...], max_layers: int) -> Iterator[Solved]:
+def grow(cycles: tuple[BinnedCycle, ...], max_layers: int, form: str = "as_fitted") -> Iterator[Solved]:
     """Fits with 1, 2, … ``max_layers`` layers in the form that is not passive, each without a warm start and from the
     fit with one layer less."""
     rests = [cycle.rest for cycle in cycles if cycle.rest > 0.0]
@@ -66,7 +66,7 @@ def grow(cycles: tuple[BinnedCycle, ...], max_layers: int) -> Iterator[Solved]:
         starts = list(first_starts(cycles, unknowns)) if layers < 3 else []
         if before is not None:
             starts += grown_starts(cycles, before.problem.unknowns, before.x)
-        before = best(Problem(cycles=cycles, unknowns=unknowns, passive=False, speed=typical), starts)
+        before = best(Problem(cycles=cycles, unknowns=unknowns, form=form, speed=typical), starts)
         yield before
 
 
@@ -99,17 +99,38 @@ def population_fit(solved: Solved) -> Solved:
     return Solved(problem, unknowns.in_order(x), cost)
 
 
-def made_passive(solved: Iterable[Solved]) -> Iterator[Solved]:
-    """Fits with 1, 2, … layers in the passive form, started at those in the other form."""
-    before = None
+def made_passive(solved: Iterable[Solved], form: str = "passive") -> Iterator[Solved]:
+    """Fits with 1, 2, … layers in a passive form, started at those in the form as fitted and, as those, without."""
+    upwards: list[Solved] = []
     for fitted in solved:
-        problem = replace(fitted.problem, passive=True)
+        problem = replace(fitted.problem, form=form)
         found = [best(problem, _stiffer(fitted))]
-        if before is not None:
+        if problem.unknowns.layers < 3:
+            found.append(best(problem, first_starts(problem.cycles, problem.unknowns)))
+        if upwards:
             # without this start, one layer more might fit worse in this form
-            found.append(best(problem, grown_starts(problem.cycles, before.problem.unknowns, before.x)))
-        before = min(found, key=lambda each: each.cost)
-        yield before
+            found.append(best(problem, grown_starts(problem.cycles, upwards[-1].problem.unknowns, upwards[-1].x)))
+        upwards.append(min(found, key=lambda each: each.cost))
+    yield from _downwards(upwards)
+
+
+def _downwards(upwards: list[Solved]) -> Iterator[Solved]:
+    """The fits with 1, 2, … layers, or those that one layer more without one of its layers leads to, if better."""
+    kept = upwards[-1:]
+    for fewer in reversed(upwards[:-1]):
+        found = best(fewer.problem, _without_a_layer(kept[0]))
+        kept.insert(0, min(found, fewer, key=lambda each: each.cost))
+    yield from kept
+
+
+def _without_a_layer(solved: Solved) -> Iterator[np.ndarray]:
+    """The vector of a fit without each of its layers in turn."""
+    unknowns, x = solved.problem.unknowns, solved.x
+    shared = x[: unknowns.relaxing].reshape(unknowns.layers, PER_LAYER)
+    for layer in range(unknowns.layers):
+        own = np.delete(unknowns.punctures(x), layer, axis=1)
+        left = np.delete(shared, layer, axis=0)
+        yield np.concatenate([left.ravel(), x[unknowns.relaxing : unknowns.shared], own.ravel()])
 
 
 def _stiffer(solved: Solved) -> Iterator[np.ndarray]:

@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import InputError
 from ..statistics.noise import Noise, noise_of
 from ..statistics.regression import Search, criterion, inverse
-from .loading_curves import CURVES, LoadingCurve
+from .loading_curves import FITS, LoadingCurve
 
 MIN_LOADING_SAMPLES = 20
 FLIP_SIGN = "Force is positive against insertion: flip its sign if it is not."
@@ -36,7 +36,7 @@ class DeformationFit:
     @property
     def curve(self) -> LoadingCurve:
         """The curve of the law."""
-        return CURVES[self.law]
+        return FITS[self.law]
 
     @property
     def bic(self) -> float:
@@ -67,7 +67,7 @@ def fit_deformation(
         limit = f"at least {MIN_LOADING_SAMPLES} are needed, some of them in contact"
         step = "Record at a higher rate, or begin above the surface."
         raise InputError("number of samples before the puncture", len(depth), limit, next_step=step)
-    curve = CURVES[law]
+    curve = FITS[law]
     given = tuple(known[name] for name in curve.shape if known.get(name) is not None)
     search = Search(curve, depth, force, contact, given if given or not curve.shape else None)
     best = search.best()

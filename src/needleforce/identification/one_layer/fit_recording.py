@@ -20,7 +20,7 @@ from ..strokes import Strokes, strokes_of
 from .cycle_estimates import CycleFit
 from .cycle_fit import fit_cycle
 from .deformation_fit import DeformationFit, fit_deformation
-from .loading_curves import CURVES
+from .loading_curves import FITS
 from .staged_fit import agrees, fit_by_stages
 
 WINDOW_MARGIN_M = 0.05e-3  # [m] beyond the samples between which segmentation finds the puncture
@@ -107,7 +107,7 @@ def _fit(
     """The complete fit, or the staged one where the strokes do not agree or the law has no other; the fit of the
     loading curve; notes."""
     saturation, filter_length = given
-    joint, notes = complete(CURVES[law].complete)
+    joint, notes = complete(FITS[law].complete)
     depth, force = strokes.depth_in[before], strokes.force_in[before]
     known = {"saturation_depth": saturation}
     loading = fit_deformation(depth, force, events.contact.depth, law, known=known, filter_length=filter_length)

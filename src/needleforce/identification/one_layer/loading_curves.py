@@ -4,12 +4,13 @@ and an entry in the list at the end."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ... import core
+from ...mechanics.foundation import LAWS
 
 MIN_SATURATION = 0.05  # [of the indentation] a contact that saturates before is a straight line
 MIN_EXPONENT = 0.1  # [1] rate times indentation; below, the curve departs from its chord by less than 1 %
@@ -38,6 +39,8 @@ class LoadingCurve:
     names the law of the complete fit that finds the puncture: its own, or one that approximates most curves.
     ``gives_modulus``: the reduced modulus follows from the parameters and the tip. ``not_distinguishable(values)``
     names the parameters of which only the product is identified at these values, with ``puncture_indentation``.
+    ``foundation`` is the form of the foundation along the shaft after the puncture, one of
+    ``mechanics.foundation.FORMS``.
     """
 
     law: type
@@ -50,6 +53,7 @@ class LoadingCurve:
     complete: str = "cone_cylinder"
     gives_modulus: bool = False
     not_distinguishable: Callable[[Mapping[str, float]], tuple[str, ...]] = lambda values: ()
+    foundation: str = "linear"
 
     @property
     def units(self) -> dict[str, str]:
@@ -175,3 +179,6 @@ EXPONENTIAL = LoadingCurve(
 
 CURVES = {each.law.name: each for each in (CONE, CONE_CYLINDER, POWER_LAW, POLYNOMIAL, EXPONENTIAL)}
 """By the name of the law."""
+FITS = CURVES | {law: replace(CONE_CYLINDER, foundation=form) for form, law in LAWS.items()}
+"""By the name of what is fitted: a law, with friction in proportion to the embedded length, or the friction law of a
+nonlinear foundation, which follows a cone + cylinder."""

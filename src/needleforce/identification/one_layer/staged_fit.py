@@ -7,12 +7,17 @@ puncture (layers, relaxation, a surface that moves), this biases the contact dep
 
 import dataclasses
 import math
+from collections.abc import Iterable
 
 import numpy as np
 
+from ...errors import InputError
+from ...mechanics.foundation import FORMS
 from ..statistics.noise import TWO_SIDED, noise_of
 from ..statistics.regression import inverse
 from ..strokes import Strokes
+from ..two_pass.result import FrictionForm
+from ..two_pass.second_pass import MIN_BINS, bin_means, friction_forms, shape
 from .cycle_estimates import CycleFit
 from .deformation_fit import DeformationFit
 
@@ -38,19 +43,28 @@ def fit_by_stages(joint: CycleFit, loading: DeformationFit, strokes: Strokes, fi
     contact = loading.values["contact_depth"]
     embedded_length_in = strokes.depth_in[after:] - contact
     embedded_length_out = np.maximum(strokes.depth_out - contact, 0.0)
+    form = _bent(loading.curve.foundation, strokes, contact, after)
+    shapes = [_shape(form, lengths) for lengths in (embedded_length_in, embedded_length_out)]
     design = np.vstack(
         [
-            np.column_stack([embedded_length_in, np.ones_like(embedded_length_in)]),
-            np.column_stack([-embedded_length_out, np.zeros_like(embedded_length_out)]),
+            np.column_stack([shapes[0], np.ones_like(embedded_length_in)]),
+            np.column_stack([-shapes[1], np.zeros_like(embedded_length_out)]),
         ]
     )
     force = np.concatenate([strokes.force_in[after:], strokes.force_out])
     (friction, cutting), held = _not_negative(design, force)
-    covariance = _covariance(design, force - design @ (friction, cutting), len(embedded_length_in), filter_length)
+    residual = force - design @ (friction, cutting)
+    more = _derivatives(form, embedded_length_in, embedded_length_out, friction)
+    covariance = _covariance(np.column_stack([design, *more]), residual, len(embedded_length_in), filter_length)
+    if not np.isfinite(covariance).all():  # the recording does not determine the bend: friction for the best one
+        covariance = _covariance(design, residual, len(embedded_length_in), filter_length)
+    covariance = covariance[:2, :2]
     values = _values(joint, loading, friction, cutting)
     low, high = _limits(values, joint, loading, covariance)
-    residual_in = strokes.force_in - _insertion(strokes.depth_in, joint.samples_before_puncture, loading, values)
-    residual_out = strokes.force_out + friction * embedded_length_out
+    residual_in = strokes.force_in - _insertion(strokes.depth_in, joint.samples_before_puncture, loading, values, form)
+    residual_out = strokes.force_out + friction * shapes[1]
+    if form is not None:
+        values, low, high = form.values | values, low | form.low, high | form.high
     sse, n = float(residual_in @ residual_in + residual_out @ residual_out), len(residual_in) + len(residual_out)
     return dataclasses.replace(
         joint,
@@ -132,9 +146,58 @@ def _peak_limit(values: dict[str, float], loading: DeformationFit, samples: floa
     return math.hypot(TWO_SIDED * math.sqrt(max(variance, 0.0)), float(gradient["contact_depth"]) * samples)
 
 
-def _insertion(depth: np.ndarray, before: int, loading: DeformationFit, values: dict[str, float]) -> np.ndarray:
+def _insertion(
+    depth: np.ndarray, before: int, loading: DeformationFit, values: dict[str, float], form: FrictionForm | None
+) -> np.ndarray:
     """The fitted force of the insertion, (n,) [N]; the first ``before`` samples lie before the puncture."""
     embedded_length = depth - values["contact_depth"]  # before the puncture the indentation
     loaded = loading.curve.force(embedded_length, values)
-    cut = values["friction_per_length"] * embedded_length + values["cutting_force"]
+    cut = values["friction_per_length"] * _shape(form, np.maximum(embedded_length, 0.0)) + values["cutting_force"]
     return np.where(np.arange(len(depth)) < before, loaded, cut)
+
+
+def forms_after_puncture(
+    strokes: Strokes, contact: float, after: int, forms: Iterable[str] = FORMS
+) -> tuple[FrictionForm, ...]:
+    """Friction of the insertion from sample ``after`` on and of the withdrawal under each form of the foundation, with
+    a cutting force; ``contact`` [m] is where embedding starts. Empty with too few bins of 0.25 mm."""
+    embedded = [strokes.depth_in[after:] - contact, strokes.depth_out - contact]
+    binned = [
+        bin_means(length, force, max(float(length.min(initial=0.0)), 0.0), float(length.max(initial=0.0)))
+        for length, force in zip(embedded, (strokes.force_in[after:], strokes.force_out))
+    ]
+    lengths, force = (np.concatenate(part) for part in zip(*binned))
+    inwards = np.arange(len(lengths)) < len(binned[0][0])
+    return friction_forms(lengths, force, inwards[:, None].astype(float), np.where(inwards, 1.0, -1.0), forms)
+
+
+def _bent(foundation: str, strokes: Strokes, contact: float, after: int) -> FrictionForm | None:
+    """The fit of a nonlinear foundation; None for a linear one."""
+    if foundation == "linear":
+        return None
+    found = forms_after_puncture(strokes, contact, after, (foundation,))
+    if not found:
+        limit = f"at least {MIN_BINS} bins of 0.25 mm are needed to fit a foundation"
+        raise InputError("travel after the puncture", "too short", limit, next_step="Insert deeper.")
+    return found[0]
+
+
+def _shape(form: FrictionForm | None, lengths: np.ndarray, **other: float) -> np.ndarray:
+    """Friction over friction per length (n,) [m] at embedded lengths (n,) [m]; ``other`` values of its parameters."""
+    if form is None:
+        return lengths
+    values = form.values | other
+    return shape(form.form, values["settlement_ratio"], lengths, np.array([values["deflection_length"]]))[0]
+
+
+def _derivatives(
+    form: FrictionForm | None, inwards: np.ndarray, outwards: np.ndarray, friction: float
+) -> list[np.ndarray]:
+    """The force's derivatives (n,) by settlement ratio and deflection length, of both strokes."""
+    found = []
+    for name in () if form is None else ("settlement_ratio", "deflection_length"):
+        step = 1e-4 * max(form.values[name], 1e-3)
+        more = [_shape(form, lengths, **{name: form.values[name] + step}) for lengths in (inwards, outwards)]
+        own = [_shape(form, lengths) for lengths in (inwards, outwards)]
+        found.append(friction / step * np.concatenate([more[0] - own[0], own[1] - more[1]]))
+    return found

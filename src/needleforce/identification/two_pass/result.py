@@ -46,6 +46,9 @@ class Site:
         Departure of the difference from a line, over its mean [1], where it is above the noise.
     doubts : tuple of str
         Sentences on this pair only.
+    forms : tuple of FrictionForm
+        The second pass, with intercept and from the puncture to its deepest point, under each form of the foundation;
+        the lowest BIC first. Empty with too few bins.
     """
 
     grid: np.ndarray
@@ -75,6 +78,34 @@ class Site:
     drops: int = 0
     unevenness: float = 0.0
     doubts: tuple[str, ...] = ()
+    forms: tuple["FrictionForm", ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionForm:
+    """Friction against the embedded length under one form of the foundation.
+
+    Attributes
+    ----------
+    form : str
+        ``linear``, or a nonlinear form in ``mechanics.foundation.FORMS``.
+    values, low, high : dict of str to float
+        ``friction_per_length`` [N/m] of a straight shaft, and of a nonlinear form ``settlement_ratio`` [1],
+        ``deflection_length`` [m] and ``friction_bend`` [1], the departure of the force from the line of the straight
+        shaft at the largest embedded length. ``low`` and ``high`` are the limits of the joint 95 % region of
+        settlement ratio and deflection length, all other parameters at their best: 95 % or more for each.
+    identifiable : tuple of str
+        The names with an interval that ends inside the range that was searched.
+    bic : float
+        Schwarz's criterion, bins of 0.25 mm counted as independent.
+    """
+
+    form: str
+    values: dict[str, float]
+    low: dict[str, float]
+    high: dict[str, float]
+    identifiable: tuple[str, ...]
+    bic: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,3 +162,17 @@ class TwoPass:
     biases: tuple[str, ...] = ()
     terms: tuple[BiasTerm, ...] = ()
     cutting_range: tuple[float, float] = (nan, nan)
+
+    @property
+    def bic(self) -> dict[str, float]:
+        """Form of the foundation -> BIC of the second passes over all sites, the lowest first; empty where a site has
+        too few bins."""
+        named = [{each.form: each.bic for each in site.forms} for site in self.sites]
+        if not all(named):
+            return {}
+        sums = {form: sum(each[form] for each in named) for form in named[0]}
+        return dict(sorted(sums.items(), key=lambda item: item[1]))
+
+    def forms(self, form: str) -> tuple[FrictionForm, ...]:
+        """The fits of one form of the foundation, one for each site that has it."""
+        return tuple(each for site in self.sites for each in site.forms if each.form == form)

@@ -2,20 +2,29 @@
 """Friction from the second insertion and cutting force by subtraction, site by site (paper secs. 2.2 and 2.3), with the
 range of an oscillation of the cutting force."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...errors import InputError
+from ...mechanics.foundation import LAWS
 from ...recording import Recording
 from ...segmentation import Events, segment
 from ..estimates import Estimate, mean_estimate
 from ..one_layer.fit_recording import SegmentedRecording
-from ..statistics.regression import least_squares, line
+from ..statistics.regression import VERY_STRONG_BIC, least_squares, line
 from ..strokes import strokes_of, undelayed_depth
 from .bias_terms import bias_sentences, cutting_range, terms_of
 from .result import Site, TwoPass
-from .second_pass import bin_means, friction_window, lasting_drops, not_friction_only, stiffness_share, unevenness
+from .second_pass import (
+    bin_means,
+    friction_forms,
+    friction_window,
+    lasting_drops,
+    not_friction_only,
+    stiffness_share,
+    unevenness,
+)
 
 CUTTING_WINDOW_M = 8e-3  # [m] after the puncture, as in the paper's Fig. 7
 GRID_STEP_M = 0.05e-3  # [m]
@@ -60,12 +69,26 @@ def _all_sites(sites: list[Site], spreading: tuple[float, float] | None) -> TwoP
     terms = terms_of(sites, spreading)
     limits = cutting_range(sites, terms, bool(found))
     doubts = dict.fromkeys(doubt for site in sites for doubt in site.doubts)
-    return TwoPass(
+    result = TwoPass(
         sites=tuple(sites),
         upper_bound=bool(found),
         biases=bias_sentences(sites, found, terms, tuple(doubts), limits),
         terms=terms,
         cutting_range=limits,
+    )
+    return replace(result, biases=(*result.biases, *_bend(result)))
+
+
+def _bend(two_pass: TwoPass) -> tuple[str, ...]:
+    """A sentence if the friction of the second passes, over their whole depth, is that of a nonlinear foundation."""
+    bic = two_pass.bic
+    best = next(iter(bic), "linear")
+    if best == "linear" or two_pass.upper_bound or bic["linear"] - bic[best] < VERY_STRONG_BIC:
+        return ()
+    return (
+        f"Over its whole depth the friction of the second passes bends, as on a {best} foundation (BIC lower by "
+        f"{bic['linear'] - bic[best]:.0f} than that of a line): friction_per_length is that of the line up to where "
+        f"it holds. Identify with model='{LAWS[best]}' for the bend.",
     )
 
 
@@ -79,6 +102,7 @@ def _site(pair: Pair, events: Events) -> Site:
     first, second = (_binned(grid, *each, GRID_STEP_M) for each in ((depth_1, force_1), (depth_2, force_2)))
     start, stop, reason = friction_window(depth_2, force_2, pair.puncture)
     friction, intercept = _friction_line(*bin_means(depth_2, force_2, start, stop))
+    deep = bin_means(depth_2, force_2, start, float(depth_2.max()))
     blocks = [_block_means(each) for each in (grid, first, first - second)]
     slope, _, error, t = line(blocks[0], blocks[2])
     cutting = mean_estimate("cutting_force", blocks[2], "N", "")
@@ -112,6 +136,7 @@ def _site(pair: Pair, events: Events) -> Site:
         stiffness_share_half=share[1],
         drops=lasting_drops(depth_2, force_2, drops),
         unevenness=unevenness(blocks[0], blocks[2]),
+        forms=friction_forms(*deep, np.ones((len(deep[0]), 1))),
         doubts=doubts_of(pair.first, pair.second, events, grid, CUTTING_WINDOW_M),
     )
 

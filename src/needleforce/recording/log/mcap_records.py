@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ...errors import InputError
-from ..formats import MCAP
+from ...files import MCAP
 from ..recording import Note
 
 MAX_RECORD_BYTES = 64 << 20  # bytes of one record, packed or not; chunks of recorders have a few MiB

@@ -8,7 +8,7 @@ from io import BytesIO
 from pathlib import Path
 
 from ...errors import InputError
-from ..formats import BAG, MCAP
+from ...files import BAG, MCAP
 from ..recording import Note
 from .mcap_records import CHANNEL, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, RecordReader
 from .messages import Log

@@ -13,7 +13,7 @@ from ...wire.rdt import LINK_FAILED, SATURATED, SUMMARY, Command, Packet, pack_r
 from ...wire.sensor_configuration import SensorConfiguration
 from ..run import FORCE_RATE_HZ
 from ..sensor import COUNTS, RANGE, Sensor
-from .lossy_link import Datagram, LossyLink, SentRecords
+from .faults import Datagram, LossyLink, SentRecords
 
 COUNTS_PER_UNIT = 1e6  # per N and per N m, as in the maker's electronics
 READINGS_PER_RECORD = 7  # the sensor reads at 7 kHz

@@ -16,8 +16,7 @@ from ..experiment import streams
 from ..run import FORCE_RATE_HZ
 from ..sensor import RANGE, Sensor
 from .axis import LIMITS, Axis, Encoder
-from .faults import checked_faults
-from .lossy_link import Datagram, SentRecords
+from .faults import Datagram, SentRecords, checked_faults
 from .sensor import RecordStreaming, SixAxis
 from .tissue import ModelTissue, PhantomTissue, phantom_site
 

@@ -6,9 +6,8 @@ import numpy as np
 from ...models.model import Insertion, Model
 from ...vocabulary import Status
 from ..experiment import streams
-from ..paper import stick_slip
 from ..run import wrench_of
-from ..specimen import PRESLIDING, PhantomSite, Scatter, Specimen, draw_site
+from ..specimen import PRESLIDING, PhantomSite, Scatter, Specimen, draw_site, stick_slip
 
 _NO_LATERAL = {"fx": 0.0, "fy": 0.0, "tx": 0.0, "ty": 0.0}
 
