@@ -2,10 +2,12 @@
 // A memory as bytes that may leave the process, with the version and the model that they belong to.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <type_traits>
 
 #include "fingerprint.hpp"
@@ -13,18 +15,35 @@
 
 namespace needleforce {
 
-/// Plain bytes of a state: version and size of the program that wrote it, its model, a checksum.
-template <class State>
-struct StateBytes {
-  static_assert(std::is_trivially_copyable_v<State> && sizeof(State) % sizeof(std::uint64_t) == 0);
-  std::uint64_t version, size, model;
-  std::array<std::uint64_t, sizeof(State) / sizeof(std::uint64_t)> words;
-  std::uint64_t checksum;
+/// Four sums over 64-bit words. The first three find every change of up to three bits, of the words or of the
+/// sums, and every burst of up to 64 bits: docs/proof.md. The last mixes the words, against other changes.
+class Checksum {
+ public:
+  static constexpr std::size_t block = 64, max_words = block * 64;  // beyond, two words are turned alike
 
-  State state() const noexcept { return std::bit_cast<State>(words); }
-  /// Of everything before the checksum. Four chains at once, as each waits for its own multiplications.
-  std::uint64_t sum() const noexcept {
-    Fingerprint a, b, c, d;
+  constexpr void add(std::span<const std::uint64_t> words) noexcept {
+    for (std::size_t begin = 0; begin < words.size(); begin += block)
+      add_block(words.subspan(begin, std::min(block, words.size() - begin)));
+  }
+  constexpr std::array<std::uint64_t, 4> value() const noexcept {
+    Fingerprint all = lanes_[0].mixed;
+    for (int i = 1; i < 4; ++i) all.add(lanes_[i].mixed.value());
+    return {columns_, near_, far_, all.value()};
+  }
+
+ private:
+  /// Every fourth word: four at once, as each sum waits for itself.
+  struct Lane {
+    std::uint64_t columns = 0, near = 0;
+    Fingerprint mixed{};
+    constexpr void add(std::uint64_t word) noexcept {
+      columns ^= word;
+      near = std::rotl(near, 4) ^ word;
+      mixed.add(word);
+    }
+  };
+  constexpr void add_block(std::span<const std::uint64_t> words) noexcept {
+    Lane a = lanes_[0], b = lanes_[1], c = lanes_[2], d = lanes_[3];
     std::size_t k = 0;
     for (; k + 4 <= words.size(); k += 4) {
       a.add(words[k]);
@@ -32,9 +51,44 @@ struct StateBytes {
       c.add(words[k + 2]);
       d.add(words[k + 3]);
     }
-    for (; k < words.size(); ++k) a.add(words[k]);
-    for (const std::uint64_t word : {version, size, model, b.value(), c.value(), d.value()}) a.add(word);
-    return a.value();
+    std::uint64_t columns = a.columns ^ b.columns ^ c.columns ^ d.columns, near = 0;
+    for (Lane* lane : {&a, &b, &c, &d}) {
+      near = std::rotl(near, 1) ^ lane->near;
+      lane->near = lane->columns = 0;
+    }
+    for (; k < words.size(); ++k) {
+      columns ^= words[k];
+      near = std::rotl(near, 1) ^ words[k];
+      a.mixed.add(words[k]);
+    }
+    lanes_ = {a, b, c, d};
+    columns_ ^= columns;
+    near_ ^= near;
+    far_ = std::rotl(far_, 1) ^ columns;
+  }
+  std::uint64_t columns_ = 0;  // all words
+  std::uint64_t near_ = 0;     // each turned by its place in the block
+  std::uint64_t far_ = 0;      // each turned by its block
+  std::array<Lane, 4> lanes_{};
+};
+
+/// Plain bytes of a state: version and size of the program that wrote it, its model, checksums.
+template <class State>
+struct StateBytes {
+  static_assert(std::is_trivially_copyable_v<State> && sizeof(State) % sizeof(std::uint64_t) == 0);
+  std::uint64_t version, size, model;
+  std::array<std::uint64_t, sizeof(State) / sizeof(std::uint64_t)> words;
+  std::array<std::uint64_t, 4> checksum;
+
+  static_assert(sizeof(words) / sizeof(std::uint64_t) + Checksum::block <= Checksum::max_words);
+
+  State state() const noexcept { return std::bit_cast<State>(words); }
+  /// Of everything before the checksum.
+  std::array<std::uint64_t, 4> sum() const noexcept {
+    Checksum sum;
+    sum.add(std::array{version, size, model});
+    sum.add(words);
+    return sum.value();
   }
 };
 
@@ -50,16 +104,25 @@ constexpr std::uint64_t this_version() noexcept {
 template <class State>
 StateBytes<State> state_bytes(const State& state, std::uint64_t model) noexcept {
   using Bytes = StateBytes<State>;
-  Bytes result{detail::this_version(), sizeof(Bytes), model, std::bit_cast<decltype(Bytes::words)>(state), 0};
+  Bytes result{
+      detail::this_version(), sizeof(Bytes), model, std::bit_cast<decltype(Bytes::words)>(state), {}};
   result.checksum = result.sum();
   return result;
+}
+
+/// True if both are the same. Word by word: `==` of an array may call a function of the C library.
+constexpr bool same_sums(const std::array<std::uint64_t, 4>& a,
+                         const std::array<std::uint64_t, 4>& b) noexcept {
+  std::uint64_t different = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) different |= a[i] ^ b[i];
+  return different == 0;
 }
 
 /// True if these bytes were saved by this version, for this model, and are intact. Wait-free.
 template <class State>
 bool belongs(const StateBytes<State>& bytes, std::uint64_t model) noexcept {
   return bytes.version == detail::this_version() && bytes.size == sizeof bytes && bytes.model == model &&
-         bytes.checksum == bytes.sum();
+         same_sums(bytes.checksum, bytes.sum());
 }
 
 }  // namespace needleforce
