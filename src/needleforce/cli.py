@@ -63,7 +63,7 @@ def main() -> None:
         app()
     except InputError as error:
         print(f"needleforce: {error}", file=sys.stderr)
-        sys.exit(2)
+        sys.exit(error.exit_code)
     except BrokenPipeError:
         sys.exit(0)
     except OSError as error:

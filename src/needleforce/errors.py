@@ -21,6 +21,8 @@ class InputError(ValueError):
         What to do, as a sentence.
     """
 
+    exit_code = 2  # of a command that ends with this error
+
     def __init__(self, quantity: str, value: object = "", limit: str = "", place: str = "", next_step: str = ""):
         self.quantity, self.value, self.limit = quantity, value, limit
         self.place, self.next_step = place, next_step

@@ -168,6 +168,11 @@ def silent_when_moving(axis):
     return reply
 
 
+def garbage_when_moving(axis, line):
+    if line.startswith("move"):
+        axis.garbage = b"state 1 nan\n"
+
+
 @pytest.mark.parametrize(
     "fault, ended",
     [
@@ -181,7 +186,7 @@ def silent_when_moving(axis):
         (lambda axis: {"state": lambda s: s._replace(condition="fault") if s.depth > 0 else s}, "axis fault"),
         (lambda axis: {"state": lambda s: s._replace(condition="idle") if s.depth > 0 else s}, "axis stopped"),
         (lambda axis: {"reply": lambda line: setattr(axis, "hangs_up", "move" in line)}, "axis lost"),
-        (lambda axis: {"reply": lambda line: setattr(axis, "garbage", b"state 1 nan\n")}, "axis lost"),
+        (lambda axis: {"reply": lambda line: garbage_when_moving(axis, line)}, "axis lost"),
     ],
 )  # fmt: skip
 def test_a_failing_axis_ends_the_run(recorded, fault, ended):
@@ -266,7 +271,7 @@ def test_a_counter_that_does_not_advance_is_refused(recorded, tmp_path):
 def test_a_counter_that_runs_backwards_ends_the_run(recorded):
     with FakeSensor(packets=lambda sensor, k: [sensor.packet(k if k < 100 else 4000 - k)]) as sensor:
         outcome, log = recorded(sensor, duration=10.0)
-    assert outcome.ended == "sensor fault" and "late in a second" in outcome.detail
+    assert outcome.ended == "sensor fault" and "counters" in outcome.detail
     assert log.complete
 
 

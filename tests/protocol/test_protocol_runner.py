@@ -18,7 +18,7 @@ from needleforce.protocol import plan, read_protocol, run_protocol
 from needleforce.protocol.folder import locked
 from needleforce.recording.log import LogWriter
 from needleforce.recording.log.reader import card_and_end
-from needleforce.wire.axis_lines import AxisRange, AxisState
+from needleforce.wire.axis_lines import AxisRange
 
 TEXT = SMALL.replace("two", "three").replace("sites = 2", "sites = 3")
 TEXT = TEXT.replace("hold_s = 1\n", "").replace("second_pass_short_mm = 0.3\n", "")
@@ -26,32 +26,18 @@ SETTINGS = Settings(force_limit=1.0)
 
 
 class Axis:
-    """Moves at once, and reports it in the next state."""
+    """Goes to a site at once."""
 
     limits = AxisRange(-10e-3, 60e-3, 10e-3, 0.1)
 
     def __init__(self, rig):
-        self.rig, self.number = rig, 0
-
-    def receive(self):
-        self.number += 1
-        return [(AxisState(self.number, 0.0, self.rig.depth, 0.0, "idle"), 0)]
-
-    def move(self, depth, speed):
-        self.rig.depth = depth
-        self.rig.calls.append(("move", depth))
+        self.rig = rig
 
     def site(self, number):
         if self.rig.no_sites:
             raise nf.InputError("site", number, "refused")
         assert self.rig.depth < 0.0, "the needle is in the tissue"
         self.rig.calls.append(("site", number))
-
-    def alive(self):
-        self.rig.calls.append("alive") if self.rig.count_alive else None
-
-    def stop(self):
-        self.rig.calls.append("stop")
 
     def close(self):
         pass
@@ -62,19 +48,23 @@ class Rig:
 
     def __init__(self, monkeypatch):
         self.depth, self.calls, self.ends, self.settings, self.moves = -4e-3, [], {}, [], []
-        self.no_sites = self.count_alive = False
+        self.no_sites = False
         self.runs = 0
         monkeypatch.setattr("needleforce.acquisition.recorder.record_run", self.record)
 
     def open(self):
         return type("Force", (), {"stop": lambda self: None})(), Axis(self)
 
-    def record(self, path, force, axis, moves, card, settings, *, view=None, stop=None):
+    def record(self, path, force, axis, moves, card, settings, *, view=None, stop=None, when_withdrawn=None):
+        if self.depth > moves[0][0]:
+            self.depth = moves[0][0]
+            self.calls.append(("withdrawn", self.depth))
+        when_withdrawn()
         self.runs += 1
         self.settings.append(settings)
         why, depth = self.ends.pop(self.runs, ("done", None))
         writer = LogWriter(path, card)
-        deepest = moves[0][0] if depth is None else depth
+        deepest = moves[1][0] if depth is None else depth
         for k, each in enumerate((-4e-3, deepest)):
             writer.wrench(k, k, k, k, [0.0] * 6)
             writer.state(k, k, k, k, each, 0.0)
@@ -85,7 +75,7 @@ class Rig:
         if why == "killed":
             path.write_bytes(flushed)
             raise KeyboardInterrupt
-        return type("Outcome", (), {"ended": why, "detail": "as given."})()
+        return type("Outcome", (), {"ended": why, "detail": "as given.", "rest_confirmed": why != "axis silent"})()
 
 
 @pytest.fixture
@@ -147,6 +137,7 @@ def test_a_site_interrupted_in_the_tissue_is_replaced_by_a_spare_one(rig, sessio
     rig.ends[number] = (why, 5e-3)
     broken, text = session()
     assert not broken.complete and "same command" in text and broken.present == number - 1
+    assert broken.rest_confirmed is (why != "axis silent")
     done, text = session()
     site, of_pair = divmod(number - 1, 2)
     interrupted = f"site{site + 1}_pass{of_pair + 1}"
@@ -181,7 +172,7 @@ def test_the_needle_is_withdrawn_first(rig, session):
     assert rig.depth == 9e-3
     rig.calls.clear()
     session()
-    assert rig.calls[:2] == [("move", -4e-3), ("site", 4)]
+    assert rig.calls[:2] == [("withdrawn", -4e-3), ("site", 4)]
 
 
 def spoil_two(rig, session):
@@ -304,8 +295,9 @@ def test_a_file_without_a_card_is_renamed_and_kept(rig, session, tmp_path, conte
     assert (tmp_path / "out" / "other.mcap").read_bytes() == content
 
 
-def test_between_passes_the_axis_is_kept_connected(rig, tmp_path):
+def test_the_second_pass_begins_after_the_pause(rig, tmp_path, monkeypatch):
     (tmp_path / "slow.toml").write_text(TEXT.replace("sites = 3", "sites = 1\npause_s = 0.15"), encoding="utf-8")
-    rig.count_alive = True
+    slept = []
+    monkeypatch.setattr("needleforce.protocol.session.time.sleep", slept.append)
     run_protocol(read_protocol(tmp_path / "slow.toml"), tmp_path / "out", rig.open, SETTINGS, say=lambda text: None)
-    assert rig.calls.count("alive") >= 3
+    assert slept == [0.15]

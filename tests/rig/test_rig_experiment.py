@@ -165,16 +165,6 @@ def test_the_example_is_small_and_can_be_read(tmp_path):
     assert len(nf.segment(back).punctures) == 1
 
 
-def test_the_command_writes_the_example(tmp_path, capsys):
-    from needleforce.rig.__main__ import main
-
-    assert main([str(tmp_path / "example.csv"), "1"]) == 0
-    assert nf.read(tmp_path / "example.csv").card.filter_length == 1
-    assert main([]) == 2 and main([str(tmp_path / "x.csv"), "-1"]) == 2
-    assert main([str(tmp_path / "absent" / "example.csv")]) == 1
-    assert "absent" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("bad", "quantity"),
     [

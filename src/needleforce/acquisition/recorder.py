@@ -15,10 +15,11 @@ import numpy as np
 from ..errors import InputError
 from ..wire.axis_lines import AxisState
 from ..wire.rdt import is_fault, status_words
-from .force_monitor import ForceMonitor
-from .motion_sequence import POSITION_TOLERANCE_M, EndReason, MotionSequence, RunEnded
+from .axis_check import POSITION_TOLERANCE_M, REST_WINDOW_S, check_declared
+from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run import POLL_INTERVAL_S, Run
 from .run_writer import RunWriter
+from .safety_monitor import SafetyMonitor
 from .settings import Progress, RestBias, RunResult, Settings
 from .sources.source import ForceSample, ForceSource, MotionAxis
 
@@ -38,6 +39,7 @@ def record_run(
     *,
     view: Callable[[Progress], None] | None = None,
     stop: threading.Event | None = None,
+    when_withdrawn: Callable[[], None] | None = None,
 ) -> RunResult:
     """Record one run: the bias at rest, then the moves.
 
@@ -64,6 +66,9 @@ def record_run(
         Called with a ``Progress`` about eight times a second.
     stop : threading.Event, optional
         Ends the run when it is set.
+    when_withdrawn : callable, optional
+        Called before the bias, when the needle is withdrawn, such as to go to another site; the axis must not move it
+        into the tissue.
 
     Returns
     -------
@@ -74,13 +79,15 @@ def record_run(
     ------
     InputError
         If the run cannot start; then there is no file.
+    AxisNotStopped
+        If the run cannot start and the axis does not stop.
     KeyboardInterrupt
         If it is interrupted before the start; then there is no file.
     """
     import mcap.writer  # noqa: F401 - before readings arrive: an import blocks every thread
 
     stop = threading.Event() if stop is None else stop
-    monitor = ForceMonitor(force, axis, settings, stop)
+    monitor = SafetyMonitor(force, axis, settings, stop)
     try:
         _check(Path(path), axis, moves, settings)
         force.start()  # may wait for a header: Ctrl-C interrupts it, no file is open yet
@@ -89,25 +96,45 @@ def record_run(
             await_readings(monitor, 0.0, settings.silence, stop)
             if moves:
                 withdraw(axis, moves[0], monitor, settings.silence, stop)
+        if when_withdrawn:  # may ask an operator: Ctrl-C interrupts it
+            when_withdrawn()
+            monitor.samples.clear()
+        with _signals_set(stop):
             bias = take_bias(monitor, settings, stop)
             run = Run(
                 path=Path(path),
                 run_writer=RunWriter(_log_writer(path, force, card, settings), force),
                 monitor=monitor,
-                axis=axis or getattr(force, "axis", None),  # lines on standard input may contain a depth
                 bias=bias,
                 settings=settings,
                 view=view,
             )
             motion = MotionSequence(axis, moves, settings.silence, monitor.send_move) if moves else None
             return run.run(motion, stop)
+    except BaseException as error:
+        _stopped(monitor, error)
+        raise
     finally:
-        if axis:
-            axis.stop()
         monitor.stop()
         force.stop()
         if axis:
             axis.close()
+
+
+class AxisNotStopped(InputError):
+    """A run could not start, and the axis, ordered to stop, was not seen to do so."""
+
+    exit_code = 3
+
+
+def _stopped(monitor: SafetyMonitor, error: BaseException) -> None:
+    """Stop an axis that may move after an error. Raises AxisNotStopped if it is not seen at rest."""
+    monitor.send_stop()
+    while monitor.waits_for_rest:
+        time.sleep(POLL_INTERVAL_S)
+    report = monitor.stop_report
+    if report and monitor.has_moved and not report.confirmed:
+        raise AxisNotStopped("axis", "not stopped", str(report), next_step=f"The run did not start: {error}") from error
 
 
 def _check(path: Path, axis: MotionAxis | None, moves: Sequence[tuple[float, float]], settings: Settings) -> None:
@@ -119,6 +146,8 @@ def _check(path: Path, axis: MotionAxis | None, moves: Sequence[tuple[float, flo
         raise InputError("folder", str(path.parent), "does not exist", next_step="Make it first.")
     if axis is None and moves:
         raise InputError("axis", "none", "moves need one", next_step="Give --axis.")
+    if axis is not None:
+        check_declared(axis.limits, getattr(axis, "place", "axis"))
     here = None
     for depth, speed in moves:
         if depth != here:
@@ -134,6 +163,7 @@ def _log_writer(path: str | os.PathLike, force: ForceSource, card: Mapping[str, 
 
     configuration = getattr(force, "configuration", None)
     entries = {"axial": settings.axial, "filter_length": str(settings.filter_length)}
+    entries |= {"force_limit_N": f"{settings.force_limit:.6g}", "force_limit_source": settings.limit_source}
     entries |= {"wrench_rate_Hz": f"{force.clock_rate:.12g}", "sensor_serial": getattr(configuration, "serial", "")}
     return LogWriter(path, entries | dict(card))
 
@@ -157,7 +187,7 @@ def _signals_set(stop: threading.Event) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def await_readings(monitor: ForceMonitor, seconds: float, silence: float, stop: threading.Event) -> None:
+def await_readings(monitor: SafetyMonitor, seconds: float, silence: float, stop: threading.Event) -> None:
     """Wait until the readings span ``seconds`` of their own clock.
 
     Raises InputError if no readings arrive or their clock hardly advances, and KeyboardInterrupt.
@@ -172,7 +202,7 @@ def await_readings(monitor: ForceMonitor, seconds: float, silence: float, stop: 
         time.sleep(POLL_INTERVAL_S)
 
 
-def _slow_clock(monitor: ForceMonitor, waited: float, seconds: float) -> InputError:
+def _slow_clock(monitor: SafetyMonitor, waited: float, seconds: float) -> InputError:
     advanced = (monitor.samples[-1].device - monitor.samples[0].device) * 1e-9 if monitor.samples else 0.0
     limit = f"{seconds:g} s are needed; its counter or its time stamps hardly advance"
     advice = "Check the rate on the sensor's page, or the times in the lines."
@@ -180,46 +210,67 @@ def _slow_clock(monitor: ForceMonitor, waited: float, seconds: float) -> InputEr
 
 
 def withdraw(
-    axis: MotionAxis, move: tuple[float, float], monitor: ForceMonitor, timeout: float, stop: threading.Event
+    axis: MotionAxis, move: tuple[float, float], monitor: SafetyMonitor, timeout: float, stop: threading.Event
 ) -> None:
     """Make a move that goes outwards, as a needle in tissue is not at rest; leave any other move for later."""
-    state = _state_after(MotionSequence(axis, [], timeout, monitor.send_move), axis, monitor, stop)
+    state = _state_at_rest(monitor, timeout, stop)
     if move[0] < state.depth - POSITION_TOLERANCE_M:
         axis.check_move(*move)
-        _state_after(MotionSequence(axis, [move], timeout, monitor.send_move), axis, monitor, stop)
+        _make_move(MotionSequence(axis, [move], timeout, monitor.send_move), monitor, stop)
+        monitor.pause_motion()
         monitor.samples.clear()
 
 
-def take_bias(monitor: ForceMonitor, settings: Settings, stop: threading.Event) -> RestBias:
+def take_bias(monitor: SafetyMonitor, settings: Settings, stop: threading.Event) -> RestBias:
     """The bias from ``bias_time`` of readings, which remain in the monitor's queue; the force limit holds from now."""
     await_readings(monitor, settings.bias_time, settings.silence, stop)
     bias = RestBias()
     if settings.bias_time:
         samples = list(monitor.samples)
+        monitor.learn_noise(samples)
         bias = bias_of([s for s in samples if s.device - samples[0].device <= 1e9 * settings.bias_time], settings)
     monitor.bias = bias.wrench[settings.column]
     return bias
 
 
-def _state_after(
-    motion: MotionSequence, axis: MotionAxis, monitor: ForceMonitor, stop: threading.Event
-) -> AxisState | None:
-    """The state of the axis at the end of a motion. Raises InputError if it does not end as planned."""
+def _state_at_rest(monitor: SafetyMonitor, timeout: float, stop: threading.Event) -> AxisState:
+    """The state of the axis before its first order. Raises InputError if it is not at rest, by its own depth."""
+    until = time.monotonic() + REST_WINDOW_S + timeout
+    while not monitor.axis_check.begin():
+        _check_monitor(monitor, stop)
+        if time.monotonic() > until:
+            state, advice = monitor.axis_check.state, "Stop it, and check that nothing else commands it."
+            if state is None:
+                raise InputError("axis", "silent", f"no state for {timeout:g} s", next_step="Check the axis.")
+            where = f"at {1e3 * state.depth:.3f} mm, {1e3 * monitor.axis_check.measured_speed:.3g} mm/s"
+            raise InputError(
+                "axis", where, "it must rest before a run, and report at least 15 states per second", "", advice
+            )
+        time.sleep(POLL_INTERVAL_S)
+    return monitor.axis_check.state
+
+
+def _make_move(motion: MotionSequence, monitor: SafetyMonitor, stop: threading.Event) -> None:
+    """Make the moves of ``motion`` before the recording. Raises InputError if they do not end as planned."""
+    motion.add_states([(monitor.axis_check.state, 0)], time.monotonic())
     try:
         while True:
             _check_monitor(monitor, stop)
-            motion.add_states(axis.receive(), time.monotonic())
+            motion.add_states(monitor.take()[1], time.monotonic())
             motion.step(time.monotonic())
             time.sleep(POLL_INTERVAL_S)
     except RunEnded as ended:
         if ended.reason is not EndReason.DONE:
             raise InputError("axis", ended.reason.removeprefix("axis "), ended.detail) from None
-        return motion.state
 
 
-def _check_monitor(monitor: ForceMonitor, stop: threading.Event) -> None:
+def _check_monitor(monitor: SafetyMonitor, stop: threading.Event) -> None:
     if stop.is_set():
         raise KeyboardInterrupt
+    if monitor.axis_error:
+        raise monitor.axis_error
+    if monitor.reason:
+        raise InputError(str(monitor.reason), "", monitor.detail)
     if isinstance(monitor.error, EOFError):
         advice = "Let the source run longer, or take no bias with --bias-s 0."
         raise InputError("source", "ended", "before the bias was taken", next_step=advice)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """A run in progress: writes what was received, checks for what ends the run, then waits until the axis rests."""
 
+import math
 import threading
 import time
-from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,18 +11,21 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording.alignment import align
-from ..wire.axis_lines import MAX_SILENCE_S, AxisState
-from .force_monitor import ForceMonitor
+from ..wire.axis_lines import AxisState
+from ..wire.rdt import is_fault
+from .axis_check import REACTION_TIME_S, StopReport
 from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run_writer import FILE_ENDS, RunWriter
+from .safety_monitor import SafetyMonitor
 from .settings import Progress, RestBias, RunResult, Settings
-from .sources.source import MotionAxis
 
 POLL_INTERVAL_S = 0.02
 _VIEW_INTERVAL_S = 0.125
-_MAX_STOP_TIME_S = 3.0  # for an axis to come to rest after a stop
+_FORCE_AFTER_REST_S = 0.1  # over which the force of a needle at rest is averaged, and then not exceeded
+_MAX_RISE = 0.05  # of that force: relaxation only lowers it
+_STILL_M = 20e-6  # of depth after a stop, with which the force does not rise
+_MIN_NOISES = 5.0  # standard deviations of a reading below which a force, or its rise, is noise
 _MIN_ALIGNMENT_PAIRS = 20
-_MAX_LATE_SHARE = 0.5  # of the records of a second, above which the sensor's counter is invalid
 _END_ENTRIES = ("ended", "detail", "seconds", "received", "lost", "duplicated", "late", "longest_own_gap", "peak_force")
 
 
@@ -34,23 +37,24 @@ class Run:
         *,
         path: Path,
         run_writer: RunWriter,
-        monitor: ForceMonitor,
-        axis: MotionAxis | None,
+        monitor: SafetyMonitor,
         bias: RestBias,
         settings: Settings,
         view: Callable[[Progress], None] | None,
     ):
-        self._path, self._run_writer, self._monitor, self._axis = path, run_writer, monitor, axis
+        self._path, self._run_writer, self._monitor = path, run_writer, monitor
         self._bias, self._settings, self._view = bias, settings, view
         self._begun = self._flushed = time.monotonic()
         self._processor_time = time.process_time()
         self._viewed = self._peak = self._force = 0.0
         self._motion: MotionSequence | None = None
         self._state: AxisState | None = None
+        self._latest: list[float] = []  # forces of the usable readings written last
+        self._warning = ""
 
     def run(self, motion: MotionSequence | None, stop: threading.Event) -> RunResult:
         """Record from the first move of ``motion`` until the file is closed."""
-        self._motion = motion
+        self._motion, self._monitor.recording = motion, True
         try:
             self._write_received(self._begun)
             self._run_writer.bias(self._bias)
@@ -73,49 +77,39 @@ class Run:
             force = self._monitor.axial(self._monitor.over_limit)
             self._run_writer.mark("limit", force=force, limit=self._settings.force_limit)
             raise RunEnded(EndReason.FORCE_LIMIT, f"{force:.3f} N, limit {self._settings.force_limit:g} N")
+        if self._monitor.reason:
+            raise RunEnded(self._monitor.reason, self._monitor.detail)
         if stop.is_set():
             raise RunEnded(EndReason.INTERRUPTED)
         self._check_sensor(now)
         if self._motion:
-            self._step(self._motion, now)
+            self._motion.step(now)
             self._run_writer.phase(self._motion.phase)
         if self._settings.duration is not None and now - self._begun >= self._settings.duration:
             raise RunEnded(EndReason.DONE)
 
     def _write_received(self, now: float) -> None:
-        samples = _emptied(self._monitor.samples)
-        for sample in samples:
-            self._force = self._monitor.axial(sample)
-            self._peak = max(self._peak, self._force, key=abs)
+        samples, states = self._monitor.take()
+        forces = [self._monitor.axial(sample) for sample in samples]
+        self._latest = [force for force, each in zip(forces, samples) if each.fresh and not is_fault(each.status)]
+        if forces:
+            self._force = forces[-1]
+            self._peak = max(self._peak, *forces, key=abs)
         self._run_writer.force(samples)
-        if self._axis:
-            self._write_states(now)
+        self._write_states(states, now)
         if now - self._flushed >= self._settings.flush_every:
             self._flushed = now
             self._run_writer.flush()
         self._show(now)
 
-    def _write_states(self, now: float) -> None:
-        try:
-            states = self._axis.receive()
-        except InputError as error:
-            raise RunEnded(EndReason.AXIS_LOST, str(error)) from None
+    def _write_states(self, states: list[tuple[AxisState, int]], now: float) -> None:
         self._run_writer.axis(states)
         if states:
             self._state = states[-1][0]
         if self._motion:
             self._motion.add_states(states, now)
-
-    def _step(self, motion: MotionSequence, now: float) -> None:
-        """Send the next move if it is due; an axis that stopped because readings ended counts as a silent sensor."""
-        try:
-            motion.step(now)
-        except RunEnded as ended:
-            silence = now - self._monitor.last_time
-            if ended.reason is EndReason.AXIS_STOPPED and silence > 0.5 * MAX_SILENCE_S:
-                detail = f"no reading for {silence:.2f} s, so the {ended.reason} {ended.detail}"
-                raise RunEnded(EndReason.SENSOR_SILENT, detail) from None
-            raise
+        if self._monitor.axis_error and not states:
+            raise RunEnded(EndReason.AXIS_LOST, str(self._monitor.axis_error))
 
     def _check_sensor(self, now: float) -> None:
         silence = self._settings.silence
@@ -125,46 +119,74 @@ class Run:
             raise RunEnded(EndReason.SENSOR_LOST, str(self._monitor.error))
         if now - self._monitor.last_time > silence:
             raise RunEnded(EndReason.SENSOR_SILENT, f"no reading for {silence:g} s")
-        if now - self._monitor.last_healthy_time > silence:
-            raise RunEnded(EndReason.SENSOR_FAULT, f"no healthy reading for {silence:g} s")
-        for second in self._run_writer.check.seconds[-1:]:
-            if second.late > _MAX_LATE_SHARE * second.received:
-                detail = f"its counter is invalid: {second.late} of {second.received} records late in a second"
-                raise RunEnded(EndReason.SENSOR_FAULT, detail)
+        if now - self._monitor.last_usable_time > silence:
+            raise RunEnded(EndReason.SENSOR_FAULT, f"no usable reading for {silence:g} s: {self._monitor.why_unusable}")
 
     def _end(self, ended: RunEnded) -> RunResult:
         """Stop the axis, write what arrives until it rests, and close the file."""
+        stop = None
         if self._motion:
             self._monitor.send_stop()
+            ended, stop = self._watch_stop(ended)
         try:
-            self._wait_for_rest()
+            self._write_received(time.monotonic())
         except RunEnded as later:  # a file that fails replaces the reason, an axis that fails does not
             ended = _reported(ended, later)
-        result = self._result(ended)
+        result = self._result(ended, stop)
         try:
             self._run_writer.close(ended.reason, end_entries(result))
         except RunEnded as later:
-            result = self._result(_reported(ended, later))
+            result = self._result(_reported(ended, later), stop)
         return result
 
-    def _wait_for_rest(self) -> None:
-        """Write what arrives until the axis rests or is silent."""
-        before, begun = self._state, time.monotonic()
-        last = begun
-        self._write_received(begun)
-        while (
-            self._motion
-            and time.monotonic() - begun < _MAX_STOP_TIME_S
-            and time.monotonic() - last < self._settings.silence
-        ):
-            time.sleep(POLL_INTERVAL_S)
-            previous = self._state
-            self._write_received(time.monotonic())
-            last = last if self._state is previous else time.monotonic()
-            if self._state is not before and self._state.condition not in ("moving", "stopping"):
-                return
+    def _watch_stop(self, ended: RunEnded) -> tuple[RunEnded, StopReport]:
+        """Write what arrives until the axis is seen at rest; what it did becomes part of the reason."""
+        begun, at_order = time.monotonic(), []
+        while self._monitor.waits_for_rest:
+            ended = self._write_while_stopping(ended)
+            if time.monotonic() - begun < REACTION_TIME_S:
+                at_order += self._latest
+        report = self._monitor.stop_report
+        still = report.distance <= _STILL_M and at_order  # then the force at the order is already that of rest
+        rising = self._rising_force(max(map(abs, at_order)) if still else None) if report.at_rest else ""
+        reason = EndReason.AXIS_NOT_STOPPED if report.beyond or rising else ended.reason
+        first = f"{ended.reason}{f' ({ended.detail})' if ended.detail else ''}: " if reason != ended.reason else ""
+        detail = "; ".join(filter(None, [ended.detail if not first else "", f"{report}{rising}"]))
+        if report.confirmed and not rising and ended.reason is EndReason.DONE:
+            detail = ended.detail
+        return RunEnded(reason, first + detail), report
 
-    def _result(self, ended: RunEnded) -> RunResult:
+    def _write_while_stopping(self, ended: RunEnded) -> RunEnded:
+        report = self._monitor.stop_report
+        self._warning = "" if report is None or not report.beyond else f"{EndReason.AXIS_NOT_STOPPED}: {report}"
+        time.sleep(POLL_INTERVAL_S)
+        try:
+            self._write_received(time.monotonic())
+        except RunEnded as later:
+            return _reported(ended, later)
+        return ended
+
+    def _rising_force(self, first: float | None) -> str:
+        """In words, a force that rises although the depth is at rest: then the depth is not the needle's.
+
+        It is compared with ``first`` [N], by default that at the beginning of the rest.
+        """
+        means = [abs(self._mean_force()) for _ in range(4)]
+        first, highest = means[0] if first is None else first, max(means)
+        noise = _MIN_NOISES * self._bias.noise[self._settings.column]
+        if not (highest > noise > 0.0 and highest > first + max(noise, _MAX_RISE * first)):
+            return ""
+        return f", but the force rises from {first:.3f} to {highest:.3f} N: the needle still moves; switch the axis off"
+
+    def _mean_force(self) -> float:
+        """The mean force over ``_FORCE_AFTER_REST_S`` from now on; NaN without a reading."""
+        until, forces = time.monotonic() + _FORCE_AFTER_REST_S, []
+        while time.monotonic() < until:
+            self._write_while_stopping(RunEnded(EndReason.DONE))
+            forces += self._latest
+        return float(np.mean(forces)) if forces else math.nan
+
+    def _result(self, ended: RunEnded, stop: StopReport | None) -> RunResult:
         counts, seconds = self._run_writer.check.total, time.monotonic() - self._begun
         return RunResult(
             ended=ended.reason,
@@ -182,6 +204,8 @@ class Run:
             path=self._path,
             dropped=self._run_writer.dropped,
             buffer=self._run_writer.buffer,
+            restarts=self._run_writer.restarts,
+            stop=stop,
         )
 
     def _show(self, now: float) -> None:
@@ -197,6 +221,7 @@ class Run:
             depth=self._state.depth if self._state else None,
             phase=self._motion.phase if self._motion else None,
             bias=self._settings.sign * self._bias.wrench[self._settings.column],
+            warning=self._warning,
         )
         try:
             self._view(progress)
@@ -209,14 +234,11 @@ def _reported(first: RunEnded, later: RunEnded) -> RunEnded:
     return later if later.reason in FILE_ENDS and first.reason not in FILE_ENDS else first
 
 
-def _emptied(queue: deque) -> list:
-    """The present content of a queue that another thread fills; it is removed."""
-    return [queue.popleft() for _ in range(len(queue))]
-
-
 def end_entries(result: RunResult) -> dict[str, str]:
     """The entries at the end of a recorded file, as text."""
     values = {name: getattr(result, name) for name in _END_ENTRIES}
+    if result.stop:
+        values |= {f"stop_{name}": value for name, value in result.stop._asdict().items()}
     return {name: f"{value:.6g}" if isinstance(value, float) else str(value) for name, value in values.items()}
 
 

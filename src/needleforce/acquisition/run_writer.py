@@ -19,7 +19,8 @@ from .sources.source import ForceSample, ForceSource
 SOURCE_COUNTS = ("foreign", "wrong_size", "stale", "restart", "dropped")
 FILE_ENDS = (EndReason.DISK_FULL, EndReason.FILE_NOT_WRITTEN)
 _DISK_FULL_MESSAGES = [os.strerror(number) for number in (errno.ENOSPC, errno.EDQUOT)]
-_PAIR_INTERVAL = 10  # readings for each pair of times that is kept for the alignment
+_PAIR_INTERVAL = 10  # readings for each pair of times that is kept for the alignment, at first
+_MAX_PAIRS = 100_000  # then every second one is kept
 _SECOND = 1_000_000_000  # [ns]
 
 
@@ -46,10 +47,10 @@ class RunWriter:
 
     def __init__(self, writer: Any, source: ForceSource):
         self.check = SequenceCheck()
-        self.pairs: list[tuple[int, int]] = []  # time of the sensor and arrival [ns], of one reading in ten
+        self.pairs: list[tuple[int, int]] = []  # time of the sensor and arrival [ns], of some readings
+        self._pair_interval = _PAIR_INTERVAL
         self._writer, self._source = writer, source
         self._clock, self._axis_clock = DeviceClock(), DeviceClock()
-        self._seconds_marked = 0
         self._source_counts = dict.fromkeys(SOURCE_COUNTS, 0)
         self._status: set[int] = {0}
         self._condition, self._phase = "", ""
@@ -59,6 +60,11 @@ class RunWriter:
     def dropped(self) -> int:
         """Packets that arrived when this computer's receive buffer was full."""
         return getattr(self._source, "dropped", 0)
+
+    @property
+    def restarts(self) -> int:
+        """How often the source's counter restarted."""
+        return getattr(self._source, "restart", 0)
 
     @property
     def buffer(self) -> float:
@@ -76,8 +82,10 @@ class RunWriter:
             stamp = self._clock.host(sample.device, sample.arrival)
             record = sample.sequence, sample.arrival, sample.device, stamp, sample.wrench
             self._write("wrench", *record)
-            if not self.check.received % _PAIR_INTERVAL:
+            if not self.check.received % self._pair_interval:
                 self.pairs.append((sample.device, sample.arrival))
+        if len(self.pairs) > _MAX_PAIRS:
+            self.pairs, self._pair_interval = self.pairs[::2], 2 * self._pair_interval
         self._mark_seconds()
 
     def axis(self, states: list[tuple[AxisState, int]]) -> None:
@@ -126,12 +134,12 @@ class RunWriter:
 
     def _mark_seconds(self) -> None:
         """Mark losses and the counts of the source for each full second."""
-        if len(self.check.seconds) == self._seconds_marked:
+        if not self.check.seconds:
             return
-        for counts in self.check.seconds[self._seconds_marked :]:
+        for counts in self.check.seconds:
             if counts.lost or counts.duplicated or counts.late:
                 self.mark("lost", **counts._asdict())
-        self._seconds_marked = len(self.check.seconds)
+        self.check.seconds.clear()
         self._status = {0}
         for kind in SOURCE_COUNTS:
             now = getattr(self._source, kind, 0)

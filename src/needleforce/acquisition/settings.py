@@ -8,7 +8,9 @@ from typing import NamedTuple
 
 from ..errors import InputError
 from ..recording.card import check_filter_length
+from ..wire.axis_lines import MAX_SILENCE_S
 from ..wire.rdt import AXES
+from .axis_check import StopReport
 from .motion_sequence import EndReason
 
 
@@ -20,6 +22,8 @@ class Settings:
     ----------
     force_limit : float
         Limit of the absolute axial force minus the bias [N], at least 1e-6; infinite for no limit.
+    limit_source : str
+        Where the limit comes from, for the card of the recording.
     bias_time : float
         Time at rest before the motion from which the bias is determined [s], 0 to 60; 0 for no bias.
     duration : float, optional
@@ -35,6 +39,8 @@ class Settings:
         Time without a reading, an axis state or a movement after which the run ends [s], 0.05 to 60.
     steady : float
         Largest drift and standard deviation of the axial force at rest [N], at least 1e-6.
+    max_force_gap : float
+        Time without a usable reading after which a moving axis is stopped [s], 0.02 to 0.5, when it stops by itself.
 
     Raises
     ------
@@ -50,6 +56,8 @@ class Settings:
     filter_length: int = 1
     silence: float = 1.0
     steady: float = 0.05
+    max_force_gap: float = 0.25
+    limit_source: str = "given"
 
     def __post_init__(self):
         limits = [
@@ -59,6 +67,7 @@ class Settings:
             ("flush_every", self.flush_every, 0.01, 10.0, "s"),
             ("silence", self.silence, 0.05, 60.0, "s"),
             ("steady", self.steady, 1e-6, math.inf, "N"),
+            ("max_force_gap", self.max_force_gap, 0.02, MAX_SILENCE_S, "s"),
         ]
         for quantity, value, low, high, unit in limits:
             if not low <= value <= high:
@@ -117,6 +126,10 @@ class RunResult:
         Packets among the lost ones that arrived when this computer's receive buffer was full.
     buffer : float
         Time for which that buffer holds unread readings [s].
+    restarts : int
+        How often the sensor's counter restarted.
+    stop : StopReport or None
+        What the axis did after its last stop; None without an axis that was moved.
     """
 
     ended: EndReason
@@ -134,11 +147,18 @@ class RunResult:
     path: Path
     dropped: int = 0
     buffer: float = math.inf
+    restarts: int = 0
+    stop: StopReport | None = None
+
+    @property
+    def rest_confirmed(self) -> bool:
+        """Whether the axis, if it was moved, was seen to stop within the distance in which it must."""
+        return self.stop is None or (self.stop.confirmed and self.ended is not EndReason.AXIS_NOT_STOPPED)
 
 
 class Progress(NamedTuple):
     """Values for a live view: time since the start [s], readings and losses, axial force [N], depth [m] and phase of
-    the motion or None, bias [N]."""
+    the motion or None, bias [N], and a warning that must be seen at once, or nothing."""
 
     seconds: float
     received: int
@@ -147,3 +167,4 @@ class Progress(NamedTuple):
     depth: float | None
     phase: str | None
     bias: float
+    warning: str = ""

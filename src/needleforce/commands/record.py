@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce record``: record a sensor and an axis to a file during the run."""
 
-import contextlib
 import dataclasses
 import math
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,22 +12,26 @@ import typer
 
 from ..acquisition.settings import Progress
 from ..errors import InputError
-from .output import JSON_HELP, check_outputs, say, write_json
+from .output import JSON_HELP, check_outputs, live_view, say, write_json
 
 if TYPE_CHECKING:
     from ..acquisition.settings import RunResult, Settings
+    from ..acquisition.sources.source import MotionAxis
     from ..acquisition.sources.standard_input import StandardInput
     from ..protocol.protocol import Protocol
     from ..protocol.session import CampaignOutcome
+    from ..wire.sensor_configuration import SensorConfiguration
 
 NAME = "record"
 SENSOR_HELP = "HOST or HOST:PORT of a Net F/T sensor (RDT over UDP)."
 PAGE_HELP = "Configuration of the sensor: a URL or a saved netftapi2.xml; default: the page of the sensor's host."
 DEFAULT_LIMIT_SHARE = 0.8  # of the sensor's rated range: the default force limit
-
+MAX_DEFAULT_LIMIT_N = 100.0  # that an axis gets without being asked for: published needle forces are smaller
+_MAX_COUNT = 2**31  # of a reading
 
 DEFAULT_LIMIT = f"{100 * DEFAULT_LIMIT_SHARE:g} % of the sensor's rated range"
 LIMIT_HELP = f"Axial force minus bias at which the axis stops; default: {DEFAULT_LIMIT}."
+GAP_HELP = "Time without a usable reading after which a moving axis is stopped."
 SAME_SITE_HELP = "If no spare site is left, insert into the hole of an aborted run."
 
 
@@ -46,6 +49,7 @@ def run(
     duration_s: Annotated[float | None, typer.Option(help="Duration without motion; default: until Ctrl-C.")] = None,
     force_limit_n: Annotated[float | None, typer.Option("--force-limit-N", help=LIMIT_HELP)] = None,
     steady_n: Annotated[float, typer.Option("--steady-N", help="Largest change of the force during the bias.")] = 0.05,
+    max_force_gap_s: Annotated[float, typer.Option(help=GAP_HELP)] = 0.25,
     bias_s: Annotated[float, typer.Option(help="Time at rest to measure the bias; 0 for none.")] = 0.5,
     axial: Annotated[str, typer.Option(help="Axis of the sensor along the needle: fz, -fz, fx, …")] = "fz",
     filter_length: Annotated[int, typer.Option(help="Samples in the sensor's average filter.")] = 1,
@@ -64,7 +68,8 @@ def run(
     """Record force and depth during a run, with bias, lost packets and clocks.
 
     A force limit stops the axis; Ctrl-C ends the recording and closes the file. Exit code 0: completed, or ended by
-    Ctrl-C; 1: ended early for another reason, which is printed, and the data are kept; 2: could not start.
+    Ctrl-C; 1: ended early for another reason, which is printed, and the data are kept; 2: could not start; 3: the axis
+    was not seen to stop.
     """
     from ..acquisition.motion_sequence import EndReason
     from ..acquisition.recorder import record_run
@@ -85,9 +90,12 @@ def run(
         calibration=calibration,
     )
     planned = read_protocol(protocol) if protocol else None  # before the network is used
-    open_sources, rating = sources(sensor, sensor_page, axis, calibration, axial)
+    open_sources, configuration = sources(sensor, sensor_page, axis, calibration)
+    limit, limit_source = force_limit(force_limit_n, configuration, axial, axis if protocol is None else None)
     settings = Settings(
-        force_limit=force_limit(force_limit_n, rating, axis if protocol is None else None),
+        force_limit=limit,
+        limit_source=limit_source,
+        max_force_gap=max_force_gap_s,
         bias_time=bias_s,
         duration=duration_s,
         axial=axial,
@@ -98,16 +106,36 @@ def run(
         if protocol:
             done = _run_protocol(planned, folder, open_sources, settings, view=view, same_site=same_site)
             write_json(done.to_json(), json)
-            if not done.complete:
-                raise typer.Exit(1)
+            _exit(done.complete, done.rest_confirmed)
             return
         moves = [] if depth_mm is None else _moves(start_mm, depth_mm, speed_mm_s, hold_s)
         card = {"needle": needle, "tissue": tissue, "rig": f"{sensor or 'standard input'}, {axis or 'no axis'}"}
         force, motion = open_sources()
+        say(f"force limit {limit:.4g} N ({limit_source})" + (_stop_text(motion, moves) if moves else ""))
         outcome = record_run(output, force, motion, moves=moves, card=card, settings=settings, view=view)
     _print_outcome(outcome, json)
-    if outcome.ended not in (EndReason.DONE, "interrupted", "source ended"):
+    _exit(outcome.ended in (EndReason.DONE, EndReason.INTERRUPTED, EndReason.SOURCE_ENDED), outcome.rest_confirmed)
+
+
+def _exit(completed: bool, rest_confirmed: bool) -> None:
+    """The exit code: an axis that was not seen to stop comes before all else."""
+    if not rest_confirmed:
+        raise typer.Exit(3)
+    if not completed:
         raise typer.Exit(1)
+
+
+def _stop_text(axis: "MotionAxis", moves: list[tuple[float, float]]) -> str:
+    """The distance within which the axis must stop, for the fastest of the moves."""
+    from ..acquisition.axis_check import stop_distance
+
+    speed = min(axis.limits.max_speed, max(speed for _, speed in _motions(moves)))
+    return f"; a stop from {1e3 * speed:g} mm/s takes at most {1e3 * stop_distance(axis.limits, speed):.2f} mm"
+
+
+def _motions(moves: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The moves without holds, whose second number is a time."""
+    return [move for before, move in zip([None, *moves], moves) if before is None or move[0] != before[0]]
 
 
 def _check_usage(
@@ -168,8 +196,12 @@ def _run_protocol(
 
 def _print_outcome(outcome: "RunResult", json: str | None) -> None:
     """Print the result of a run in a few lines."""
-    write_json(dataclasses.asdict(outcome) | {"path": str(outcome.path)}, json)
+    write_json(
+        dataclasses.asdict(outcome) | {"path": str(outcome.path), "stop": outcome.stop and outcome.stop._asdict()}, json
+    )
     uncertainty = outcome.alignment_uncertainty
+    if outcome.restarts:
+        say(f"warning: the sensor's counter restarted {outcome.restarts} times: it was switched off or exchanged")
     clock = "unknown" if uncertainty is None else f"{1e3 * uncertainty:.3f} ms"
     say(f"{outcome.path}: {outcome.ended}" + (f": {outcome.detail}" if outcome.detail else ""))
     say(f"{outcome.seconds:.1f} s, {outcome.received} readings, largest force {outcome.peak_force:.3f} N")
@@ -185,11 +217,12 @@ def _print_outcome(outcome: "RunResult", json: str | None) -> None:
 
 
 def sources(
-    sensor: str | None, page: str, axis: str | None, calibration: Path | None, axial: str
-) -> tuple[Callable[[], tuple], float]:
-    """A function that opens force source and axis for a run, and the rated range [N] of the axial force, 0 if unknown.
+    sensor: str | None, page: str, axis: str | None, calibration: Path | None
+) -> tuple[Callable[[], tuple], "SensorConfiguration | None"]:
+    """A function that opens force source and axis for a run, and the sensor's configuration.
 
-    ``sensor`` None means standard input. Raises InputError for an invalid address and for an incomplete configuration.
+    ``sensor`` None means standard input, without a configuration. Raises InputError for an invalid address, for an
+    incomplete configuration, and, when a run is opened, for one that has changed.
     """
     from ..acquisition.sources.axis import AxisClient
     from ..acquisition.sources.net_ft_sensor import SensorClient, read_configuration
@@ -198,15 +231,17 @@ def sources(
     axis_address = address(axis, axis_lines.PORT) if axis else None
     if sensor is None:
         lines = _standard_input(calibration)  # one for all runs, because the header arrives once
-        return lambda: (lines, AxisClient(*axis_address) if axis_address else None), 0.0
+        return lambda: (lines, AxisClient(*axis_address) if axis_address else None), None
     host, port = address(sensor, rdt.PORT)
     configuration = read_configuration(host, page)
-    column = rdt.AXES.index(axial.removeprefix("-")) if axial.removeprefix("-") in rdt.AXES else 0
-    rating = configuration.ratings[column]
-    return lambda: (
-        SensorClient(host, port, configuration),
-        AxisClient(*axis_address) if axis_address else None,
-    ), rating
+
+    def opened() -> tuple:
+        if read_configuration(host, page) != configuration:
+            limit, advice = "the sensor was exchanged or set up anew", "Start again."
+            raise InputError("sensor's configuration", "changed", limit, next_step=advice)
+        return SensorClient(host, port, configuration), AxisClient(*axis_address) if axis_address else None
+
+    return opened, configuration
 
 
 def _standard_input(calibration: Path | None) -> "StandardInput":
@@ -229,87 +264,38 @@ def address(text: str, port: int) -> tuple[str, int]:
     return host, int(number)
 
 
-def force_limit(given: float | None, rating: float, axis: str | None) -> float:
-    """The force limit [N]: ``given``, or a share of the rated range. Raises InputError for an axis without a limit."""
+def force_limit(
+    given: float | None, configuration: "SensorConfiguration | None", axial: str, axis: str | None
+) -> tuple[float, str]:
+    """The force limit [N] and where it comes from: ``given``, or a share of the rated range on the sensor's page.
+
+    Raises InputError for an axis without a limit, and for a limit that cannot protect what the axis moves.
+    """
+    rating = _rating(configuration, axial)
     if given is not None:
-        return given
-    if rating:
-        return DEFAULT_LIMIT_SHARE * rating
-    if axis:
+        if axis and not 0.0 < given <= (rating or 1e4):
+            limit = f"the sensor measures up to {rating:g} N" if rating else "no needle needs more than 1e4 N"
+            raise InputError("--force-limit-N", given, limit, next_step="Give a smaller limit.")
+        return given, "given"
+    share, advice = DEFAULT_LIMIT_SHARE * rating, "Give --force-limit-N."
+    if axis and not rating:
         limit = "an axis needs a force limit, and the sensor's configuration has no rated range"
-        raise InputError("--force-limit-N", "not given", limit, next_step="Give --force-limit-N.")
-    return math.inf
+        raise InputError("--force-limit-N", "not given", limit, next_step=advice)
+    if axis and share > MAX_DEFAULT_LIMIT_N:
+        limit = f"more than {MAX_DEFAULT_LIMIT_N:g} N, which no needle needs"
+        raise InputError("force limit from the sensor's rated range", f"{share:g} N", limit, next_step=advice)
+    return (share, f"{DEFAULT_LIMIT_SHARE:g} of the rated range on the sensor's page") if rating else (math.inf, "none")
 
 
-class Rates:
-    """Sampling rate [Hz] and lost packets of the last second, computed from totals."""
+def _rating(configuration: "SensorConfiguration | None", axial: str) -> float:
+    """The rated range [N] of the axial force, 0 if unknown. Raises InputError for one that counts cannot reach."""
+    from ..wire.rdt import AXES
 
-    def __init__(self):
-        self._before: list[Progress] = []
-
-    def over_last_second(self, now: Progress) -> tuple[float | None, int]:
-        """Rate and losses up to ``now``; the rate is None in the first call."""
-        self._before.append(now)
-        while len(self._before) > 2 and now.seconds - self._before[1].seconds >= 1.0:
-            self._before.pop(0)
-        then = self._before[0]
-        span = now.seconds - then.seconds
-        return (now.received - then.received) / span if span > 0.0 else None, now.lost - then.lost
-
-
-def facts(now: Progress, rate: float | None, lost: int) -> list[tuple[str, str]]:
-    """The displayed values as names and texts."""
-    depth = "-" if now.depth is None else f"{1e3 * now.depth:8.2f} mm"
-    return [
-        ("time", f"{now.seconds:8.1f} s"),
-        ("phase", now.phase or "-"),
-        ("force", f"{now.force:8.3f} N"),
-        ("depth", depth),
-        ("rate", "-" if rate is None else f"{rate:8.0f} Hz"),
-        ("lost", f"{now.lost} ({lost} in the last second)"),
-        ("bias", f"{now.bias:8.3f} N"),
-    ]
-
-
-@contextlib.contextmanager
-def live_view(plain: bool = False) -> Iterator[Callable[[Progress], None] | None]:
-    """A view for ``record_run``: one line per second if ``plain``, a panel in a terminal, otherwise None."""
-    if plain:
-        yield _lines()
-    elif not sys.stderr.isatty():
-        yield None
-    else:
-        with _panel() as view:
-            yield view
-
-
-def _lines() -> Callable[[Progress], None]:
-    rates, printed = Rates(), [-1]
-
-    def view(now: Progress) -> None:
-        rate, lost = rates.over_last_second(now)
-        if int(now.seconds) > printed[0]:
-            printed[0] = int(now.seconds)
-            print(", ".join(f"{name} {text.strip()}" for name, text in facts(now, rate, lost)), file=sys.stderr)
-
-    return view
-
-
-@contextlib.contextmanager
-def _panel() -> Iterator[Callable[[Progress], None]]:
-    from rich.console import Console
-    from rich.live import Live
-    from rich.text import Text
-
-    rates = Rates()
-    with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as live:
-
-        def view(now: Progress) -> None:
-            rate, lost = rates.over_last_second(now)
-            text = Text()
-            for name, value in facts(now, rate, lost):
-                style = "bold red" if name == "lost" and now.lost else "bold"
-                text.append(f"{name:>6}  ").append(f"{value}\n", style=style)
-            live.update(text, refresh=True)
-
-        yield view
+    column = axial.removeprefix("-")
+    if configuration is None or column not in AXES[:3]:
+        return 0.0
+    rating, largest = configuration.ratings[AXES.index(column)], _MAX_COUNT / configuration.counts_per_force
+    if rating > largest:
+        limit, advice = f"its counts end at {largest:.3g} N", "Check <cfgmr> and <cfgcpf> on the sensor's page."
+        raise InputError("rated range of the sensor", f"{rating:g} N", limit, next_step=advice)
+    return rating

@@ -10,18 +10,15 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 
-from ..acquisition.motion_sequence import POSITION_TOLERANCE_M, EndReason
-from ..acquisition.run import POLL_INTERVAL_S
+from ..acquisition.motion_sequence import EndReason
 from ..acquisition.settings import Progress, RunResult, Settings
 from ..acquisition.sources.source import ForceSource, MotionAxis
 from ..errors import InputError
-from ..wire.axis_lines import AxisState
 from .folder import Folder, commands, locked, next_steps, present, read_folder, set_aside, write_table
 from .protocol import Protocol, RunPlan, plan
 from .reading import check_axis
 
 RESUME = "Run the same command again to continue."
-_EXTRA_TIMEOUT_S = 5.0  # in addition to twice the duration of a move
 
 Sources = tuple[ForceSource, MotionAxis | None]
 
@@ -38,12 +35,13 @@ class SessionEnd(StrEnum):
 class CampaignOutcome:
     """Result of a session.
 
-    ``ended`` is why the session, or a run of it, ended; ``recorded`` are the files of this session; ``present`` and
-    ``planned`` count complete and planned runs; ``notes`` are the sites that were replaced or left out; ``commands``
-    are command lines that evaluate the recordings.
+    ``ended`` is why the session, or a run of it, ended, and ``rest_confirmed`` whether the axis was seen to stop.
+    ``recorded`` are the files of this session; ``present`` and ``planned`` count complete and planned runs; ``notes``
+    are the sites that were replaced or left out; ``commands`` are command lines that evaluate the recordings.
     """
 
     ended: SessionEnd | EndReason
+    rest_confirmed: bool
     recorded: tuple[str, ...]
     present: int
     planned: int
@@ -76,6 +74,7 @@ class Session:
     notes: list[str] = field(default_factory=list)
     left_out: set[int] = field(default_factory=set)  # planned sites without further runs
     site: int | None = None
+    rest_confirmed: bool = True
 
     def set_aside(self) -> None:
         """Rename interrupted recordings."""
@@ -87,6 +86,7 @@ class Session:
         try:
             while (run := self._next()) is not None:
                 result = self._record(run)
+                self.rest_confirmed = result.rest_confirmed
                 write_table(self.path, self._folder())
                 if result.ended != EndReason.DONE:
                     detail = f": {result.detail.rstrip('.')}" if result.detail else ""
@@ -106,6 +106,7 @@ class Session:
             self.say(line)
         return CampaignOutcome(
             ended=ended,
+            rest_confirmed=self.rest_confirmed,
             recorded=tuple(self.recorded),
             present=present(self.protocol, folder),
             planned=len(plan(self.protocol)),
@@ -139,34 +140,41 @@ class Session:
         from ..acquisition.recorder import record_run
 
         force, axis = self._opened()
-        try:
-            self._prepare(axis, run)
-        except BaseException:
-            axis.close()
-            force.stop()
-            raise
         self.say(f"{run.name}: site {run.site}, pass {run.pass_number}, {1e3 * run.speed:g} mm/s")
         card = run.card | {"date": datetime.now(UTC).isoformat(timespec="seconds")}
         path, settings = self.path / run.name, self.settings
-        result = record_run(path, force, axis, moves=run.moves, card=card, settings=settings, view=self.view)
+        result = record_run(
+            path,
+            force,
+            axis,
+            moves=((self.protocol.start, run.speed), *run.moves),
+            card=card,
+            settings=settings,
+            view=self.view,
+            when_withdrawn=lambda: self._prepare(axis, run),
+        )
         self.recorded.append(run.name)
         return result
 
     def _opened(self) -> tuple[ForceSource, MotionAxis]:
         force, axis = self.open_sources()
-        if axis is None or axis.limits is None:
+        try:
+            if axis is None or axis.limits is None:
+                raise InputError("axis", "none", "a protocol needs one", next_step="Give --axis.")
+            check_axis(self.protocol, axis.limits, "the axis")
+        except InputError:
+            if axis:
+                axis.close()
             force.stop()
-            raise InputError("axis", "none", "a protocol needs one", next_step="Give --axis.")
+            raise
         return force, axis
 
     def _prepare(self, axis: MotionAxis, run: RunPlan) -> None:
-        """Withdraw the needle, then go to the site of the run or wait for the pause."""
-        check_axis(self.protocol, axis.limits, "the axis")
-        withdraw(axis, self.protocol.start, run.speed)
+        """Go to the site of the run, or wait for the pause between two passes."""
         if run.site != self.site:
             go_to_site(axis, run.site, self.ask)
         elif run.pass_number > 1:
-            pause(axis, run.pause)
+            time.sleep(run.pause)
         self.site = run.site
 
 
@@ -225,6 +233,7 @@ def run_protocol(
         say=say,
         same_site=same_site,
     )
+    say(f"force limit {session.settings.force_limit:.4g} N ({session.settings.limit_source})")
     with locked(path):
         read_folder(path, protocol)  # refuses the folder of another protocol before anything in it is changed
         session.set_aside()
@@ -243,9 +252,11 @@ def _created(folder: str | os.PathLike) -> Path:
 
 
 def _settings(protocol: Protocol, settings: Settings) -> Settings:
+    source = "of the protocol" if protocol.force_limit <= settings.force_limit else settings.limit_source
     return dataclasses.replace(
         settings,
         force_limit=min(protocol.force_limit, settings.force_limit),
+        limit_source=source,
         bias_time=protocol.bias_time,
         axial=protocol.axial,
         filter_length=protocol.filter_length,
@@ -256,31 +267,6 @@ def _settings(protocol: Protocol, settings: Settings) -> Settings:
 def into_its_hole(run: RunPlan) -> RunPlan:
     """The same run in the existing hole of its site, with an entry in its card."""
     return replace(run, card=run.card | {"same_site": "pierced before by an interrupted insertion"})
-
-
-def withdraw(axis: MotionAxis, start: float, speed: float) -> None:
-    """Move the tip from anywhere to ``start`` [m] at ``speed`` [m/s] and wait until it rests there.
-
-    Raises InputError if it does not arrive; the axis is then stopped.
-    """
-    state = _state(axis, time.monotonic() + _EXTRA_TIMEOUT_S)
-    if abs(state.depth - start) <= POSITION_TOLERANCE_M and state.condition == "idle":
-        return
-    try:
-        axis.move(start, speed)
-        until = time.monotonic() + _EXTRA_TIMEOUT_S + 2.0 * abs(state.depth - start) / speed
-        before = state.number
-        while abs(state.depth - start) > POSITION_TOLERANCE_M or state.condition != "idle" or state.number <= before:
-            if state.condition in ("stalled", "fault"):
-                where, advice = (
-                    f"at {state.depth:g} m while withdrawing to {start:g} m",
-                    "Check the axis and start again.",
-                )
-                raise InputError("axis", state.condition, where, next_step=advice)
-            state = _state(axis, until)
-    except BaseException:
-        axis.stop()
-        raise
 
 
 def go_to_site(axis: MotionAxis, site: int, ask: Callable[[str], bool] | None) -> None:
@@ -296,27 +282,3 @@ def go_to_site(axis: MotionAxis, site: int, ask: Callable[[str], bool] | None) -
             raise InputError("site", site, f"the axis cannot go there: {refused}", next_step=advice) from None
         if not ask(f"Move the phantom so that the needle is over site {site}. Is it there?"):
             raise KeyboardInterrupt from None
-
-
-def pause(axis: MotionAxis, seconds: float) -> None:
-    """Wait without moving the needle, and keep the axis connected."""
-    until = time.monotonic() + seconds
-    while (left := until - time.monotonic()) > 0.0:
-        axis.receive()
-        axis.alive()
-        time.sleep(min(POLL_INTERVAL_S, left))
-
-
-def _state(axis: MotionAxis, until: float) -> AxisState:
-    """The newest state. Raises InputError if there is none, or the time [s] ``until`` has passed."""
-    advice = "Check the axis and start again."
-    while not (states := axis.receive()):
-        if time.monotonic() > until:
-            raise InputError("axis", "silent", "no state that it rests at the start", next_step=advice)
-        axis.alive()
-        time.sleep(POLL_INTERVAL_S)
-    if time.monotonic() > until:
-        limit = "it does not arrive at the start in time"
-        raise InputError("axis", f"at {states[-1][0].depth:g} m", limit, next_step=advice)
-    axis.alive()
-    return states[-1][0]

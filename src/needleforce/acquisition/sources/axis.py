@@ -15,6 +15,9 @@ from .source import ask_for_stamps, receive_stamped
 
 ANSWER_TIMEOUT_S = 1.0
 _STOP_REPEAT_S = 0.05  # after which an unanswered stop is sent again
+_POLL_S = 0.05
+_MAX_LINES_PER_S, _MAX_LINE_BURST = 2000, 1000  # from an axis; more are a flood
+_FLOOD_PAUSE_S = 0.005  # between two reads of a flood, so that the force has the processor
 _SEND_TIMEOUT_S = 0.2
 _ALIVE_INTERVAL_S = 0.1  # an axis stops after half a second of silence
 
@@ -22,10 +25,10 @@ _ALIVE_INTERVAL_S = 0.1  # an axis stops after half a second of silence
 class AxisClient:
     """A connection to one axis.
 
-    A thread reads its lines and repeats a ``stop`` until it is answered; ``close`` joins the thread. An axis stops by
-    itself half a second after the last line from its client: while it moves, call ``alive`` often. All methods except
-    ``receive`` may be called from any thread. All except ``send_stop``, ``stop``, ``alive`` and ``close`` raise
-    InputError if the connection is lost or the axis sends an invalid line.
+    A thread reads its lines; ``close`` joins it. An axis stops by itself half a second after the last line from its
+    client: while it moves, call ``alive`` often. All methods except ``receive`` may be called from any thread. All
+    except ``send_stop``, ``stop``, ``alive`` and ``close`` raise InputError if the connection is lost or the axis sends
+    an invalid line. Of an axis that sends more than 2000 lines a second only the newest state is read.
 
     Parameters
     ----------
@@ -40,6 +43,8 @@ class AxisClient:
     ----------
     limits : AxisRange
         Lowest and highest depth, largest speed and acceleration.
+    flood : bool
+        Whether the axis sent more lines than it may.
 
     Raises
     ------
@@ -56,7 +61,8 @@ class AxisClient:
         self._changed = threading.Condition()
         self._sending = threading.Lock()
         self._fault: InputError | None = None
-        self._stopping = self._closing = False
+        self.flood = self._closing = False
+        self._allowed_lines, self._counted = float(_MAX_LINE_BURST), time.monotonic()
         self._incomplete, self._last_sent = b"", 0.0
         self.limits: AxisRange | None = None
         self._thread = threading.Thread(target=self._read, name="axis", daemon=True)
@@ -107,16 +113,20 @@ class AxisClient:
             self._send("alive")
 
     def send_stop(self) -> None:
-        """Send a stop and return at once; it is repeated until it is answered."""
+        """Send a stop and return at once."""
         self._answers.pop("stop", None)
-        self._stopping = True
         self._send("stop")
 
     def stop(self) -> bool:
-        """Send a stop; whether it was answered in time."""
-        self.send_stop()
-        with self._changed:
-            return self._changed.wait_for(lambda: "stop" in self._answers or self._fault, self._timeout) is True
+        """Send a stop, repeatedly, until it is answered; whether it was in time. The answer is no proof of rest."""
+        self._answers.pop("stop", None)
+        until = time.monotonic() + self._timeout
+        while not self._fault and time.monotonic() < until:
+            self._send("stop")
+            with self._changed:
+                if self._changed.wait_for(lambda: "stop" in self._answers or self._fault, _STOP_REPEAT_S) is True:
+                    return True
+        return False
 
     def close(self) -> None:
         """Close the connection; the axis then stops by itself."""
@@ -151,11 +161,11 @@ class AxisClient:
     def _read(self) -> None:
         try:
             while not self._closing:
-                if select.select([self._socket], [], [], _STOP_REPEAT_S)[0]:
+                if select.select([self._socket], [], [], _POLL_S)[0]:
                     received = receive_stamped(self._socket, 65536)
                     self._split(received.data, received.arrival)
-                if self._stopping and time.monotonic() - self._last_sent > _STOP_REPEAT_S:
-                    self._send("stop")
+                if self.flood:
+                    time.sleep(_FLOOD_PAUSE_S)
         except (OSError, InputError) as error:
             known = isinstance(error, InputError)
             self._fault = error.at(self.place) if known else _connection_lost(self.place)
@@ -164,12 +174,25 @@ class AxisClient:
 
     def _split(self, data: bytes, arrival: int) -> None:
         *lines, self._incomplete = (self._incomplete + data).split(b"\n")
-        for line in lines:
+        for line in self._limited(lines):
             self._interpret(line.rstrip(b"\r").decode("ascii", "replace"), arrival)
         if not data:
             raise ConnectionError
         if len(self._incomplete) > MAX_LINE_LENGTH:
             self._interpret(self._incomplete.decode("ascii", "replace"), arrival)
+
+    def _limited(self, lines: list[bytes]) -> list[bytes]:
+        """The lines, as many as an axis may send; of a flood the last one, so that its state is the newest."""
+        now = time.monotonic()
+        self._allowed_lines = min(_MAX_LINE_BURST, self._allowed_lines + _MAX_LINES_PER_S * (now - self._counted))
+        self._counted = now
+        if not self.flood and len(lines) <= self._allowed_lines:
+            self._allowed_lines -= len(lines)
+            return lines
+        self.flood = True
+        if len(self._arrived) > _MAX_LINE_BURST:
+            self._arrived.popleft()
+        return lines[-1:]
 
     def _interpret(self, line: str, arrival: int) -> None:
         message = parse_answer(line)
@@ -184,7 +207,6 @@ class AxisClient:
                 self.limits = message
             else:
                 self._answers[message.command] = message
-                self._stopping = self._stopping and message.command != "stop"
             self._changed.notify_all()
 
 

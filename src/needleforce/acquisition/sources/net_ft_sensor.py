@@ -16,8 +16,8 @@ from ...wire.sensor_configuration import MAX_PAGE_BYTES, PAGE, SensorConfigurati
 from .sequence import Unwrapped
 from .source import ForceSample, Received, ask_for_drops, ask_for_stamps, receive_stamped
 
-_MAX_DATAGRAM_BYTES = 65536
-_MAX_DATAGRAMS = 1024  # read in one call
+_MAX_DATAGRAM_BYTES = 40 * RECORD_SIZE  # buffered streaming sends 40 records; a longer one counts as of a wrong size
+_MAX_DATAGRAMS = 64  # read in one call, so that the force limit is checked in between
 _KERNEL_BYTES_PER_PACKET = 2304  # of the receive buffer, for a small packet on a network card
 _MIN_STALE_RECORDS = 10  # consecutive records with the same reading of the sensor, from which they count as stale
 _SECOND = 1_000_000_000  # [ns]
@@ -89,7 +89,7 @@ class SensorClient:
         with contextlib.suppress(BlockingIOError):
             for _ in range(_MAX_DATAGRAMS):
                 try:
-                    received = receive_stamped(self._socket, _MAX_DATAGRAM_BYTES)
+                    received = receive_stamped(self._socket, _MAX_DATAGRAM_BYTES + 1)
                 except ConnectionError:  # the network reports a closed port; the recorder detects the silence
                     continue
                 self.dropped = max(self.dropped, received.dropped)
@@ -123,7 +123,7 @@ class SensorClient:
         self._repeats = self._repeats + 1 if packet.sample == self._sample else 0
         self._sample = packet.sample
         self.stale += self._repeats >= _MIN_STALE_RECORDS
-        number = self._numbers.number(packet.sequence, arrival)
+        number, is_next = self._numbers.next(packet.sequence, arrival)
         device = max(0, round(number * _SECOND / self.clock_rate))
         return ForceSample(
             sequence=number,
@@ -132,6 +132,7 @@ class SensorClient:
             read=read,
             wrench=self.configuration.wrench(packet.counts),
             status=packet.status,
+            fresh=is_next and self._repeats < _MIN_STALE_RECORDS,
         )
 
 

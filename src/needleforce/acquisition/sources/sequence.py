@@ -7,6 +7,7 @@ from typing import NamedTuple
 LATE_WINDOW = 4096  # records by which one may be late: 4 s at 1 kHz
 _WRAP, _HALF = 1 << 32, 1 << 31
 _MAX_LOSS = 1 << 20  # records; a larger jump is a restarted counter
+_MIN_JUMP = 100.0  # records ahead that are never a restart
 _SECOND = 1_000_000_000  # [ns]
 
 
@@ -31,6 +32,8 @@ class Counts(NamedTuple):
 class Unwrapped:
     """Numbers for counters. A jump back beyond ``LATE_WINDOW``, or ahead by more than a million, is a ``restart``: the
     numbers then continue after as many records as fit into the elapsed host time at ``rate`` [Hz].
+
+    A jump ahead by more records than twice that time holds, and a second more, is a restart, too.
     """
 
     def __init__(self, rate: float):
@@ -41,11 +44,21 @@ class Unwrapped:
 
     def number(self, counter: int, arrival: int) -> int:
         """The number of a ``counter``, 0 to 2^32 - 1, that arrived at ``arrival`` [ns]. O(1)."""
+        return self.next(counter, arrival)[0]
+
+    def next(self, counter: int, arrival: int) -> tuple[int, bool]:
+        """As ``number``, and whether it is higher than all before without a restart."""
+        restarts, before = self.restart, self._highest
+        number = self._number(counter, arrival)
+        return number, self.restart == restarts and (before is None or number > before)
+
+    def _number(self, counter: int, arrival: int) -> int:
         if self._highest is None:
             self._highest, self._arrival = counter, arrival
         ahead = (counter + self._offset - self._highest + _HALF) % _WRAP - _HALF
-        if not -LATE_WINDOW < ahead <= _MAX_LOSS:
-            ahead = max(1, round((arrival - self._arrival) * self._rate / _SECOND))
+        elapsed = max(0, round((arrival - self._arrival) * self._rate / _SECOND))
+        if not -LATE_WINDOW < ahead <= min(_MAX_LOSS, 2 * elapsed + max(self._rate, _MIN_JUMP)):
+            ahead = max(1, elapsed)
             self._offset = (self._highest + ahead - counter) % _WRAP
             self.restart += 1
         number = self._highest + ahead
@@ -59,7 +72,7 @@ class SequenceCheck:
 
     def __init__(self):
         self.received = self.duplicated = self.late = 0
-        self.seconds: list[Counts] = []
+        self.seconds: list[Counts] = []  # that ended; whoever takes them may clear it
         self._first = self._highest = self._start = 0
         self._received_bits = 0  # bit k: the record ``_highest - k`` was received
         self._second_start = Counts(second=0, received=0, lost=0, duplicated=0, late=0)  # totals when it began

@@ -11,6 +11,7 @@ from typing import NamedTuple, Protocol
 from ...wire.axis_lines import Answer, AxisRange, AxisState
 
 _LINUX = sys.platform == "linux"
+_MAX_AGE = 60_000_000_000  # [ns] of a packet that was waiting; an older one is of a clock that was set
 _STAMP = getattr(socket, "SO_TIMESTAMPNS", 35)  # its number on most Linux architectures
 _OVERFLOW = getattr(socket, "SO_RXQ_OVFL", 40)
 _TIMESPEC, _COUNT = struct.Struct("@ll"), struct.Struct("@I")
@@ -22,7 +23,8 @@ class ForceSample(NamedTuple):
 
     ``sequence`` is its unwrapped number. Times [ns]: ``device`` on the source's clock, ``arrival`` by the kernel's time
     stamp if there is one, ``read`` when the program read it; the last two are on the same clock. ``wrench`` [N, N m] is
-    in the order of ``wire.rdt.AXES``. ``status`` is as in ``wire.rdt``, 0 for healthy.
+    in the order of ``wire.rdt.AXES``. ``status`` is as in ``wire.rdt``, 0 for healthy. ``fresh`` is whether it is a new
+    measurement by its counters: not repeated, not overtaken, and without a jump that no loss explains.
     """
 
     sequence: int
@@ -31,6 +33,7 @@ class ForceSample(NamedTuple):
     read: int
     wrench: tuple[float, ...]
     status: int
+    fresh: bool = True
 
 
 class ForceSource(Protocol):
@@ -88,6 +91,19 @@ class MotionAxis(Protocol):
         """Close the connection."""
 
 
+def _steady_ns() -> int:
+    """A clock [ns] that nobody sets; on Linux it also counts the time in which the computer is suspended."""
+    return time.clock_gettime_ns(time.CLOCK_BOOTTIME) if _LINUX else time.monotonic_ns()
+
+
+_EPOCH = time.time_ns() - _steady_ns()
+
+
+def host_time_ns() -> int:
+    """Time [ns since 1970], read once when the program starts and continued by a clock that nobody sets."""
+    return _EPOCH + _steady_ns()
+
+
 def ask_for_stamps(receiver: socket.socket) -> bool:
     """Ask the kernel for time stamps of what ``receiver`` receives; False if it has none."""
     try:
@@ -104,7 +120,7 @@ def ask_for_drops(receiver: socket.socket) -> None:
 
 
 class Received(NamedTuple):
-    """Data, times of arrival and reading [ns since 1970], the sender, and the packets dropped on this socket so far."""
+    """Data, arrival and reading by ``host_time_ns`` [ns], the sender, and the packets dropped on this socket so far."""
 
     data: bytes
     arrival: int
@@ -117,15 +133,14 @@ def receive_stamped(receiver: socket.socket, size: int) -> Received:
     """The first packet in the buffer. Raises BlockingIOError if there is none."""
     if not _LINUX:
         data, sender = receiver.recvfrom(size)
-        now = time.time_ns()
+        now = host_time_ns()
         return Received(data, now, now, sender)
     data, ancillary, _, sender = receiver.recvmsg(size, _ANCILLARY)
-    now = arrival = time.time_ns()
-    dropped = 0
+    now, age, dropped = host_time_ns(), 0, 0
     for level, kind, content in ancillary:
         if (level, kind, len(content)) == (socket.SOL_SOCKET, _STAMP, _TIMESPEC.size):
             seconds, nanoseconds = _TIMESPEC.unpack(content)
-            arrival = seconds * 1_000_000_000 + nanoseconds
+            age = time.time_ns() - (seconds * 1_000_000_000 + nanoseconds)
         elif (level, kind, len(content)) == (socket.SOL_SOCKET, _OVERFLOW, _COUNT.size):
             (dropped,) = _COUNT.unpack(content)
-    return Received(data, arrival, now, sender, dropped)
+    return Received(data, now - age if 0 <= age <= _MAX_AGE else now, now, sender, dropped)

@@ -19,7 +19,7 @@ from ...wire.axis_lines import AxisState
 from ...wire.rdt import AXES
 from .gauge_calibration import GAUGES, Calibration
 from .sequence import Unwrapped
-from .source import ForceSample
+from .source import ForceSample, host_time_ns
 
 HEADER_TIMEOUT_S = 10.0
 MAX_INVALID_SHARE = 0.1  # of the lines, above which the input is refused
@@ -72,6 +72,7 @@ class StandardInput:
         self._waiting: list[bytes] = []
         self._next, self._last_invalid = 0, b""
         self._counter = Unwrapped(rate)
+        self._newest = -1, -1  # number and time [ns]
 
     @property
     def restart(self) -> int:
@@ -106,7 +107,7 @@ class StandardInput:
                 self._check_share()
                 raise EOFError
             lines = self._read(timeout)
-        now = time.time_ns()
+        now = host_time_ns()
         rows = [row for row in map(self._numbers, lines) if row is not None]
         self._check_share()
         return self._samples(np.array(rows), now) if rows else []
@@ -156,13 +157,24 @@ class StandardInput:
         time_ns = (others["time"] * _SECOND).astype(np.int64).tolist() if "time" in others else [now] * len(rows)
         first = self._next
         self._next += len(rows)
-        number = self._unwrapped(others["sequence"], now) if "sequence" in others else range(first, self._next)
+        numbers = self._unwrapped(others["sequence"], now) if "sequence" in others else range(first, self._next)
+        fresh = [self._is_fresh(n, device) for n, device in zip(numbers, time_ns)]
         if self.axis:
             self.axis.add(others, time_ns, now)
         return [
-            ForceSample(sequence=n, device=device, arrival=now, read=now, wrench=tuple(row), status=word)
-            for n, device, row, word in zip(number, time_ns, wrench.tolist(), status)
+            ForceSample(
+                sequence=n, device=device, arrival=now, read=now, wrench=tuple(row), status=word, fresh=is_fresh
+            )
+            for n, device, row, word, is_fresh in zip(numbers, time_ns, wrench.tolist(), status, fresh)
         ]
+
+    def _is_fresh(self, number: int, device: int) -> bool:
+        """Whether number and time are both beyond the newest so far; times may stand still where lines have none."""
+        newest_number, newest_time = self._newest
+        has_time = "time" in self._columns.others
+        fresh = number > newest_number and (device > newest_time or not has_time)
+        self._newest = max(number, newest_number), max(device, newest_time)
+        return fresh
 
     def _unwrapped(self, counters: np.ndarray, now: int) -> list[int]:
         return [self._counter.number(int(counter), now) for counter in counters]

@@ -1,0 +1,289 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The safety monitor: a thread that receives readings and axis states, checks them, stops the axis, and queues them."""
+
+import contextlib
+import math
+import os
+import sys
+import threading
+import time
+from collections import deque
+from itertools import pairwise
+
+from ..errors import InputError
+from ..wire.axis_lines import MAX_SILENCE_S, AxisState
+from ..wire.rdt import SATURATED, is_fault, status_words
+from .axis_check import AxisCheck, StopReport, stop_time
+from .motion_sequence import EndReason
+from .settings import Settings
+from .sources.source import ForceSample, ForceSource, MotionAxis, host_time_ns
+
+_RECEIVE_TIMEOUT_S = 0.02
+_STOP_REPEAT_S = 0.05
+_SILENT_TIME_S = MAX_SILENCE_S + 0.3  # without a line, in which an axis that ignored the stop stops by itself
+_MAX_QUEUE = 200_000  # readings or states that wait to be written
+_MAX_UNWRITTEN_S = 2.0  # without the other thread taking what waits, after which the axis is stopped
+_PRIORITY = -10  # above the other processes of the computer
+_SWITCH_INTERVAL_S = 1e-3  # after which another thread of this program must let this one run
+_FALSE_ALARMS = 1e-12  # per sequence of equal readings: probability that a working sensor repeats them by chance
+_SECOND = 1e9  # [ns]
+
+
+class SafetyMonitor:
+    """Receives on its own thread, the force first, and stops the axis for anything that makes motion unsafe:
+
+    - a reading beyond the force limit (``over_limit``),
+    - no usable reading for ``settings.max_force_gap``: silent, faulty, repeated, overtaken, old or frozen readings, or
+      a thread that did not run,
+    - an axis that contradicts its orders or its declared range (``AxisCheck``), or whose connection is lost,
+    - an event ``stop_requested``, even if the other thread waits for a disk or a terminal,
+    - another thread that no longer takes what is to be written.
+
+    ``reason`` and ``detail`` are why, for what the other thread cannot know. The stop is repeated until the depth
+    is seen at rest; an axis that ignores it gets no further line, so that it stops by itself if it can. ``bias`` [N] is
+    set by the other thread; until then there is no limit, and the axis moves only outwards.
+    """
+
+    def __init__(
+        self, force: ForceSource, axis: MotionAxis | None, settings: Settings, stop_requested: threading.Event
+    ):
+        self.samples: deque[ForceSample] = deque()
+        self.states: deque[tuple[AxisState, int]] = deque()
+        self.bias: float | None = None
+        self.over_limit: ForceSample | None = None
+        self.error: Exception | None = None  # of the force source
+        self.axis_error: InputError | None = None
+        self.recording = False  # whether what is received is written; until then only the newest of it is kept
+        self.reason: EndReason | None = None
+        self.detail = ""
+        self.max_gap_ns = 0
+        now = time.monotonic()
+        self.last_time = self.last_usable_time = self.last_taken = now
+        self.axis_check = AxisCheck(axis.limits) if axis else None
+        self._force, self._axis, self._settings, self._stop_requested = force, axis, settings, stop_requested
+        self._moving = self._has_moved = self._stopped = False
+        self._stop_time = self._stop_sent = 0.0
+        self._restarts = 0
+        self._equal, self._max_equal, self._wrench = 0, math.inf, None
+        self.why_unusable = ""
+        self._commanding = threading.Lock()
+        self._ending = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="safety", daemon=True)
+
+    def start(self) -> None:
+        """Begin to receive; the source must be started."""
+        self._switch_interval = sys.getswitchinterval()
+        sys.setswitchinterval(min(self._switch_interval, _SWITCH_INTERVAL_S))
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End and join the thread."""
+        self._ending.set()
+        if self._thread.ident:
+            self._thread.join(5.0)
+            sys.setswitchinterval(self._switch_interval)
+
+    def take(self) -> tuple[list[ForceSample], list[tuple[AxisState, int]]]:
+        """The readings and states since the last call, to be written."""
+        self.last_taken = time.monotonic()
+        return _emptied(self.samples), _emptied(self.states)
+
+    def send_stop(self) -> None:
+        """Send the axis a stop, which is repeated, and no further message that lets it continue."""
+        with self._commanding:
+            if not self._stopped and self.axis_check:
+                self.axis_check.order_stop(host_time_ns() / _SECOND)
+                self._stop_time = time.monotonic()
+            self._stopped = True
+        if self._axis:
+            self._stop_sent = time.monotonic()
+            self._axis.send_stop()
+
+    def send_move(self, depth: float, speed: float) -> None:
+        """Send the axis a move, unless a stop was sent: a move never follows a stop."""
+        with self._commanding:
+            if self._stopped:
+                return
+            if not self._moving:
+                self.last_usable_time = self.last_taken = time.monotonic()
+            self._moving = self._has_moved = True
+            self._restarts = getattr(self._force, "restart", 0)
+            self.axis_check.order_move(depth, speed)
+            self._axis.send_move(depth, speed)
+
+    def pause_motion(self) -> None:
+        """The axis is at rest until the next move: until then gaps in the readings are no danger."""
+        self._moving = False
+
+    @property
+    def waits_for_rest(self) -> bool:
+        """Whether the axis, ordered to stop, was not yet seen at rest and its time for it is not over."""
+        if self.axis_check is None or not self._stopped or not self._thread.is_alive():
+            return False
+        late = time.monotonic() > self._until_rest() + _SILENT_TIME_S
+        with self._commanding:
+            return not (self.axis_check.at_rest or self.axis_error or late)
+
+    @property
+    def stop_report(self) -> StopReport | None:
+        """What the axis did after the stop; None if no stop was sent to an axis."""
+        with self._commanding:
+            return self.axis_check.stop_report() if self.axis_check and self._stopped else None
+
+    @property
+    def has_moved(self) -> bool:
+        """Whether a move was sent, or the axis moves without one."""
+        return self._has_moved or bool(self.axis_check and self.axis_check.measured_speed)
+
+    def axial(self, sample: ForceSample) -> float:
+        """The force against insertion [N], minus the bias if it is known."""
+        return self._settings.sign * (sample.wrench[self._settings.column] - (self.bias or 0.0))
+
+    def learn_noise(self, samples: list[ForceSample]) -> None:
+        """From readings at rest, how many equal ones in a row are a frozen sensor; none if they hardly change."""
+        changes = sum(a.wrench != b.wrench for a, b in pairwise(samples))
+        share = (changes - 3.0 * math.sqrt(changes)) / max(1, len(samples) - 1)
+        if share > 0.01:
+            self._max_equal = math.ceil(math.log(_FALSE_ALARMS) / math.log1p(-min(share, 0.999)))
+
+    def _run(self) -> None:
+        if sys.platform == "linux":  # elsewhere the priority belongs to a process, and this number to another one
+            with contextlib.suppress(OSError):  # needs permission
+                os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _PRIORITY)
+        before = host_time_ns()
+        while not self._ending.is_set():
+            try:
+                self._receive_force()
+                self._receive_states()
+                now = host_time_ns()
+                self._check((now - before) / _SECOND)
+                before = now
+                self._repeat_stop()
+            except Exception as error:  # the other thread reports it and ends the run; the axis is still watched
+                self._end(EndReason.FAILED, repr(error))
+
+    def _receive_force(self) -> None:
+        if self.error:
+            time.sleep(_RECEIVE_TIMEOUT_S)
+            return
+        try:
+            samples = self._force.receive(_RECEIVE_TIMEOUT_S)
+        except Exception as error:
+            self.error = error
+            self.send_stop()
+            return
+        if not samples:
+            return
+        if self.over_limit is None:
+            self.over_limit = next(filter(self._is_over_limit, samples), None)
+            if self.over_limit:
+                self.send_stop()
+        self.samples.extend(samples)
+        self.max_gap_ns = max(self.max_gap_ns, *(sample.read - sample.arrival for sample in samples))
+        self.last_time = time.monotonic()
+        usable = [self._is_usable(sample) for sample in samples]
+        if any(usable):
+            self.last_usable_time = self.last_time
+            if self._axis and not self._stopped:
+                self._axis.alive()
+
+    def _is_over_limit(self, sample: ForceSample) -> bool:
+        if self.bias is None or math.isinf(self._settings.force_limit):
+            return False
+        return bool(sample.status & SATURATED) or not abs(self.axial(sample)) <= self._settings.force_limit
+
+    def _is_usable(self, sample: ForceSample) -> bool:
+        """Whether a reading is a new measurement of a working sensor, from now; ``why_unusable`` is why not."""
+        self._equal = self._equal + 1 if sample.wrench == self._wrench else 0
+        self._wrench = sample.wrench
+        waited = (sample.read - sample.arrival) / _SECOND
+        if is_fault(sample.status):
+            self.why_unusable = status_words(sample.status)
+        elif not sample.fresh:
+            self.why_unusable = "its counters repeat, fall or jump"
+        elif self._equal > self._max_equal:
+            self.why_unusable = f"the same six values {self._equal} times"
+        elif self._moving and waited > self._settings.max_force_gap:
+            self.why_unusable = f"{waited:.2f} s old when they could be read"
+        else:
+            return True
+        return False
+
+    def _receive_states(self) -> None:
+        source = self._axis or getattr(self._force, "axis", None)  # lines on standard input may contain a depth
+        if source is None or self.axis_error:
+            return
+        try:
+            states = source.receive()
+        except InputError as error:
+            self.axis_error = error
+            self.send_stop()
+            return
+        with self._commanding:
+            new = [each for each in states if not self.axis_check or self.axis_check.add(each[0], each[1] / _SECOND)]
+        self.states.extend(new)
+
+    def _check(self, since_last: float) -> None:
+        """Stop the axis for anything but the force limit."""
+        now, gap = time.monotonic(), self._settings.max_force_gap
+        if self._stop_requested.is_set() and not self._stopped:
+            self.send_stop()
+        if getattr(self._axis, "flood", False):
+            self._end(EndReason.AXIS_FAULT, "sends more lines than an axis may")
+        if self.axis_check and self.axis_check.fault:
+            self._end(EndReason.AXIS_FAULT, self.axis_check.fault)
+        self._limit_queues()
+        if not self._moving or self._stopped:
+            return
+        if since_last > gap:
+            self._end(
+                EndReason.RECORDER_DELAYED, f"this program did not run for {since_last:.2f} s while the axis moved"
+            )
+        elif getattr(self._force, "restart", 0) > self._restarts:
+            detail = "its counter restarted while the axis moved: it was switched off or exchanged, its bias is unknown"
+            self._end(EndReason.SENSOR_FAULT, detail)
+        elif now - self.last_usable_time > gap and not self.error:
+            self._end(*self._without_force(now))
+        elif now - self.last_taken > _MAX_UNWRITTEN_S:
+            self._end(EndReason.FILE_NOT_WRITTEN, f"nothing could be written for {_MAX_UNWRITTEN_S:g} s")
+
+    def _limit_queues(self) -> None:
+        for queue in (self.samples, self.states):
+            if len(queue) <= _MAX_QUEUE:
+                continue
+            if self.recording:
+                self._end(EndReason.FILE_NOT_WRITTEN, f"{_MAX_QUEUE} readings or states wait to be written")
+            while len(queue) > _MAX_QUEUE // 2:
+                queue.popleft()
+
+    def _without_force(self, now: float) -> tuple[EndReason, str]:
+        gap = self._settings.max_force_gap
+        if now - self.last_time > gap:
+            return EndReason.SENSOR_SILENT, f"no reading for {now - self.last_time:.2f} s while the axis moved"
+        return EndReason.SENSOR_FAULT, f"no usable reading for {gap:g} s while the axis moved: {self.why_unusable}"
+
+    def _end(self, reason: EndReason, detail: str) -> None:
+        if self.reason is None:
+            self.detail = detail
+            self.reason = reason
+        if not self._stopped:
+            self.send_stop()
+
+    def _until_rest(self) -> float:
+        """When [s of the monotonic clock] an axis that obeys is seen at rest."""
+        return self._stop_time + stop_time(self._axis.limits, self.axis_check.top_speed)
+
+    def _repeat_stop(self) -> None:
+        """Order the stop again until the axis is at rest; then be silent, so that its own watchdog can stop it."""
+        if not (self._stopped and self._axis) or self.axis_error:
+            return
+        now = time.monotonic()
+        due = now - self._stop_sent > _STOP_REPEAT_S and now < self._until_rest()
+        if due and not self.axis_check.at_rest:
+            self._stop_sent = now
+            self._axis.send_stop()
+
+
+def _emptied(queue: deque) -> list:
+    """The present content of a queue that another thread fills; it is removed."""
+    return [queue.popleft() for _ in range(len(queue))]
