@@ -11,7 +11,6 @@ from needleforce.rig.live.axis import (
     LIMITS,
     SERVO_LAG_S,
     START,
-    STOP_DECELERATION,
     Axis,
     Encoder,
     MotionProfile,
@@ -94,7 +93,7 @@ def test_the_stopping_distance_is_v_squared_over_2a():
     here = Motion(START, ((60e-3, 20e-3),)).at(3.0)[0]
     axis.stop(3.0)
     _, motor, _ = motions(axis, 3.2, 3.001)
-    assert motor[-1] - here == pytest.approx((20e-3) ** 2 / (2 * STOP_DECELERATION), rel=1e-6)
+    assert motor[-1] - here == pytest.approx((20e-3) ** 2 / (2 * LIMITS.stop_deceleration), rel=1e-6)
     assert axis.condition == "idle"
 
 

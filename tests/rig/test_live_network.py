@@ -133,7 +133,7 @@ def test_invalid_clients_of_the_page_do_not_block_the_rig(text):
 
 def test_commands_to_the_axis_are_answered():
     with VirtualRig() as rig, axis(rig) as (made, lines):
-        assert lines.readline() == "axis -0.03 0.07 0.05 0.01\n"
+        assert lines.readline() == "axis -0.03 0.07 0.05 0.01 1\n"
         made.sendall(b"move 0.0 0.003\nmove 1 1\nhello\nalive\r\nstop\n\xff\xfe\n")
         text = [answer(lines) for _ in range(6)]
         assert text[0] == "ok move" and text[1].startswith("refused move depth") and text[2].startswith("refused line")

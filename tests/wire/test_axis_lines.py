@@ -23,6 +23,7 @@ from needleforce.wire.axis_lines import (
     [
         (AxisState(3, 0.05, -0.004, 0.003, "moving"), "state 3 0.050000 -0.00400000 0.0030000 moving"),
         (AxisRange(-0.01, 0.06, 0.02, 0.01), "axis -0.01 0.06 0.02 0.01"),
+        (AxisRange(-0.01, 0.06, 0.02, 0.01, 0.5), "axis -0.01 0.06 0.02 0.01 0.5"),
         (Answer("stop", True), "ok stop"),
         (Answer("move", False, "beyond 0.06 m"), "refused move beyond 0.06 m"),
         (Answer("line", False, "too long"), "refused line too long"),

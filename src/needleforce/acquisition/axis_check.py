@@ -65,22 +65,23 @@ class StopReport(NamedTuple):
 
 def stop_distance(limits: AxisRange, speed: float) -> float:
     """The distance [m] within which an axis at ``speed`` [m/s] must rest after a stop, from what it declares."""
-    return speed * REACTION_TIME_S + speed**2 / (2.0 * limits.max_acceleration) + POSITION_TOLERANCE_M
+    return speed * REACTION_TIME_S + speed**2 / (2.0 * limits.deceleration) + POSITION_TOLERANCE_M
 
 
 def stop_time(limits: AxisRange, speed: float) -> float:
     """The time [s] after which an axis at ``speed`` [m/s] must be seen at rest after a stop."""
-    return REACTION_TIME_S + speed / limits.max_acceleration + REST_WINDOW_S + _MAX_DELAY_S
+    return REACTION_TIME_S + speed / limits.deceleration + REST_WINDOW_S + _MAX_DELAY_S
 
 
 def check_declared(limits: AxisRange, place: str = "axis") -> None:
     """Raise InputError for a declared range that no needle axis has: nothing could be judged by it."""
-    low, high, speed, acceleration = limits
+    low, high, speed = limits[:3]
     declared = [
         ("lowest depth", low, -_MAX_DEPTH, _MAX_DEPTH, "m"),
         ("highest depth", high, -_MAX_DEPTH, _MAX_DEPTH, "m"),
         ("maximum speed", speed, 0.0, _MAX_SPEED, "m/s"),
-        ("maximum acceleration", acceleration, *_ACCELERATIONS, "m/s^2"),
+        ("maximum acceleration", limits.max_acceleration, *_ACCELERATIONS, "m/s^2"),
+        ("deceleration of a stop", limits.deceleration, *_ACCELERATIONS, "m/s^2"),
     ]
     for quantity, value, smallest, largest, unit in declared:
         if not smallest <= value <= largest:
@@ -198,7 +199,7 @@ class AxisCheck:
         self.fault = self.fault or fault
 
     def _check_declared(self, state: AxisState) -> None:
-        low, high, max_speed, _ = self._limits
+        low, high, max_speed = self._limits[:3]
         if not low - MAX_DEVIATION_M <= state.depth <= high + MAX_DEVIATION_M:
             declared = f"{1e3 * low:.3f} to {1e3 * high:.3f} mm"
             self._note(f"at {1e3 * state.depth:.3f} mm, outside the range that it declares, {declared}")
@@ -225,7 +226,7 @@ class AxisCheck:
     def _check_stop(self, arrival: float) -> None:
         """Whether the axis is where one that brakes as declared can be."""
         ordered, start, age = self._stop
-        speed, deceleration = self.top_speed, self._limits.max_acceleration
+        speed, deceleration = self.top_speed, self._limits.deceleration
         braking = min(max(0.0, arrival - ordered - REACTION_TIME_S), speed / deceleration)
         allowed = speed * (age + REACTION_TIME_S + braking) - 0.5 * deceleration * braking**2
         if not abs(self.state.depth - start) <= allowed + POSITION_TOLERANCE_M:

@@ -224,25 +224,28 @@ class SafetyMonitor:
         self.states.extend(new)
 
     def _check(self, since_last: float) -> None:
-        """Stop the axis for anything but the force limit."""
-        now, gap = time.monotonic(), self._settings.max_force_gap
+        """Stop the axis for anything but the force limit, the first cause first."""
+        moving = self._moving and not self._stopped
         if self._stop_requested.is_set() and not self._stopped:
             self.send_stop()
+        if moving and since_last > self._settings.max_force_gap:  # what arrived in between arrived at once
+            detail = f"this program did not run for {since_last:.2f} s while the axis moved"
+            self._end(EndReason.RECORDER_DELAYED, detail)
         if getattr(self._axis, "flood", False):
             self._end(EndReason.AXIS_FAULT, "sends more lines than an axis may")
         if self.axis_check and self.axis_check.fault:
             self._end(EndReason.AXIS_FAULT, self.axis_check.fault)
         self._limit_queues()
-        if not self._moving or self._stopped:
-            return
-        if since_last > gap:
-            self._end(
-                EndReason.RECORDER_DELAYED, f"this program did not run for {since_last:.2f} s while the axis moved"
-            )
-        elif getattr(self._force, "restart", 0) > self._restarts:
+        if moving:
+            self._check_force()
+
+    def _check_force(self) -> None:
+        """Stop an axis that moves without a usable force, or without being recorded."""
+        now = time.monotonic()
+        if getattr(self._force, "restart", 0) > self._restarts:
             detail = "its counter restarted while the axis moved: it was switched off or exchanged, its bias is unknown"
             self._end(EndReason.SENSOR_FAULT, detail)
-        elif now - self.last_usable_time > gap and not self.error:
+        elif now - self.last_usable_time > self._settings.max_force_gap and not self.error:
             self._end(*self._without_force(now))
         elif now - self.last_taken > _MAX_UNWRITTEN_S:
             self._end(EndReason.FILE_NOT_WRITTEN, f"nothing could be written for {_MAX_UNWRITTEN_S:g} s")

@@ -3,10 +3,10 @@
 
 A client sends ``move DEPTH_m SPEED_m_s``, ``stop``, ``site NUMBER`` and, at least every half second while the axis is
 to continue moving, any line, such as ``alive``. The axis sends ``axis LOWEST_m HIGHEST_m MAX_SPEED_m_s
-MAX_ACCELERATION_m_s2`` when a client connects, then ``state NUMBER TIME_s DEPTH_m VELOCITY_m_s CONDITION`` at its own
-rate, and to each command ``ok COMMAND`` or ``refused COMMAND REASON``; ``refused line …`` to an invalid line, and
-``refused connection …`` if it has a client already. TIME_s is the axis' own clock. An axis stops by itself when its
-client is silent or disconnects.
+MAX_ACCELERATION_m_s2 [STOP_DECELERATION_m_s2]`` when a client connects, then ``state NUMBER TIME_s DEPTH_m
+VELOCITY_m_s CONDITION`` at its own rate, and to each command ``ok COMMAND`` or ``refused COMMAND REASON``; ``refused
+line …`` to an invalid line, and ``refused connection …`` if it has a client already. TIME_s is the axis' own clock. An
+axis stops by itself when its client is silent or disconnects.
 """
 
 import math
@@ -36,12 +36,21 @@ class AxisState(NamedTuple):
 
 
 class AxisRange(NamedTuple):
-    """Range of an axis: lowest and highest depth [m], largest speed [m/s] and acceleration [m/s^2]."""
+    """Range of an axis: lowest and highest depth [m], largest speed [m/s] and acceleration [m/s^2].
+
+    ``stop_deceleration`` [m/s^2] is 0 for an axis that does not state it; a stop then has the largest acceleration.
+    """
 
     lowest: float
     highest: float
     max_speed: float
     max_acceleration: float
+    stop_deceleration: float = 0.0
+
+    @property
+    def deceleration(self) -> float:
+        """The deceleration [m/s^2] of a stop."""
+        return self.stop_deceleration or self.max_acceleration
 
 
 class Answer(NamedTuple):
@@ -59,7 +68,7 @@ def state_line(state: AxisState) -> str:
 
 def range_line(limits: AxisRange) -> str:
     """The line with the range of an axis, without the line end."""
-    return "axis " + " ".join(f"{value:.8g}" for value in limits)
+    return "axis " + " ".join(f"{value:.8g}" for value in (limits if limits.stop_deceleration else limits[:4]))
 
 
 def answer_line(answer: Answer) -> str:
@@ -79,8 +88,8 @@ def parse_answer(line: str) -> AxisState | AxisRange | Answer:
     match line.split(" "):
         case ["state", number, time, depth, velocity, condition] if condition in CONDITIONS and number.isdecimal():
             return _valid_state(AxisState(int(number), *_numbers(line, time, depth, velocity), condition), line)
-        case ["axis", lowest, highest, speed, acceleration]:
-            return _valid_range(AxisRange(*_numbers(line, lowest, highest, speed, acceleration)), line)
+        case ["axis", *values] if len(values) in (4, 5):
+            return _valid_range(AxisRange(*_numbers(line, *values)), line)
         case ["ok", command] if command in COMMANDS:
             return Answer(command, True)
         case ["refused", command, *reason] if command in _REFUSED:
@@ -117,7 +126,7 @@ def _valid_state(state: AxisState, line: str) -> AxisState:
 
 
 def _valid_range(limits: AxisRange, line: str) -> AxisRange:
-    if not (limits.lowest < limits.highest and limits.max_speed > 0.0 and limits.max_acceleration > 0.0):
+    if not (limits.lowest < limits.highest and limits.max_speed > 0.0 and limits.deceleration > 0.0):
         raise _not_a_line(line)
     return limits
 

@@ -101,7 +101,7 @@ class AxisClient:
 
     def check_move(self, depth: float, speed: float) -> None:
         """Raise InputError for a move outside the limits of the axis."""
-        low, high, max_speed, _ = self.limits
+        low, high, max_speed = self.limits[:3]
         if not low <= depth <= high:
             raise InputError("depth", f"{depth:g} m", f"the axis moves from {low:g} to {high:g} m", self.place)
         if not 0.0 < speed <= max_speed:
@@ -174,12 +174,16 @@ class AxisClient:
 
     def _split(self, data: bytes, arrival: int) -> None:
         *lines, self._incomplete = (self._incomplete + data).split(b"\n")
-        for line in self._limited(lines):
-            self._interpret(line.rstrip(b"\r").decode("ascii", "replace"), arrival)
+        states = []
+        try:
+            for line in self._limited(lines):
+                states += self._interpret(line.rstrip(b"\r").decode("ascii", "replace"))
+        finally:  # all at once, so that whoever takes them has the newest one
+            self._arrived.extend([(state, arrival) for state in states])
         if not data:
             raise ConnectionError
         if len(self._incomplete) > MAX_LINE_LENGTH:
-            self._interpret(self._incomplete.decode("ascii", "replace"), arrival)
+            self._interpret(self._incomplete.decode("ascii", "replace"))
 
     def _limited(self, lines: list[bytes]) -> list[bytes]:
         """The lines, as many as an axis may send; of a flood the last one, so that its state is the newest."""
@@ -194,11 +198,11 @@ class AxisClient:
             self._arrived.popleft()
         return lines[-1:]
 
-    def _interpret(self, line: str, arrival: int) -> None:
+    def _interpret(self, line: str) -> list[AxisState]:
+        """The state in a line, if it is one; limits and answers are kept."""
         message = parse_answer(line)
         if isinstance(message, AxisState):
-            self._arrived.append((message, arrival))
-            return
+            return [message]
         if isinstance(message, Answer) and message.command == "connection":
             advice = "The axis has one client at a time: end the other one."
             raise InputError("connection", "refused", message.reason, next_step=advice)
@@ -208,6 +212,7 @@ class AxisClient:
             else:
                 self._answers[message.command] = message
             self._changed.notify_all()
+        return []
 
 
 def _connection_lost(place: str) -> InputError:

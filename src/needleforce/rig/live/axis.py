@@ -11,9 +11,8 @@ import numpy as np
 from ...wire.axis_lines import MAX_SILENCE_S, STATE_RATE_HZ, Answer, AxisRange, AxisState
 from ..run import SpeedClock
 
-LIMITS = AxisRange(-30e-3, 70e-3, 50e-3, 10e-3)  # 10 mm/s^2 is the acceleration of Motion
+LIMITS = AxisRange(-30e-3, 70e-3, 50e-3, 10e-3, 1.0)  # 10 mm/s^2 is the acceleration of Motion
 START = -4e-3  # [m] at power-on, as in the simulated experiment
-STOP_DECELERATION = 1.0  # [m/s^2]: from 3 mm/s a stop takes 3 ms and 4.5 um
 SERVO_LAG_S = 4e-3  # time constant of the servo: the position error is this times the speed (assumed)
 BACKLASH_M = 10e-6  # of the screw: travel of the motor at a reversal before the needle follows (assumed)
 ENCODER_STEP_M = 0.5e-6  # of the encoder on the motor, which does not measure the backlash (assumed)
@@ -53,11 +52,11 @@ class Axis:
         return Answer("move", True)
 
     def stop(self, now: float) -> Answer:
-        """Decelerate to rest at ``STOP_DECELERATION``."""
+        """Decelerate to rest at the deceleration of a stop, from 3 mm/s within 3 ms and 4.5 um."""
         velocity = self._profile.at(now)[1]
         if velocity:
-            deceleration = -math.copysign(STOP_DECELERATION, velocity)
-            self._follow(now, [(abs(velocity) / STOP_DECELERATION, velocity, deceleration)], "stopping")
+            duration = abs(velocity) / LIMITS.stop_deceleration
+            self._follow(now, [(duration, velocity, -velocity / duration)], "stopping")
         return Answer("stop", True)
 
     def client_active(self, now: float) -> None:
