@@ -15,7 +15,7 @@ from rig_process import rig
 import needleforce as nf
 from needleforce.rig import Sensor, SpeedClock, paper_experiment
 from needleforce.rig.experiment import streams
-from needleforce.rig.live.tissue import phantom_site
+from needleforce.rig.live.simulated import phantom_site
 from needleforce.rig.run import path_of_run, perform
 
 SEED = 1

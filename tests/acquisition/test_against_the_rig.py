@@ -11,7 +11,7 @@ from needleforce.acquisition.sources.axis import AxisClient
 from needleforce.acquisition.sources.net_ft_sensor import SensorClient, read_configuration
 from needleforce.recording.log import read_log
 from needleforce.rig.live import VirtualRig
-from needleforce.rig.live.tissue import phantom_site
+from needleforce.rig.live.simulated import phantom_site
 
 HERE = "127.0.0.1"
 MOVES = [(-2e-3, 10e-3), (-2e-3, 0.3), (12e-3, 10e-3), (12e-3, 0.5), (-2e-3, 10e-3)]

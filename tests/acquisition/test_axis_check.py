@@ -3,12 +3,13 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from needleforce import InputError
-from needleforce.acquisition.axis_check import AxisCheck, check_declared, stop_distance, stop_time
+from needleforce.acquisition.axis_check import AxisCheck, check_declared, stop_distance
 from needleforce.wire.axis_lines import AxisRange, AxisState
 
 LIMITS = AxisRange(-0.03, 0.07, 0.05, 0.01)
@@ -150,7 +151,7 @@ def test_a_slow_creep_is_not_rest():
     check.order_move(0.05, 0.01)
     motion.run(lambda t: -0.004 + 0.01 * t, 1.0)
     check.order_stop(motion.time)
-    motion.run(lambda t: 0.006 + 1e-4 * t, stop_time(LIMITS, 0.0105) + 0.3, condition="idle")
+    motion.run(lambda t: 0.006 + 1e-4 * t, check.stop_time + 0.3, condition="idle")
     assert check.stop_report().beyond and not check.at_rest
 
 
@@ -187,3 +188,71 @@ def test_a_declared_range_that_no_needle_axis_has_is_refused(limits):
     check_declared(LIMITS)
     with pytest.raises(InputError, match="a needle axis declares"):
         check_declared(limits)
+
+
+@pytest.mark.parametrize("speed", [2e-5, 1.9e-4, 1e-3])
+def test_a_creep_before_the_first_order_is_not_rest(speed):
+    check = AxisCheck(LIMITS)
+    Motion(check).run(lambda t: round(speed * t / 0.5e-6) * 0.5e-6, 2.0, condition="idle")
+    assert not check.begin()
+
+
+@pytest.mark.parametrize("speed", [3e-5, 1e-4, 1e-3])
+def test_a_slow_axis_that_ignores_a_stop_is_not_at_rest(speed):
+    check, motion = at_rest()
+    check.order_move(0.05, speed)
+    motion.run(lambda t: -0.004 + speed * t, 4.0)
+    check.order_stop(motion.time)
+    here = -0.004 + speed * 4.0
+    motion.run(lambda t: here + speed * t, check.stop_time + 1.0, condition="idle")
+    report = check.stop_report()
+    assert report.beyond and not report.at_rest
+
+
+def test_an_axis_that_rests_and_then_moves_again_has_not_stopped():
+    check, motion = at_rest()
+    check.order_move(0.05, 0.01)
+    motion.run(lambda t: -0.004 + 0.01 * t, 1.0)
+    check.order_stop(motion.time)
+    motion.run(lambda t: 0.006, 0.5)
+    assert check.stop_report().confirmed
+    motion.run(lambda t: 0.006 + 0.01 * t, 0.05)
+    assert check.stop_report().beyond
+    motion.run(lambda t: 0.0065, 1.0)
+    assert not check.stop_report().confirmed
+
+
+@pytest.mark.parametrize("rate, noise, speed", [(1000.0, 1e-6, 1e-3), (1000.0, 3e-6, 3e-3), (60.0, 3e-6, 5e-5)])
+def test_noise_of_the_encoder_is_no_travel(rate, noise, speed, monkeypatch):
+    """A minute of a correct axis with a noisy encoder, before and during a move."""
+    random = np.random.default_rng(1)
+    monkeypatch.setitem(globals(), "RATE", rate)
+    check = AxisCheck(LIMITS)
+    motion = Motion(check)
+    motion.run(lambda t: random.normal(0.0, noise), 1.0, condition="idle")
+    assert check.begin()
+    motion.run(lambda t: random.normal(0.0, noise), 20.0, condition="idle")
+    check.order_move(0.06, speed)
+    motion.run(lambda t: min(speed * t, 0.06) + random.normal(0.0, noise), 15.0)
+    assert not check.fault
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_stop_with_late_states_is_not_accused(seed):
+    """States late by up to 0.2 s at random, and an axis that needs the whole 0.1 s before it brakes."""
+    random = np.random.default_rng(seed)
+    delays = random.uniform(0.0, 0.2, 4096)
+    check, motion = at_rest(delay=lambda k: delays[k % 4096])
+    speed, limits = 0.02, LIMITS
+    ramp, _ = trapezoid(0.06, speed, limits.max_acceleration)
+    check.order_move(0.058, speed)
+    motion.run(lambda t: -0.004 + ramp(t), 2.5)
+    check.order_stop(motion.time)
+    here, brake = -0.004 + ramp(2.5), speed / limits.max_acceleration
+
+    def stopping(t):
+        late = max(0.0, min(t - 0.1, brake))
+        return here + speed * (min(t, 0.1) + late) - 0.5 * limits.max_acceleration * late**2
+
+    motion.run(stopping, 4.0)
+    assert check.stop_report().confirmed and not check.fault

@@ -69,7 +69,7 @@ def test_an_axis_that_ignores_a_stop_is_reported_with_its_last_depth(recorded, l
     assert "ordered to stop, did not; last seen at" in outcome.detail and "switch the axis off" in outcome.detail
     assert outcome.stop.beyond and outcome.stop.speed == pytest.approx(SPEED, rel=0.2)
     assert log.complete and log.end["ended"] == outcome.ended and log.end["stop_at_rest"] == "False"
-    assert axis.received.count("stop") > 3, "it is ordered again"
+    assert axis.received.count("stop") > 1, "it is ordered again"
 
 
 def test_an_axis_that_stops_only_in_silence_gets_silence_and_is_reported(recorded):
@@ -177,11 +177,24 @@ def doubled(sensor, k):
     return [sensor.packet(k if k < 200 else 199 + (k & 1))]
 
 
+def two_buffers(sensor, k):
+    return [sensor.packet(k)._replace(counts=sensor.packet(k if k < 200 else 199 + (k & 1)).counts)]
+
+
+def axial_frozen(sensor, k):
+    packet = sensor.packet(k)
+    return [
+        packet._replace(counts=(k % 7, *packet.counts[1:2], 2001 if k > 200 else packet.counts[2], *packet.counts[3:]))
+    ]
+
+
 def restarted(sensor, k):
     return [sensor.packet(k if k < 200 else k + 5_000_000)]
 
 
-@pytest.mark.parametrize("lie", [frozen_sequence, random_counters, frozen_values, faulty, doubled, restarted])
+@pytest.mark.parametrize(
+    "lie", [frozen_sequence, random_counters, frozen_values, two_buffers, axial_frozen, faulty, doubled, restarted]
+)
 def test_motion_ends_without_usable_force(recorded, lie):
     with FakeAxis() as axis:
         reached = []
@@ -375,3 +388,87 @@ def test_random_lies_of_another_process_violate_nothing(root):
     done = subprocess.run([sys.executable, script, "--runs", "24", "--jobs", "4"], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "24 runs, 0 violated" in done.stdout
+
+
+def test_a_stream_that_gets_later_and_later_ends_the_motion(recorded):
+    """Counters fresh, order kept, nothing lost: the network only delays more and more, by half of the time."""
+    kept, sent = [], []
+
+    def packets(sensor, k):
+        kept.append(sensor.packet(k))
+        due = k if k < 250 else 250 + (k - 250) // 2
+        released = kept[len(sent) : due]
+        sent.extend(released)
+        return released
+
+    with FakeAxis() as axis:
+        with FakeSensor(lambda t: max(0.0, STIFFNESS * axis.depth), packets=packets) as sensor:
+            outcome, _ = recorded(sensor, axis, [(0.05, 0.01)], force_limit=4.0)
+    assert outcome.ended == "sensor fault" and "late" in outcome.detail
+    assert axis.depth < 0.02
+
+
+def test_a_sensor_that_never_changes_is_refused_unless_that_is_wanted(recorded):
+    constant = lambda sensor, k: [sensor.packet(k)._replace(counts=(0, 0, 2000, 0, 0, 0))]  # noqa: E731
+    with FakeSensor(packets=constant) as sensor, FakeAxis() as axis:
+        with pytest.raises(InputError, match="--no-frozen-check"):
+            recorded(sensor, axis, FAR)
+    with FakeSensor(packets=constant) as sensor, FakeAxis() as axis:
+        outcome, _ = recorded(sensor, axis, [(0.002, 0.02)], frozen_check=False)
+    assert outcome.ended == "done"
+
+
+def test_without_a_usable_reading_no_move_is_made(recorded):
+    faulty_always = FakeSensor(status=lambda k: 1 << 20 | 1 << 31)
+    with faulty_always as sensor, FakeAxis() as axis:
+        axis.depth = 0.03
+        with pytest.raises(InputError):
+            recorded(sensor, axis, [(-0.015, 0.05), (0.03, 0.01)])
+    assert axis.depth > 0.03 - 0.05 * 0.15
+
+
+def test_the_force_is_watched_while_the_needle_is_withdrawn_before_the_bias(recorded):
+    with FakeAxis() as axis:
+        axis.depth = 0.05
+        with FakeSensor(lambda t: 1000.0 * (0.05 - axis.depth)) as sensor:
+            with pytest.raises(InputError, match="force limit"):
+                recorded(sensor, axis, [(-0.015, 0.02), (0.03, 0.01)], force_limit=3.0)
+    assert 0.05 - axis.depth < 3e-3 + SPEED * 0.1 + 0.5e-3
+
+
+def test_a_force_limit_stops_an_axis_that_was_not_ordered_to_move(recorded):
+    with Disobedient() as axis, tissue(axis) as sensor:
+        threading.Timer(0.8, lambda: vars(axis).update(target=0.05, speed=0.02)).start()
+        outcome, _ = recorded(sensor, axis, [], force_limit=1.0, duration=3.0)
+    assert "ordered to stop" in outcome.detail or outcome.ended == "axis fault"
+    assert axis.received.count("stop") > 1 and not outcome.rest_confirmed
+
+
+def test_a_full_disk_does_not_hide_an_axis_that_does_not_stop(recorded, monkeypatch):
+    import errno
+
+    from needleforce.recording.log import writer
+
+    plain = writer._Appended.write
+
+    def full(self, data):
+        if axis.depth > 0.002:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        plain(self, data)
+
+    monkeypatch.setattr(writer._Appended, "write", full)
+    with Disobedient() as axis, FakeSensor() as sensor:
+        outcome, _ = recorded(sensor, axis, [(0.055, 0.02)], flush_every=0.02)
+    assert outcome.ended == "axis did not stop" and not outcome.rest_confirmed
+    assert "last seen at" in outcome.detail and "No space left" in outcome.detail
+
+
+def test_a_result_that_cannot_be_written_does_not_hide_it_either(tmp_path, page, monkeypatch):  # noqa: F811
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    with Disobedient() as axis, tissue(axis) as sensor:
+        more = ["--axis", f"127.0.0.1:{axis.port}", "--depth-mm", "55", "--speed-mm-s", "20", "--start-mm", "-2"]
+        more += ["--force-limit-N", "1", "--bias-s", "0.1", "--json", str(gone / "o.json")]
+        threading.Timer(0.7, gone.rmdir).start()
+        done = CliRunner().invoke(app, arguments(tmp_path / "run.mcap", sensor, page, *more))
+    assert done.exit_code == 3 and "last seen at" in done.output

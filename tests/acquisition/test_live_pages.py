@@ -67,7 +67,12 @@ def first_column(text: str, heading: str) -> set[str]:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_options_exist(page, name):
-    known = {option for command in COMMANDS.values() for param in command.params for option in param.opts}
+    known = {
+        option
+        for command in COMMANDS.values()
+        for param in command.params
+        for option in (*param.opts, *param.secondary_opts)
+    }
     assert set(re.findall(r"(?<![\w-])--[a-zA-Z][\w-]+", page(name))) <= known
 
 

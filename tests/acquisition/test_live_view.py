@@ -49,13 +49,3 @@ def test_a_terminal_shows_a_panel(monkeypatch):
         view(progress(0.5, 500, 7))
     for text in ("insertion", "5.25 mm", "7 (0 in the last second)"):
         assert text in sys.stderr.getvalue()
-
-
-def test_an_axis_that_does_not_stop_is_printed_at_once(monkeypatch):
-    monkeypatch.setattr(sys, "stderr", io.StringIO())
-    with live_view(plain=True) as view:
-        view(progress(0.1, 100))
-        view(progress(0.2, 200)._replace(warning="axis did not stop"))
-        view(progress(0.3, 300)._replace(warning="axis did not stop"))
-    lines = sys.stderr.getvalue().splitlines()
-    assert [line.endswith("WARNING axis did not stop") for line in lines] == [False, True]

@@ -48,7 +48,7 @@ class Rig:
 
     def __init__(self, monkeypatch):
         self.depth, self.calls, self.ends, self.settings, self.moves = -4e-3, [], {}, [], []
-        self.no_sites = False
+        self.no_sites, self.unconfirmed = False, ()
         self.runs = 0
         monkeypatch.setattr("needleforce.acquisition.recorder.record_run", self.record)
 
@@ -75,7 +75,8 @@ class Rig:
         if why == "killed":
             path.write_bytes(flushed)
             raise KeyboardInterrupt
-        return type("Outcome", (), {"ended": why, "detail": "as given.", "rest_confirmed": why != "axis silent"})()
+        confirmed = why != "axis silent" and self.runs not in self.unconfirmed
+        return type("Outcome", (), {"ended": why, "detail": "as given.", "rest_confirmed": confirmed})()
 
 
 @pytest.fixture
@@ -301,3 +302,14 @@ def test_the_second_pass_begins_after_the_pause(rig, tmp_path, monkeypatch):
     monkeypatch.setattr("needleforce.protocol.session.time.sleep", slept.append)
     run_protocol(read_protocol(tmp_path / "slow.toml"), tmp_path / "out", rig.open, SETTINGS, say=lambda text: None)
     assert slept == [0.15]
+
+
+def test_a_session_ends_with_a_run_whose_axis_was_not_seen_to_stop(rig, session):
+    rig.unconfirmed = (2,)
+    done, _ = session()
+    assert (done.ended, done.rest_confirmed, len(done.recorded), done.complete) == (
+        "axis did not stop",
+        False,
+        2,
+        False,
+    )

@@ -6,7 +6,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.rig import Sensor, SpeedClock, paper_experiment
-from needleforce.rig.live.tissue import ModelTissue, PhantomTissue, phantom_site
+from needleforce.rig.live.simulated import ModelTissue, PhantomTissue, phantom_site
 from needleforce.rig.run import path_of_run, perform
 
 DEPTH, SHORT, DT = 16e-3, 0.3e-3, 1e-3

@@ -16,9 +16,14 @@ POSITION_TOLERANCE_M = 0.25e-3  # lag and backlash of a spindle
 MAX_DEVIATION_M = 1e-3  # outside the commanded and the declared range
 REACTION_TIME_S = 0.1  # after which a stop takes effect at the latest: command, servo, and the report of it
 REST_WINDOW_S = 0.25  # in which the depth of an axis at rest does not change
+_MAX_REST_WINDOW_S = 5.0  # of a slow axis
 _REST_SPREAD_M = 10e-6  # of the depth at rest, unless the encoder's own spread is larger
-_MAX_SPREAD_AT_START_M = 50e-6
-_MIN_REST_STATES = 3
+_MAX_SPREAD_AT_START_M = 200e-6
+_MIN_DRIFT_M = 1e-6  # that can be seen between the halves of the window, and as a share of the spread
+_MAX_DRIFT_SHARE = 0.35
+_MIN_TRAVEL_M = 20e-6  # of an axis that continues, in the window
+_MOVED_M = 50e-6  # after rest: it has started again
+_MIN_REST_STATES, _MAX_REST_STATES = 3, 100
 _MAX_DELAY_S = 0.25  # by which states may arrive late
 _MAX_SPEED_RATIO = 1.05  # of the commanded speed
 _VELOCITY_NOISE_M_S = 5e-3  # of a reported velocity
@@ -68,11 +73,6 @@ def stop_distance(limits: AxisRange, speed: float) -> float:
     return speed * REACTION_TIME_S + speed**2 / (2.0 * limits.deceleration) + POSITION_TOLERANCE_M
 
 
-def stop_time(limits: AxisRange, speed: float) -> float:
-    """The time [s] after which an axis at ``speed`` [m/s] must be seen at rest after a stop."""
-    return REACTION_TIME_S + speed / limits.deceleration + REST_WINDOW_S + _MAX_DELAY_S
-
-
 def check_declared(limits: AxisRange, place: str = "axis") -> None:
     """Raise InputError for a declared range that no needle axis has: nothing could be judged by it."""
     low, high, speed = limits[:3]
@@ -106,14 +106,29 @@ class AxisCheck:
         self._spread = _REST_SPREAD_M
         self._target: float | None = None  # None until the axis was seen at rest
         self._range = (-math.inf, math.inf)
-        self._speed = self._excess = 0.0  # ordered speed; travel beyond it
+        self._speed = 0.0  # ordered
+        self._excess = [0.0, 0.0]  # travel beyond it, inwards and outwards
+        self._smallest_delay, self._delay = math.inf, 0.0  # of arrivals after the axis' own time
+        self._rest_depth: float | None = None  # after the stop
         self._stop: tuple[float, float, float] | None = None  # time of the order, depth seen last, and its age then
         self._beyond = False
 
     @property
     def at_rest(self) -> bool:
         """Whether the depth stayed the same over the last ``REST_WINDOW_S``, since the stop if one was ordered."""
-        return self._spread_since(self._stop[0] if self._stop else 0.0) <= self._spread
+        spread, drift, limit = self._scatter(self._stop[0] if self._stop else 0.0)
+        return spread <= self._spread and drift <= limit
+
+    @property
+    def stop_time(self) -> float:
+        """The time [s] after the order of a stop until which the axis must be seen at rest."""
+        return REACTION_TIME_S + self.top_speed / self._limits.deceleration + self._window + 2.0 * _MAX_DELAY_S
+
+    @property
+    def _window(self) -> float:
+        """The time [s] over which rest is judged: an axis that continues at its ordered speed moves visibly in it."""
+        slow = _MIN_TRAVEL_M / self._speed if self._speed else 0.0
+        return min(max(REST_WINDOW_S, slow), _MAX_REST_WINDOW_S)
 
     @property
     def top_speed(self) -> float:
@@ -129,8 +144,8 @@ class AxisCheck:
 
     def begin(self) -> bool:
         """Take the present depth as that of rest, and its spread as the encoder's; False while the axis still moves."""
-        spread = self._spread_since(0.0)
-        if spread > _MAX_SPREAD_AT_START_M:
+        spread, drift, limit = self._scatter(0.0)
+        if spread > _MAX_SPREAD_AT_START_M or drift > limit:
             return False
         self._spread = max(_REST_SPREAD_M, 2.0 * spread)
         self._target = self.state.depth
@@ -141,13 +156,13 @@ class AxisCheck:
         """A move to ``depth`` [m] at ``speed`` [m/s] is ordered."""
         start = self.state.depth if self._target is None and self.state else self._target
         self._allow(depth if start is None else start, depth)
-        self._target, self._speed, self._excess = depth, speed, 0.0
+        self._target, self._speed, self._excess = depth, speed, [0.0, 0.0]
 
     def order_stop(self, now: float) -> None:
         """A stop is ordered at ``now`` [s]; the first one counts."""
         if self._stop is None:
             depth = self.state.depth if self.state else math.nan
-            self._stop = now, depth, max(0.0, now - self.time)
+            self._stop = now, depth, max(0.0, now - self.time) + self._delay
 
     def add(self, state: AxisState, arrival: float) -> bool:
         """Check a state that arrived at ``arrival`` [s]; False for one that is not new, which is no sign of life."""
@@ -157,8 +172,11 @@ class AxisCheck:
         if before and state.number < before.number:
             self._note(f"its state counter fell from {before.number} to {state.number}: it restarted")
         self.state, self.time = state, arrival
-        self._recent.append((arrival, state.depth))
-        while len(self._recent) > 1 and self._recent[1][0] <= arrival - REST_WINDOW_S:
+        if not self._recent or arrival - self._recent[-1][0] >= self._window / _MAX_REST_STATES:
+            self._recent.append((arrival, state.depth))
+        self._smallest_delay = min(self._smallest_delay, arrival - state.time)
+        self._delay = min(max(0.0, arrival - state.time - self._smallest_delay), _MAX_DELAY_S)
+        while len(self._recent) > 1 and self._recent[1][0] <= arrival - self._window:
             self._recent.popleft()
         self._check_declared(state)
         if self._stop is not None:
@@ -166,13 +184,13 @@ class AxisCheck:
         elif self._target is not None:
             self._check_range(state.depth)
             if before:
-                self._check_speed(abs(state.depth - before.depth), max(0.0, arrival - before_time))
+                self._check_speed(state.depth - before.depth, max(0.0, arrival - before_time))
         return True
 
     def stop_report(self) -> StopReport:
         """What the axis did since the stop was ordered."""
         ordered, start, _ = self._stop
-        late = self.time > ordered + stop_time(self._limits, self.top_speed) and not self.at_rest
+        late = self.time > ordered + self.stop_time and not self.at_rest
         depth = self.state.depth if self.state else math.nan
         return StopReport(
             at_rest=self.at_rest,
@@ -184,13 +202,16 @@ class AxisCheck:
             speed=self.measured_speed,
         )
 
-    def _spread_since(self, start: float) -> float:
-        """The spread [m] of the depths that arrived after ``start`` [s]; infinite for less than the window."""
+    def _scatter(self, start: float) -> tuple[float, float, float]:
+        """Spread [m] of the depths that arrived after ``start`` [s], their drift between the halves of the window, and
+        the drift that noise of this spread explains. All infinite for less than the window."""
         recent = [each for each in self._recent if each[0] >= start]
-        if len(recent) < _MIN_REST_STATES or recent[-1][0] - recent[0][0] < 0.8 * REST_WINDOW_S:
-            return math.inf
-        depths = [depth for _, depth in recent]
-        return max(depths) - min(depths)
+        if len(recent) < _MIN_REST_STATES or recent[-1][0] - recent[0][0] < 0.8 * self._window:
+            return math.inf, math.inf, 0.0
+        depths, half = [depth for _, depth in recent], len(recent) // 2
+        spread = max(depths) - min(depths)
+        drift = abs(sum(depths[-half:]) - sum(depths[:half])) / half
+        return spread, drift, max(_MIN_DRIFT_M, min(_MAX_DRIFT_SHARE, half**-0.5) * spread)
 
     def _allow(self, start: float, depth: float) -> None:
         self._range = min(start, depth) - MAX_DEVIATION_M, max(start, depth) + MAX_DEVIATION_M
@@ -216,10 +237,11 @@ class AxisCheck:
             self._allow(self._target, self._target)  # it has arrived, and must stay
 
     def _check_speed(self, travel: float, seconds: float) -> None:
-        """The travel beyond the ordered speed, which lateness of the states explains up to a limit."""
+        """The travel beyond the ordered speed, each way, which lateness of the states explains up to a limit."""
         allowed = _MAX_SPEED_RATIO * self._speed
-        self._excess = max(0.0, self._excess + travel - allowed * seconds)
-        if self._excess > POSITION_TOLERANCE_M + allowed * _MAX_DELAY_S:
+        for k, sign in enumerate((1.0, -1.0)):
+            self._excess[k] = max(0.0, self._excess[k] + sign * travel - allowed * seconds)
+        if max(self._excess) > POSITION_TOLERANCE_M + allowed * _MAX_DELAY_S:
             measured = f"{1e3 * self.measured_speed:.3g} mm/s at {1e3 * self.state.depth:.3f} mm"
             self._note(f"moves at {measured}, {1e3 * self._speed:g} mm/s was ordered")
 
@@ -231,3 +253,7 @@ class AxisCheck:
         allowed = speed * (age + REACTION_TIME_S + braking) - 0.5 * deceleration * braking**2
         if not abs(self.state.depth - start) <= allowed + POSITION_TOLERANCE_M:
             self._beyond = True
+        if self._rest_depth is None:
+            self._rest_depth = self.state.depth if self.at_rest else None
+        elif abs(self.state.depth - self._rest_depth) > max(_MOVED_M, 2.0 * self._spread):
+            self._beyond = True  # it rested, and moves again

@@ -11,6 +11,7 @@ from .sources.source import MotionAxis
 
 _HOLD_TOLERANCE_M = 5e-6  # a move shorter than this is a hold
 _MIN_PROGRESS = 0.1  # share of the expected travel below which an axis has stalled
+_MAX_PROGRESS_TIME_S = 60.0  # over which the progress of a slow axis is judged
 _MAX_START_DELAY_S = 0.5  # from the answer to the first state with the condition moving
 
 
@@ -133,7 +134,7 @@ class MotionSequence:
         return False
 
     def _check_progress(self, depth: float, speed: float) -> None:
-        if self.state.condition != "moving":
+        if self.state.condition == "idle":
             return
         travelled = self._travelled
         if not travelled or travelled[-1][0] != self._last_state_time:  # silence of the axis is checked elsewhere
@@ -144,6 +145,8 @@ class MotionSequence:
             return
         accelerating = 0.5 * self._axis.limits.max_acceleration * span**2
         expected = min(speed * span, accelerating, abs(depth - from_depth))
+        if expected <= POSITION_TOLERANCE_M and depth != self.state.depth and span < _MAX_PROGRESS_TIME_S:
+            return  # too slow to judge yet
         if expected > POSITION_TOLERANCE_M and abs(self.state.depth - from_depth) < _MIN_PROGRESS * expected:
             where = f"at {1e3 * self.state.depth:.3f} mm, although it reports that it is moving"
             raise RunEnded(EndReason.AXIS_STALLED, where)

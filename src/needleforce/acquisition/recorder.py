@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import InputError
 from ..wire.axis_lines import AxisState
 from ..wire.rdt import is_fault, status_words
-from .axis_check import POSITION_TOLERANCE_M, REST_WINDOW_S, check_declared
+from .axis_check import MAX_DEVIATION_M, POSITION_TOLERANCE_M, REST_WINDOW_S, check_declared
 from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run import POLL_INTERVAL_S, Run
 from .run_writer import RunWriter
@@ -129,11 +129,12 @@ class AxisNotStopped(InputError):
 
 def _stopped(monitor: SafetyMonitor, error: BaseException) -> None:
     """Stop an axis that may move after an error. Raises AxisNotStopped if it is not seen at rest."""
-    monitor.send_stop()
-    while monitor.waits_for_rest:
-        time.sleep(POLL_INTERVAL_S)
+    with _signals_set(threading.Event()):  # a second Ctrl-C does not keep it from being reported
+        monitor.send_stop()
+        while monitor.waits_for_rest:
+            time.sleep(POLL_INTERVAL_S)
     report = monitor.stop_report
-    if report and monitor.has_moved and not report.confirmed:
+    if report and not report.confirmed and (monitor.has_moved or report.distance > MAX_DEVIATION_M):
         raise AxisNotStopped("axis", "not stopped", str(report), next_step=f"The run did not start: {error}") from error
 
 
@@ -146,6 +147,8 @@ def _check(path: Path, axis: MotionAxis | None, moves: Sequence[tuple[float, flo
         raise InputError("folder", str(path.parent), "does not exist", next_step="Make it first.")
     if axis is None and moves:
         raise InputError("axis", "none", "moves need one", next_step="Give --axis.")
+    if axis is not None and axis.limits is None:
+        raise InputError("axis", "without commands", "a run cannot stop it", next_step="Leave it out.")
     if axis is not None:
         check_declared(axis.limits, getattr(axis, "place", "axis"))
     here = None
@@ -267,6 +270,11 @@ def _make_move(motion: MotionSequence, monitor: SafetyMonitor, stop: threading.E
 def _check_monitor(monitor: SafetyMonitor, stop: threading.Event) -> None:
     if stop.is_set():
         raise KeyboardInterrupt
+    if monitor.over_limit:
+        force, limit = monitor.axial(monitor.over_limit), "beyond the force limit, compared with that before the move"
+        raise InputError(
+            "force with its bias", f"{force:.3f} N", limit, next_step="Free the needle, or raise the limit."
+        )
     if monitor.axis_error:
         raise monitor.axis_error
     if monitor.reason:
@@ -285,11 +293,11 @@ def bias_of(samples: list[ForceSample], settings: Settings) -> RestBias:
     Raises InputError for too few of them, or if the axial force is not steady: if the means of the first and the last
     third differ by more than ``settings.steady`` [N], or the standard deviation is larger than that.
     """
-    healthy = [sample.wrench for sample in samples if not is_fault(sample.status)]
+    healthy = [sample.wrench for sample in samples if sample.fresh and not is_fault(sample.status)]
     needed = max(MIN_READINGS_AT_REST, len(samples) // 2)
     if len(healthy) < needed:
         words = status_words(next((s.status for s in samples if is_fault(s.status)), 0))
-        limit = f"{needed} of {len(samples)} must be healthy; status: {words}"
+        limit = f"{needed} of {len(samples)} must be new and healthy; status: {words}"
         raise InputError("readings at rest", len(healthy), limit, "bias", "Give a longer rest with --bias-s, or 0.")
     wrench = np.array(healthy)
     _check_steady(wrench[:, settings.column], settings.steady)

@@ -5,14 +5,15 @@ import math
 import threading
 import time
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import InputError
 from ..recording.alignment import align
+from ..vocabulary import Phase
 from ..wire.axis_lines import AxisState
-from ..wire.rdt import is_fault
 from .axis_check import REACTION_TIME_S, StopReport
 from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run_writer import FILE_ENDS, RunWriter
@@ -22,9 +23,9 @@ from .settings import Progress, RestBias, RunResult, Settings
 POLL_INTERVAL_S = 0.02
 _VIEW_INTERVAL_S = 0.125
 _FORCE_AFTER_REST_S = 0.1  # over which the force of a needle at rest is averaged, and then not exceeded
-_MAX_RISE = 0.05  # of that force: relaxation only lowers it
+_MAX_RISE = 0.05  # of the force at the stop
 _STILL_M = 20e-6  # of depth after a stop, with which the force does not rise
-_MIN_NOISES = 5.0  # standard deviations of a reading below which a force, or its rise, is noise
+_MIN_NOISES = 2.0  # standard deviations of a reading by which means of many do not differ by chance
 _MIN_ALIGNMENT_PAIRS = 20
 _END_ENTRIES = ("ended", "detail", "seconds", "received", "lost", "duplicated", "late", "longest_own_gap", "peak_force")
 
@@ -50,7 +51,7 @@ class Run:
         self._motion: MotionSequence | None = None
         self._state: AxisState | None = None
         self._latest: list[float] = []  # forces of the usable readings written last
-        self._warning = ""
+        self._ending = False
 
     def run(self, motion: MotionSequence | None, stop: threading.Event) -> RunResult:
         """Record from the first move of ``motion`` until the file is closed."""
@@ -91,7 +92,7 @@ class Run:
     def _write_received(self, now: float) -> None:
         samples, states = self._monitor.take()
         forces = [self._monitor.axial(sample) for sample in samples]
-        self._latest = [force for force, each in zip(forces, samples) if each.fresh and not is_fault(each.status)]
+        self._latest = [force for force, sample in zip(forces, samples) if sample.fresh]
         if forces:
             self._force = forces[-1]
             self._peak = max(self._peak, *forces, key=abs)
@@ -124,14 +125,11 @@ class Run:
 
     def _end(self, ended: RunEnded) -> RunResult:
         """Stop the axis, write what arrives until it rests, and close the file."""
-        stop = None
-        if self._motion:
+        self._ending, stop = True, None
+        if self._monitor.axis_check:
             self._monitor.send_stop()
             ended, stop = self._watch_stop(ended)
-        try:
-            self._write_received(time.monotonic())
-        except RunEnded as later:  # a file that fails replaces the reason, an axis that fails does not
-            ended = _reported(ended, later)
+        ended = self._write_while_stopping(ended)
         result = self._result(ended, stop)
         try:
             self._run_writer.close(ended.reason, end_entries(result))
@@ -146,19 +144,14 @@ class Run:
             ended = self._write_while_stopping(ended)
             if time.monotonic() - begun < REACTION_TIME_S:
                 at_order += self._latest
-        report = self._monitor.stop_report
-        still = report.distance <= _STILL_M and at_order  # then the force at the order is already that of rest
-        rising = self._rising_force(max(map(abs, at_order)) if still else None) if report.at_rest else ""
-        reason = EndReason.AXIS_NOT_STOPPED if report.beyond or rising else ended.reason
-        first = f"{ended.reason}{f' ({ended.detail})' if ended.detail else ''}: " if reason != ended.reason else ""
-        detail = "; ".join(filter(None, [ended.detail if not first else "", f"{report}{rising}"]))
-        if report.confirmed and not rising and ended.reason is EndReason.DONE:
-            detail = ended.detail
-        return RunEnded(reason, first + detail), report
+        report, rising = self._monitor.stop_report, ""
+        if report.at_rest and not (self._motion and self._motion.phase is Phase.extraction):
+            still = report.distance <= _STILL_M and at_order  # then the force at the order is already that of rest
+            rising = self._rising_force(max(map(abs, at_order)) if still else None)
+        report = self._monitor.stop_report  # it may have moved since
+        return _with_stop(ended, report, rising), report
 
     def _write_while_stopping(self, ended: RunEnded) -> RunEnded:
-        report = self._monitor.stop_report
-        self._warning = "" if report is None or not report.beyond else f"{EndReason.AXIS_NOT_STOPPED}: {report}"
         time.sleep(POLL_INTERVAL_S)
         try:
             self._write_received(time.monotonic())
@@ -169,14 +162,19 @@ class Run:
     def _rising_force(self, first: float | None) -> str:
         """In words, a force that rises although the depth is at rest: then the depth is not the needle's.
 
-        It is compared with ``first`` [N], by default that at the beginning of the rest.
+        After an insertion the force of a needle at rest only relaxes. The means over successive times are compared with
+        one another, or with ``first`` [N].
         """
         means = [abs(self._mean_force()) for _ in range(4)]
-        first, highest = means[0] if first is None else first, max(means)
         noise = _MIN_NOISES * self._bias.noise[self._settings.column]
-        if not (highest > noise > 0.0 and highest > first + max(noise, _MAX_RISE * first)):
+        steady = all(b > a for a, b in pairwise(means)) and means[-1] - means[0] > noise
+        above = first is not None and max(means) > first + max(noise, _MAX_RISE * first)
+        if not (noise > 0.0 and (steady or above)):
             return ""
-        return f", but the force rises from {first:.3f} to {highest:.3f} N: the needle still moves; switch the axis off"
+        low = means[0] if first is None else min(first, means[0])
+        return (
+            f", but the force rises from {low:.3f} to {max(means):.3f} N: the needle still moves; switch the axis off"
+        )
 
     def _mean_force(self) -> float:
         """The mean force over ``_FORCE_AFTER_REST_S`` from now on; NaN without a reading."""
@@ -221,17 +219,35 @@ class Run:
             depth=self._state.depth if self._state else None,
             phase=self._motion.phase if self._motion else None,
             bias=self._settings.sign * self._bias.wrench[self._settings.column],
-            warning=self._warning,
         )
         try:
             self._view(progress)
-        except OSError:  # the terminal is gone; the recording continues without a view
+        except Exception as error:  # the terminal is gone; the recording continues without a view
             self._view = None
+            if not (self._ending or isinstance(error, OSError)):
+                raise
 
 
 def _reported(first: RunEnded, later: RunEnded) -> RunEnded:
-    """The end that is reported: the first one, unless only the later one is a failure of the file."""
-    return later if later.reason in FILE_ENDS and first.reason not in FILE_ENDS else first
+    """The end that is reported: the first one, unless only the later one is a failure of the file.
+
+    An axis that does not stop is reported before all else, with the failure.
+    """
+    if later.reason not in FILE_ENDS or first.reason in FILE_ENDS:
+        return first
+    if first.reason is EndReason.AXIS_NOT_STOPPED:
+        return RunEnded(first.reason, f"{first.detail}; {later.reason}: {later.detail}")
+    return RunEnded(later.reason, "; ".join(filter(None, [later.detail, first.detail])))
+
+
+def _with_stop(ended: RunEnded, report: StopReport, rising: str) -> RunEnded:
+    """The reason of the end with what the axis did after the stop."""
+    if report.beyond or rising:
+        first = f"{ended.reason} ({ended.detail})" if ended.detail else ended.reason
+        return RunEnded(EndReason.AXIS_NOT_STOPPED, f"{first}: {report}{rising}")
+    if report.confirmed and ended.reason is EndReason.DONE:
+        return ended
+    return RunEnded(ended.reason, "; ".join(filter(None, [ended.detail, str(report)])))
 
 
 def end_entries(result: RunResult) -> dict[str, str]:

@@ -8,12 +8,13 @@ import sys
 import threading
 import time
 from collections import deque
-from itertools import pairwise
+from collections.abc import Callable
 
 from ..errors import InputError
 from ..wire.axis_lines import MAX_SILENCE_S, AxisState
 from ..wire.rdt import SATURATED, is_fault, status_words
-from .axis_check import AxisCheck, StopReport, stop_time
+from .axis_check import AxisCheck, StopReport
+from .force_check import Lateness, frozen_checks
 from .motion_sequence import EndReason
 from .settings import Settings
 from .sources.source import ForceSample, ForceSource, MotionAxis, host_time_ns
@@ -25,7 +26,7 @@ _MAX_QUEUE = 200_000  # readings or states that wait to be written
 _MAX_UNWRITTEN_S = 2.0  # without the other thread taking what waits, after which the axis is stopped
 _PRIORITY = -10  # above the other processes of the computer
 _SWITCH_INTERVAL_S = 1e-3  # after which another thread of this program must let this one run
-_FALSE_ALARMS = 1e-12  # per sequence of equal readings: probability that a working sensor repeats them by chance
+_MIN_CONSTANT = 30  # readings without any change, from which a sensor counts as constant
 _SECOND = 1e9  # [ns]
 
 
@@ -63,8 +64,11 @@ class SafetyMonitor:
         self._force, self._axis, self._settings, self._stop_requested = force, axis, settings, stop_requested
         self._moving = self._has_moved = self._stopped = False
         self._stop_time = self._stop_sent = 0.0
+        self._beyond_since: float | None = None  # when the axis was seen not to stop
         self._restarts = 0
-        self._equal, self._max_equal, self._wrench = 0, math.inf, None
+        self._newest = self._reference = 0.0  # axial force [N] with its bias: newest, before a move
+        self._frozen = frozen_checks(settings.column)
+        self._lateness = Lateness()
         self.why_unusable = ""
         self._commanding = threading.Lock()
         self._ending = threading.Event()
@@ -105,7 +109,8 @@ class SafetyMonitor:
             if self._stopped:
                 return
             if not self._moving:
-                self.last_usable_time = self.last_taken = time.monotonic()
+                self.last_taken = time.monotonic()
+                self._reference = self._newest
             self._moving = self._has_moved = True
             self._restarts = getattr(self._force, "restart", 0)
             self.axis_check.order_move(depth, speed)
@@ -132,19 +137,26 @@ class SafetyMonitor:
 
     @property
     def has_moved(self) -> bool:
-        """Whether a move was sent, or the axis moves without one."""
-        return self._has_moved or bool(self.axis_check and self.axis_check.measured_speed)
+        """Whether a move was sent."""
+        return self._has_moved
 
     def axial(self, sample: ForceSample) -> float:
         """The force against insertion [N], minus the bias if it is known."""
         return self._settings.sign * (sample.wrench[self._settings.column] - (self.bias or 0.0))
 
     def learn_noise(self, samples: list[ForceSample]) -> None:
-        """From readings at rest, how many equal ones in a row are a frozen sensor; none if they hardly change."""
-        changes = sum(a.wrench != b.wrench for a, b in pairwise(samples))
-        share = (changes - 3.0 * math.sqrt(changes)) / max(1, len(samples) - 1)
-        if share > 0.01:
-            self._max_equal = math.ceil(math.log(_FALSE_ALARMS) / math.log1p(-min(share, 0.999)))
+        """From readings at rest, how many repeated ones in a row are a frozen sensor.
+
+        Raises InputError if the axial force never changes: then a frozen sensor cannot be recognised.
+        """
+        if not self._settings.frozen_check:
+            return
+        for check in self._frozen:
+            check.learn(samples)
+        if self._axis and not self._frozen[-1].changes and len(samples) > _MIN_CONSTANT:
+            limit = f"the same in {len(samples)} readings: the sensor is frozen, or too coarse to be checked for it"
+            advice = "Check the sensor; --no-frozen-check records without this check."
+            raise InputError("axial force at rest", f"{self._newest:g} N", limit, "bias", advice)
 
     def _run(self) -> None:
         if sys.platform == "linux":  # elsewhere the priority belongs to a process, and this number to another one
@@ -152,14 +164,18 @@ class SafetyMonitor:
                 os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _PRIORITY)
         before = host_time_ns()
         while not self._ending.is_set():
-            try:
-                self._receive_force()
-                self._receive_states()
-                now = host_time_ns()
-                self._check((now - before) / _SECOND)
-                before = now
-                self._repeat_stop()
-            except Exception as error:  # the other thread reports it and ends the run; the axis is still watched
+            for part in (self._receive_force, self._receive_states, self._repeat_stop):
+                self._guarded(part)
+            now = host_time_ns()
+            self._guarded(self._check, (now - before) / _SECOND)
+            before = now
+
+    def _guarded(self, part: Callable, *arguments: float) -> None:
+        """A failing part ends the run, which the other thread reports; the axis is still watched and stopped."""
+        try:
+            part(*arguments)
+        except Exception as error:
+            with contextlib.suppress(Exception):
                 self._end(EndReason.FAILED, repr(error))
 
     def _receive_force(self) -> None:
@@ -178,33 +194,36 @@ class SafetyMonitor:
             self.over_limit = next(filter(self._is_over_limit, samples), None)
             if self.over_limit:
                 self.send_stop()
-        self.samples.extend(samples)
+        usable = [self._is_usable(sample) for sample in samples]
+        self.samples.extend([sample._replace(fresh=fresh) for sample, fresh in zip(samples, usable)])
+        self._newest = samples[-1].wrench[self._settings.column]
         self.max_gap_ns = max(self.max_gap_ns, *(sample.read - sample.arrival for sample in samples))
         self.last_time = time.monotonic()
-        usable = [self._is_usable(sample) for sample in samples]
         if any(usable):
             self.last_usable_time = self.last_time
             if self._axis and not self._stopped:
                 self._axis.alive()
 
     def _is_over_limit(self, sample: ForceSample) -> bool:
-        if self.bias is None or math.isinf(self._settings.force_limit):
+        """Before the bias is known, the force is compared with that at the beginning of the move."""
+        if math.isinf(self._settings.force_limit) or (self.bias is None and not self._moving):
             return False
-        return bool(sample.status & SATURATED) or not abs(self.axial(sample)) <= self._settings.force_limit
+        reference = self._reference if self.bias is None else self.bias
+        force = sample.wrench[self._settings.column] - reference
+        return bool(sample.status & SATURATED) or not abs(force) <= self._settings.force_limit
 
     def _is_usable(self, sample: ForceSample) -> bool:
         """Whether a reading is a new measurement of a working sensor, from now; ``why_unusable`` is why not."""
-        self._equal = self._equal + 1 if sample.wrench == self._wrench else 0
-        self._wrench = sample.wrench
-        waited = (sample.read - sample.arrival) / _SECOND
+        frozen = max([check.add(sample) for check in self._frozen])
+        late = self._lateness.add(sample)
         if is_fault(sample.status):
             self.why_unusable = status_words(sample.status)
         elif not sample.fresh:
             self.why_unusable = "its counters repeat, fall or jump"
-        elif self._equal > self._max_equal:
-            self.why_unusable = f"the same six values {self._equal} times"
-        elif self._moving and waited > self._settings.max_force_gap:
-            self.why_unusable = f"{waited:.2f} s old when they could be read"
+        elif frozen:
+            self.why_unusable = f"the same values for {frozen} readings; --no-frozen-check if the sensor is that coarse"
+        elif self._moving and late > self._settings.max_force_gap:
+            self.why_unusable = f"{late:.2f} s late, unless the configured rate is wrong"
         else:
             return True
         return False
@@ -274,13 +293,18 @@ class SafetyMonitor:
 
     def _until_rest(self) -> float:
         """When [s of the monotonic clock] an axis that obeys is seen at rest."""
-        return self._stop_time + stop_time(self._axis.limits, self.axis_check.top_speed)
+        until = self._stop_time + self.axis_check.stop_time
+        return until if self._beyond_since is None else min(until, self._beyond_since)
 
     def _repeat_stop(self) -> None:
-        """Order the stop again until the axis is at rest; then be silent, so that its own watchdog can stop it."""
+        """Order the stop again until the axis is at rest; if it does not stop, be silent: its watchdog may stop it."""
         if not (self._stopped and self._axis) or self.axis_error:
             return
         now = time.monotonic()
+        if self._beyond_since is None and (report := self.axis_check.stop_report()).beyond:
+            self._beyond_since = now
+            with contextlib.suppress(OSError, ValueError):  # the terminal may be gone
+                print(f"{EndReason.AXIS_NOT_STOPPED}: {report}", file=sys.stderr, flush=True)
         due = now - self._stop_sent > _STOP_REPEAT_S and now < self._until_rest()
         if due and not self.axis_check.at_rest:
             self._stop_sent = now

@@ -41,6 +41,8 @@ class Settings:
         Largest drift and standard deviation of the axial force at rest [N], at least 1e-6.
     max_force_gap : float
         Time without a usable reading after which a moving axis is stopped [s], 0.02 to 0.5, when it stops by itself.
+    frozen_check : bool
+        Whether readings that repeat more often than the noise at rest explains are not usable.
 
     Raises
     ------
@@ -57,6 +59,7 @@ class Settings:
     silence: float = 1.0
     steady: float = 0.05
     max_force_gap: float = 0.25
+    frozen_check: bool = True
     limit_source: str = "given"
 
     def __post_init__(self):
@@ -158,7 +161,7 @@ class RunResult:
 
 class Progress(NamedTuple):
     """Values for a live view: time since the start [s], readings and losses, axial force [N], depth [m] and phase of
-    the motion or None, bias [N], and a warning that must be seen at once, or nothing."""
+    the motion or None, bias [N]."""
 
     seconds: float
     received: int
@@ -167,4 +170,3 @@ class Progress(NamedTuple):
     depth: float | None
     phase: str | None
     bias: float
-    warning: str = ""

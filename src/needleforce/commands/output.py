@@ -117,7 +117,6 @@ def facts(now: Progress, rate: float | None, lost: int) -> list[tuple[str, str]]
         ("rate", "-" if rate is None else f"{rate:8.0f} Hz"),
         ("lost", f"{now.lost} ({lost} in the last second)"),
         ("bias", f"{now.bias:8.3f} N"),
-        *([("WARNING", now.warning)] if now.warning else []),
     ]
 
 
@@ -134,13 +133,12 @@ def live_view(plain: bool = False) -> Iterator[Callable[[Progress], None] | None
 
 
 def _lines() -> Callable[[Progress], None]:
-    rates, printed, warned = Rates(), [-1], []
+    rates, printed = Rates(), [-1]
 
     def view(now: Progress) -> None:
         rate, lost = rates.over_last_second(now)
-        if int(now.seconds) > printed[0] or (now.warning and not warned):
+        if int(now.seconds) > printed[0]:
             printed[0] = int(now.seconds)
-            warned.extend([now.warning] * bool(now.warning))
             print(", ".join(f"{name} {text.strip()}" for name, text in facts(now, rate, lost)), file=sys.stderr)
 
     return view
@@ -159,7 +157,7 @@ def _panel() -> Iterator[Callable[[Progress], None]]:
             rate, lost = rates.over_last_second(now)
             text = Text()
             for name, value in facts(now, rate, lost):
-                style = "bold red" if (name == "lost" and now.lost) or name == "WARNING" else "bold"
+                style = "bold red" if name == "lost" and now.lost else "bold"
                 text.append(f"{name:>6}  ").append(f"{value}\n", style=style)
             live.update(text, refresh=True)
 

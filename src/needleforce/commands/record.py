@@ -31,6 +31,7 @@ _MAX_COUNT = 2**31  # of a reading
 
 DEFAULT_LIMIT = f"{100 * DEFAULT_LIMIT_SHARE:g} % of the sensor's rated range"
 LIMIT_HELP = f"Axial force minus bias at which the axis stops; default: {DEFAULT_LIMIT}."
+FROZEN_HELP = "Whether readings that repeat more often than noise explains stop the axis."
 GAP_HELP = "Time without a usable reading after which a moving axis is stopped."
 SAME_SITE_HELP = "If no spare site is left, insert into the hole of an aborted run."
 
@@ -50,6 +51,7 @@ def run(
     force_limit_n: Annotated[float | None, typer.Option("--force-limit-N", help=LIMIT_HELP)] = None,
     steady_n: Annotated[float, typer.Option("--steady-N", help="Largest change of the force during the bias.")] = 0.05,
     max_force_gap_s: Annotated[float, typer.Option(help=GAP_HELP)] = 0.25,
+    frozen_check: Annotated[bool, typer.Option("--frozen-check/--no-frozen-check", help=FROZEN_HELP)] = True,
     bias_s: Annotated[float, typer.Option(help="Time at rest to measure the bias; 0 for none.")] = 0.5,
     axial: Annotated[str, typer.Option(help="Axis of the sensor along the needle: fz, -fz, fx, …")] = "fz",
     filter_length: Annotated[int, typer.Option(help="Samples in the sensor's average filter.")] = 1,
@@ -91,7 +93,8 @@ def run(
     )
     planned = read_protocol(protocol) if protocol else None  # before the network is used
     open_sources, configuration = sources(sensor, sensor_page, axis, calibration)
-    limit, limit_source = force_limit(force_limit_n, configuration, axial, axis if protocol is None else None)
+    given = force_limit_n if force_limit_n is not None or planned is None else planned.force_limit
+    limit, limit_source = force_limit(given, configuration, planned.axial if planned else axial, axis)
     settings = Settings(
         force_limit=limit,
         limit_source=limit_source,
@@ -101,6 +104,7 @@ def run(
         axial=axial,
         filter_length=filter_length,
         steady=steady_n,
+        frozen_check=frozen_check,
     )
     with live_view(plain) as view:
         if protocol:
@@ -113,8 +117,18 @@ def run(
         force, motion = open_sources()
         say(f"force limit {limit:.4g} N ({limit_source})" + (_stop_text(motion, moves) if moves else ""))
         outcome = record_run(output, force, motion, moves=moves, card=card, settings=settings, view=view)
-    _print_outcome(outcome, json)
-    _exit(outcome.ended in (EndReason.DONE, EndReason.INTERRUPTED, EndReason.SOURCE_ENDED), outcome.rest_confirmed)
+    completed = [EndReason.DONE, EndReason.INTERRUPTED] + ([] if moves else [EndReason.SOURCE_ENDED])
+    document = dataclasses.asdict(outcome) | {
+        "path": str(outcome.path),
+        "stop": outcome.stop and outcome.stop._asdict(),
+    }
+    try:
+        _print_outcome(outcome)
+        write_json(document, json)
+    except BaseException:  # a closed terminal, a missing folder, Ctrl-C: the axis comes first
+        _exit(True, outcome.rest_confirmed)
+        raise
+    _exit(outcome.ended in completed, outcome.rest_confirmed)
 
 
 def _exit(completed: bool, rest_confirmed: bool) -> None:
@@ -190,15 +204,18 @@ def _run_protocol(
 ) -> "CampaignOutcome":
     from ..protocol import run_protocol
 
-    ask = typer.confirm if sys.stdin and sys.stdin.isatty() else None
+    def confirm(question: str) -> bool:
+        try:
+            return typer.confirm(question)
+        except typer.Abort:
+            raise KeyboardInterrupt from None
+
+    ask = confirm if sys.stdin and sys.stdin.isatty() else None
     return run_protocol(planned, folder, open_sources, settings, view=view, ask=ask, say=say, same_site=same_site)
 
 
-def _print_outcome(outcome: "RunResult", json: str | None) -> None:
+def _print_outcome(outcome: "RunResult") -> None:
     """Print the result of a run in a few lines."""
-    write_json(
-        dataclasses.asdict(outcome) | {"path": str(outcome.path), "stop": outcome.stop and outcome.stop._asdict()}, json
-    )
     uncertainty = outcome.alignment_uncertainty
     if outcome.restarts:
         say(f"warning: the sensor's counter restarted {outcome.restarts} times: it was switched off or exchanged")

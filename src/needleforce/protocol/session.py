@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 
+from ..acquisition.axis_check import stop_distance
 from ..acquisition.motion_sequence import EndReason
 from ..acquisition.settings import Progress, RunResult, Settings
 from ..acquisition.sources.source import ForceSource, MotionAxis
@@ -86,12 +87,12 @@ class Session:
         try:
             while (run := self._next()) is not None:
                 result = self._record(run)
-                self.rest_confirmed = result.rest_confirmed
+                self.rest_confirmed = self.rest_confirmed and result.rest_confirmed
                 write_table(self.path, self._folder())
-                if result.ended != EndReason.DONE:
+                if result.ended != EndReason.DONE or not result.rest_confirmed:
                     detail = f": {result.detail.rstrip('.')}" if result.detail else ""
                     self.say(f"{run.name}: {result.ended}{detail}. {RESUME}")
-                    return result.ended
+                    return result.ended if result.rest_confirmed else EndReason.AXIS_NOT_STOPPED
         except KeyboardInterrupt:
             self.say(f"Stopped. {RESUME}")
             return SessionEnd.INTERRUPTED
@@ -140,7 +141,8 @@ class Session:
         from ..acquisition.recorder import record_run
 
         force, axis = self._opened()
-        self.say(f"{run.name}: site {run.site}, pass {run.pass_number}, {1e3 * run.speed:g} mm/s")
+        stop = f"a stop takes at most {1e3 * stop_distance(axis.limits, run.speed):.2f} mm"
+        self.say(f"{run.name}: site {run.site}, pass {run.pass_number}, {1e3 * run.speed:g} mm/s; {stop}")
         card = run.card | {"date": datetime.now(UTC).isoformat(timespec="seconds")}
         path, settings = self.path / run.name, self.settings
         result = record_run(

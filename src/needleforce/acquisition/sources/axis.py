@@ -16,7 +16,7 @@ from .source import ask_for_stamps, receive_stamped
 ANSWER_TIMEOUT_S = 1.0
 _STOP_REPEAT_S = 0.05  # after which an unanswered stop is sent again
 _POLL_S = 0.05
-_MAX_LINES_PER_S, _MAX_LINE_BURST = 2000, 1000  # from an axis; more are a flood
+_MAX_LINES_PER_S, _MAX_LINE_BURST = 3000, 1000  # from an axis; more are a flood
 _FLOOD_PAUSE_S = 0.005  # between two reads of a flood, so that the force has the processor
 _SEND_TIMEOUT_S = 0.2
 _ALIVE_INTERVAL_S = 0.1  # an axis stops after half a second of silence
@@ -28,7 +28,7 @@ class AxisClient:
     A thread reads its lines; ``close`` joins it. An axis stops by itself half a second after the last line from its
     client: while it moves, call ``alive`` often. All methods except ``receive`` may be called from any thread. All
     except ``send_stop``, ``stop``, ``alive`` and ``close`` raise InputError if the connection is lost or the axis sends
-    an invalid line. Of an axis that sends more than 2000 lines a second only the newest state is read.
+    an invalid line. Of an axis that sends more than 3000 lines a second only the newest state is read.
 
     Parameters
     ----------

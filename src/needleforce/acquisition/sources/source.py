@@ -61,13 +61,16 @@ class MotionAxis(Protocol):
     limits: AxisRange | None
 
     def receive(self) -> list[tuple[AxisState, int]]:
-        """The states since the last call, each with its arrival [ns]. Raises InputError if the axis is lost."""
+        """The states since the last call, each with its arrival by ``host_time_ns``; returns at once.
+
+        Raises InputError if the axis is lost.
+        """
 
     def move(self, depth: float, speed: float) -> None:
         """Send the tip to ``depth`` [m] at ``speed`` [m/s]; return when it is accepted. Raises InputError if not."""
 
     def send_move(self, depth: float, speed: float) -> None:
-        """As ``move``, but return at once; ``answer`` has the result."""
+        """As ``move``, but return at once: a stop waits for it; ``answer`` has the result."""
 
     def answer(self, command: str) -> Answer | None:
         """The answer to the last command of this name, None until it arrives."""
