@@ -73,7 +73,7 @@ def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_
 @pytest.mark.parametrize(
     "arguments, words",
     [
-        (["nowhere.json"], "not readable"),
+        (["nowhere.json"], "fit is missing"),
         (["nothing"], "unknown"),
         (["paper", "--language", "rust"], "Give c++ or c"),
         (["paper", "--name", ""], "not a valid name of a constant"),
@@ -93,7 +93,7 @@ def test_a_number_lost_in_the_json_is_told_with_its_place(fit, tmp_path):
     with pytest.raises(nf.InputError, match=r"fit.json: .*friction.*per_length"):
         model_source(tmp_path / "fit.json")
     (tmp_path / "fit.json").write_bytes(b"\xff\xfe{")
-    with pytest.raises(nf.InputError, match="not JSON"):
+    with pytest.raises(nf.InputError, match="fit is not readable, not UTF-8"):
         model_source(tmp_path / "fit.json")
 
 

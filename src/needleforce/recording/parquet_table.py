@@ -3,7 +3,7 @@
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +13,16 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
 from .columns import Column, split
 
 EXTRA = "needleforce[parquet]"
 CARD = b"needleforce.card"  # the key of the card's lines in the file's metadata
-_MAX_ROWS = 1 << 28  # three days at 1 kHz: a damaged row count must not allocate all memory
+_MAX_FOOTER_BYTES = 16 << 20  # the description of columns and row groups
+_MAX_COLUMNS = 1024  # as of a text file
+_MAX_PAGE_BYTES = 64 << 20  # unpacked; writers make pages of 1 MiB
+_BATCH_ROWS = 1 << 16
+_CHECK = "Check that the file is complete, or export it again."
 _MESSAGE_CHARS = 160  # characters of a library's message that are printed
 _PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
@@ -46,6 +51,7 @@ class ParquetLayout:
     comments: list[tuple[int, str]]
     sha256: str
     file: Any
+    content: bytes
 
     def place(self, row: int) -> str:
         """The place of a row: file and row number from 1."""
@@ -58,10 +64,44 @@ class ParquetLayout:
         """
         names = {quantity: self.file.schema_arrow.names[column.index] for quantity, column in columns.items()}
         with _as_input_error(self.path):
-            table = self.file.read(columns=list(names.values()))
-            table.validate(full=True)
+            self._check_pages({column.index for column in columns.values()})
+            table = self._table(list(names.values()))
             found = {quantity: table.column(table.schema.get_field_index(name)) for quantity, name in names.items()}
         return {q: self._numbers(values, columns[q]) for q, values in found.items()}, self.sha256, True
+
+    def _table(self, names: list[str]) -> Any:
+        """The columns, read in batches: their sizes as stated may be wrong."""
+        import pyarrow
+
+        batches, size = [], 0
+        for batch in self.file.iter_batches(_BATCH_ROWS, columns=names, use_threads=False):
+            batch.validate(full=True)
+            batches.append(batch)
+            size += batch.nbytes
+            self._check_size(size)
+        return pyarrow.Table.from_batches(batches, batches[0].schema)
+
+    def _check_pages(self, used: Collection[int]) -> None:
+        """Refuse what would not fit into memory, before it is unpacked: each page states its own size, to which it is
+        unpacked whatever the description of the file states."""
+        size, metadata = 0, self.file.metadata
+        for group in range(metadata.num_row_groups):
+            for index in range(metadata.num_columns):
+                column = metadata.row_group(group).column(index)
+                if metadata.schema.column(index).path.split(".")[0] in self._names(used):
+                    for unpacked in page_sizes(self.content, column):
+                        size += unpacked
+                        self._check_size(size, unpacked)
+
+    def _names(self, used: Collection[int]) -> set[str]:
+        return {self.file.schema_arrow.names[index] for index in used}
+
+    def _check_size(self, size: int, page: int = 0) -> None:
+        limit = unpacked_limit(len(self.content))
+        if size > limit or page > _MAX_PAGE_BYTES:
+            limits = f"at most {limit >> 20} MiB, {_MAX_PAGE_BYTES >> 20} MiB a page, for a file of this size"
+            value = f"{max(size, page) >> 20} MiB"
+            raise InputError("unpacked size", value, limits, str(self.path), "Check that it is a recording.")
 
     def _numbers(self, values: Any, column: Column) -> np.ndarray:
         from pyarrow import float64, int64, types
@@ -83,14 +123,21 @@ class ParquetLayout:
 
 def open_parquet(path: Path) -> ParquetLayout:
     """Open a Parquet file. Raises InputError if it is damaged or has no rows, or if pyarrow is missing."""
-    pyarrow, data = pyarrow_for(path), path.read_bytes()
+    pyarrow, data = pyarrow_for(path), read_bytes(path, "file", MAX_RECORDING_BYTES)
+    footer = int.from_bytes(data[-8:-4], "little")
+    if footer > min(_MAX_FOOTER_BYTES, len(data)):
+        limit = f"at most {_MAX_FOOTER_BYTES} bytes, and within the file"
+        raise InputError("description of the columns", f"{footer} bytes", limit, str(path), _CHECK)
     with _as_input_error(path):
         file = pyarrow.parquet.ParquetFile(pyarrow.BufferReader(data), page_checksum_verification=True)
         rows, fields = file.metadata.num_rows, list(file.schema_arrow)
         lines = (file.schema_arrow.metadata or {}).get(CARD, b"").decode("utf-8", "replace").split("\n")
-    if not 0 < rows <= _MAX_ROWS:
-        limit = f"1 to {_MAX_ROWS} can be read"
+    if not 0 < rows <= MAX_SAMPLES:
+        limit = f"1 to {MAX_SAMPLES} can be read"
         raise InputError("number of samples", rows, limit, str(path), "Check that the export was complete.")
+    if len(fields) > _MAX_COLUMNS:
+        limit = f"at most {_MAX_COLUMNS} can be read"
+        raise InputError("number of columns", len(fields), limit, str(path), "Save fewer columns.")
     comments = [(number, line.removeprefix("# ")) for number, line in enumerate(lines, 1) if line]
     return ParquetLayout(
         path=path,
@@ -98,6 +145,7 @@ def open_parquet(path: Path) -> ParquetLayout:
         comments=comments,
         sha256=hashlib.sha256(data).hexdigest(),
         file=file,
+        content=data,
     )
 
 
@@ -118,5 +166,86 @@ def _as_input_error(path: Path) -> Iterator[None]:
         raise
     except Exception as error:
         why = (str(error).splitlines() or [""])[0][:_MESSAGE_CHARS]
-        advice = "Check that the file is complete, or export it again."
-        raise InputError("file", "not readable as Parquet", why, str(path), advice) from error
+        raise InputError("file", "not readable as Parquet", why, str(path), _CHECK) from error
+
+
+def page_sizes(content: bytes, column: Any) -> Iterator[int]:
+    """The unpacked size [bytes] that each page of a column of a row group states in its header.
+
+    Raises ValueError for a header that is not one, and for pages beyond the end of the file.
+    """
+    starts = [at for at in (column.dictionary_page_offset, column.data_page_offset) if at]
+    at, end = min(starts), min(starts) + column.total_compressed_size
+    if not 0 < at <= end <= len(content):
+        raise ValueError("a column is outside the file")
+    while at < end:
+        header = _Compact(content, at)
+        sizes = header.small_integers()
+        unpacked, packed = sizes.get(_UNPACKED, -1), sizes.get(_PACKED, -1)
+        if unpacked < 0 or packed < 0:
+            raise ValueError("a page without a size")
+        yield unpacked
+        at = header.at + packed
+
+
+_UNPACKED, _PACKED = 2, 3  # numbers of fields of PageHeader, https://parquet.apache.org/docs/file-format/
+_MAX_DEPTH = 8  # of structures in a header, which has 3
+
+
+class _Compact:
+    """A structure in Thrift's compact protocol; ``at`` is the place of the next byte."""
+
+    def __init__(self, content: bytes, at: int):
+        self._content, self.at = content, at
+
+    def small_integers(self, depth: int = 0) -> dict[int, int]:
+        """Number and value of the integer fields of a structure; its other fields are skipped."""
+        if depth > _MAX_DEPTH:
+            raise ValueError("structures within each other")
+        found, number = {}, 0
+        while head := self._byte():
+            number = number + (head >> 4) if head >> 4 else self._integer()
+            value = self._value(head & 15, depth)
+            if value is not None:
+                found[number] = value
+        return found
+
+    def _value(self, kind: int, depth: int) -> int | None:
+        match kind:
+            case 1 | 2:  # true, false
+                pass
+            case 3:
+                self._byte()
+            case 4 | 5 | 6:  # integers of 16, 32 and 64 bits
+                return self._integer()
+            case 7:  # double
+                self.at += 8
+            case 8:  # bytes
+                count = self._count()  # moves, too
+                self.at += count
+            case 12:
+                self.small_integers(depth + 1)
+            case _:
+                raise ValueError("a page header with lists or maps")
+        return None
+
+    def _byte(self) -> int:
+        if self.at >= len(self._content):
+            raise ValueError("a page header beyond the end of the file")
+        self.at += 1
+        return self._content[self.at - 1]
+
+    def _count(self) -> int:
+        value = shift = 0
+        while True:
+            byte = self._byte()
+            value |= (byte & 0x7F) << shift
+            shift += 7
+            if byte < 0x80:
+                return value
+            if shift > 63:
+                raise ValueError("an integer of more than 64 bits")
+
+    def _integer(self) -> int:
+        count = self._count()
+        return (count >> 1) ^ -(count & 1)

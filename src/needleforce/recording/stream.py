@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import InputError
+from ..files import file_name
 from .columns import Column, choose, dimension, missing
 from .parquet_table import ParquetLayout
 from .recording import Note
@@ -127,7 +128,7 @@ def read_stream(
 def _in_order_and_si(table: Table, units: Mapping[str, str]) -> tuple[Stream, str]:
     """Check the order of a table without missing values and convert it to SI; also return the unit of its time."""
     put_in_order(table)
-    place = str(table.layout.path)
+    place = file_name(table.layout.path)
     if "depth" in table.values and np.ptp(table.values["depth"]) == 0.0:
         header = table.columns["depth"].header
         raise constant_depth(f"depth (column {header!r})", table.values["depth"][0], place)
