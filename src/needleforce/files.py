@@ -104,14 +104,15 @@ def _too_large(path: str | os.PathLike, what: str, max_bytes: int, size: str) ->
 
 
 def read_bytes(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITION_BYTES) -> bytes:
-    """The content of a file, as ``open_regular``; a file that is larger than its stated size is refused, too."""
+    """The content of a file, as ``open_regular``; a file that has more bytes than the system states is refused, too."""
     with open_regular(path, what, max_bytes) as file:
         try:
-            content = file.read(max_bytes + 1)
+            size = os.fstat(file.fileno()).st_size
+            content = file.read(size + 1)
         except OSError as error:
             raise InputError(what, "not readable", error.strerror or "", str(path)) from None
-    if len(content) > max_bytes:
-        raise _too_large(path, what, max_bytes, f"over {max_bytes} bytes")
+    if len(content) > size:
+        raise _too_large(path, what, size, "larger than the system states")
     return content
 
 

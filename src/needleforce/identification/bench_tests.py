@@ -18,7 +18,7 @@ from .estimates import Estimate
 from .statistics.regression import least_squares
 
 _STRESS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "N/mm^2": 1e6}
-_MAX_READINGS, _MAX_COLUMNS = 10_000, 100
+_MAX_READINGS, _MAX_COLUMNS, _MAX_MAGNITUDE = 10_000, 100, 1e30
 SMALL_DEFLECTION = 0.3  # [1] F a^2 / (E I), twice the end slope; beyond, the linear formula overestimates deflection
 # law -> the columns whose weighted sum is the nominal stress, and the weights by which the coefficients give E
 _BASES = {
@@ -103,12 +103,13 @@ def _factor(ending: str, dimension: str) -> float | None:
 def _numbers(column: Any, file: str, header: str) -> np.ndarray:
     try:
         values = column.to_numpy(float)
-    except ValueError as error:
+    except (ValueError, OverflowError, TypeError) as error:
         raise InputError(f"column {header}", limit=str(error), place=file, next_step="Give only numbers.") from None
-    if not np.isfinite(values).all():
-        first = int(np.argmin(np.isfinite(values)))
-        place = f"{file}: row {first + 2}"
-        raise InputError(f"column {header}", values[first], "it must be finite", place, "Correct or remove this row.")
+    valid = np.abs(values) <= _MAX_MAGNITUDE
+    if not valid.all():
+        first = int(np.argmin(valid))
+        place, limit = f"{file}: row {first + 2}", f"it must be finite and at most {_MAX_MAGNITUDE:g}"
+        raise InputError(f"column {header}", values[first], limit, place, "Correct or remove this row.")
     return values
 
 
