@@ -244,10 +244,12 @@ HEAD = ["| file | largest | read | refused | other outcome | longest processor t
 
 
 def write(rows: list[str]) -> None:
-    """Replace the table of the page."""
+    """Replace the rows of the page's table, those of formats that were not studied excepted."""
     text = PAGE.read_text(encoding="utf-8")
     begin, end = text.index(MARKS[0]) + len(MARKS[0]), text.index(MARKS[1])
-    PAGE.write_text(text[:begin] + "\n" + "\n".join([*HEAD, *rows]) + "\n" + text[end:], encoding="utf-8")
+    old = {line.split("|")[1]: line for line in text[begin:end].strip().splitlines()[len(HEAD) :]}
+    merged = old | {line.split("|")[1]: line for line in rows}
+    PAGE.write_text(text[:begin] + "\n" + "\n".join([*HEAD, *merged.values()]) + "\n" + text[end:], encoding="utf-8")
 
 
 def main() -> int:

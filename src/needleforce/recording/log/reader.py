@@ -22,6 +22,7 @@ _MAX_ORPHAN_BYTES = 64 << 20  # messages kept until their channel is defined, wh
 _OVERHEAD_BYTES = 100  # bytes of overhead of each of them
 _MAX_DEFINITIONS = 1 << 17  # schemas and channels: each has an identifier of 16 bits
 _NO_SCHEMA = 0  # identifier of a channel without schema
+_MAX_METADATA_BYTES, _MAX_BRACKETS = 1 << 18, 1000  # of the description of a bag
 _MAX_CARD_BYTES = 1 << 20  # bytes of a card
 
 
@@ -61,9 +62,10 @@ def _bag_files(folder: Path) -> tuple[str, list[Path]]:
     """The storage of a bag and its files. Raises InputError or another exception for a folder that is not safe."""
     from ruamel.yaml import YAML
 
-    text = read_bytes(folder / BAG, "bag")
-    if b"<<" in text:  # a merged mapping can double at every level
-        raise ValueError(f"{BAG} contains a merge key")
+    text = read_bytes(folder / BAG, "bag", _MAX_METADATA_BYTES)
+    if b"<<" in text or text.count(b"[") + text.count(b"{") > _MAX_BRACKETS:
+        # a merged mapping can double at every level, and the parser's time grows with the square of open brackets
+        raise ValueError(f"{BAG} contains a merge key or more than {_MAX_BRACKETS} brackets")
     size = 0
     for path in folder.iterdir():
         with open_regular(path, "file of a bag") as file:
