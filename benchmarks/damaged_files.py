@@ -87,7 +87,7 @@ def _length_of_a_record(data: bytes, chance: random.Random) -> int:
     while at + 9 <= len(data) and len(places) < 500:
         places.append(at + 1)
         at += 9 + struct.unpack_from("<Q", data, at + 1)[0]
-    return chance.choice(places)
+    return chance.choice(places or [0])
 
 
 def outcome(path: Path, samples: int) -> str:

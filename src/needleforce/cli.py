@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line. Exit code 0: done; 1: no file gave a result, with the reason for each; 2: wrong usage."""
 
+import os
 import sys
 
 import typer
@@ -57,15 +58,24 @@ def about(version: bool = typer.Option(False, "--version", help="Print the versi
 
 def main() -> None:
     """Run the command line; an InputError is printed as one line, without a traceback."""
+    from .commands.output import prepare_streams, say
     from .errors import InputError
 
+    prepare_streams()
     try:
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()
     except InputError as error:
-        print(f"needleforce: {error}", file=sys.stderr)
+        say(f"needleforce: {error}")
         sys.exit(error.exit_code)
     except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left is flushed at the end
         sys.exit(0)
     except OSError as error:
-        print(f"needleforce: {error.strerror}: {error.filename or 'standard output'}", file=sys.stderr)
+        say(f"needleforce: {error.strerror}: {error.filename or 'standard output'}")
+        sys.exit(1)
+    except MemoryError:
+        say("needleforce: the memory of this computer is not sufficient for the files given.")
         sys.exit(1)

@@ -1,11 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The error for input that a user can correct: quantity, value, limit, place and next step."""
+"""The error for input that a user can correct: quantity, value, limit, place and next step; text for a terminal."""
+
+import re
+
+_MAX_PART_CHARS = 2000  # of one part of a message
+# what a terminal obeys instead of showing it: control characters but line feed and tab, marks that reorder or hide the
+# text around them, other line ends, and halves of characters
+_CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff\ud800-\udfff]")
+
+
+def printable(text: str) -> str:
+    """``text`` for a terminal: control characters, marks that reorder text, and bytes that are no character are written
+    as ``\\x1b`` or ``\\u202e``; line feeds and tabs are kept."""
+    return _CONTROLS.sub(_written, text.replace("\r\n", "\n"))
+
+
+def _written(character: re.Match) -> str:
+    number = ord(character[0])
+    if 0xDC80 <= number <= 0xDCFF:  # a byte of a file's name
+        number -= 0xDC00
+    return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}"
 
 
 class InputError(ValueError):
     """An input is missing, out of range, inconsistent or not readable.
 
     The message joins the parts in this order: ``place: quantity is value, limit. next step``. Empty parts are left out.
+    It is one line of printable text, because parts of it come from files and devices; the attributes are as given.
 
     Parameters
     ----------
@@ -29,10 +50,11 @@ class InputError(ValueError):
         super().__init__(self._message())
 
     def _message(self) -> str:
-        problem = f"{self.quantity} is {self.value}" if self.value != "" else self.quantity
-        problem += f", {self.limit}" if self.limit else ""
-        prefix = f"{self.place}: " if self.place else ""
-        return f"{prefix}{problem}." + (f" {self.next_step}" if self.next_step else "")
+        parts = (self.quantity, self.value, self.limit, self.place, self.next_step)
+        quantity, value, limit, place, next_step = map(_part, parts)
+        problem = f"{quantity} is {value}" if value else quantity
+        problem += f", {limit}" if limit else ""
+        return (f"{place}: " if place else "") + f"{problem}." + (f" {next_step}" if next_step else "")
 
     def at(self, place: str) -> "InputError":
         """Return a copy of the error with an outer place added.
@@ -49,3 +71,10 @@ class InputError(ValueError):
         """
         inner = f"{place}: {self.place}" if self.place else place
         return InputError(self.quantity, self.value, self.limit, inner, self.next_step)
+
+
+def _part(value: object) -> str:
+    """A part of a message: printable, without line ends, and no longer than a message can be read."""
+    text = str(value)
+    text = text if len(text) <= _MAX_PART_CHARS else text[:_MAX_PART_CHARS] + "…"
+    return " ".join(printable(text).splitlines()) if "\n" in text else printable(text)

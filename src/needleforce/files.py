@@ -1,19 +1,196 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files: atomic writing of text, documents without the numbers that JSON cannot represent, and the format of a file by
-its first bytes, independent of its name."""
+"""Files: bounded reading of regular files only, atomic writing, TOML and XML that cannot exhaust memory or time, text
+cells that no spreadsheet evaluates, and the format of a file by its first bytes, independent of its name."""
 
 import math
 import os
+import re
+import secrets
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, BinaryIO, TextIO
+from xml.etree import ElementTree
 
 from .errors import InputError
 
+MAX_RECORDING_BYTES = 1 << 31
+"""Bytes of a recording: five hours at 1 kHz in text with twelve columns."""
+MAX_SAMPLES = 1 << 25
+"""Samples of a recording: nine hours at 1 kHz, 80 minutes of the fastest sensor at 7 kHz."""
+MAX_DEFINITION_BYTES = 1 << 20
+"""Bytes of a file of parameters, of a table of readings or of file names; those shipped have at most 6 kB."""
+MAX_RESULT_BYTES = 1 << 23
+"""Bytes of the JSON of a fit, which has about 5 kB for each recording."""
+
 MCAP = b"\x89MCAP0\r\n"  # https://mcap.dev/spec
 BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
+_BOM = b"\xef\xbb\xbf"  # byte order mark that some editors write before UTF-8
 _MAGIC = {MCAP: "log", b"PAR1": "parquet"}
+_KINDS = {stat.S_ISDIR: "a folder", stat.S_ISFIFO: "a pipe", stat.S_ISSOCK: "a socket"}  # the others are devices
+_OPEN = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
+_CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+
+_MAX_TOML_DEPTH = 16  # tables within tables, or parts of a dotted key: a preset has 4
+_MAX_TOML_WORD = 300  # characters of a number or a bare key: the largest float in full has 309, of which 17 count
+# strings and comments, whose content does not count, then what does
+_TOML_PARTS = re.compile(
+    rb"(?P<text>\"\"\"(?:[^\\]|\\.)*?(?:\"{3,5}|\Z)|'''.*?(?:'{3,5}|\Z)|\"(?:[^\"\\\n]|\\.)*\"?|'[^'\n]*'?|#[^\n]*)"
+    rb"|(?P<word>[\w+-]+)|(?P<dot>\.)|(?P<open>[\[{])|(?P<close>[\]}])|[ \t]+|(?P<other>.)",
+    re.DOTALL,
+)
+_FORMULA = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")  # how a spreadsheet's formula begins, quoted or not
+_NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
+
+
+def open_regular(path: str | os.PathLike, what: str = "file", max_bytes: int = MAX_RECORDING_BYTES) -> BinaryIO:
+    """Open a file for reading.
+
+    Pipes and devices are refused before they are opened, because opening one can wait or act; what takes the name
+    between the check and the opening is refused before it is read.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file.
+    what : str
+        The name of its kind in messages, such as ``"preset"``.
+    max_bytes : int
+        The largest size.
+
+    Returns
+    -------
+    binary file
+
+    Raises
+    ------
+    InputError
+        Not a regular file, too large, or not readable.
+    """
+    try:
+        _check_regular(os.stat(path), path, what, max_bytes)
+        file = open(os.open(path, _OPEN), "rb")
+    except InputError:
+        raise
+    except FileNotFoundError:
+        raise InputError(what, "missing", "", str(path), "Check the name and the folder.") from None
+    except OSError as error:
+        advice = "Check the name and its permissions."
+        raise InputError(what, "not readable", error.strerror or "", str(path), advice) from None
+    except ValueError as error:  # a name with a zero byte
+        raise InputError(what, repr(str(path)[:80]), str(error), next_step="Check the name.") from None
+    try:
+        _check_regular(os.fstat(file.fileno()), path, what, max_bytes)
+    except InputError:
+        file.close()
+        raise
+    return file
+
+
+def _check_regular(found: os.stat_result, path: str | os.PathLike, what: str, max_bytes: int) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        kind = next((name for is_kind, name in _KINDS.items() if is_kind(found.st_mode)), "a device")
+        limit = "a regular file is needed"
+        step = "Name a file in it." if kind == "a folder" else "Save its content to a file first."
+        raise InputError(what, kind, limit, str(path), step)
+    if found.st_size > max_bytes:
+        raise _too_large(path, what, max_bytes, f"{found.st_size} bytes")
+
+
+def _too_large(path: str | os.PathLike, what: str, max_bytes: int, size: str) -> InputError:
+    limit = f"at most {max_bytes} bytes are read"
+    return InputError(f"size of the {what}", size, limit, str(path), "Check that it is the right file, or split it.")
+
+
+def read_bytes(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITION_BYTES) -> bytes:
+    """The content of a file, as ``open_regular``; a file that has more bytes than the system states is refused, too."""
+    with open_regular(path, what, max_bytes) as file:
+        try:
+            size = os.fstat(file.fileno()).st_size
+            content = file.read(size + 1)
+        except OSError as error:
+            raise InputError(what, "not readable", error.strerror or "", str(path)) from None
+    if len(content) > size:
+        raise _too_large(path, what, size, "larger than the system states")
+    return content
+
+
+def read_text(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITION_BYTES) -> str:
+    """The content of a UTF-8 file without byte order mark. Raises InputError as ``read_bytes``, and for other bytes."""
+    try:
+        return read_bytes(path, what, max_bytes).removeprefix(_BOM).decode("utf-8")
+    except UnicodeDecodeError as error:
+        limit = f"not UTF-8 at byte {error.start}"
+        raise InputError(what, "not readable", limit, str(path), "Save it as UTF-8 text.") from None
+
+
+def unpacked_limit(size: int) -> int:
+    """Bytes to which a compressed file of ``size`` bytes may expand: measured values shrink by less than 20."""
+    return (256 << 20) + 50 * size
+
+
+def decode_toml(text: bytes, what: str, kind: Any = dict, next_step: str = "Correct the file at this place.") -> Any:
+    """A TOML document as ``kind``, a type of msgspec.
+
+    Nesting, dotted keys and long numbers are counted before the parser sees them: its time and memory grow with their
+    square. Raises InputError, with the place, for a document that is not TOML or does not fit ``kind``.
+    """
+    import tomllib
+
+    try:
+        _check_toml(text)
+        document = tomllib.loads(text.removeprefix(_BOM).decode("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(what, limit=str(error), next_step=next_step) from None
+    return as_type(document, kind, what, next_step)
+
+
+def as_type(document: Any, kind: Any, what: str, next_step: str) -> Any:
+    """A decoded document as ``kind``, a type of msgspec. Raises InputError, with the path inside it, if it does not
+    fit."""
+    import msgspec
+
+    try:
+        return msgspec.convert(document, type=kind)
+    except (msgspec.ValidationError, OverflowError, RecursionError) as error:
+        raise InputError(what, limit=str(error), next_step=next_step) from None
+
+
+def _check_toml(text: bytes) -> None:
+    """Raise ValueError for nesting, dotted keys or words beyond any file of parameters."""
+    nested = dots = 0
+    for part in _TOML_PARTS.finditer(text):
+        kind = part.lastgroup
+        if kind == "word" and part.end() - part.start() > _MAX_TOML_WORD:
+            line = text.count(b"\n", 0, part.start()) + 1
+            raise ValueError(f"a number or key of more than {_MAX_TOML_WORD} characters in line {line}")
+        nested += (kind == "open") - (kind == "close" and nested > 0)
+        dots = dots + 1 if kind == "dot" else 0 if kind in ("open", "close", "other") else dots
+        if max(nested, dots) > _MAX_TOML_DEPTH:
+            line = text.count(b"\n", 0, part.start()) + 1
+            raise ValueError(f"more than {_MAX_TOML_DEPTH} tables or lists within each other in line {line}")
+
+
+class _NoDocumentType(ElementTree.TreeBuilder):
+    """Builds a tree, and refuses the declaration without which a document has no entities, in any encoding."""
+
+    def doctype(self, *_: Any) -> None:
+        raise ElementTree.ParseError("it declares a document type")
+
+
+def xml_root(text: bytes) -> ElementTree.Element:
+    """The root of an XML document. Raises ValueError if it is not XML or declares a document type or entities."""
+    parser = ElementTree.XMLParser(target=_NoDocumentType())
+    try:
+        return ElementTree.fromstring(text, parser)
+    except (ElementTree.ParseError, LookupError) as error:
+        raise ValueError(str(error)) from None
+
+
+def file_name(path: str | os.PathLike) -> str:
+    """A path as valid text: bytes of the name that are not UTF-8 are written as ``\\xff``."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
 
 
 def checked_target(path: str | os.PathLike) -> Path:
@@ -23,14 +200,14 @@ def checked_target(path: str | os.PathLike) -> Path:
         os.path.lexists(target) or os.stat(target)
     except FileNotFoundError:
         pass
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: a link to itself
         reason = getattr(error, "strerror", None) or str(error)
         raise InputError("file to write", repr(str(path)[:80]), reason, next_step="Give another name.") from None
     if str(path) in ("", "."):
         raise InputError("file to write", repr(str(path)), "not the name of a file", next_step="Give a file name.")
     if not target.parent.is_dir():
         raise InputError("file", "not written", "its folder does not exist", str(target), "Make the folder first.")
-    if target.exists() and not target.is_file():
+    if os.path.lexists(target) and not target.is_file():
         limit = "a folder or device of this name exists"
         raise InputError("file", "not written", limit, str(target), "Give another name.")
     return target
@@ -40,12 +217,14 @@ def checked_target(path: str | os.PathLike) -> Path:
 def atomic_write(path: str | os.PathLike) -> Iterator[TextIO]:
     """A temporary UTF-8 text file that replaces ``path`` when the block ends: a reader finds the old or the new file.
 
-    Raises InputError if it cannot be written; after any error the old file is unchanged.
+    The temporary file is new, of an unpredictable name in the same folder, and has the permissions of the file that it
+    replaces before anything is written to it; ``file.buffer`` takes bytes. Of several writers one wins, with its
+    complete file. Raises InputError if it cannot be written; after any error the old file is unchanged.
     """
     target = checked_target(path)
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    part = target.with_name(f".{secrets.token_hex(8)}.part")
     try:
-        with open(part, "w", encoding="utf-8", newline="\n", errors="replace") as file:
+        with open(_created(part, target), "w", encoding="utf-8", newline="\n", errors="replace") as file:
             yield file
         os.replace(part, target)
     except OSError as error:
@@ -53,6 +232,28 @@ def atomic_write(path: str | os.PathLike) -> Iterator[TextIO]:
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def _created(part: Path, target: Path) -> int:
+    """A descriptor of the new file ``part`` with the permissions of ``target``, or the usual ones of a new file."""
+    try:
+        mode = stat.S_IMODE(os.stat(target).st_mode)
+    except FileNotFoundError:
+        return os.open(part, _CREATE, 0o666)
+    handle = os.open(part, _CREATE, 0o600)
+    if hasattr(os, "fchmod"):
+        os.fchmod(handle, mode)
+    return handle
+
+
+def csv_text(cell: str) -> str:
+    """A text from outside as a cell that no spreadsheet evaluates: what would begin a formula gets an apostrophe."""
+    return f"'{cell}" if _FORMULA.match(cell) and not _NUMBER.fullmatch(cell) else cell
+
+
+def csv_original(cell: str) -> str:
+    """The text of a cell that ``csv_text`` made, or of one that another program quoted in this way."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
 
 
 def json_safe(value: Any) -> Any:
@@ -74,10 +275,8 @@ def format_of(path: Path) -> str:
     try:
         if (path / BAG).is_file():
             return "log"
-        if not path.is_file():  # opening a pipe would block
-            return "text"
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             start = file.read(8)
-    except (OSError, ValueError):
+    except (OSError, ValueError):  # InputError is a ValueError
         return "text"
     return next((name for magic, name in _MAGIC.items() if start.startswith(magic)), "text")

@@ -113,7 +113,7 @@ def test_invalid_matrices_are_refused(tmp_path, change, message):
         (TOML.replace('"Nmm"', '"furlong"'), "a.toml", "unit of torque"),
         (TOML.replace("full_scale_V = 5", "full_scale_V = 0"), "a.toml", "full scale"),
         (TOML.replace("bias_V = [0.1, ", "bias_V = ["), "a.toml", "bias voltages"),
-        ("matrix = ", "a.toml", "not read"),
+        ("matrix = ", "a.toml", "Invalid value"),
         (CSV.replace("Fz", "Fq"), "a.csv", "row is 'Fq'"),
         (CSV.replace("Fz", "Fy"), "a.csv", "row is 'Fy'"),
         ("".join(CSV.splitlines(keepends=True)[:4]), "a.csv", "fx, fy, fz"),
@@ -138,5 +138,5 @@ def test_invalid_calibration_files_are_refused_with_their_name(tmp_path, text, n
 
 
 def test_the_error_for_a_missing_file_has_the_reason(tmp_path):
-    with pytest.raises(nf.InputError, match="No such file"):
+    with pytest.raises(nf.InputError, match="calibration file is missing"):
         read_calibration(tmp_path / "none.toml")

@@ -9,7 +9,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.cli import main
-from needleforce.export import header, model_source
+from needleforce.export import header, identifier, model_source
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_
 @pytest.mark.parametrize(
     "arguments, words",
     [
-        (["nowhere.json"], "not readable"),
+        (["nowhere.json"], "fit is missing"),
         (["nothing"], "unknown"),
         (["paper", "--language", "rust"], "Give c++ or c"),
         (["paper", "--name", ""], "not a valid name of a constant"),
@@ -93,7 +93,7 @@ def test_a_number_lost_in_the_json_is_told_with_its_place(fit, tmp_path):
     with pytest.raises(nf.InputError, match=r"fit.json: .*friction.*per_length"):
         model_source(tmp_path / "fit.json")
     (tmp_path / "fit.json").write_bytes(b"\xff\xfe{")
-    with pytest.raises(nf.InputError, match="not JSON"):
+    with pytest.raises(nf.InputError, match="fit is not readable, not UTF-8"):
         model_source(tmp_path / "fit.json")
 
 
@@ -116,3 +116,57 @@ def test_json_without_end_is_refused(tmp_path):
     (tmp_path / "fit.json").write_text("[" * 200_000)
     with pytest.raises(nf.InputError, match=r"fit\.json: fit is not JSON"):
         model_source(tmp_path / "fit.json")
+
+
+RESERVED = (
+    "linux unix size_t M_PI std std2 posix main int typeof class co_await requires _X __x a__b x_ errno assert stdin "
+    "sin sinf index y1 EOF NAN I PRId64 INFINITY LIVER offsetof va_list off64_t nf_model min near bool true import "
+    "final"
+).split()
+
+
+@pytest.mark.parametrize("name", [*RESERVED, "1x", "x-y", "\u00e4", "x" * 64, "a b"])
+def test_a_name_that_does_not_compile_everywhere_is_refused(name):
+    with pytest.raises(nf.InputError, match="not a valid name of a constant in C and C"):
+        header(nf.preset("paper"), "c", name)
+    assert header(nf.preset("paper"), "c", identifier(name))
+
+
+HEADERS = {
+    "c": "assert complex ctype errno fenv float inttypes limits locale math setjmp signal stdarg stdbool stdint stdio "
+    "stdlib string tgmath time wchar wctype".split(),
+    "c++": "algorithm array bit cassert cctype cerrno cmath complex cstdio cstdlib cstring ctime functional iostream "
+    "map string vector".split(),
+}
+
+
+@pytest.mark.parametrize("language", HEADERS)
+def test_names_that_are_accepted_compile_after_every_standard_header(language, root, tmp_path):
+    compiler = {"c": ["gcc", "-std=gnu11"], "c++": ["g++", "-std=gnu++20"]}[language]
+    ending = ".h" if language == "c" else ""
+    names = [
+        "gel",
+        "liver_18G",
+        "x",
+        "membrane",
+        "island",
+        "Paper",
+        *map(identifier, ["size_t", "sin", "linux", "M_PI", "2 mm", "int"]),
+    ]
+    lines = [f"#include <{name}{ending}>" for name in HEADERS[language]]
+    (tmp_path / "main.c").write_text(
+        "\n".join(lines) + "\n" + "\n".join(header(nf.preset("paper"), language, n) for n in names)
+    )
+    places = [f"-I{root / 'include'}", f"-I{root / 'bindings' / 'c'}"]
+    kind = "c" if language == "c" else "c++"
+    command = [*compiler, "-x", kind, "-fsyntax-only", "-Wno-pragma-once-outside-header", *places, tmp_path / "main.c"]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[:2000]
+
+
+@pytest.mark.parametrize("name", ["linux", "size_t", "M_PI", "sin", "int", "errno", "stdin"])
+def test_names_that_are_refused_do_not_compile(name, root, tmp_path):
+    text = header(nf.preset("paper"), "c", "gel").replace("gel", name)
+    (tmp_path / "main.c").write_text("#include <math.h>\n#include <errno.h>\n#include <stdio.h>\n" + text)
+    command = ["gcc", "-std=gnu11", "-fsyntax-only", f"-I{root / 'bindings' / 'c'}", tmp_path / "main.c"]
+    assert subprocess.run(command, capture_output=True).returncode != 0

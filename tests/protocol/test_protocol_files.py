@@ -113,7 +113,7 @@ def test_nan_is_refused_for_every_key(tmp_path):
 def test_invalid_files_are_refused(tmp_path):
     with pytest.raises(nf.InputError, match="paper"):
         read_protocol("papers")
-    with pytest.raises(nf.InputError, match="not read"):
+    with pytest.raises(nf.InputError, match="protocol is a folder"):
         read_protocol(tmp_path)
     (tmp_path / "mine.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(nf.InputError):

@@ -112,7 +112,7 @@ def test_a_bag_gives_the_same_recording(tmp_path, plugin):
 def test_a_bag_without_its_parts_is_refused(tmp_path):
     bag = write_bag(tmp_path / "bag", TOPICS)
     next(bag.glob("*.mcap")).write_bytes(b"nothing")
-    with pytest.raises(nf.InputError, match="bag is not readable"):
+    with pytest.raises(nf.InputError, match="not an MCAP file"):
         read_log(bag)
     (bag / "metadata.yaml").write_text("{[")
     with pytest.raises(nf.InputError, match="bag is not readable"):

@@ -136,7 +136,7 @@ def test_a_reversed_force_is_noted_and_corrected_by_its_unit(file):
 
 def test_a_pipe_is_refused_without_blocking(tmp_path):
     os.mkfifo(tmp_path / "pipe.csv")
-    with pytest.raises(InputError, match="not a regular file"):
+    with pytest.raises(InputError, match="a regular file is needed"):
         read(tmp_path / "pipe.csv")
     with pytest.raises(InputError, match="null"):
         read("a\0b.csv")

@@ -176,7 +176,7 @@ class AxisCheck:
             self._recent.append((arrival, state.depth))
         self._smallest_delay = min(self._smallest_delay, arrival - state.time)
         self._delay = min(max(0.0, arrival - state.time - self._smallest_delay), _MAX_DELAY_S)
-        while len(self._recent) > 1 and self._recent[1][0] <= arrival - self._window:
+        while len(self._recent) > _MIN_REST_STATES and self._recent[1][0] <= arrival - self._window:
             self._recent.popleft()
         self._check_declared(state)
         if self._stop is not None:

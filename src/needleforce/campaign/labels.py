@@ -4,6 +4,7 @@
 
 import csv
 import glob
+import io
 import os
 import re
 from collections.abc import Collection, Iterable
@@ -12,11 +13,14 @@ from pathlib import Path, PurePosixPath
 from typing import NoReturn
 
 from ..errors import InputError
+from ..files import csv_original, file_name, read_text
 from ..recording.reader import card_texts
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 _EXAMPLE = "Give for example {specimen}_{speed_mm_s}_{repeat}."
 _NEXT = "Give a CSV table with a column named file and one column for each field."
+_MAX_MAPPING_BYTES = 1 << 23  # a hundred thousand files
+_MAX_FIELDS = 100
 COLUMNS = ("file", "pooled", "status", "quantity", "value", "low", "high", "unit", "identifiable", "outlier", "why")
 """Columns of the campaign's table, which cannot be names of fields."""
 REPEATS = ("repeat", "date", "file", "time", "run")
@@ -45,7 +49,7 @@ def find_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> list[
     if not paths:
         raise InputError("source", "empty", "no file to identify", next_step="Give a folder, a glob or files.")
     common = Path(os.path.commonpath([path.parent for path in paths]))
-    return sorted(File(path.relative_to(common).as_posix(), path) for path in paths)
+    return sorted(File(file_name(path.relative_to(common).as_posix()), path) for path in paths)
 
 
 def _expanded(given: str | os.PathLike) -> list[Path]:
@@ -164,7 +168,7 @@ def read_mapping(path: str | os.PathLike) -> dict[str, dict[str, str]]:
         if len(cells) != len(head):
             limit = f"the header has {len(head)}"
             raise InputError("number of cells", len(cells), limit, f"{place}, line {line}", "Correct the row.")
-        fields = {name: cell.strip() for name, cell in zip(head, cells)}
+        fields = {name: csv_original(cell.strip()) for name, cell in zip(head, cells)}
         name = fields.pop("file").replace("\\", "/").removeprefix("./")
         if name in found:
             raise InputError("file", repr(name), "is in two rows", f"{place}, line {line}", "Keep one of the two.")
@@ -174,7 +178,7 @@ def read_mapping(path: str | os.PathLike) -> dict[str, dict[str, str]]:
 
 def row_of(mapping: dict[str, dict[str, str]], file: File) -> str | None:
     """The file's name in the table: its full path, the end of its path, or either without the ending."""
-    name = PurePosixPath(file.path.as_posix())
+    name = PurePosixPath(file_name(file.path.as_posix()))
     for path in (name, name.with_suffix("")):
         parts = path.parts
         for first in range(len(parts)):
@@ -186,13 +190,16 @@ def row_of(mapping: dict[str, dict[str, str]], file: File) -> str | None:
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """The rows that are not empty, with their line numbers."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError("mapping", "not readable", str(getattr(error, "strerror", error)), str(path), _NEXT) from None
+    text = read_text(path, "mapping", _MAX_MAPPING_BYTES)
     head = text.split("\n", 1)[0]
-    reader = csv.reader(text.splitlines(), delimiter=max(",;\t", key=head.count))
-    return [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=max(",;\t", key=head.count))
+    try:
+        rows = [(reader.line_num, row) for row in reader if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise InputError("mapping", "not readable", str(error), f"{path}, line {reader.line_num}", _NEXT) from None
+    if rows and len(rows[0][1]) > _MAX_FIELDS:
+        raise InputError("number of columns", len(rows[0][1]), f"at most {_MAX_FIELDS} can be read", str(path), _NEXT)
+    return rows
 
 
 def check_fields(names: Iterable[str], place: str) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from ..display.markup import Markup, element, join, listing, table
 from ..display.quantities import counted, percent
 from ..display.tables import blocks, text_list, text_table
-from ..files import atomic_write, json_safe
+from ..files import atomic_write, csv_text, json_safe
 from ..identification.estimates import Estimate, Quality
 from ..models.model import Model
 from ..recording.parquet_table import pyarrow_for
@@ -195,6 +195,8 @@ def _save_table(campaign: Campaign, path: str | os.PathLike) -> None:
     if target.suffix.lower() == ".parquet":
         _save_parquet(made, target)
         return
+    texts = made.select_dtypes(exclude=["number", "bool"]).columns
+    made[texts] = made[texts].map(csv_text)
     with atomic_write(target) as file:
         made.to_csv(file, index=False, lineterminator="\n")
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from .output import check_outputs, say
+from .output import check_outputs, say, show
 
 NAME = "export"
 MODEL_HELP = "JSON written by identify, a preset file, or the name of a shipped preset."
@@ -29,7 +29,7 @@ def run(
     found = model_source(model)
     text = header(found.model, language, identifier(found.name) if name is None else name, found.sources)
     if output is None:
-        print(text, end="")
+        show(text.removesuffix("\n"))
         return
     with atomic_write(output) as file:
         file.write(text)

@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Output of the commands: tables and JSON on standard output; messages, progress and a live view on standard error."""
+"""Output of the commands: tables, text and JSON on standard output; messages, progress and a live view on standard
+error. Texts are made printable here, because parts of them come from files and devices."""
 
 import contextlib
 import json
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from ..acquisition.settings import Progress
+from ..errors import printable
 from ..files import atomic_write, checked_target, json_safe
 
 JSON_HELP = "Write the result as JSON to this file; - for standard output."
@@ -22,17 +25,33 @@ def table(title: str, columns: list[str], rows: list[list[str]]) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    made = Table(title=title, title_justify="left", title_style="bold", header_style="bold")
+    made = Table(title=Text(printable(title)), title_justify="left", title_style="bold", header_style="bold")
     for k, column in enumerate(columns):
         made.add_column(column, overflow="fold", justify="left" if k == 0 else "default")
     for row in rows:
-        made.add_row(*(Text(str(cell)) for cell in row))
+        made.add_row(*(Text(printable(str(cell))) for cell in row))
     Console(width=None if sys.stdout.isatty() else 160).print(made)
 
 
 def say(text: str) -> None:
-    """Print one line on standard error."""
-    print(text, file=sys.stderr)
+    """Print a message on standard error."""
+    print(printable(text), file=sys.stderr)
+
+
+def show(text: str) -> None:
+    """Print text on standard output."""
+    print(printable(text))
+
+
+def prepare_streams() -> None:
+    """Make the standard streams able to take any text: those that are closed lead nowhere, as the caller wants, and
+    what the terminal's encoding lacks is written as ``\\xb5``."""
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+        elif hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
 
 
 def progress(work: Iterable[Any], text: str) -> Iterable[Any]:
@@ -51,7 +70,7 @@ def write_json(document: Any, path: str | None) -> None:
         return
     text = document if isinstance(document, str) else json.dumps(json_safe(document), indent=2, allow_nan=False)
     if path == "-":
-        print(text)
+        show(text)
     else:
         with atomic_write(path) as file:
             file.write(text + "\n")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from .files import PRESET_HELP
-from .output import check_outputs, say
+from .output import check_outputs, say, show
 
 NAME = "simulate"
 
@@ -41,4 +41,4 @@ def run(
         say(f"warning: {note.message}")
     say(f"{output}: {len(recording)} samples, largest force {recording.force.max():.3f} N")
     for reference in model.citations if citations else ():
-        print(reference)
+        show(reference)

@@ -4,6 +4,8 @@
 import re
 import textwrap
 import unicodedata
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
@@ -14,18 +16,12 @@ from ..vocabulary import __version__
 MAX_KNOTS = 32
 MAX_LINE_WIDTH = 106
 CONVENTION = "SI units. Depth counts from the undeformed surface, + inwards; force is + when it opposes insertion."
-# keywords and reserved names of both languages
-RESERVED = frozenset(
-    "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t char8_t class "
-    "co_await co_return co_yield compl concept const const_cast consteval constexpr constinit continue decltype "
-    "default delete do double dynamic_cast else enum explicit export extern false float for friend goto if inline int "
-    "long main mutable namespace needleforce new noexcept not not_eq nullptr operator or or_eq private protected "
-    "public register reinterpret_cast requires restrict return short signed sizeof static static_assert static_cast "
-    "struct switch template this thread_local throw true try typedef typeid typename union unsigned using virtual void "
-    "volatile wchar_t while xor xor_eq".split()
+MAX_NAME_CHARS = 63  # that C distinguishes
+_RESERVED_FILE = Path(__file__).with_name("reserved_names.txt")
+_RULE = (
+    f"at most {MAX_NAME_CHARS} letters, digits and _ that begin with a letter and contain a small one, without __, an "
+    "ending _ or _t, or a beginning nf_; no keyword, and no name of a header of C, C++ or POSIX"
 )
-# letters, digits and _, except names that both languages or this project's C library reserve
-NAME = re.compile(r"(?!nf_|NULL$|NAN$|INFINITY$|EOF$)[A-Za-z]\w*", re.ASCII)
 
 
 def header(model: Model, language: str = "c++", name: str | None = None, sources: tuple[str, ...] = ()) -> str:
@@ -58,8 +54,8 @@ def header(model: Model, language: str = "c++", name: str | None = None, sources
         raise InputError("language", repr(language), "unknown", next_step=next_step)
     name = identifier(model.name) if name is None else name
     if not _free(name):
-        limit, example = "not a valid name of a constant in C and C++", "Give letters, digits and _, such as liver_18G."
-        raise InputError("name", repr(name), limit, next_step=example)
+        limit = f"not a valid name of a constant in C and C++: {_RULE}"
+        raise InputError("name", repr(name[:80]), limit, next_step="Give another name, such as liver_18G.")
     return LANGUAGES[language](model, name, sources)
 
 
@@ -77,11 +73,23 @@ def identifier(text: str) -> str:
         The text with ``_`` for characters that are not allowed, and with a prefix if it is not a valid name.
     """
     name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")
-    return name if _free(name) else f"model_{name}".rstrip("_")
+    if _free(name):
+        return name
+    return re.sub("_t$", "_type", f"model_{name}"[: MAX_NAME_CHARS - 4].rstrip("_"))
 
 
 def _free(name: str) -> bool:
-    return bool(NAME.fullmatch(name)) and "__" not in name and name not in RESERVED
+    """Whether a compiler takes the name of a constant, whatever headers precede it: see ``_RULE``."""
+    plain = re.fullmatch(rf"(?!nf_)[A-Za-z]\w{{0,{MAX_NAME_CHARS - 1}}}", name, re.ASCII)
+    capitals = name == name.upper()  # as those of macros, such as M_PI
+    reserved = capitals or name.endswith(("_", "_t")) or "__" in name or re.fullmatch(r"std\d*", name)
+    return bool(plain) and not reserved and name not in _reserved_names()
+
+
+@cache
+def _reserved_names() -> frozenset[str]:
+    lines = _RESERVED_FILE.read_text(encoding="utf-8").splitlines()
+    return frozenset(name for line in lines if not line.startswith("#") for name in line.split())
 
 
 def _cpp_header(model: Model, name: str, sources: tuple[str, ...]) -> str:

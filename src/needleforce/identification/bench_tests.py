@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The paper's two bench tests from small CSV tables: bending of the needle, tension of the tissue."""
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +12,13 @@ from numpy.typing import ArrayLike
 
 from ..core import Needle
 from ..errors import InputError
+from ..files import read_text
 from ..units import find
 from .estimates import Estimate
 from .statistics.regression import least_squares
 
 _STRESS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "N/mm^2": 1e6}
+_MAX_READINGS, _MAX_COLUMNS, _MAX_MAGNITUDE = 10_000, 100, 1e30
 SMALL_DEFLECTION = 0.3  # [1] F a^2 / (E I), twice the end slope; beyond, the linear formula overestimates deflection
 # law -> the columns whose weighted sum is the nominal stress, and the weights by which the coefficients give E
 _BASES = {
@@ -54,12 +57,16 @@ def _table(path: str | Path, wanted: dict[str, str]) -> dict[str, np.ndarray]:
     """The wanted columns in SI; an InputError names the columns of the table."""
     import pandas as pd
 
+    text = io.StringIO(read_text(path, "table of readings"))
     try:
-        frame = pd.read_csv(path, comment="#")
-    except (OSError, ValueError) as error:
+        frame = pd.read_csv(text, comment="#", nrows=_MAX_READINGS)
+    except (ValueError, OverflowError) as error:
         raise InputError(
             "table of readings", limit=str(error).strip(), place=Path(path).name, next_step="Give a CSV file."
         ) from None
+    if len(frame.columns) > _MAX_COLUMNS:
+        limit = f"at most {_MAX_COLUMNS} can be read"
+        raise InputError("number of columns", len(frame.columns), limit, Path(path).name, "Give a CSV file.")
     headers = ", ".join(map(str, frame.columns))
     columns = {}
     for quantity, dimension in wanted.items():
@@ -96,12 +103,13 @@ def _factor(ending: str, dimension: str) -> float | None:
 def _numbers(column: Any, file: str, header: str) -> np.ndarray:
     try:
         values = column.to_numpy(float)
-    except ValueError as error:
+    except (ValueError, OverflowError, TypeError) as error:
         raise InputError(f"column {header}", limit=str(error), place=file, next_step="Give only numbers.") from None
-    if not np.isfinite(values).all():
-        first = int(np.argmin(np.isfinite(values)))
-        place = f"{file}: row {first + 2}"
-        raise InputError(f"column {header}", values[first], "it must be finite", place, "Correct or remove this row.")
+    valid = np.abs(values) <= _MAX_MAGNITUDE
+    if not valid.all():
+        first = int(np.argmin(valid))
+        place, limit = f"{file}: row {first + 2}", f"it must be finite and at most {_MAX_MAGNITUDE:g}"
+        raise InputError(f"column {header}", values[first], limit, place, "Correct or remove this row.")
     return values
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..files import atomic_write, json_safe
+from ..files import atomic_write, csv_text, json_safe
 from ..models.model import Model
 from ..preset_files.writing import as_toml
 from ..segmentation import Events
@@ -45,7 +45,7 @@ def write_estimates(fit: Fit, path: str | Path) -> None:
 def _row(recording: str, e: Estimate) -> list:
     numbers = [_cell(number) for number in (e.value, e.low, e.high)]
     spreads = [_cell(number) for number in (e.between_repeats_sd, e.within_run_sd)]
-    return [recording, e.name, *numbers, e.unit, *spreads, str(e.identifiable).lower(), e.source]
+    return [csv_text(recording), e.name, *numbers, e.unit, *spreads, str(e.identifiable).lower(), e.source]
 
 
 def _cell(number: float | None) -> str:
@@ -81,7 +81,7 @@ def _write_table(draws: Draws, file: Any) -> None:
     for recording, columns in zip((POOLED, *draws.files), (draws, *own)):
         count = len(next(iter(columns.values())))
         listed = [columns[name].tolist() if name in columns else [None] * count for name in draws]
-        writer.writerows((recording, *map(_cell, row)) for row in zip(*listed))
+        writer.writerows((csv_text(recording), *map(_cell, row)) for row in zip(*listed))
 
 
 def _document(draws: Draws) -> dict:

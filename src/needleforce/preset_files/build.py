@@ -11,6 +11,7 @@ import msgspec
 
 from .. import core
 from ..errors import InputError
+from ..files import as_type, decode_toml, read_bytes
 from ..models.laws import FAMILIES, Surroundings, law_called, make_laws
 from ..models.model import Layer, Model
 from .schema import TOP, NeedleSection, PresetFile, TissueSection, keys, tips, to_si
@@ -126,23 +127,15 @@ def read_needle(path: str | os.PathLike) -> core.Needle:
 
     Other sections of a preset are ignored. Raises InputError, with the path inside the file.
     """
-    import tomllib
-
-    path = Path(path)
+    what, next_step = "needle file", "Give a file with a [needle] section, such as a preset."
+    path, text = Path(path), read_bytes(path, what)
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        document = decode_toml(text, what, next_step=next_step)
         document = document if "needle" in document else {"needle": document}
         known = {key: value for key, value in document.items() if key not in OTHER_SECTIONS}
-        return make_needle(msgspec.convert(known, type=NeedleFile).needle)
+        return make_needle(as_type(known, NeedleFile, what, next_step).needle)
     except InputError as error:
         raise error.at(path.name) from None
-    except (OSError, UnicodeDecodeError, msgspec.ValidationError, tomllib.TOMLDecodeError) as error:
-        raise InputError(
-            "needle file",
-            limit=str(error),
-            place=path.name,
-            next_step="Give a file with a [needle] section, such as a preset.",
-        ) from None
 
 
 def read_tissue(path: str | os.PathLike, required: bool = True) -> core.Tissue | None:
@@ -150,16 +143,12 @@ def read_tissue(path: str | os.PathLike, required: bool = True) -> core.Tissue |
 
     None without such a section if it is not ``required``. Raises InputError, with the path inside the file.
     """
-    import tomllib
-
-    path = Path(path)
+    what, next_step = "tissue file", "Give a file with a [tissue] section, such as a preset that has one."
+    path, text = Path(path), read_bytes(path, what)
     try:
-        section = tomllib.loads(path.read_text(encoding="utf-8-sig")).get("tissue")
+        section = decode_toml(text, what, next_step=next_step).get("tissue")
         if section is None and required:
             raise InputError("section [tissue]", "missing", next_step="Give a file or preset that has one.")
-        return None if section is None else make_tissue(msgspec.convert(section, type=TissueSection))
+        return None if section is None else make_tissue(as_type(section, TissueSection, what, next_step))
     except InputError as error:
         raise error.at(path.name) from None
-    except (OSError, UnicodeDecodeError, msgspec.ValidationError, tomllib.TOMLDecodeError) as error:
-        next_step = "Give a file with a [tissue] section, such as a preset that has one."
-        raise InputError("tissue file", limit=str(error), place=path.name, next_step=next_step) from None

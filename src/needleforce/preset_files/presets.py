@@ -10,10 +10,10 @@ from typing import Any
 
 from .. import core
 from ..errors import InputError
+from ..files import MAX_RESULT_BYTES, as_type, decode_toml, read_bytes, read_text
 from ..models.model import Model
 from ..models.named_models import NAMED_MODELS, names_of
 
-BOM = b"\xef\xbb\xbf"  # byte order mark that some editors write before UTF-8
 FOLDER = Path(__file__).parents[1] / "presets"
 FIT_KEYS = {"recordings", "parameters", "model"}
 _NEXT_STEP = "Identify again with --json, or give the preset that --save wrote."
@@ -122,26 +122,19 @@ def preset_of(document: dict) -> Model:
 
     Raises InputError, with the path inside the preset, as ``preset`` does.
     """
-    import msgspec
-
     from .build import build
     from .schema import PresetFile
 
-    try:
-        return build(msgspec.convert(document, type=PresetFile))
-    except msgspec.ValidationError as error:
-        raise InputError("preset", limit=str(error), next_step="Identify again and write the fit again.") from None
+    return build(as_type(document, PresetFile, "preset", "Identify again and write the fit again."))
 
 
 def _of_preset(name_or_path: str | os.PathLike) -> Model:
     path = _path(name_or_path)
+    text = read_bytes(path, "preset")
     try:
-        return _parse(path.read_bytes().removeprefix(BOM))
+        return _parse(text)
     except InputError as error:
         raise error.at(path.name) from None
-    except OSError as error:
-        next_step = "Check the path and its permissions."
-        raise InputError("preset", "not readable", error.strerror or "", str(path), next_step) from None
 
 
 def _path(name_or_path: str | os.PathLike) -> Path:
@@ -163,17 +156,10 @@ def _not_found(text: str, is_path: bool) -> InputError:
 
 
 def _parse(text: bytes) -> Model:
-    import tomllib
-
-    import msgspec
-
     from .build import build
     from .schema import PresetFile
 
-    try:
-        return build(msgspec.toml.decode(text, type=PresetFile))
-    except (msgspec.DecodeError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError("preset", limit=str(error), next_step="Correct the file at this place.") from None
+    return build(decode_toml(text, "preset", PresetFile))
 
 
 @dataclass(frozen=True)
@@ -215,11 +201,10 @@ def model_source(name_or_path: str | os.PathLike) -> ModelSource:
 
 
 def _read(path: Path) -> dict:
+    text = read_text(path, "fit", MAX_RESULT_BYTES)
     try:
-        document = json.loads(path.read_text(encoding="utf-8-sig"))
-    except OSError as error:
-        raise InputError("fit", "not readable", error.strerror or "", str(path), "Check the path.") from None
-    except (ValueError, RecursionError) as error:  # of JSON, and of text that is not UTF-8
+        document = json.loads(text)
+    except (ValueError, RecursionError) as error:
         raise InputError("fit", "not JSON", str(error), path.name, _NEXT_STEP) from None
     if not (isinstance(document, dict) and FIT_KEYS <= set(document) and isinstance(document["recordings"], list)):
         raise _no_fit(path)

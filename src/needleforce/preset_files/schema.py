@@ -51,7 +51,10 @@ def to_si(value: Any, factor: str) -> Any:
         return tuple(to_si(each, factor) for each in value)
     if factor == "pi/180":
         return math.radians(value)
-    return float(Fraction(repr(value)) * Fraction(factor)) if math.isfinite(value) else value
+    try:
+        return float(Fraction(repr(value)) * Fraction(factor)) if math.isfinite(value) else value
+    except OverflowError:  # beyond any limit of a parameter, as which it is refused
+        return math.copysign(math.inf, value)
 
 
 def si_key(name: str, unit: str) -> str:

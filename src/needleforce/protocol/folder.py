@@ -16,7 +16,7 @@ import numpy as np
 from ..acquisition.motion_sequence import EndReason
 from ..acquisition.settings import Settings
 from ..errors import InputError
-from ..files import atomic_write
+from ..files import atomic_write, csv_text
 from ..recording.log.reader import card_and_end
 from ..wire.axis_lines import MAX_SILENCE_S
 from .protocol import ENDING, Protocol, RunPlan, passes_at, slots
@@ -178,7 +178,8 @@ def write_table(path: Path, folder: Folder) -> Path:
         rows.writerow(["file", *_FIELDS])
         for each in folder.kept:
             if each.complete:
-                rows.writerow([each.path.name, *(" ".join(each.card.get(key, "").split()) for key in _FIELDS.values())])
+                fields = (" ".join(each.card.get(key, "").split()) for key in _FIELDS.values())
+                rows.writerow(map(csv_text, [each.path.name, *fields]))
     return target
 
 

@@ -14,13 +14,12 @@ from typing import Annotated, Any, Literal
 from msgspec import Meta, Struct
 
 from ..errors import InputError
-from ..preset_files.presets import BOM
+from ..files import decode_toml, read_bytes
 from ..preset_files.schema import to_si
 from ..wire.axis_lines import AxisRange
 from .protocol import Protocol, Series
 
 FOLDER = Path(__file__).parent / "protocols"
-_MAX_BYTES = 1 << 20
 _MILLI = "1/1000"
 _MAX_SITES = 9999
 Text = Annotated[
@@ -58,17 +57,14 @@ def read_protocol(name_or_path: str | os.PathLike) -> Protocol:
     """
     shipped = str(name_or_path) in protocols()
     path = FOLDER / f"{name_or_path}.toml" if shipped else Path(name_or_path)
+    if not os.path.lexists(path):
+        known = f"Give a path ending in .toml, or one of {', '.join(protocols())}."
+        raise InputError("protocol", "not read", "no file of this name", str(path), known)
+    text = read_bytes(path, "protocol")
     try:
-        with open(path, "rb") as file:
-            text = file.read(_MAX_BYTES + 1)
-        if len(text) > _MAX_BYTES:
-            raise InputError("protocol", f"over {_MAX_BYTES} bytes", "the limit for a protocol file")
         return _protocol(text)
     except InputError as error:
         raise error.at(path.name) from None
-    except OSError as error:
-        known = f"Give a path ending in .toml, or one of {', '.join(protocols())}."
-        raise InputError("protocol", "not read", error.strerror or "", str(path), known) from None
 
 
 def _protocol(text: bytes) -> Protocol:
@@ -95,14 +91,9 @@ def _protocol(text: bytes) -> Protocol:
 
 
 def _decoded(text: bytes) -> "ProtocolFile":
-    import tomllib
-
     import msgspec
 
-    try:
-        file = msgspec.toml.decode(text.removeprefix(BOM), type=ProtocolFile)
-    except (msgspec.DecodeError, tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise InputError("protocol", limit=str(error), next_step="Correct the file at this place.") from None
+    file = decode_toml(text, "protocol", ProtocolFile)
     _check_finite(msgspec.to_builtins(file), "$")
     return file
 

@@ -15,7 +15,8 @@ _QUOTED_CHARS = 40  # characters of an entry that an error quotes
 _COUNT = re.compile("[0-9]{1,15}")
 _TEXTS = ("needle", "tissue", "rig")
 _ESCAPED = re.compile(r"\\x([0-9a-f]{2})")
-_TO_ESCAPE = re.compile(r"[\x00-\x1f\x7f\x85\\]")
+# line ends, the backslash itself, and a comma or semicolon after which a spreadsheet would find a formula
+_TO_ESCAPE = re.compile(r"[\x00-\x1f\x7f\x85\\]|[,;](?=\"?[=+\-@])")
 
 
 def card_lines(card: Card, notes: tuple[Note, ...] = (), **extra: str) -> list[str]:

@@ -85,7 +85,8 @@ def choose(headers: list[str], wanted: tuple[str, ...], given: Mapping[str, str]
 
 def split(header: str) -> tuple[str, str | None]:
     """Split a header into name and unit: ``Force [N]``, ``time_us``, ``Weg (mm)``, ``F / N``."""
-    bracketed = _IN_BRACKETS.fullmatch(header) or _AFTER_SLASH.fullmatch(header)
+    plain = " ".join(header.split())  # runs of blanks would take the expressions a time with their cube
+    bracketed = _IN_BRACKETS.fullmatch(plain) or _AFTER_SLASH.fullmatch(plain)
     if bracketed:
         return bracketed[1], bracketed[2]
     parts = header.split("_")

@@ -3,7 +3,7 @@
 
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +13,17 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
 from .columns import Column, split
 
 EXTRA = "needleforce[parquet]"
 CARD = b"needleforce.card"  # the key of the card's lines in the file's metadata
-_MAX_ROWS = 1 << 28  # three days at 1 kHz: a damaged row count must not allocate all memory
+_MAX_FOOTER_BYTES = 2 << 20  # the description of columns and row groups, about 100 for each column of each group
+_MAX_NESTED = 12  # structures or groups within each other; the format has 6
+_MAX_COLUMNS = 1024  # as of a text file
+_MAX_PAGE_BYTES = 64 << 20  # unpacked; writers make pages of 1 MiB
+_BATCH_ROWS = 1 << 16
+_CHECK = "Check that the file is complete, or export it again."
 _MESSAGE_CHARS = 160  # characters of a library's message that are printed
 _PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
@@ -46,6 +52,8 @@ class ParquetLayout:
     comments: list[tuple[int, str]]
     sha256: str
     file: Any
+    content: bytes
+    groups: list
 
     def place(self, row: int) -> str:
         """The place of a row: file and row number from 1."""
@@ -58,10 +66,41 @@ class ParquetLayout:
         """
         names = {quantity: self.file.schema_arrow.names[column.index] for quantity, column in columns.items()}
         with _as_input_error(self.path):
-            table = self.file.read(columns=list(names.values()))
-            table.validate(full=True)
+            self._check_pages({name.encode() for name in names.values()})
+            table = self._table(list(names.values()))
             found = {quantity: table.column(table.schema.get_field_index(name)) for quantity, name in names.items()}
         return {q: self._numbers(values, columns[q]) for q, values in found.items()}, self.sha256, True
+
+    def _table(self, names: list[str]) -> Any:
+        """The columns, read in batches: their sizes as stated may be wrong."""
+        import pyarrow
+
+        batches, size = [], 0
+        for batch in self.file.iter_batches(_BATCH_ROWS, columns=names, use_threads=False):
+            batch.validate(full=True)
+            batches.append(batch)
+            size += batch.nbytes
+            self._check_size(size)
+        return pyarrow.Table.from_batches(batches, batches[0].schema)
+
+    def _check_pages(self, names: Collection[bytes]) -> None:
+        """Refuse what would not fit into memory, before it is unpacked: each page states its own size, to which it is
+        unpacked whatever the description of the file states."""
+        size = 0
+        for group in self.groups:
+            for chunk in group[_COLUMNS]:
+                column = chunk[_COLUMN_METADATA]
+                if column[_PATH][0] in names:
+                    for unpacked in page_sizes(self.content, column):
+                        size += unpacked
+                        self._check_size(size, unpacked)
+
+    def _check_size(self, size: int, page: int = 0) -> None:
+        limit = unpacked_limit(len(self.content))
+        if size > limit or page > _MAX_PAGE_BYTES:
+            limits = f"at most {limit >> 20} MiB, {_MAX_PAGE_BYTES >> 20} MiB a page, for a file of this size"
+            value = f"{max(size, page) >> 20} MiB"
+            raise InputError("unpacked size", value, limits, str(self.path), "Check that it is a recording.")
 
     def _numbers(self, values: Any, column: Column) -> np.ndarray:
         from pyarrow import float64, int64, types
@@ -83,14 +122,18 @@ class ParquetLayout:
 
 def open_parquet(path: Path) -> ParquetLayout:
     """Open a Parquet file. Raises InputError if it is damaged or has no rows, or if pyarrow is missing."""
-    pyarrow, data = pyarrow_for(path), path.read_bytes()
+    pyarrow, data = pyarrow_for(path), read_bytes(path, "file", MAX_RECORDING_BYTES)
+    groups = _row_groups(data, path)
     with _as_input_error(path):
         file = pyarrow.parquet.ParquetFile(pyarrow.BufferReader(data), page_checksum_verification=True)
         rows, fields = file.metadata.num_rows, list(file.schema_arrow)
         lines = (file.schema_arrow.metadata or {}).get(CARD, b"").decode("utf-8", "replace").split("\n")
-    if not 0 < rows <= _MAX_ROWS:
-        limit = f"1 to {_MAX_ROWS} can be read"
+    if not 0 < rows <= MAX_SAMPLES:
+        limit = f"1 to {MAX_SAMPLES} can be read"
         raise InputError("number of samples", rows, limit, str(path), "Check that the export was complete.")
+    if len(fields) > _MAX_COLUMNS:
+        limit = f"at most {_MAX_COLUMNS} can be read"
+        raise InputError("number of columns", len(fields), limit, str(path), "Save fewer columns.")
     comments = [(number, line.removeprefix("# ")) for number, line in enumerate(lines, 1) if line]
     return ParquetLayout(
         path=path,
@@ -98,6 +141,8 @@ def open_parquet(path: Path) -> ParquetLayout:
         comments=comments,
         sha256=hashlib.sha256(data).hexdigest(),
         file=file,
+        content=data,
+        groups=groups,
     )
 
 
@@ -118,5 +163,109 @@ def _as_input_error(path: Path) -> Iterator[None]:
         raise
     except Exception as error:
         why = (str(error).splitlines() or [""])[0][:_MESSAGE_CHARS]
-        advice = "Check that the file is complete, or export it again."
-        raise InputError("file", "not readable as Parquet", why, str(path), advice) from error
+        raise InputError("file", "not readable as Parquet", why, str(path), _CHECK) from error
+
+
+# numbers of fields, https://github.com/apache/parquet-format/blob/master/src/main/thrift/parquet.thrift
+_SCHEMA, _ROW_GROUPS, _CHILDREN = 2, 4, 5
+_COLUMNS, _COLUMN_METADATA, _PATH, _COMPRESSED, _DATA_PAGE, _DICTIONARY_PAGE = 1, 3, 3, 7, 9, 11
+_UNPACKED, _PACKED = 2, 3
+
+
+def _row_groups(content: bytes, path: Path) -> list[dict]:
+    """The row groups in the description at the end of a file, read before the library sees it: that takes sizes and
+    nesting as they are stated. Raises InputError for more than any recording has."""
+    length = int.from_bytes(content[-8:-4], "little")
+    if length > min(_MAX_FOOTER_BYTES, len(content) - 8):
+        limit = f"at most {_MAX_FOOTER_BYTES} bytes, and within the file"
+        raise InputError("description of the columns", f"{length} bytes", limit, str(path), _CHECK)
+    with _as_input_error(path):
+        footer = _Compact(content, len(content) - 8 - length).structure()
+        left: list[int] = []  # children that are still to come, of each group within the other
+        for element in footer[_SCHEMA]:
+            left.append(element.get(_CHILDREN, 0))
+            if len(left) > _MAX_NESTED:
+                raise ValueError("groups of columns within each other")
+            while left and not left[-1]:
+                left.pop()
+                if left:
+                    left[-1] -= 1
+        return footer[_ROW_GROUPS]
+
+
+def page_sizes(content: bytes, column: dict) -> Iterator[int]:
+    """The unpacked size [bytes] that each page of a column of a row group states in its header.
+
+    Raises ValueError for a header that is not one, and for pages beyond the end of the file.
+    """
+    starts = [column[field] for field in (_DICTIONARY_PAGE, _DATA_PAGE) if column.get(field)]
+    at, end = min(starts), min(starts) + column[_COMPRESSED]
+    if not 0 < at <= end <= len(content):
+        raise ValueError("a column is outside the file")
+    while at < end:
+        header = _Compact(content, at)
+        sizes = header.structure()
+        if sizes[_UNPACKED] < 0 or sizes[_PACKED] < 0:
+            raise ValueError("a page without a size")
+        yield sizes[_UNPACKED]
+        at = header.at + sizes[_PACKED]
+
+
+class _Compact:
+    """Reads Thrift's compact protocol; ``at`` is the place of the next byte."""
+
+    def __init__(self, content: bytes, at: int):
+        self._content, self.at = content, at
+
+    def structure(self, depth: int = 0) -> dict[int, Any]:
+        """The fields of a structure by their number."""
+        if depth > _MAX_NESTED:
+            raise ValueError("structures within each other")
+        found, number = {}, 0
+        while head := self._byte():
+            number = number + (head >> 4) if head >> 4 else self._integer()
+            found[number] = None if head & 15 in (1, 2) else self._value(head & 15, depth)  # None: a truth value
+        return found
+
+    def _value(self, kind: int, depth: int) -> Any:
+        match kind:
+            case 1 | 2 | 3:  # a truth value in a list, an integer of 8 bits
+                return self._byte()
+            case 4 | 5 | 6:  # integers of 16, 32 and 64 bits
+                return self._integer()
+            case 7:  # a double
+                return self._bytes(8)
+            case 8:
+                return self._bytes(self._count())
+            case 9 | 10:
+                head = self._byte()
+                count = head >> 4 if head >> 4 < 15 else self._count()
+                if count > len(self._content) - self.at:
+                    raise ValueError("a list is longer than the file")
+                return [self._value(head & 15, depth + 1) for _ in range(count)]
+            case 12:
+                return self.structure(depth + 1)
+        raise ValueError("a type that Parquet does not use")
+
+    def _bytes(self, count: int) -> bytes:
+        self.at += count
+        if self.at > len(self._content):
+            raise ValueError("it ends within its description")
+        return self._content[self.at - count : self.at]
+
+    def _byte(self) -> int:
+        return self._bytes(1)[0]
+
+    def _count(self) -> int:
+        value = shift = 0
+        while shift < 64:
+            byte = self._byte()
+            value |= (byte & 0x7F) << shift
+            shift += 7
+            if byte < 0x80:
+                return value
+        raise ValueError("an integer of more than 64 bits")
+
+    def _integer(self) -> int:
+        count = self._count()
+        return (count >> 1) ^ -(count & 1)

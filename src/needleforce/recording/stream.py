@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import InputError
+from ..files import file_name
 from .columns import Column, choose, dimension, missing
 from .parquet_table import ParquetLayout
 from .recording import Note
@@ -17,6 +18,8 @@ from .timestamps import put_in_order
 from .unit_guess import assign_units
 
 _MOTION = ("depth", "velocity")
+_MAX_MAGNITUDE = 1e30  # of any quantity in any unit: far beyond any instrument
+_MIN_STEP_S = 1e-15  # [s]
 _MAX_SHARED_SHARE = 0.5  # of the smaller stream's rows: more rows with both mean one stream with missing values
 
 
@@ -126,8 +129,9 @@ def read_stream(
 
 def _in_order_and_si(table: Table, units: Mapping[str, str]) -> tuple[Stream, str]:
     """Check the order of a table without missing values and convert it to SI; also return the unit of its time."""
+    _check_magnitudes(table)
     put_in_order(table)
-    place = str(table.layout.path)
+    place = file_name(table.layout.path)
     if "depth" in table.values and np.ptp(table.values["depth"]) == 0.0:
         header = table.columns["depth"].header
         raise constant_depth(f"depth (column {header!r})", table.values["depth"][0], place)
@@ -171,13 +175,22 @@ def _required(chosen: dict[str, Column], wanted: tuple[str, ...], layout: Layout
     return required
 
 
+def _check_magnitudes(table: Table) -> None:
+    """Check that no value is so large that differences and squares overflow."""
+    for quantity, values in table.values.items():
+        if np.max(np.abs(values), initial=0.0) > _MAX_MAGNITUDE:
+            largest = int(np.argmax(np.abs(values)))
+            name, limit = f"{quantity} (column {table.columns[quantity].header!r})", f"at most {_MAX_MAGNITUDE:g}"
+            raise InputError(name, f"{values[largest]:g}", limit, table.place(largest), "Correct or remove the line.")
+
+
 def _check_finer_than_clock(time: np.ndarray, table: Table) -> None:
     """Check that time stamps remain distinct in seconds: a division can make neighbours of 1e15 µs equal."""
-    if not (np.diff(time) > 0.0).all():
+    if not (np.diff(time) > _MIN_STEP_S).all():
         raise InputError(
             "time",
             "too large for its steps",
-            "consecutive times are equal in float64",
+            f"consecutive times differ by less than {_MIN_STEP_S:g} s",
             str(table.layout.path),
             "Subtract the time of the first sample before saving.",
         )

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..files import MAX_SAMPLES, open_regular
 from .columns import Column
 from .parquet_table import ParquetLayout
 from .recording import Note
@@ -18,7 +19,7 @@ from .text_layout import WHITESPACE, Layout
 _BLOCKS_PER_TASK = 4  # blocks hashed per task, because each change of thread costs time
 _PARALLEL_BYTES = 5 << 20  # bytes: larger files are parsed faster with low_memory, which uses several cores
 _CHUNKED_BYTES = 1 << 28  # larger files are parsed in chunks, so that memory holds little more than the used columns
-_CHUNK_ROWS = 500_000
+_CHUNK_ROWS, _CHUNK_CELLS = 500_000, 8_000_000  # the fewer rows of the two
 MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left out, with a note
 
 
@@ -30,7 +31,7 @@ class HashedFile:
         self._waiting: list[bytes] = []
 
     def __enter__(self):
-        self._file = open(self._path, "rb", buffering=0)
+        self._file = open_regular(self._path)
         self._executor = ThreadPoolExecutor(1)
         return self
 
@@ -59,7 +60,7 @@ class HashedFile:
         """The digest of the complete file, once it is closed; a file that was not read to its end is read again."""
         if self._ended:
             return self._digest.hexdigest()
-        with open(self._path, "rb") as file:
+        with open_regular(self._path) as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -71,16 +72,21 @@ def numbers(layout: Layout, columns: dict[str, Column]) -> tuple[dict[str, np.nd
     """
     size = layout.path.stat().st_size
     fast = {"dtype": np.float64, "low_memory": size >= _PARALLEL_BYTES}
+    rows = min(_CHUNK_ROWS, _CHUNK_CELLS // len(layout.headers))
     used = sorted(column.index for column in columns.values())
-    slow = {"dtype": dict.fromkeys(used, np.float64), "usecols": used, "comment": "#", "chunksize": _CHUNK_ROWS}
+    slow = {"dtype": dict.fromkeys(used, np.float64), "usecols": used, "comment": "#", "chunksize": rows}
     if size < _CHUNKED_BYTES:
         try:
             return *_hashed(layout, columns, fast), True
-        except ValueError:  # pandas' own parsing errors are ValueErrors too
+        except InputError:
+            raise
+        except (ValueError, OverflowError):  # pandas' own parsing errors are ValueErrors too
             pass
     try:
         values, sha256 = _hashed(layout, columns, slow)
-    except ValueError as error:
+    except InputError:
+        raise
+    except (ValueError, OverflowError) as error:
         search_fault(layout, columns)
         raise InputError("table", "not readable", str(error), str(layout.path)) from error
     commas = layout.above + len(values["time"]) * (len(layout.headers) - 1)
@@ -109,12 +115,24 @@ def _parsed(file: HashedFile, layout: Layout, columns: dict[str, Column], option
         **options,
     )
     if "chunksize" not in options:
+        check_samples(len(frames), layout.path)
         return {
             q: _writable(frames[column.index].to_numpy(), all_used=len(columns) == frames.shape[1])
             for q, column in columns.items()
         }
-    chunks = [{q: frame[column.index].to_numpy() for q, column in columns.items()} for frame in frames]
+    chunks, rows = [], 0
+    for frame in frames:
+        chunks.append({q: frame[column.index].to_numpy() for q, column in columns.items()})
+        rows += len(frame)
+        check_samples(rows, layout.path)
     return {quantity: np.concatenate([chunk.pop(quantity) for chunk in chunks]) for quantity in columns}
+
+
+def check_samples(count: int, path: Path) -> None:
+    """Raise InputError for more samples than a recording can have."""
+    if count > MAX_SAMPLES:
+        limit = f"at most {MAX_SAMPLES} are read: nine hours at 1 kHz"
+        raise InputError("number of samples", f"over {MAX_SAMPLES}", limit, str(path), "Split the file.")
 
 
 def _writable(values: np.ndarray, all_used: bool) -> np.ndarray:
@@ -132,7 +150,7 @@ def _count_delimiters(layout: Layout) -> int:
     """How often the delimiter occurs in the file: with usecols, pandas accepts surplus cells."""
     if layout.delimiter == WHITESPACE:
         return -1
-    with open(layout.path, "rb") as file:
+    with open_regular(layout.path) as file:
         return sum(block.count(layout.delimiter.encode()) for block in iter(lambda: file.read(1 << 20), b""))
 
 

@@ -2,18 +2,22 @@
 """The layout of a text file: delimiter, decimal sign, header, and the comment lines above it."""
 
 import csv
+import io
 import re
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import count, islice
 from pathlib import Path
 
 from ..errors import InputError
+from ..files import open_regular
 
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _MISSING_VALUES = ("", "na", "n/a", "null", "none", "<na>")  # cells that pandas reads as missing values
-_MAX_CELL_CHARS = 100_000  # characters in one cell: the csv module has a limit, too
+_MAX_LINE_CHARS = 1 << 16  # of one line, and of the header and all comments together 16 times as many
+_MAX_COLUMNS = 1024  # a recorder of all channels of a lab writes some hundred
+_MAX_HEADER_CHARS = 256  # of one column
 WHITESPACE = r"\s+"
 
 
@@ -51,29 +55,30 @@ class Layout:
 
     def data_lines(self) -> Iterator[tuple[int, list[str]]]:
         """Each line of data as its number in the file, from 1, and its cells. Slow; used to locate a fault."""
-        with open(self.path, encoding=self.encoding, errors="replace") as lines:
-            for number, line in islice(enumerate(lines, 1), self.skip, None):
-                if line.partition("#")[0].strip():
-                    yield number, self.cells(_checked_line(line, number, self.path))
+        for number, line in islice(_lines(self.path, self.encoding), self.skip, None):
+            if line.partition("#")[0].strip():
+                yield number, self.cells(line)
 
 
 def find_layout(path: Path) -> Layout:
     """Find the layout in the first lines of a text file. Raises InputError if there is no table with a header."""
     encoding = _encoding(path)
     comments, skip, above, header = [], 0, "", None
-    with open(path, encoding=encoding, errors="replace") as lines:
-        for line in lines:
-            skip += 1
-            above += line
-            if line.lstrip().startswith("#"):
-                comments.append((skip, line.lstrip()[1:].removeprefix(" ").rstrip("\r\n")))
-            elif line.strip():
-                header = _checked_line(line, skip, path)
-                break
-        if header is None:
-            raise InputError("file", "empty", "a header and rows of numbers are needed", str(path))
-        below = enumerate(islice(lines, 100), skip + 1)
-        data = [_checked_line(line, number, path) for number, line in below if line.partition("#")[0].strip()]
+    lines = _lines(path, encoding)
+    for skip, line in lines:
+        above += line
+        if len(above) > 16 * _MAX_LINE_CHARS:
+            limit = f"at most {16 * _MAX_LINE_CHARS} characters are read above it"
+            raise InputError("header", "missing", limit, str(path), "Remove what is above the header.")
+        if line.lstrip().startswith("#"):
+            comments.append((skip, line.lstrip()[1:].removeprefix(" ").rstrip("\r\n")))
+        elif line.strip():
+            header = line
+            break
+    if header is None:
+        raise InputError("file", "empty", "a header and rows of numbers are needed", str(path))
+    data = [line for _, line in islice(lines, 100) if line.partition("#")[0].strip()]
+    lines.close()
     delimiter = _delimiter(header)
     if all(_is_number(cell.replace(",", ".")) for cell in _cells(header, delimiter)):
         return _commented_header(
@@ -102,6 +107,7 @@ def _layout(
 ) -> Layout:
     delimiter = _delimiter(header)
     headers = _cells(header, delimiter)
+    _check_columns(headers, path)
     if len(headers) == 1:
         raise InputError(
             "number of columns",
@@ -128,7 +134,7 @@ def _commented_header(
 ) -> Layout:
     """The layout with a header as NumPy writes it: the last comment line, with as many cells as the rows below."""
     columns = len(_cells(data[0], _delimiter(data[0])))
-    header = _checked_line(comments[-1][1], comments[-1][0], path) if comments else ""
+    header = comments[-1][1] if comments else ""
     if len(_cells(header, _delimiter(header))) != columns or columns < 2:
         raise InputError(
             "header",
@@ -158,16 +164,29 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line.strip("\r\n")], delimiter=delimiter), [])]
 
 
-def _checked_line(line: str, number: int, path: Path) -> str:
-    """Return the line unchanged. Raises InputError if a cell is too long for ``_cells``."""
-    separators = '"' if '"' in line else r"[\s;,]"
-    if len(line) > _MAX_CELL_CHARS and max(map(len, re.split(separators, line))) > _MAX_CELL_CHARS:
-        place = f"{path}, line {number}"
-        limit = f"at most {_MAX_CELL_CHARS} can be read"
-        raise InputError(
-            "characters in one cell", f"over {_MAX_CELL_CHARS}", limit, place, "Correct or remove the line."
-        )
-    return line
+def _lines(path: Path, encoding: str) -> Generator[tuple[int, str], None, None]:
+    """The lines of a file with their numbers from 1. Raises InputError for one that is too long to be of a table."""
+    with io.TextIOWrapper(open_regular(path), encoding=encoding, errors="replace") as file:
+        for number in count(1):
+            line = file.readline(_MAX_LINE_CHARS + 1)
+            if len(line) > _MAX_LINE_CHARS:
+                limit = f"at most {_MAX_LINE_CHARS} can be read"
+                place, step = f"{path}, line {number}", "Correct or remove the line."
+                raise InputError("characters in the line", f"over {_MAX_LINE_CHARS}", limit, place, step)
+            if not line:
+                return
+            yield number, line
+
+
+def _check_columns(headers: list[str], path: Path) -> None:
+    """Raise InputError for more or longer headers than any table has."""
+    if len(headers) > _MAX_COLUMNS:
+        limit, step = f"at most {_MAX_COLUMNS} can be read", "Save fewer columns."
+        raise InputError("number of columns", len(headers), limit, str(path), step)
+    longest = max(headers, key=len)
+    if len(longest) > _MAX_HEADER_CHARS:
+        limit, step = f"at most {_MAX_HEADER_CHARS} characters", "Rename the column."
+        raise InputError("header", f"{longest[:40]!r}… of {len(longest)} characters", limit, str(path), step)
 
 
 def _is_number(cell: str) -> bool:
@@ -190,19 +209,8 @@ def _encoding(path: Path) -> str:
 
 
 def _first_bytes(path: Path) -> bytes:
-    try:
-        if path.exists() and not path.is_file() and not path.is_dir():  # opening a pipe would block
-            advice = "Save the recording to a file first."
-            raise InputError("file", "not a regular file", "a pipe or device cannot be read", str(path), advice)
-        with open(path, "rb") as file:
+    with open_regular(path) as file:
+        try:
             return file.read(65536)
-    except FileNotFoundError:
-        raise InputError("file", "missing", "", str(path), "Check the name and the folder.") from None
-    except IsADirectoryError:
-        raise InputError("file", "a folder", "one recording is needed", str(path), "Name a file in it.") from None
-    except OSError as error:
-        raise InputError("file", "not readable", error.strerror or "", str(path)) from None
-    except InputError:
-        raise
-    except ValueError as error:
-        raise InputError("file", repr(str(path)), str(error)) from None
+        except OSError as error:
+            raise InputError("file", "not readable", error.strerror or "", str(path)) from None

@@ -31,7 +31,9 @@ def motion_sizes(values: Mapping[str, np.ndarray], integral: bool = True) -> dic
     if "depth" in values:
         depth = values["depth"]
         sizes["travel"] = float(np.ptp(depth))
-        sizes["speed"] = float(np.percentile(np.abs(depth[selected + 1] - depth[selected]) / steps, 95))
+        with np.errstate(over="ignore"):  # steps of less than 1e-300
+            speeds = np.abs(depth[selected + 1] - depth[selected]) / steps
+        sizes["speed"] = float(np.percentile(speeds, 95))
     if "velocity" in values:
         velocity = values["velocity"]
         sizes["velocity"] = float(np.percentile(np.abs(velocity[selected]), 95))

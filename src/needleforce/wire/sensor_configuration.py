@@ -3,14 +3,19 @@
 
 import math
 from dataclasses import dataclass
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 from xml.sax.saxutils import escape
 
 from ..errors import InputError
+from ..files import xml_root
 from ..units import size
 
 PAGE = "netftapi2.xml"
 MAX_PAGE_BYTES = 1 << 18
+_COUNTS = (1e-3, 1e12)  # per unit of force or torque; those of the sensors are 1e6
+_RATE_HZ = (1.0, 1e5)  # the sensors send 1 to 7000 records per second
+_EXPECTED = f"{PAGE} is XML without a document type"
+_PAGE_ADVICE = "Check the address, or save the page from the sensor's web server and name the file."
 
 
 @dataclass(frozen=True)
@@ -58,34 +63,34 @@ def parse_configuration(page: bytes, place: str) -> SensorConfiguration:
     """Parse the page. Raises InputError, with the tag, if counts, units or a rate are missing or invalid."""
     root = _root(page, place)
     force, torque = _unit(root, "scfgfu", "force", place), _unit(root, "scfgtu", "torque", place)
-    counts = _positive(root, "cfgcpf", place) / force, _positive(root, "cfgcpt", place) / torque
+    counts = (_number(root, "cfgcpf", place, *_COUNTS) / force, _number(root, "cfgcpt", place, *_COUNTS) / torque)
     serial = (root.findtext("cfgcalsn") or "").strip()[:80]
-    rate, ratings = _positive(root, "comrdtrate", place), _ratings(root, force, torque)
+    rate, ratings = _number(root, "comrdtrate", place, *_RATE_HZ), _ratings(root, force, torque)
     return SensorConfiguration(*counts, rate, serial, ratings)
 
 
-def _root(page: bytes, place: str) -> ElementTree.Element:
+def _root(page: bytes, place: str) -> Element:
     try:
-        if len(page) > MAX_PAGE_BYTES or b"<!" in page:  # no entities that expand
-            raise ElementTree.ParseError
-        return ElementTree.fromstring(page)
-    except (ElementTree.ParseError, ValueError, LookupError):
-        advice = "Check the address, or save the page from the sensor's web server and name the file."
-        raise InputError("sensor's configuration", "not readable", f"{PAGE} is XML", place, advice) from None
+        if len(page) > MAX_PAGE_BYTES:
+            raise ValueError
+        return xml_root(page)
+    except ValueError:
+        raise InputError("sensor's configuration", "not readable", _EXPECTED, place, _PAGE_ADVICE) from None
 
 
-def _positive(root: ElementTree.Element, tag: str, place: str) -> float:
+def _number(root: Element, tag: str, place: str, low: float, high: float) -> float:
     text = root.findtext(tag)
     try:
         value = float(text or "")
     except ValueError:
         value = math.nan
-    if not 0.0 < value < 1e12:
-        raise InputError(f"<{tag}> of the sensor", repr((text or "")[:40]), "a number above 0 is needed", place)
+    if not low <= value <= high:
+        limit = f"a number from {low:g} to {high:g} is needed"
+        raise InputError(f"<{tag}> of the sensor", repr((text or "")[:40]), limit, place, _PAGE_ADVICE)
     return value
 
 
-def _unit(root: ElementTree.Element, tag: str, dimension: str, place: str) -> float:
+def _unit(root: Element, tag: str, dimension: str, place: str) -> float:
     """The factor from a unit to SI."""
     text = (root.findtext(tag) or "").strip()
     unit = size(text, dimension)
@@ -94,7 +99,7 @@ def _unit(root: ElementTree.Element, tag: str, dimension: str, place: str) -> fl
     return unit
 
 
-def _ratings(root: ElementTree.Element, force: float, torque: float) -> tuple[float, ...]:
+def _ratings(root: Element, force: float, torque: float) -> tuple[float, ...]:
     try:
         values = [float(text) for text in (root.findtext("cfgmr") or "").split(";")]
     except ValueError:

@@ -6,17 +6,17 @@ import csv
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import InputError
+from ...files import decode_toml, read_bytes, xml_root
 from ...units import size
 from ...wire.rdt import AXES, SATURATED
 
-_MAX_BYTES = 1 << 20
 _NEXT_STEP = "See docs/protocols.md for the three layouts."
 GAUGES = 6
 FULL_SCALE = 10.0  # [V] of either sign: the usual range of converters for these sensors
@@ -111,15 +111,13 @@ def read_calibration(path: str | os.PathLike) -> Calibration:
     if path.suffix.lower() not in kinds:
         known = ", ".join(kinds)
         raise InputError("calibration file", repr(path.name), f"known endings are {known}", next_step=_NEXT_STEP)
+    text = read_bytes(path, "calibration file")
     try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise InputError("calibration file", f"{path.stat().st_size} bytes", f"at most {_MAX_BYTES} are read")
-        return kinds[path.suffix.lower()](path.read_bytes())
+        return kinds[path.suffix.lower()](text)
     except InputError as error:
         raise error.at(str(path)) from None
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise InputError("calibration file", "not read", reason, str(path), _NEXT_STEP) from None
+    except (ValueError, csv.Error) as error:
+        raise InputError("calibration file", "not read", str(error), str(path), _NEXT_STEP) from None
 
 
 def _unit_factor(text: str, dimension: str) -> float:
@@ -130,7 +128,7 @@ def _unit_factor(text: str, dimension: str) -> float:
 
 
 def _of_toml(text: bytes) -> Calibration:
-    file = msgspec.toml.decode(text, type=CalibrationFile)
+    file = decode_toml(text, "calibration file", CalibrationFile, _NEXT_STEP)
     if len({len(row) for row in file.matrix}) > 1:
         raise InputError("calibration matrix", "ragged", "six rows of six numbers are needed", "$.matrix")
     unit = np.array([_unit_factor(file.force_unit, "force")] * 3 + [_unit_factor(file.torque_unit, "torque")] * 3)
@@ -190,16 +188,14 @@ def calibration_of_xml(text: bytes) -> Calibration:
     )
 
 
-def _root(text: bytes) -> ElementTree.Element:
+def _root(text: bytes) -> Element:
     try:
-        if b"<!DOCTYPE" in text or b"<!ENTITY" in text:  # no entities that expand
-            raise ElementTree.ParseError
-        return ElementTree.fromstring(text)
-    except (ElementTree.ParseError, LookupError):
-        raise InputError("calibration file", "not readable", "XML is expected") from None
+        return xml_root(text)
+    except ValueError as error:
+        raise InputError("calibration file", "not readable", f"XML is expected: {error}") from None
 
 
-def _rows(about: ElementTree.Element, tag: str, unit: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
+def _rows(about: Element, tag: str, unit: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
     """The matrix [SI/V] and the rated ranges [SI], by the names of the rows."""
     rows = {row.get("Name", "").casefold(): row for row in about.findall(tag)}
     if set(rows) != set(AXES) or len(about.findall(tag)) != GAUGES:
@@ -211,7 +207,7 @@ def _rows(about: ElementTree.Element, tag: str, unit: np.ndarray) -> tuple[np.nd
     return unit[:, None] * np.array(numbers), tuple(float(each) for each in unit * np.array(ratings))
 
 
-def _of_axes(about: ElementTree.Element, unit: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
+def _of_axes(about: Element, unit: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
     matrix, ratings = _rows(about, "Axis", unit)
     scales = {row.get("Name", "").casefold(): _number(row.get("scale", ""), "Axis") for row in about.findall("Axis")}
     if not all(scales.values()):
@@ -226,13 +222,13 @@ def _of_axes(about: ElementTree.Element, unit: np.ndarray) -> tuple[np.ndarray, 
     return matrix, ratings
 
 
-def _full_scale(about: ElementTree.Element) -> float:
+def _full_scale(about: Element) -> float:
     """The full scale [V]: half of ``OutputRange`` if the output is bipolar."""
     span = _number(about.get("OutputRange", "20"), "Calibration")
     return span / 2.0 if about.get("OutputBipolar", "True").casefold() == "true" else span
 
 
-def _unit(about: ElementTree.Element, key: str, dimension: str) -> float:
+def _unit(about: Element, key: str, dimension: str) -> float:
     text = about.get(key, "")
     unit = size(text, dimension)
     if unit is None:

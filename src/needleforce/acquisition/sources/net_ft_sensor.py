@@ -7,10 +7,10 @@ import socket
 import threading
 from collections.abc import Iterator
 from http.client import HTTPConnection, HTTPException, HTTPSConnection
-from pathlib import Path
 from urllib.parse import urlsplit
 
 from ...errors import InputError
+from ...files import read_bytes
 from ...wire.rdt import PORT, RECORD_SIZE, Command, Packet, pack_request, unpack_records
 from ...wire.sensor_configuration import MAX_PAGE_BYTES, PAGE, SensorConfiguration, parse_configuration
 from .sequence import Unwrapped
@@ -240,7 +240,6 @@ def _not_read(reason: str, url: str) -> InputError:
 
 def _from_file(path: str) -> bytes:
     try:
-        with Path(path).open("rb") as file:
-            return file.read(MAX_PAGE_BYTES + 1)
-    except OSError as error:
-        raise InputError("sensor's configuration", "not read", error.strerror or "", path, _ADVICE) from None
+        return read_bytes(path, "sensor's configuration", MAX_PAGE_BYTES)
+    except InputError as error:
+        raise InputError(error.quantity, error.value, error.limit, error.place, _ADVICE) from None

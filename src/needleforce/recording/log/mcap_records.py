@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from ...errors import InputError
-from ...files import MCAP
+from ...files import MCAP, open_regular, unpacked_limit
 from ..recording import Note
 
 MAX_RECORD_BYTES = 64 << 20  # bytes of one record, packed or not; chunks of recorders have a few MiB
@@ -19,8 +19,6 @@ _PIECE_BYTES = 1 << 20
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, METADATA = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x0C
 _READ = (SCHEMA, CHANNEL, MESSAGE, CHUNK, METADATA)
 RECORD_HEAD = struct.Struct("<BQ")
-# limit on the total size of all unpacked chunks: a constant plus a factor times the size of the file
-_MAX_UNPACKED, _MAX_UNPACKED_PER_BYTE = 256 << 20, 50
 
 
 class NotUnpacked(ValueError):
@@ -96,16 +94,13 @@ class RecordReader:
         Raises InputError for a file that is not MCAP; ``notes`` list what is left out and why reading ended early.
         """
         try:
-            if not self.path.is_file():  # opening a pipe would block
-                fault = "not a regular file" if self.path.exists() else "missing"
-                raise InputError("file", fault, "", str(self.path), "Check the name and the folder.")
-            with open(self.path, "rb") as file:
+            with open_regular(self.path) as file:
                 size = file.seek(0, 2)
                 file.seek(0)
                 if file.read(len(MCAP)) != MCAP:
                     limit, advice = "its first bytes differ", "Check the name, and whether the recording was started."
                     raise InputError("file", "not an MCAP file", limit, str(self.path), advice)
-                self._left = _MAX_UNPACKED + _MAX_UNPACKED_PER_BYTE * size
+                self._left = unpacked_limit(size)
                 yield from self._walk(file, size)
         except OSError as error:
             raise InputError("file", "not readable", error.strerror or "", str(self.path)) from None

@@ -3,12 +3,14 @@
 
 import os
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
 from io import BytesIO
-from pathlib import Path
+from pathlib import Path, PurePath
+from typing import Any
 
 from ...errors import InputError
-from ...files import BAG, MCAP
+from ...files import BAG, MAX_RECORDING_BYTES, MCAP, open_regular, read_bytes
 from ..recording import Note
 from .mcap_records import CHANNEL, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, RecordReader
 from .messages import Log
@@ -20,13 +22,15 @@ _MAX_ORPHAN_BYTES = 64 << 20  # messages kept until their channel is defined, wh
 _OVERHEAD_BYTES = 100  # bytes of overhead of each of them
 _MAX_DEFINITIONS = 1 << 17  # schemas and channels: each has an identifier of 16 bits
 _NO_SCHEMA = 0  # identifier of a channel without schema
+_MAX_METADATA_BYTES, _MAX_BRACKETS = 1 << 18, 1000  # of the description of a bag
 _MAX_CARD_BYTES = 1 << 20  # bytes of a card
 
 
-def read_bag(folder: Path, take: Callable[..., None]) -> None:
-    """Pass all messages to ``take`` (topic, type, counter, arrival [ns], device [ns], CDR); a bag has no counters.
+def read_bag(folder: Path, collected: Collected) -> list[Note]:
+    """Pass all messages of a ROS 2 bag to ``collected``; a bag has no counters. Returns notes on what is damaged.
 
-    Raises InputError if the folder is not a bag, if the bag is damaged, or if the package rosbags is missing.
+    Raises InputError if the folder is not a bag, if the bag is damaged, compressed as a whole, or contains anything but
+    regular files, or if the package rosbags is missing.
     """
     if not (folder / BAG).is_file():
         limit = f"a ROS 2 bag contains {BAG}"
@@ -37,21 +41,54 @@ def read_bag(folder: Path, take: Callable[..., None]) -> None:
         advice = 'Install it with pip install "needleforce[ros]".'
         raise InputError("package rosbags", "missing", "it is needed for ROS 2 bags", str(folder), advice) from None
     try:
+        storage, files = _bag_files(folder)
+        if storage == "mcap":
+            return [note for file in files for note in _read_file(file, _Uncounted(collected)).notes]
+        for file in files:
+            _check_database(file)
         with Reader(folder) as reader:
             for connection, arrival, data in reader.messages():
-                take(
-                    topic=connection.topic,
-                    message=connection.msgtype,
-                    counter=0,
-                    arrival=arrival,
-                    device=arrival,
-                    data=bytes(data),
-                )
+                message = {"topic": connection.topic, "message": connection.msgtype, "data": bytes(data)}
+                collected.take(**message, counter=0, arrival=arrival, device=arrival)
+        return []
     except InputError:
         raise
-    except Exception as error:  # the package raises various exceptions for a damaged bag
+    except Exception as error:  # the packages raise various exceptions for a damaged bag
         reason = " ".join(str(error).split())[:200]
         raise InputError("bag", "not readable", reason, str(folder), "Check that it is complete.") from None
+
+
+def _bag_files(folder: Path) -> tuple[str, list[Path]]:
+    """The storage of a bag and its files. Raises InputError or another exception for a folder that is not safe."""
+    from ruamel.yaml import YAML
+
+    text = read_bytes(folder / BAG, "bag", _MAX_METADATA_BYTES)
+    if b"<<" in text or text.count(b"[") + text.count(b"{") > _MAX_BRACKETS:
+        # a merged mapping can double at every level, and the parser's time grows with the square of open brackets
+        raise ValueError(f"{BAG} contains a merge key or more than {_MAX_BRACKETS} brackets")
+    size = 0
+    for path in folder.iterdir():
+        with open_regular(path, "file of a bag") as file:
+            size += file.seek(0, os.SEEK_END)
+    if size > MAX_RECORDING_BYTES:
+        raise InputError("size of the bag", f"{size} bytes", f"at most {MAX_RECORDING_BYTES} are read", str(folder))
+    facts = YAML(typ="safe").load(text.decode())["rosbag2_bagfile_information"]
+    if (facts.get("compression_mode") or "none").lower() != "none":  # its size is not known before it is unpacked
+        advice = "Unpack it, for example with ros2 bag convert."
+        raise InputError("bag", "compressed", "only bags without compression are read", str(folder), advice)
+    return facts["storage_identifier"], [folder / PurePath(name).name for name in facts["relative_file_paths"]]
+
+
+def _check_database(path: Path) -> None:
+    """Raise ValueError unless an SQLite file has plain tables only: a view or a computed column can be endless."""
+    import contextlib
+    import sqlite3
+
+    with contextlib.closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as database:
+        for kind, name, text in database.execute("SELECT type, name, sql FROM sqlite_master").fetchall():
+            plain = kind == "index" or (kind == "table" and text.upper().startswith("CREATE TABLE"))
+            if not plain or any(row[-1] for row in database.execute("SELECT * FROM pragma_table_xinfo(?)", (name,))):
+                raise ValueError(f"{name[:40]!r} is not a plain table")
 
 
 def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) -> Log:
@@ -77,7 +114,7 @@ def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) 
     place = Path(path)
     collected = Collected(columns or {}, str(place))
     if place.is_dir():
-        read_bag(place, collected.take)
+        damage = read_bag(place, collected)
         return Log(
             wrench=collected.wrench(),
             axis=collected.axis(),
@@ -85,30 +122,47 @@ def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) 
             card={},
             end=None,
             complete=True,
-            notes=collected.notes(),
+            notes=damage + collected.notes(),
         )
-    reader, contents = RecordReader(place), _Contents(collected)
-    for code, record in reader.records():
-        contents.take(code, record)
-    notes = reader.notes + contents.finish() + collected.notes()
-    if not reader.complete:
-        notes.append(Note("incomplete", "the recording was not closed: it ends at the last flush"))
+    contents = _read_file(place, collected)
     return Log(
         wrench=collected.wrench(),
         axis=collected.axis(),
         marks=collected.marks,
         card=contents.metadata.get(CARD, {}),
         end=contents.metadata.get(END),
-        complete=reader.complete,
-        notes=notes,
+        complete=contents.complete,
+        notes=contents.notes + collected.notes(),
     )
+
+
+def _read_file(path: Path, collected: Any) -> "_Contents":
+    """Pass all messages of an MCAP file to ``collected``; what else it holds, with notes on what is damaged."""
+    reader, contents = RecordReader(path), _Contents(collected)
+    for code, record in reader.records():
+        contents.take(code, record)
+    contents.complete, contents.notes = reader.complete, reader.notes + contents.finish()
+    if not reader.complete:
+        contents.notes.append(Note("incomplete", "the recording was not closed: it ends at the last flush"))
+    return contents
+
+
+@dataclass
+class _Uncounted:
+    """Messages of a bag, whose counters and times of sending recorders fill in various ways."""
+
+    collected: Collected
+
+    def take(self, *, arrival: int, counter: int, device: int, **message: Any) -> None:
+        self.collected.take(arrival=arrival, counter=0, device=arrival, **message)
 
 
 class _Contents:
     """Schemas and channels in the order of the file, and the messages that refer to them."""
 
-    def __init__(self, collected: Collected):
+    def __init__(self, collected: Any):
         self._collected = collected
+        self.complete, self.notes = False, []
         self.metadata: dict[str, dict] = {}
         self._schemas: dict[int, str] = {_NO_SCHEMA: ""}
         self._channels: dict[int, tuple[str, int]] = {}
@@ -183,7 +237,7 @@ def card_and_end(path: Path) -> tuple[dict[str, str], dict[str, str] | None]:
     """
     found: dict[str, dict[str, str]] = {}
     try:
-        with open(path, "rb") as file:
+        with open_regular(path) as file:
             size = file.seek(0, 2)
             file.seek(0)
             at = len(MCAP) if file.read(len(MCAP)) == MCAP else size

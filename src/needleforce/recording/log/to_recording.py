@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
+from ...files import file_name
 from ...units import parse
 from ..alignment import align
 from ..card import check_filter_length
@@ -27,6 +28,8 @@ from .writer import WRENCH_TOPIC
 
 _MAX_RESTARTS = 20  # a device clock that decreases more often is not used
 _SECOND = 1e9  # ns
+_MAX_FORCE = 1e9  # [N, N m] of a bias; a damaged mark may hold any number
+_MAX_COUNT = 10**15  # of a note
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 _CHOICES = ("force", "depth")
 
@@ -151,7 +154,7 @@ def _in_si(quantity: str, values: np.ndarray, units: Mapping[str, str]) -> np.nd
 def _six(facts: Mapping) -> list[float] | None:
     bias = facts.get("wrench")
     valid = isinstance(bias, list) and len(bias) == 6 and all(isinstance(each, int | float) for each in bias)
-    return [float(each) for each in bias] if valid and np.isfinite(bias).all() else None
+    return list(map(float, bias)) if valid and all(abs(each) < _MAX_FORCE for each in bias) else None
 
 
 def read_recording(
@@ -172,7 +175,7 @@ def read_recording(
     columns, units = dict(columns or {}), dict(units or {})
     _check(columns)
     log = read_log(path, columns)
-    place = str(path)
+    place = file_name(path)
     if len(log.wrench) < 2:
         limit = "a topic of WrenchStamped or Wrench with at least 2 messages is needed"
         raise InputError("number of wrenches", len(log.wrench), limit, place, "Check that the force was recorded.")
@@ -300,7 +303,8 @@ def _number(card: Mapping[str, str], key: str, place: str, default: float = 0.0)
 def _notes(card: Mapping[str, str]) -> list[Note]:
     """The notes stored in the card."""
     entries = (each for each in _listed(card, "notes") if isinstance(each, list) and len(each) == 3)
-    return [Note(str(kind), str(message), count) for kind, message, count in entries if isinstance(count, int)]
+    counted = (each for each in entries if isinstance(each[2], int) and 0 <= each[2] < _MAX_COUNT)
+    return [Note(str(kind), str(message), count) for kind, message, count in counted]
 
 
 def _listed(card: Mapping[str, str], key: str) -> list:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
+from ...files import MAX_SAMPLES
 from ..recording import Note
 from . import ros_messages
 from .messages import Mark, Messages, in_sequence
@@ -19,6 +20,8 @@ from .writer import AXIS_TOPIC, MARKS_TOPIC, WRENCH_TOPIC
 _WRENCHES = (ros_messages.WRENCH_STAMPED, ros_messages.WRENCH)
 _STATES = {ros_messages.JOINT_STATE: joints_of, ros_messages.POSE_STAMPED: position_of}
 _MAX_JOINTS = 32  # joints of one topic that are read
+_MAX_MARK_BYTES = 1 << 16  # of one mark; those of this package have about 100
+_MAX_MARKS_BYTES = 1 << 25  # of all: a fault status of each sample for some minutes
 _MIN_JOINT_SHARE = 0.01  # of a topic's messages: a rarer joint name is a damaged message
 _TYPES_OF = {"force": _WRENCHES, "depth": tuple(_STATES)}
 
@@ -39,7 +42,7 @@ class Collected:
         self._depth_topic, self._joint = split_choice(columns.get("depth", ""))
         self._topics: dict[str, _Topic] = {}
         self.marks: list[Mark] = []
-        self._undecoded = 0
+        self._undecoded = self._mark_bytes = 0
 
     def take(self, topic: str, message: str, counter: int, arrival: int, device: int, data: bytes) -> None:
         """Add one message of the type ``message``; types other than those of force, depth and marks are ignored."""
@@ -51,10 +54,21 @@ class Collected:
                 stamp, joints = _STATES[message](data)
                 self._of(topic, message).add(joints, (counter, arrival, device, stamp))
             elif message == ros_messages.STRING and topic == MARKS_TOPIC:
-                facts = json.loads(string_of(data))
-                self.marks.append(Mark(arrival, str(facts.pop("kind")), facts))
+                self._mark(arrival, data)
+        except InputError:
+            raise
         except (ValueError, struct.error, AttributeError, TypeError, KeyError, RecursionError):
             self._undecoded += 1
+
+    def _mark(self, arrival: int, data: bytes) -> None:
+        self._mark_bytes += len(data)
+        if self._mark_bytes > _MAX_MARKS_BYTES:
+            value, limit = f"over {_MAX_MARKS_BYTES} bytes", "more than any recording has"
+            raise InputError("size of the marks", value, limit, self._place, "Record again, in several files.")
+        if len(data) > _MAX_MARK_BYTES:
+            raise ValueError("a mark of this size is damaged")
+        facts = json.loads(string_of(data))
+        self.marks.append(Mark(arrival, str(facts.pop("kind")), facts))
 
     def wrench(self) -> Messages:
         """The messages of the only topic with wrenches, or of the chosen one."""
@@ -119,7 +133,11 @@ class _Topic:
             raise ValueError("a time beyond the range of int64")
         for name, values in joints.items():
             if name in self.joints or len(self.joints) < _MAX_JOINTS:
-                self.joints.setdefault(name, _Joint()).add(times, values)
+                joint = self.joints.setdefault(name, _Joint())
+                joint.add(times, values)
+                if len(joint) > MAX_SAMPLES:
+                    limit = f"at most {MAX_SAMPLES} are read: nine hours at 1 kHz"
+                    raise InputError("number of messages", f"over {MAX_SAMPLES}", limit, next_step="Split the file.")
 
 
 class _Joint:

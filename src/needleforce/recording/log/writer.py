@@ -5,12 +5,12 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from ...errors import InputError
-from ...files import checked_target
+from ...files import atomic_write, checked_target
 from ..recording import Recording
 from .ros_messages import (
     JOINT_STATE,
@@ -26,6 +26,8 @@ WRENCH_TOPIC, AXIS_TOPIC, MARKS_TOPIC = "/needle/wrench", "/needle/axis", "/need
 CARD, END = "needleforce", "needleforce.end"  # names of the metadata records
 _TOPICS = {WRENCH_TOPIC: WRENCH_STAMPED, AXIS_TOPIC: JOINT_STATE, MARKS_TOPIC: STRING}
 _AXES = ("fx", "fy", "tx", "ty", "tz")
+_CLOCKS = range(2**63)  # [ns] that readers accept
+_STAMPS = range(-(2**31) * 10**9, 2**31 * 10**9)  # [ns]: a header holds seconds as int32
 
 
 class LogWriter:
@@ -37,12 +39,14 @@ class LogWriter:
         The file; it must not exist, because nothing is overwritten.
     card : mapping
         The provenance, as text.
+    file : binary file, optional
+        An open empty file without buffer, to which is written instead of a new one; ``path`` then only names it.
 
     Raises
     ------
     InputError
-        The file cannot be created, or a later write fails, for example on a full disk; complete records written before
-        are kept.
+        The file cannot be created, a time does not fit into its messages, or a later write fails, for example on a full
+        disk; complete records written before are kept.
 
     Notes
     -----
@@ -51,10 +55,10 @@ class LogWriter:
     ``sequence`` is the sender's counter; it is stored modulo 2^32.
     """
 
-    def __init__(self, path: str | os.PathLike, card: Mapping[str, str]):
+    def __init__(self, path: str | os.PathLike, card: Mapping[str, str], file: BinaryIO | None = None):
         from mcap.writer import CompressionType, Writer
 
-        self._file = _Appended(Path(path))
+        self._file = _Appended(Path(path), file)
         self._writer = Writer(self._file, compression=CompressionType.ZSTD)
         self._count = self._kept = self._marks = 0
         try:
@@ -63,15 +67,18 @@ class LogWriter:
             self._wrench, self._axis, self._notes = (self._channel(*each) for each in _TOPICS.items())
         except OSError as error:
             self._file.close()
-            Path(path).unlink()
+            if file is None:
+                Path(path).unlink()
             raise _refusal(error, path) from None
 
     def wrench(self, sequence: int, arrival: int, device: int, stamp: int, wrench: Sequence[float]) -> None:
         """Append one sample of the sensor: fx fy fz [N] tx ty tz [N m] as measured."""
+        self._check_times(arrival, device, stamp)
         self._add(self._wrench, arrival, wrench_message(stamp, wrench), device, sequence)
 
     def state(self, sequence: int, arrival: int, device: int, stamp: int, depth: float, velocity: float) -> None:
         """Append one state of the axis: depth [m], positive inwards, and velocity [m/s]."""
+        self._check_times(arrival, device, stamp)
         self._add(self._axis, arrival, state_message(stamp, depth, velocity), device, sequence)
 
     def mark(self, arrival: int, kind: str, **facts: Any) -> None:
@@ -100,6 +107,15 @@ class LogWriter:
         finally:
             self._file.close()
 
+    def _check_times(self, arrival: int, device: int, stamp: int) -> None:
+        """Raise InputError, with the file closed complete, for a time [ns] that a message cannot hold."""
+        for time, limits in ((arrival, _CLOCKS), (device, _CLOCKS), (stamp, _STAMPS)):
+            if time not in limits:
+                self.close({"why": "a device reports an impossible time"})
+                limit = f"messages hold {limits.start} to {limits.stop} ns"
+                advice = "Check the clock or counter of the device."
+                raise InputError("time of a sample", f"{time} ns", limit, str(self._file.path), advice)
+
     def _channel(self, topic: str, message: str) -> int:
         schema = self._writer.register_schema(message, "ros2msg", schema_text(message).encode())
         return self._writer.register_channel(topic, "cdr", schema)
@@ -123,10 +139,10 @@ class LogWriter:
 class _Appended:
     """A new file to which complete records are appended; a record that does not fit is removed again."""
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, file: BinaryIO | None = None):
         self.path, self._end = path, 0
         try:
-            self._file = open(path, "xb", buffering=0)
+            self._file = open(path, "xb", buffering=0) if file is None else file
         except FileExistsError:
             limit, advice = "the file exists", "Give another name: nothing is overwritten."
             raise InputError("recording", "not started", limit, str(path), advice) from None
@@ -194,20 +210,16 @@ def write_log(recording: Recording, path: str | os.PathLike) -> Path:
     times = np.round((recording.time - recording.time[0]) * 1e9)
     target = checked_target(path)
     _check(recording, times, str(target))
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        _write(recording, times.astype(int).tolist(), part)
-        os.replace(part, target)
-    finally:
-        part.unlink(missing_ok=True)
+    with atomic_write(target) as file:
+        _write(recording, times.astype(int).tolist(), target, file.buffer.raw)
     return target
 
 
-def _write(recording: Recording, times: list[int], part: Path) -> None:
+def _write(recording: Recording, times: list[int], target: Path, file: BinaryIO) -> None:
     axes = {axis: recording.axes.get(axis, np.zeros(len(times))) for axis in _AXES} | {"fz": recording.force}
     wrenches = zip(*(axes[axis].tolist() for axis in ("fx", "fy", "fz", "tx", "ty", "tz")))
     states = zip(recording.depth.tolist(), recording.velocity.tolist())
-    log = LogWriter(part, _card(recording))
+    log = LogWriter(target, _card(recording), file)
     for number, (time, wrench, (depth, velocity)) in enumerate(zip(times, wrenches, states)):
         clocks = {"sequence": number, "arrival": time, "device": time, "stamp": time}
         log.wrench(**clocks, wrench=wrench)

@@ -1,0 +1,279 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Hostile files of every format that is read: no traceback, no hang, no unbounded memory.
+
+    python benchmarks/hostile_files.py [--files 10000] [--only csv] [--write]
+
+Each file is a valid one with changed bytes, with cells, keys or records that lie about sizes, depths and widths, or
+that expand when they are unpacked; or it is no file at all but a pipe, a device, a folder or a link to itself. A child
+process reads it under a limit of memory and time: it must read it, or refuse it with an InputError. With ``--write``
+the table of the bounds and of the worst that was seen is written into docs/hostile_files.md.
+"""
+
+import argparse
+import json
+import os
+import random
+import re
+import resource
+import select
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))
+import hostile_content as content
+
+import needleforce as nf
+from needleforce.files import MAX_DEFINITION_BYTES, MAX_RECORDING_BYTES, MAX_RESULT_BYTES
+
+PAGE = Path(__file__).parents[1] / "docs" / "hostile_files.md"
+MARKS = "<!-- table: python benchmarks/hostile_files.py --write -->", "<!-- end of table -->"
+MEMORY_BYTES = 1536 << 20  # address space beyond that of the child at its start
+TIME_S = 20.0  # for one file
+MEMORY_PER_BYTE, MEMORY_BASE = 60, 600 << 20  # the bound on the page: of the peak, for files of any size
+SPECIAL_SHARE, BOMB_SHARE = 0.02, 0.002
+
+
+def _read(path: Path) -> None:
+    nf.read(path)
+
+
+def _page(path: Path) -> None:
+    from needleforce.acquisition.sources.net_ft_sensor import read_configuration
+
+    read_configuration("", str(path))
+
+
+def _calibration(path: Path) -> None:
+    from needleforce.acquisition.sources.gauge_calibration import read_calibration
+
+    read_calibration(path)
+
+
+def _definition(path: Path) -> None:
+    """A file of parameters as each of what it may be: most of them refuse it."""
+    from needleforce.preset_files.build import read_needle, read_tissue
+    from needleforce.protocol.reading import read_protocol
+
+    refusals = []
+    for read in (nf.preset, read_needle, read_tissue, read_protocol):
+        try:
+            read(path)
+        except nf.InputError as error:
+            refusals.append(error)
+    if len(refusals) == 4:
+        raise refusals[0]
+
+
+def _table(path: Path) -> None:
+    from needleforce.campaign.labels import read_mapping
+    from needleforce.identification.bench_tests import tissue_estimate
+
+    refusals = []
+    for read in (read_mapping, tissue_estimate):
+        try:
+            read(path)
+        except nf.InputError as error:
+            refusals.append(error)
+    if len(refusals) == 2:
+        raise refusals[0]
+
+
+# format -> its reader, the largest file in bytes, what is read
+FORMATS: dict[str, tuple[Callable, int, str]] = {
+    "csv": (_read, MAX_RECORDING_BYTES, "recording, CSV"),
+    "parquet": (_read, MAX_RECORDING_BYTES, "recording, Parquet"),
+    "mcap": (_read, MAX_RECORDING_BYTES, "recording, MCAP"),
+    "bag": (_read, MAX_RECORDING_BYTES, "recording, folder of a ROS 2 bag"),
+    "toml": (_definition, MAX_DEFINITION_BYTES, "preset, needle, tissue, protocol, TOML"),
+    "json": (nf.preset, MAX_RESULT_BYTES, "fit, JSON"),
+    "page": (_page, 1 << 18, "sensor page, XML"),
+    "calibration": (_calibration, MAX_DEFINITION_BYTES, "gauge calibration, TOML, CSV, XML"),
+    "table": (_table, 1 << 23, "mapping and bench tests, CSV"),
+}
+
+
+def special(path: Path, chance: random.Random) -> Path:
+    """What is no regular file, at ``path``."""
+    match chance.randrange(7):
+        case 0:
+            os.mkfifo(path)
+        case 1:
+            path.mkdir()
+        case 2:
+            path.symlink_to(chance.choice(["/dev/zero", "/dev/full", "/dev/urandom", "/dev/tty", "/dev/null"]))
+        case 3:
+            path.symlink_to(path.name)
+        case 4:
+            with socket.socket(socket.AF_UNIX) as made:
+                made.bind(str(path))
+        case 5:
+            return path.with_name("missing" + path.suffix)
+        case 6:
+            with open(path, "wb") as file:
+                file.truncate(chance.choice([1 << 33, 1 << 40]))  # sparse: larger than any recording
+    return path
+
+
+def hostile(kind: str, folder: Path, seed: int) -> Path:
+    """The hostile file number ``seed`` of a format."""
+    chance = random.Random(f"{kind} {seed}")
+    which = chance.random()
+    if which < SPECIAL_SHARE:
+        return special(folder / f"x{content.ENDINGS[kind]}", chance)
+    if which < SPECIAL_SHARE + BOMB_SHARE:
+        return content.bomb(kind, folder, chance)
+    return content.changed(kind, folder, chance)
+
+
+def child() -> int:
+    """Read the files that are named on standard input, and print the outcome of each."""
+    warnings.simplefilter("ignore")
+    with tempfile.TemporaryDirectory() as folder:
+        for number, (kind, (read, *_)) in enumerate(FORMATS.items()):  # what is loaded late counts for nobody
+            _outcome(read, content.valid(kind, _made(folder, f"valid{number}")))
+        _limit_memory()
+        print("ready", flush=True)
+        for number, line in enumerate(sys.stdin):
+            kind, seed = line.split()
+            path = hostile(kind, _made(folder, f"{number}"), int(seed))
+            before = _memory("VmRSS")
+            Path("/proc/self/clear_refs").write_text("5")
+            begun = time.process_time()
+            found = _outcome(FORMATS[kind][0], path)
+            seconds, peak = time.process_time() - begun, _memory("VmHWM") - before
+            size = path.stat().st_size if path.is_file() else 0
+            print(json.dumps([found, seconds, peak, size]), flush=True)
+            shutil.rmtree(Path(folder) / f"{number}")
+    return 0
+
+
+def _made(folder: str, name: str) -> Path:
+    made = Path(folder) / name
+    made.mkdir()
+    return made
+
+
+def _limit_memory() -> None:
+    limit = _memory("VmSize") + MEMORY_BYTES
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
+def _memory(field: str) -> int:
+    return 1024 * int(re.search(rf"{field}:\s*(\d+)", Path("/proc/self/status").read_text())[1])
+
+
+def _outcome(read: Callable, path: Path) -> str:
+    try:
+        read(path)
+    except nf.InputError:
+        return "refused"
+    except BaseException as error:
+        place = error.__traceback__
+        while place.tb_next and "needleforce" in place.tb_next.tb_frame.f_code.co_filename:
+            place = place.tb_next
+        where = f"{Path(place.tb_frame.f_code.co_filename).name}:{place.tb_lineno}"
+        return f"{type(error).__name__} at {where}: {error}"[:300]
+    return "read"
+
+
+class Reader:
+    """A child process that reads files, restarted after one that it does not survive."""
+
+    def __init__(self):
+        self._process = None
+
+    def read(self, kind: str, seed: int) -> tuple[str, float, int, int]:
+        """Outcome, processor time [s], peak memory [bytes] and size [bytes] of a hostile file."""
+        if self._process is None or self._process.poll() is not None:
+            command = [sys.executable, __file__, "--child"]
+            self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+            assert self._process.stdout.readline() == b"ready\n"
+        self._process.stdin.write(f"{kind} {seed}\n".encode())
+        self._process.stdin.flush()
+        if not select.select([self._process.stdout], [], [], 3.0 * TIME_S)[0]:
+            self.close()
+            return "hangs", 3.0 * TIME_S, 0, 0
+        line = self._process.stdout.readline()
+        if not line:
+            return f"dies with {self._process.wait()}", 0.0, 0, 0
+        return tuple(json.loads(line))
+
+    def close(self) -> None:
+        """End the child."""
+        if self._process:
+            self._process.kill()
+            self._process.communicate()
+            self._process = None
+
+
+def study(kind: str, files: int, first: int = 0) -> dict:
+    """Counts of outcomes of hostile files of a format, and the worst time [s] and memory [bytes]."""
+    reader, found = Reader(), {"read": 0, "refused": 0, "failed": {}, "time": (0.0, 0), "memory": (0, 0, 0)}
+    for seed in range(first, first + files):
+        outcome, seconds, peak, size = reader.read(kind, seed)
+        if outcome not in ("read", "refused"):
+            found["failed"][seed] = outcome
+        else:
+            found[outcome] += 1
+        if seconds > TIME_S:
+            found["failed"][seed] = f"takes {seconds:.1f} s"
+        if peak > MEMORY_BASE + MEMORY_PER_BYTE * size:
+            found["failed"][seed] = f"takes {peak >> 20} MiB"
+        found["time"] = max(found["time"], (seconds, seed))
+        found["memory"] = max(found["memory"], (peak, size, seed))
+    reader.close()
+    return found
+
+
+def row(kind: str, found: dict) -> str:
+    """The row of a format on the page."""
+    _, limit, what = FORMATS[kind]
+    size = f"{limit >> 30} GiB" if limit >> 30 else f"{limit >> 20} MiB" if limit >> 20 else f"{limit >> 10} KiB"
+    counts = f"{found['read']} | {found['refused']} | {len(found['failed'])}"
+    return f"| {what} | {size} | {counts} | {found['time'][0]:.1f} s | {found['memory'][0] >> 20} MiB |"
+
+
+HEAD = ["| file | largest | read | refused | other outcome | longest processor time | most memory |", "|---" * 7 + "|"]
+
+
+def write(rows: list[str]) -> None:
+    """Replace the rows of the page's table, those of formats that were not studied excepted."""
+    text = PAGE.read_text(encoding="utf-8")
+    begin, end = text.index(MARKS[0]) + len(MARKS[0]), text.index(MARKS[1])
+    old = {line.split("|")[1]: line for line in text[begin:end].strip().splitlines()[len(HEAD) :]}
+    merged = old | {line.split("|")[1]: line for line in rows}
+    PAGE.write_text(text[:begin] + "\n" + "\n".join([*HEAD, *merged.values()]) + "\n" + text[end:], encoding="utf-8")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--files", type=int, default=10_000, help="of each format")
+    parser.add_argument("--only", choices=FORMATS, help="one format")
+    parser.add_argument("--write", action="store_true", help="write the table into the page")
+    parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.child:
+        return child()
+    rows, failures = [], 0
+    for kind in [options.only] if options.only else FORMATS:
+        begun = time.monotonic()
+        found = study(kind, options.files)
+        rows.append(row(kind, found))
+        print(rows[-1], f"{time.monotonic() - begun:.0f} s; worst files: {found['time'][1]}, {found['memory'][2]}")
+        for seed, outcome in list(found["failed"].items())[:20]:
+            print(f"    {kind} {seed}: {outcome}", flush=True)
+        failures += len(found["failed"])
+    if options.write:
+        write(rows)
+    return int(failures > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The commands with hostile files, names, terminals and streams: a message and an exit code, never a traceback."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()"]
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes, devices and names of POSIX")
+
+
+def run(*arguments, cwd=None, environment=None, **options):
+    """Run a command; one that waits for ever fails by its time."""
+    options = {"capture_output": True, "timeout": 60, "stdin": subprocess.DEVNULL} | options
+    done = subprocess.run([*COMMAND, *arguments], cwd=cwd, env=os.environ | (environment or {}), **options)
+    assert b"Traceback" not in (done.stderr or b"") + (done.stdout or b""), done.stderr
+    assert b"Exception ignored" not in (done.stderr or b"")
+    return done
+
+
+# every option and argument that takes a file to read, in a command that is complete but for the file
+FILES = {
+    "read": ("identify", "{file}"),
+    "needle": ("identify", "{example}", "--needle", "{file}"),
+    "model": ("identify", "{example}", "--model", "{file}.toml"),
+    "second": ("identify", "{example}", "--second-pass", "{file}"),
+    "motion": ("identify", "{example}", "--motion", "{file}"),
+    "bending": ("identify", "{example}", "--needle", "paper", "--bending", "{file}"),
+    "tension": ("identify", "{example}", "--tension", "{file}"),
+    "campaign": ("campaign", "{file}"),
+    "mapping": ("campaign", "{example}", "--mapping", "{file}"),
+    "campaign needle": ("campaign", "{example}", "--needle", "{file}"),
+    "compare": ("compare", "{file}"),
+    "convert": ("convert", "{file}", "-o", "out.csv"),
+    "convert motion": ("convert", "{example}", "--motion", "{file}", "-o", "out.csv"),
+    "indentation": ("indentation", "{file}", "--tip", "cone", "--half-angle-deg", "9"),
+    "indentation needle": ("indentation", "{example}", "--needle", "{file}"),
+    "export": ("export", "{file}.json"),
+    "laws": ("laws", "--needle", "{file}"),
+    "tissue": ("laws", "--tissue", "{file}"),
+    "simulate": ("simulate", "--preset", "{file}.toml", "-o", "out.csv"),
+    "rest": ("rest", "--mass-g", "100", "--damping-ns-m", "1", "--preset", "{file}.json"),
+    "rig": ("rig", "--preset", "{file}.toml", "--duration-s", "0"),
+    "page": ("record", "--sensor", "127.0.0.1", "--sensor-page", "{file}", "-o", "out.mcap", "--duration-s", "0.1"),
+    "protocol": ("record", "--sensor", "127.0.0.1", "--axis", "127.0.0.1", "--protocol", "{file}", "--folder", "out"),
+    "calibration": ("record", "--from", "-", "--calibration", "{file}.xml", "-o", "out.mcap"),
+}
+REFUSED = {"pipe": "a pipe", "zero": "a device"}
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory, root):
+    """A folder with pipes and devices, each under every ending."""
+    folder = tmp_path_factory.mktemp("special")
+    shutil.copy(root / "examples" / "insertion.csv", folder / "example.csv")
+    for ending in ("", ".toml", ".json", ".xml"):
+        os.mkfifo(folder / f"pipe{ending}")
+        (folder / f"zero{ending}").symlink_to("/dev/zero")
+    return folder
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+@pytest.mark.parametrize("option", FILES)
+def test_no_command_opens_a_pipe_or_a_device(place, option, kind):
+    arguments = [word.format(file=kind, example="example.csv") for word in FILES[option]]
+    done = run(*arguments, cwd=place)
+    text = done.stderr.decode()
+    assert done.returncode != 0 or (option == "second" and REFUSED[kind] in text), text
+    assert REFUSED[kind] in text or "not a file" in text, text
+    assert not list(place.glob("out*"))
+
+
+def copied(root, path: bytes) -> None:
+    """The example under another name, with a card of its own: the same bytes twice are refused."""
+    text = (root / "examples" / "insertion.csv").read_bytes()
+    with open(path, "wb") as file:
+        file.write(b"# note: name 1 " + path.hex().encode() + b"\n" + text)
+
+
+def test_a_file_whose_name_is_not_utf_8_is_a_recording_like_others(tmp_path, root):
+    names = [b"run_1.csv", b"run_\xff.csv", b"run_3.csv"]
+    for name in names:
+        copied(root, os.path.join(os.fsencode(tmp_path), name))
+    pytest.importorskip("pyarrow")
+    for table in ("out/table.csv", "out/table.parquet"):
+        (tmp_path / "out").mkdir(exist_ok=True)
+        done = run("campaign", ".", "--pattern", "run_{repeat}", "--table", table, "--json", "out/x.json", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+    assert r"run_\xff.csv" in (tmp_path / "out/table.csv").read_text()
+    for output in ("out.mcap", "out.parquet", "out.csv"):
+        done = run("convert", names[1], "-o", output, cwd=os.fsencode(tmp_path))
+        assert done.returncode == 0 and done.stderr.isascii(), done.stderr
+    done = run(
+        "identify", *names, "--json", "-", "--report", "out/r.html", "--csv", "out/x.csv", cwd=os.fsencode(tmp_path)
+    )
+    assert done.returncode == 0 and len(json.loads(done.stdout)["recordings"]) == 3
+
+
+def test_a_specimen_named_like_a_formula_is_text_in_the_table(tmp_path, root):
+    import pandas
+
+    for repeat in (1, 2):
+        copied(root, os.fsencode(tmp_path / f"=HYPERLINK(1)_{repeat}.csv"))
+    done = run("campaign", ".", "--pattern", "{specimen}_{repeat}", "--table", "t.csv", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    table = pandas.read_csv(tmp_path / "t.csv", keep_default_na=False)
+    assert set(table["specimen"]) == {"'=HYPERLINK(1)"}
+    done = run(
+        "identify", "=HYPERLINK(1)_1.csv", "=HYPERLINK(1)_2.csv", "--csv", "e.csv", "--draws", "d.csv", cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    for name in ("t.csv", "e.csv", "d.csv"):
+        frame = pandas.read_csv(tmp_path / name, dtype=str, keep_default_na=False)
+        assert not [cell for cell in frame.to_numpy().ravel() if cell[:1] in ("=", "+", "@")]
+
+
+def test_no_text_of_a_file_reaches_the_terminal_as_a_command(tmp_path):
+    name = "x\x1b]0;owned\x07\x1b[2J\u202e.csv"
+    (tmp_path / name).write_text("time_s,\x1b[31mdepth,\x9bforce_N\n0,0,\x1b[2Jx\n")
+    (tmp_path / "x.toml").write_text('name = "\x9b2J"\n')
+    (tmp_path / "y.toml").write_bytes(b"[\x1b[2J]\n")
+    commands = [
+        ("identify", name),
+        ("campaign", "."),
+        ("convert", name, "-o", "y.csv"),
+        ("export", "x.toml"),
+        ("export", "y.toml"),
+    ]
+    for arguments in commands:
+        done = run(*arguments, cwd=tmp_path)
+        shown = (done.stdout + done.stderr).decode()
+        assert done.returncode and not [
+            each for each in shown if (each < " " and each not in "\n\t") or each in "\x7f\x9b\u202e"
+        ], shown
+
+
+@pytest.mark.parametrize("arguments", [("laws",), ("presets", "--json", "-"), ("export", "paper")])
+def test_a_closed_standard_output_or_error(arguments):
+    for closed in (">&-", "2>&-", ">&- 2>&-", ">&- <&-"):
+        shell = f'"$@" {closed}'
+        done = subprocess.run(["sh", "-c", shell, "sh", *COMMAND, *arguments], capture_output=True, timeout=60)
+        assert done.returncode == 0 and b"Traceback" not in done.stderr + done.stdout
+
+
+def test_a_reader_that_leaves_and_a_full_disk():
+    done = subprocess.run(["sh", "-c", '"$@" | head -1', "sh", *COMMAND, "laws"], capture_output=True, timeout=60)
+    assert done.stderr == b""
+    with open("/dev/full", "w") as full:
+        done = run("laws", stdout=full, capture_output=False, stderr=subprocess.PIPE)
+    assert done.returncode == 1 and b"No space left on device" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("laws", "--citations"),
+        ("presets",),
+        ("compare", "{example}", "--models", "paper"),
+        ("identify", "{example}"),
+        ("simulate", "--citations", "-o", "{out}"),
+    ],
+)
+def test_a_terminal_that_knows_only_ascii(arguments, root, tmp_path):
+    environment = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii"}
+    places = {"example": root / "examples" / "insertion.csv", "out": tmp_path / "out.csv"}
+    done = run(*(word.format(**places) for word in arguments), environment=environment)
+    assert done.returncode == 0 and done.stdout.isascii() and done.stderr.isascii()
