@@ -53,9 +53,7 @@ def test_a_changed_struct_has_another_version(root):
     structs = re.findall(r"typedef struct \{.*?\} \w+;", re.sub(r"/\*.*?\*/", "", text, flags=re.S), flags=re.S)
     assert len(structs) == 8
     found = hashlib.sha256("\n".join(" ".join(struct.split()) for struct in structs).encode()).hexdigest()[:16]
-    assert found == STRUCTS, (
-        "a struct has changed: the names in both headers need the next version, here too"
-    )
+    assert found == STRUCTS, "a struct has changed: the names in both headers need the next version, here too"
 
 
 def test_every_function_with_a_struct_has_the_version(root):
