@@ -35,11 +35,13 @@ namespace needleforce {
 /// induction the user never takes out more than was put in plus E_0. The bound holds between samples too: the
 /// travel against f since the last sample is at most w too, as v T and the parabola of a bound it there.
 ///
-/// The mean speed u needs a length and a travel that can be believed. Without one, w is v T: after a cycle
-/// whose clock failed or that was longer than T, until it is settled; where the speed would exceed v; and
-/// where it contradicts the one before. In a pause a delayed depth catches up by an unknown number of cycles,
-/// so that none counts for d cycles, and their travel is settled together. Cycles beyond the bounds cost what
-/// they cost; if that overdraws the account, the bounds are not relied upon again, and the force stays zero.
+/// The mean speed u needs a clock and a travel that can be believed: a time of no less than a tenth of T, a
+/// speed of no more than v, and none that contradicts the one before. A cycle whose clock failed took any
+/// time up to T, and so may each of those that were measured together; where nothing is known of their speed,
+/// u stays that of the last interval that has one, and g grows. After a cycle longer than T, w is v times the
+/// time that it took until it is settled. A delayed depth catches up in it by an unknown number of cycles, so
+/// that none counts for d cycles, and their travel is settled together. Cycles beyond the bounds cost what
+/// they cost; if that overdraws the account, a w of 0 is not relied upon again, and the force stays zero.
 ///
 /// Below that bound each force uses no more than its share; otherwise the force would alternate between full
 /// and zero over d+1 cycles. A depth known to an error e changes the settled sum by at most e (|f_k| + sum of
@@ -181,6 +183,7 @@ class EnergyController {
 
   double bounded(double wanted, double before, bool settled) noexcept {
     if (!settings_.limits_energy()) return wanted;
+    left_ = reserve_;
     if (!seen_) return 0.0;  // from where nobody knows, no travel could be settled
     predictable_ = bounded_by_acceleration();
     const double error = settings_.position_error, there = reserve_ - error * before, open = pending();
