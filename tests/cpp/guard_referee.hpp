@@ -41,8 +41,8 @@ class Referee {
       // speed that is known contradicts it
       if (shown > measured_ + 1) {
         never_shown_ += relied_until(shown) + beyond_until(shown);
-        if (timed_until(shown)) hidden_ = measured_;
-      } else if (shown <= 0 || cycles_[static_cast<std::size_t>(shown - 1)].believed) {
+        if (shows_speed(time_until(shown))) hidden_ = measured_;
+      } else if (shown <= 0 || shows_speed(cycles_[static_cast<std::size_t>(shown - 1)].believed)) {
         hidden_ = shown;
       }
       measured_ = shown;
@@ -62,8 +62,8 @@ class Referee {
 
   /// How far [J] the least balance was below the promise; negative if it was kept.
   double missing() const { return missing_; }
-  /// What sums in double precision may be wrong by.
-  double rounding() const { return 1e-9 * turned_ + 1e-12; }
+  /// What sums in double precision may be wrong by, and bounds that are exceeded by a millionth.
+  double rounding() const { return 1e-9 * turned_ + 1e-11; }
   bool kept() const { return missing_ <= rounding() && excess_ <= 1e-9 && finite_; }
   /// How far the largest force or its change was beyond its limit, as a ratio.
   double excess() const { return finite_ ? excess_ : unlimited; }
@@ -86,8 +86,8 @@ class Referee {
     broken_.push_back(!link);
     const bool relied = settings_.max_acceleration < unlimited && broken_since(hidden_);
     const long ended = static_cast<long>(cycles_.size()) + 1;
-    cycles_.push_back(
-        {std::abs(force_), relied ? std::max(0.0, -force_ * travel_) : 0.0, beyond, timed, believed});
+    cycles_.push_back({std::abs(force_), relied ? std::max(0.0, -force_ * travel_) : 0.0, beyond,
+                       timed ? dt : 0.0, believed ? dt : 0.0});
     allowed_ = std::max(allowed_, relied_until(ended) + beyond_until(ended));
     const double excused = within_ ? 0.0 : allowed_ + never_shown_;
     missing_ = std::max(missing_, -energy_ - settings_.initial_reserve - excused);
@@ -109,10 +109,14 @@ class Referee {
     return strongest * sum;
   }
 
-  bool timed_until(long end) const {
-    bool any = false;
-    for (long i = std::max(0L, measured_); i < end; ++i) any |= cycles_[static_cast<std::size_t>(i)].timed;
-    return any;
+  double time_until(long end) const {
+    double sum = 0.0;
+    for (long i = std::max(0L, measured_); i < end; ++i) sum += cycles_[static_cast<std::size_t>(i)].time;
+    return sum;
+  }
+  /// Over a shorter time the depths may err by more than the device gets.
+  bool shows_speed(double time) const {
+    return time > 0.0 && 2.0 * settings_.position_error <= settings_.max_speed * time;
   }
 
   /// True if the travel is one that the bounds permit after the last cycle whose clock could be believed, and
@@ -153,7 +157,7 @@ class Referee {
 
   struct Cycle {
     double force, relied, beyond;  ///< [N]; [J] lost by relying on a bound that was exceeded; [m] too far
-    bool timed, believed;          ///< by its clock; clock and travel go together
+    double time, believed;         ///< [s] by its clock; the same if the travel goes together with it, or 0
   };
 
   GuardSettings settings_;
