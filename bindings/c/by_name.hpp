@@ -48,7 +48,7 @@ bool fill(T& value, std::span<const nf_parameter> parameters, nf_fault& why) noe
     const Parameter<T>* parameter = parameter_named<T>(number.name);
     if (!parameter)
       return refuse(why, T::name, number.name ? number.name : "name", "is no parameter of it", number.value);
-    if (std::exchange(known[parameter - T::table.data()], true))
+    if (std::exchange(known[static_cast<std::size_t>(parameter - T::table.data())], true))
       return refuse(why, T::name, number.name, "is given twice", number.value);
     value.*parameter->member = number.value;
   }

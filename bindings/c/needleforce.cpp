@@ -64,8 +64,8 @@ const char* nf_status_name(int status) {
 nf_settings nf_default_settings(void) {
   const Limits limits;
   const Bevel bevel;
-  return {limits.max_speed,   limits.hold_time, limits.velocity_slack,      limits.velocity_slack_ratio,
-          limits.depth_noise, bevel.half_angle, bevel.friction_coefficient, bevel.face_share};
+  return {limits.max_speed, limits.hold_time,           limits.velocity_slack, limits.velocity_slack_ratio,
+          bevel.half_angle, bevel.friction_coefficient, bevel.face_share,      limits.depth_noise};
 }
 
 size_t nf_size(void) { return sizeof(nf_insertion); }

@@ -11,6 +11,12 @@ extern "C" {
 #endif
 /* clang-format off */
 
+/* The structs below belong to the version in these names: a program and a library that were compiled with different
+   ones do not link. New members go to the end of a struct, with 0 for what was before, and the number goes up. */
+#define nf_default_settings nf_default_settings_v2
+#define nf_init nf_init_v2
+#define nf_step nf_step_v2
+
 typedef struct { const char* name; double value; } nf_parameter;
 typedef struct { /* of the law tip_contact; radii and heights [m] for the tip `profile` alone */
   const char* name; nf_parameter parameters[8]; const char* equivalence; const double *radii, *heights; size_t knots;
@@ -20,8 +26,8 @@ typedef struct { double top; nf_law stiffness, puncture, friction, cutting, rela
 typedef struct {
   double max_speed, hold_time;    /* [m/s] faster is refused; [s] for which a refused step keeps the last force */
   double velocity_slack, velocity_slack_ratio; /* [m/s], [1] between velocity and change of depth */
-  double depth_noise;             /* [m] half the range of the measured depth at rest */
   double bevel_half_angle, bevel_friction_coefficient, bevel_face_share; /* [rad], [1], [1]; share 0: no lateral */
+  double depth_noise;             /* [m] half the range of the measured depth at rest */
 } nf_settings;
 typedef struct { size_t layer; const char *law, *quantity, *reason; double value, low, high; } nf_fault;
 typedef struct nf_insertion nf_insertion;

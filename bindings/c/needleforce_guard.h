@@ -10,6 +10,10 @@ extern "C" {
 #endif
 /* clang-format off */
 
+#define nf_guard_init nf_guard_init_v2 /* as in needleforce.h */
+#define nf_guard_step nf_guard_step_v2
+#define nf_guard_miss nf_guard_miss_v2
+
 typedef struct nf_guard nf_guard;
 enum nf_did { /* what the guard did in a cycle: bits */
   NF_REJECTED = 1, NF_STALE = 2, NF_CLAMPED = 4, NF_SLEWED = 8, NF_LIMITED_BY_ENERGY = 16, NF_OUTSIDE_BOUNDS = 32

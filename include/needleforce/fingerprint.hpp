@@ -50,7 +50,8 @@ void add_numbers(Fingerprint& print, const T& value) noexcept {
   if constexpr (requires { T::parts; })
     std::apply([&](const auto&... part) { (add_part(print, value.*part.member), ...); }, T::parts);
   if constexpr (std::is_same_v<T, tips::Profile>)
-    for (int k = 0; k < value.count; ++k) print.add(value.radius[k]), print.add(value.rise[k]);
+    for (std::size_t k = 0; k < static_cast<std::size_t>(value.count); ++k)
+      print.add(value.radius[k]), print.add(value.rise[k]);
 }
 
 }  // namespace detail

@@ -91,7 +91,7 @@ class FlightRecorder {
   }
 
   static Cycle unpacked(std::uint64_t number, const Words& words) noexcept {
-    const auto value = [&](int i) { return std::bit_cast<double>(words[i]); };
+    const auto value = [&](std::size_t i) { return std::bit_cast<double>(words[i]); };
     Interventions did;
     for (std::size_t i = 0; i < std::size(interventions); ++i) did.*interventions[i] = words[7] >> i & 1;
     return {number,

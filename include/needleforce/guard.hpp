@@ -69,14 +69,14 @@ class Guard {
     const bool timed = clocked(dt);
     const double scaled = velocity == no_velocity ? velocity : settings_.motion_scale * velocity;
     if (!timed || !ordinary(settings_.motion_scale * depth, scaled, dt) || leaps(depth))
-      return without(timed ? dt : state_.dt, true);
+      return without(timed ? dt : unknown, true);
     return with(depth, scaled, dt);
   }
 
   /// A cycle in which no measurement came. Wait-free.
   Output miss(double dt) noexcept {
     if (!valid_) return refused();
-    return clocked(dt) ? without(dt, false) : without(state_.dt, true);
+    return clocked(dt) ? without(dt, false) : without(unknown, true);
   }
 
   /// Back to before the first contact: zero force, the initial reserve, and the engine too.
@@ -97,7 +97,7 @@ class Guard {
     double force = 0.0;     // of the last cycle [N]
     double measured = 0.0;  // of the last cycle with a measurement [N]
     double waited = 0.0;    // since then [s]
-    double dt = 0.0;        // of the last cycle whose clock ran
+    double longest = 0.0;   // of all cycles whose clock ran
     int missed = 0;
     bool started = false;
   };
@@ -118,7 +118,7 @@ class Guard {
     Output output{.sample = state_.sample};
     const double wanted = within_range(settings_.force_scale * state_.sample.force, dt, output.did);
     state_.depth = depth;
-    state_.dt = dt;
+    state_.longest = std::max(state_.longest, dt);
     state_.waited = 0.0;
     state_.missed = 0;
     state_.started = true;
@@ -140,9 +140,11 @@ class Guard {
 
   /// The force of the last measurement, held and then falling; it never grows again by itself.
   Output without(double dt, bool rejected) noexcept {
-    state_.waited = std::min(state_.waited + dt, longest);
+    state_.longest = std::max(state_.longest, dt);
+    // a cycle of unknown length may have been as long as any
+    const double passed = dt == dt ? dt : std::min(settings_.longest_cycle, state_.longest);
+    state_.waited = std::min(state_.waited + passed, longest);
     state_.missed = std::min(state_.missed + 1, 1 << 30);
-    state_.dt = dt;
     const double over = state_.waited - settings_.stale_after;
     // not divided by a time of 0, nor of -0: that would be a force that grows, or none
     const double left = settings_.fall_time - over;
@@ -152,7 +154,7 @@ class Guard {
     output.sample.contact = output.sample.punctured = output.sample.exit = false;
     output.did.rejected = rejected;
     output.did.stale = over > 0.0;
-    emit(output, std::clamp(share * state_.measured, -most, most), unmeasured, dt);
+    emit(output, std::clamp(share * state_.measured, -most, most), unknown, dt);
     return output;
   }
 
@@ -164,7 +166,7 @@ class Guard {
     output.did.outside_bounds = state_.energy.outside_bounds();
   }
 
-  static constexpr double unmeasured = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 
   Engine engine_;
   GuardSettings settings_;

@@ -148,8 +148,8 @@ class Insertion {
   /// and no relaxation, known at compile time: the same code, half the time.
   template <bool plain>
   [[gnu::always_inline]] Sample through(const Move& move, bool first) noexcept {
-    using Friction = std::conditional_t<plain, laws::Coulomb::Prepared, void>;
-    using Cutting = std::conditional_t<plain, laws::ConstantCutting::Prepared, void>;
+    using KnownFriction = std::conditional_t<plain, laws::Coulomb::Prepared, void>;
+    using KnownCutting = std::conditional_t<plain, laws::ConstantCutting::Prepared, void>;
     const std::size_t count = plain ? 1 : count_;
     const DepthNoise noise = plain ? DepthNoise{} : noise_;
     if (!plain && move.dt != state_.relaxation_dt) relax(move.dt);
@@ -173,7 +173,7 @@ class Insertion {
     if (state_.pierced > 0) {
       const PreparedLayer& layer = layers_[plain ? 0 : state_.pierced - 1];
       tip = plain || cuts.dt > 0.0
-                ? layer.template cut<Cutting>(state_.cut, state_.cutting, state_.returnable, cuts, noise)
+                ? layer.template cut<KnownCutting>(state_.cut, state_.cutting, state_.returnable, cuts, noise)
                 : layer.cut_force(state_.cut, state_.cutting, cuts.depth);
     }
     if (state_.pierced > 0 && move.depth <= state_.cut.entry) tip = state_.cut.receding(tip, move.depth);
@@ -183,7 +183,7 @@ class Insertion {
       const double root = plain ? std::numeric_limits<double>::infinity() : root_of(i);
       const Move& own = !plain && (fresh >> i & 1u) ? since_puncture(move, i) : move;
       const double last_surface = state_.layers[i].shaft.surface;
-      shafts += layers_[i].template drag<Friction>(state_.layers[i], own, bottom, root, noise);
+      shafts += layers_[i].template drag<KnownFriction>(state_.layers[i], own, bottom, root, noise);
       const double surface = state_.layers[i].shaft.surface;
       if (!plain && i > 0 && (fresh >> i & 1u)) go_down(i - 1, last_surface, surface);
       bottom = surface;

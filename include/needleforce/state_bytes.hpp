@@ -27,7 +27,7 @@ class Checksum {
   }
   constexpr std::array<std::uint64_t, 4> value() const noexcept {
     Fingerprint all = lanes_[0].mixed;
-    for (int i = 1; i < 4; ++i) all.add(lanes_[i].mixed.value());
+    for (std::size_t i = 1; i < lanes_.size(); ++i) all.add(lanes_[i].mixed.value());
     return {columns_, near_, far_, all.value()};
   }
 

@@ -16,9 +16,9 @@ compile() {
 check() { tests/cpp/undefined_symbols.sh "$folder/object.o" "$1" "${before_the_loop[@]}"; }
 
 compile bindings/c/needleforce.cpp
-check nf_step
+check nf_step_v2
 compile bindings/c/needleforce_guard.cpp
-check nf_guard_step
+check nf_guard_step_v2
 planted() {
   printf 'extern "C" void nf_step() {}\n%s\n' "$1" > "$folder/planted.cpp"
   compile "$folder/planted.cpp"

@@ -50,8 +50,8 @@ class CFace {
       : memory_(nf_size() / sizeof(double) + 1), kept_(nf_snapshot_size()) {
     CLayers named(layers);
     const nf_settings settings{
-        limits.max_speed,   limits.hold_time, limits.velocity_slack,      limits.velocity_slack_ratio,
-        limits.depth_noise, bevel.half_angle, bevel.friction_coefficient, bevel.face_share};
+        limits.max_speed, limits.hold_time,           limits.velocity_slack, limits.velocity_slack_ratio,
+        bevel.half_angle, bevel.friction_coefficient, bevel.face_share,      limits.depth_noise};
     nf_fault why{};
     insertion_ = nf_init(memory_.data(), nf_size(), named.data(), named.size(), &settings, &why);
     require((insertion_ == nullptr) == (why.reason != nullptr), "a refusal has a reason");

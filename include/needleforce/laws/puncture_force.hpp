@@ -25,7 +25,7 @@ struct PunctureForce {
   double puncture_depth(const Stiffness& stiffness) const noexcept {
     return stiffness.indentation(force);
   }
-  bool breaks(double force, double) const noexcept { return force >= this->force; }
+  bool breaks(double reached, double) const noexcept { return reached >= force; }
 };
 
 }  // namespace needleforce::laws

@@ -47,41 +47,41 @@ struct TipContact {
   }
 
   struct Prepared {
-    static constexpr int capacity = 40;
+    static constexpr std::size_t capacity = 40;
     using Polynomial = std::array<double, 6>;  // F of u - edge, coefficients from the constant on [N/m^(k/2)]
 
     std::array<double, capacity + 1> edge;  // u at the ends of the blocks [m^(1/2)]
     std::array<Polynomial, capacity> block;
     std::array<double, capacity + 1> stored;  // energy at the ends [J]
     double last_force, last_slope;            // where F continues linearly [N], [N/m]
-    int count;
+    std::size_t count;
 
     double reach() const noexcept { return std::numeric_limits<double>::infinity(); }
 
     double force(double h) const noexcept {
       const double u = std::sqrt(h), end = edge[count];
       if (u >= end) return last_force + last_slope * (h - end * end);
-      const int k = find(edge, u);
+      const std::size_t k = find(edge, u);
       return value(block[k], u - edge[k]);
     }
     double slope(double h) const noexcept {
       const double u = std::sqrt(h);
       if (u >= edge[count]) return last_slope;
-      const int k = find(edge, u);
+      const std::size_t k = find(edge, u);
       return by_root(block[k], u - edge[k], u);
     }
     double energy(double h) const noexcept {
       const double u = std::sqrt(h), end = edge[count], beyond = h - end * end;
       if (u >= end) return stored[count] + beyond * (last_force + 0.5 * last_slope * beyond);
-      const int k = find(edge, u);
+      const std::size_t k = find(edge, u);
       return stored[k] + work(block[k], edge[k], u - edge[k]);
     }
     double indentation(double force) const noexcept {
       const double end = edge[count] * edge[count];
       if (force >= last_force) return end + (force - last_force) / last_slope;
       std::array<double, capacity + 1> forces;
-      for (int k = 0; k < count; ++k) forces[k] = block[k][0];
-      const int k = find(forces, force);
+      for (std::size_t k = 0; k < count; ++k) forces[k] = block[k][0];
+      const std::size_t k = find(forces, force);
       const double u = sneddon::detail::root([&](double x) { return value(block[k], x) - force; }, 0.0,
                                              edge[k + 1] - edge[k], 0.0) +
                        edge[k];
@@ -89,9 +89,9 @@ struct TipContact {
     }
 
     /// The block whose left edge is at or below x, in a fixed number of steps.
-    int find(const std::array<double, capacity + 1>& edges, double x) const noexcept {
-      int k = 0;
-      for (const int step : {32, 16, 8, 4, 2, 1})
+    std::size_t find(const std::array<double, capacity + 1>& edges, double x) const noexcept {
+      std::size_t k = 0;
+      for (const std::size_t step : {32u, 16u, 8u, 4u, 2u, 1u})
         if (k + step < count && edges[k + step] <= x) k += step;
       return k;
     }
@@ -106,7 +106,10 @@ struct TipContact {
     /// Integral of F dh = 2 u F du from the left edge.
     static double work(const Polynomial& c, double left, double x) noexcept {
       double sum = 0.0;
-      for (int k = 5; k >= 0; --k) sum = x * (2.0 * c[k] * (left / (k + 1) + x / (k + 2)) + sum);
+      for (std::size_t n = c.size(); n > 0; --n) {
+        const auto power = static_cast<double>(n);
+        sum = x * (2.0 * c[n - 1] * (left / power + x / (power + 1.0)) + sum);
+      }
       return sum;
     }
   };
@@ -160,9 +163,9 @@ struct TipContact {
 
   /// The depths at which the contact reaches a break of the profile, and the last one, in ascending order.
   template <class TipShape>
-  static int starts(const TipShape& shape, double limit,
-                    std::array<double, Prepared::capacity + 1>& u) noexcept {
-    int n = 0;
+  static std::size_t starts(const TipShape& shape, double limit,
+                            std::array<double, Prepared::capacity + 1>& u) noexcept {
+    std::size_t n = 0;
     u[n++] = 0.0;
     for (const double b : shape.breaks())
       if (b > shape.flat() && b < limit) {
@@ -181,16 +184,17 @@ struct TipContact {
     const double limit = saturation_radius(shape, radius);
     std::array<double, Prepared::capacity + 1> u{};
     std::array<Block, Prepared::capacity> blocks{};
-    int count = starts(shape, limit, u);
+    std::size_t count = starts(shape, limit, u);
     const double scale = node(shape, u[count], limit).force;
-    for (int k = 0; k < count; ++k)
+    for (std::size_t k = 0; k < count; ++k)
       blocks[k] = fitted(shape, node(shape, u[k], limit), node(shape, u[k + 1], limit), limit, scale);
     while (count < Prepared::capacity) {
-      const auto worst = std::max_element(blocks.begin(), blocks.begin() + count,
+      const auto end = blocks.begin() + static_cast<std::ptrdiff_t>(count);
+      const auto worst = std::max_element(blocks.begin(), end,
                                           [](const Block& a, const Block& b) { return a.error < b.error; });
       if (!(worst->error > 1e-15)) break;
       const Block whole = *worst;
-      std::move_backward(worst + 1, blocks.begin() + count, blocks.begin() + count + 1);
+      std::move_backward(worst + 1, end, end + 1);
       worst[0] = fitted(shape, whole.left, whole.middle, limit, scale);
       worst[1] = fitted(shape, whole.middle, whole.right, limit, scale);
       ++count;
@@ -198,10 +202,10 @@ struct TipContact {
     return prepared(blocks, count);
   }
 
-  Prepared prepared(const std::array<Block, Prepared::capacity>& blocks, int count) const noexcept {
+  Prepared prepared(const std::array<Block, Prepared::capacity>& blocks, std::size_t count) const noexcept {
     Prepared result{};
     result.count = count;
-    for (int k = 0; k < count; ++k) {
+    for (std::size_t k = 0; k < count; ++k) {
       const auto& [left, middle, right, error] = blocks[k];
       result.edge[k] = left.u;
       result.edge[k + 1] = right.u;

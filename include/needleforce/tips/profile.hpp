@@ -29,42 +29,45 @@ struct Profile {
     if (radius[0] != 0.0)
       return {"radii", 0, radius[0], "not 0", "Start at the apex, radius 0 and height 0."};
     if (rise[0] != 0.0) return {"heights", 0, rise[0], "not 0", "Start at the apex, radius 0 and height 0."};
-    for (int k = 1; k < count; ++k) {
+    for (int i = 1; i < count; ++i) {
+      const auto k = static_cast<std::size_t>(i);
       if (!(std::isfinite(radius[k]) && std::isfinite(rise[k])))
-        return {"heights", k, rise[k], "with its radius not finite", "Give numbers in m."};
+        return {"heights", i, rise[k], "with its radius not finite", "Give numbers in m."};
       if (!(radius[k] <= 0.1 && rise[k] <= 1.0))
-        return {"heights", k, rise[k], "of a knot beyond 1 m of height or 0.1 m of radius",
+        return {"heights", i, rise[k], "of a knot beyond 1 m of height or 0.1 m of radius",
                 "Give numbers in m."};
       if (!(radius[k] > radius[k - 1]))
-        return {"radii", k, radius[k], "not beyond the one before: the slope would be vertical",
+        return {"radii", i, radius[k], "not beyond the one before: the slope would be vertical",
                 "Give radii that grow; the shank beyond the tip has a radius of its own."};
       if (!(rise[k] >= rise[k - 1]))
-        return {"heights", k, rise[k], "below the one before: the profile is not monotone",
+        return {"heights", i, rise[k], "below the one before: the profile is not monotone",
                 "Give heights above the apex that never fall."};
       if (k > 1 && !(secant(k) >= secant(k - 1) * (1.0 - 1e-9)))
-        return {"heights", k, rise[k], "where the slope falls: the contact would jump over the hollow",
+        return {"heights", i, rise[k], "where the slope falls: the contact would jump over the hollow",
                 "Give a convex profile, or leave out knots that only carry noise."};
     }
-    if (!(rise[count - 1] > 0.0))
-      return {"heights", count - 1, rise[count - 1], "0 at the end", "A flat face is the tip Flat."};
+    if (!(rise[last()] > 0.0))
+      return {"heights", count - 1, rise[last()], "0 at the end", "A flat face is the tip Flat."};
     return {};
   }
 
   /// Slope of the piece that ends at knot k.
-  double secant(int k) const noexcept { return (rise[k] - rise[k - 1]) / (radius[k] - radius[k - 1]); }
+  double secant(std::size_t k) const noexcept {
+    return (rise[k] - rise[k - 1]) / (radius[k] - radius[k - 1]);
+  }
   double slope(double r) const noexcept { return secant(piece(r)); }
   double height(double r) const noexcept {
-    const int k = piece(r);
+    const std::size_t k = piece(r);
     return rise[k - 1] + (r - radius[k - 1]) * secant(k);
   }
-  double end() const noexcept { return radius[count - 1]; }
+  double end() const noexcept { return radius[last()]; }
   const std::array<double, capacity>& breaks() const noexcept { return radius; }
   double flat() const noexcept { return secant(1) > 0.0 ? 0.0 : radius[1]; }
 
   sneddon::Touch touch(double a) const noexcept {
     sneddon::Touch sum{0.0, 0.0};
     double before = 0.0;
-    for (int k = 1; k < count && radius[k - 1] < a; ++k) {
+    for (std::size_t k = 1; k <= last() && radius[k - 1] < a; ++k) {
       const double b = radius[k - 1], after = secant(k), chord = std::sqrt((a - b) * (a + b));
       const double angle = std::atan2(chord, b);
       sum.depth += (after - before) * a * angle;
@@ -80,11 +83,13 @@ struct Profile {
 
  private:
   /// The piece that holds r, named by the knot at its end.
-  int piece(double r) const noexcept {
-    int k = 1;
-    while (k < count - 1 && r >= radius[k]) ++k;
+  std::size_t piece(double r) const noexcept {
+    std::size_t k = 1;
+    while (k < last() && r >= radius[k]) ++k;
     return k;
   }
+  /// The knot at the end, of a valid profile.
+  std::size_t last() const noexcept { return static_cast<std::size_t>(count - 1); }
 };
 
 }  // namespace needleforce::tips
