@@ -239,7 +239,7 @@ def take_bias(monitor: SafetyMonitor, settings: Settings, stop: threading.Event)
 def _state_at_rest(monitor: SafetyMonitor, timeout: float, stop: threading.Event) -> AxisState:
     """The state of the axis before its first order. Raises InputError if it is not at rest, by its own depth."""
     until = time.monotonic() + REST_WINDOW_S + timeout
-    while not monitor.axis_check.begin():
+    while not monitor.begins_at_rest():
         _check_monitor(monitor, stop)
         if time.monotonic() > until:
             state, advice = monitor.axis_check.state, "Stop it, and check that nothing else commands it."

@@ -120,6 +120,11 @@ class SafetyMonitor:
         """The axis is at rest until the next move: until then gaps in the readings are no danger."""
         self._moving = False
 
+    def begins_at_rest(self) -> bool:
+        """Whether the axis is seen at rest before its first order; its depth is then that of rest."""
+        with self._commanding:
+            return self.axis_check.begin()
+
     @property
     def waits_for_rest(self) -> bool:
         """Whether the axis, ordered to stop, was not yet seen at rest and its time for it is not over."""
