@@ -135,7 +135,7 @@ def _stopped(monitor: SafetyMonitor, error: BaseException) -> None:
             time.sleep(POLL_INTERVAL_S)
     report = monitor.stop_report
     if report and not report.confirmed and (monitor.has_moved or report.distance > MAX_DEVIATION_M):
-        raise AxisNotStopped("axis", "not stopped", str(report), next_step=f"The run did not start: {error}") from error
+        raise AxisNotStopped("axis", "not stopped", str(report), next_step=f"It was stopped after: {error}") from error
 
 
 def _check(path: Path, axis: MotionAxis | None, moves: Sequence[tuple[float, float]], settings: Settings) -> None:

@@ -42,7 +42,7 @@ class SafetyMonitor:
 
     ``reason`` and ``detail`` are why, for what the other thread cannot know. The stop is repeated until the depth
     is seen at rest; an axis that ignores it gets no further line, so that it stops by itself if it can. ``bias`` [N] is
-    set by the other thread; until then there is no limit, and the axis moves only outwards.
+    set by the other thread; until then the axis moves only outwards, and the limit is on the change of the force.
     """
 
     def __init__(
@@ -308,12 +308,17 @@ class SafetyMonitor:
         now = time.monotonic()
         if self._beyond_since is None and (report := self.axis_check.stop_report()).beyond:
             self._beyond_since = now
-            with contextlib.suppress(OSError, ValueError):  # the terminal may be gone
-                print(f"{EndReason.AXIS_NOT_STOPPED}: {report}", file=sys.stderr, flush=True)
+            text = f"{EndReason.AXIS_NOT_STOPPED}: {report}"
+            threading.Thread(target=_print, args=(text,), daemon=True).start()  # a terminal may block
         due = now - self._stop_sent > _STOP_REPEAT_S and now < self._until_rest()
         if due and not self.axis_check.at_rest:
             self._stop_sent = now
             self._axis.send_stop()
+
+
+def _print(text: str) -> None:
+    with contextlib.suppress(OSError, ValueError):  # the terminal may be gone
+        print(text, file=sys.stderr, flush=True)
 
 
 def _emptied(queue: deque) -> list:
