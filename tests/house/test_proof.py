@@ -11,7 +11,7 @@ TEST = re.compile(r"`([A-Z]\w+|test_\w+|proof-\w+)`")
 
 def claims(root, page: str) -> list[tuple[str, str]]:
     """(claim, what shows it), the rows of the tables; what shows it is the last cell."""
-    text = (root / "docs" / page).read_text(encoding="utf-8")
+    text = (root / "docs" / page).read_text(encoding="utf-8").split("## Measured")[0]
     rows = re.findall(r"^\| (.+?) \| (?:.+ \| )?(.+) \|$", text, re.M)
     return [row for row in rows if not row[1].startswith(("shown by", "is shown by", "---"))]
 
