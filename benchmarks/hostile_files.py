@@ -27,6 +27,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+import hostile_bombs
 import hostile_content as content
 
 import needleforce as nf
@@ -128,7 +129,7 @@ def hostile(kind: str, folder: Path, seed: int) -> Path:
     if which < SPECIAL_SHARE:
         return special(folder / f"x{content.ENDINGS[kind]}", chance)
     if which < SPECIAL_SHARE + BOMB_SHARE:
-        return content.bomb(kind, folder, chance)
+        return hostile_bombs.bomb(kind, folder, chance)
     return content.changed(kind, folder, chance)
 
 

@@ -21,10 +21,11 @@ def hostile(root):
     """The benchmark's modules."""
     sys.path.insert(0, str(root / "benchmarks"))
     try:
+        import hostile_bombs
         import hostile_content
         import hostile_files
 
-        yield hostile_files, hostile_content
+        yield hostile_files, hostile_content, hostile_bombs
     finally:
         sys.path.remove(str(root / "benchmarks"))
 
@@ -79,7 +80,7 @@ def test_what_expands_is_refused(hostile, tmp_path, kind):
     for seed in range(8):
         folder = tmp_path / f"{seed}"
         folder.mkdir()
-        path = hostile[1].bomb(kind, folder, random.Random(seed))
+        path = hostile[2].bomb(kind, folder, random.Random(seed))
         assert hostile[0]._outcome(hostile[0].FORMATS[kind][0], path) in ("read", "refused")
 
 
