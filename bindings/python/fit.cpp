@@ -39,7 +39,7 @@ using Matrices = nb::ndarray<double, nb::numpy, nb::shape<3, fit::unknowns, fit:
 Matrices matrices(const fit::CycleResult& r) {
   const fit::Normal &in = r.polished.insertion, &out = r.polished.withdrawal;
   const fit::Matrix bread =
-      fit::inverse(r.polished.both(), {true, true, true, true, r.free[fit::saturation]});
+      fit::inverse(r.polished.both(), {true, true, true, true, r.free[fit::saturation], true});
   double* data;
   const Output flat = new_array(3 * fit::unknowns * fit::unknowns, data);
   for (const fit::Matrix* matrix : {&in.gram, &out.gram, &bread})

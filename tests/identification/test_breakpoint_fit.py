@@ -56,12 +56,13 @@ def test_without_noise_the_truth_comes_back(saturation, options):
 def test_depth_and_force_may_be_shifted_and_scaled():
     depth_in, force_in, depth_out, force_out = cycle(noise=5e-3)
     plain = fit_cycle(depth_in, force_in, depth_out, force_out)
-    moved = fit_cycle(depth_in - 7e-3, 3.0 * force_in, depth_out - 7e-3, 3.0 * force_out)
+    moved = fit_cycle(depth_in - 7e-3, 3.0 * force_in + 0.5, depth_out - 7e-3, 3.0 * force_out + 0.5)
     for name, scale, shift in (
         ("stiffness_coefficient", 3.0, 0.0),
         ("friction_per_length", 3.0, 0.0),
         ("cutting_force", 3.0, 0.0),
         ("puncture_force", 3.0, 0.0),
+        ("force_offset", 3.0, 0.5),
         ("contact_depth", 1.0, -7e-3),
         ("puncture_depth", 1.0, -7e-3),
     ):
@@ -74,7 +75,8 @@ def squares(arrays, z0, row):
     depth_in, force_in, depth_out, force_out = arrays
     h_in, h_out = np.maximum(depth_in - z0, 0.0), np.maximum(depth_out - z0, 0.0)
     before = np.arange(len(depth_in)) < row
-    design = np.zeros((len(depth_in) + len(depth_out), 3))
+    design = np.ones((len(depth_in) + len(depth_out), 4))  # the last column is the sensor's zero
+    design[:, :3] = 0.0
     design[: len(before), 0] = np.where(before, h_in**2, 0.0) * 1e3
     design[: len(before), 1] = np.where(before, 0.0, depth_in - z0)
     design[: len(before), 2] = np.where(before, 0.0, 1.0)
@@ -106,13 +108,13 @@ def test_covariance_is_that_of_scipy_with_the_puncture_known():
     fit = fit_cycle(*arrays)
     n, row = len(arrays[0]), fit.samples_before_puncture
 
-    def model(depth, c, z0, slope, cutting):
+    def model(depth, c, z0, slope, cutting, zero):
         h = np.maximum(depth - z0, 0.0)
-        return np.concatenate([c * h[:row] ** 2, slope * (depth[row:n] - z0) + cutting, -slope * h[n:]])
+        return zero + np.concatenate([c * h[:row] ** 2, slope * (depth[row:n] - z0) + cutting, -slope * h[n:]])
 
     start = [fit.values[name] for name in fit.covariance_order]
     found, covariance = curve_fit(model, np.concatenate(arrays[0::2]), np.concatenate(arrays[1::2]), start)
-    assert found == pytest.approx(start, rel=1e-5)
+    assert np.abs(found - start) / np.sqrt(covariance.diagonal()) == pytest.approx(0.0, abs=1e-3)
     scale = np.sqrt(np.outer(covariance.diagonal(), covariance.diagonal()))
     assert fit.covariance / scale == pytest.approx(covariance / scale, abs=0.05)  # noise by stroke, not pooled
     assert fit.noise_correlation_length == 1.0
@@ -126,8 +128,8 @@ def test_prediction_and_residual_make_the_measurement():
     pushed = v["stiffness_coefficient"] * cone * (2.0 * np.maximum(h, 0.0) - cone)
     force_in = np.where(arrays[0] > v["puncture_depth"], v["friction_per_length"] * h + v["cutting_force"], pushed)
     force_out = -v["friction_per_length"] * np.maximum(arrays[2] - v["contact_depth"], 0.0)
-    assert force_in + fit.residual_in == pytest.approx(arrays[1], abs=1e-12)
-    assert force_out + fit.residual_out == pytest.approx(arrays[3], abs=1e-12)
+    assert v["force_offset"] + force_in + fit.residual_in == pytest.approx(arrays[1], abs=1e-12)
+    assert v["force_offset"] + force_out + fit.residual_out == pytest.approx(arrays[3], abs=1e-12)
     assert fit.sse == pytest.approx(np.sum(fit.residual_in**2) + np.sum(fit.residual_out**2))
 
 

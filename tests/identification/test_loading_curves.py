@@ -40,10 +40,11 @@ def fits(depth, force, contact=CONTACT + 0.5e-3):
 
 @pytest.mark.parametrize("law", TRUTH)
 def test_the_law_of_the_curve_wins_and_its_intervals_hold_its_numbers(law):
-    truth, inside, won = TRUTH[law][1] | {"contact_depth": CONTACT}, Counter(), 0
-    assert set(truth) == {*CURVES[law].units, "contact_depth"}
+    truth, inside, won = TRUTH[law][1] | {"contact_depth": CONTACT, "force_offset": 0.03}, Counter(), 0
+    assert set(truth) == {*CURVES[law].units, "contact_depth", "force_offset"}
     for seed in range(40):
-        found = fits(*curve(law, seed))
+        depth, force = curve(law, seed)
+        found = fits(depth, force + 0.03)
         own = found[law]
         for name, variance in zip(own.order, own.covariance.diagonal()):
             inside[name] += abs(own.values[name] - truth[name]) <= 1.96 * variance**0.5
@@ -62,9 +63,10 @@ def test_wrong_curves_are_far_behind():
 
 def test_numbers_are_counted_alike():
     counts = {law: len(fit.order) for law, fit in fits(*curve("cone")).items()}
-    assert counts == {"cone": 2, "cone_cylinder": 3, "power_law": 3, "polynomial": 3, "exponential": 3}
+    assert counts == {"cone": 3, "cone_cylinder": 4, "power_law": 4, "polynomial": 4, "exponential": 4}
     known = fit_deformation(*curve("cone_cylinder"), CONTACT, "cone_cylinder", {"saturation_depth": 3e-3})
-    assert known.order == ("stiffness_coefficient", "contact_depth") and known.values["saturation_depth"] == 3e-3
+    assert known.order == ("stiffness_coefficient", "contact_depth", "force_offset")
+    assert known.values["saturation_depth"] == 3e-3
 
 
 def test_criterion_is_schwarz():
@@ -131,9 +133,16 @@ def test_invalid_input_raises_an_error(law):
     for dead in (-TRUTH["cone"][0](np.maximum(depth - CONTACT, 0.0)), np.zeros_like(depth)):
         with pytest.raises(nf.InputError, match="not rising"):
             fit_deformation(depth, dead, CONTACT, law)
-    noise_alone = np.random.default_rng(3).normal(0.0, 5e-3, len(depth))
-    fit = fit_deformation(depth, noise_alone, CONTACT, law)
-    assert np.isfinite(fit.bic) and fit.noise.sse <= float(noise_alone @ noise_alone)
+    refused = 0
+    for seed in range(12):  # noise about the sensor's zero rises or falls by chance
+        noise_alone = np.random.default_rng(seed).normal(0.1, 5e-3, len(depth))
+        try:
+            fit = fit_deformation(depth, noise_alone, CONTACT, law)
+        except nf.InputError:
+            refused += 1
+            continue
+        assert np.isfinite(fit.bic) and fit.noise.sse <= len(depth) * float(noise_alone.var()) * (1.0 + 1e-12)
+    assert refused < 12
 
 
 def grid(law, depth, force, contact):
@@ -149,9 +158,10 @@ def grid(law, depth, force, contact):
         "power_law": np.linspace(1.0, 6.0, 120),
         "exponential": np.geomspace(1e-2, 25.0, 120),
     }[law][:, None]
-    least = np.inf
+    least, force = np.inf, force - force.mean()
     for place in contact + span * np.linspace(-0.95, 0.85, 120):
         rows = basis(np.maximum(depth - place, 0.0)[None], numbers)
+        rows = rows - rows.mean(axis=1)[:, None]  # the sensor's zero is fitted
         along = np.maximum(rows @ force, 0.0) ** 2 / np.einsum("kn,kn->k", rows, rows)
         least = min(least, float(force @ force - along.max()))
     return least
@@ -182,9 +192,10 @@ def test_the_cone_on_a_cylinder_wins_and_the_quadratic_is_far_behind(real, study
     for which in ("bic", "correlated"):
         rows = [getattr(each, which) for each in found]
         won, apart = study["wins"](rows), study["differences"](rows)
-        ranked = sorted(won, key=won.get, reverse=True)
-        assert ranked[:2] == ["cone_cylinder", "power_law"]
-        assert won["cone_cylinder"] > len(found) / 2 and won["cone"] < len(found) / 8
+        assert won["cone_cylinder"] > len(found) / 2
+        if which == "bic":  # few independent samples cannot afford a shape parameter next to the sensor's zero
+            ranked = sorted(won, key=won.get, reverse=True)
+            assert ranked[:2] == ["cone_cylinder", "power_law"] and won["cone"] < len(found) / 8
         assert np.median(apart["power_law"]) < np.median(apart["polynomial"]) < np.median(apart["cone"])
     plain = study["differences"]([each.bic for each in found])
     assert np.median(plain["cone"]) > 2 * np.median(plain["power_law"]) > 100

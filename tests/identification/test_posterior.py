@@ -26,17 +26,19 @@ def drawn(arrays, count, seed=0, **options):
     return *draw_cycle(fit, strokes, count, np.random.default_rng(seed)), fit
 
 
-def model(arrays, c, contact, friction, cutting, puncture, saturation=np.inf):
-    """The specification's formula, sample by sample; ``puncture`` counts the samples before it."""
+def model(arrays, c, contact, friction, cutting, puncture, saturation=np.inf, zero=0.0):
+    """The specification's formula, sample by sample, and the sensor's zero; ``puncture`` counts the samples before
+    it."""
     h, out = arrays[0] - contact, np.maximum(arrays[2] - contact, 0.0)
     cone = np.clip(h, 0.0, saturation)
     pushed = c * cone * (2.0 * np.maximum(h, 0.0) - cone)
-    return np.concatenate([np.where(np.arange(len(h)) < puncture, pushed, friction * h + cutting), -friction * out])
+    after = friction * h + cutting
+    return zero + np.concatenate([np.where(np.arange(len(h)) < puncture, pushed, after), -friction * out])
 
 
-def left(arrays, *parameters):
+def left(arrays, *parameters, zero):
     force = np.concatenate([arrays[1], arrays[3]])
-    return float(np.sum((force - model(arrays, *parameters)) ** 2))
+    return float(np.sum((force - model(arrays, *parameters, zero=zero)) ** 2))
 
 
 def variance_of(fit):
@@ -62,7 +64,7 @@ def test_draws_are_the_posterior_of_a_brute_force_grid(simulate):
             unit = [
                 model(arrays, *each, puncture) for each in ((1, contact, 0, 0), (0, contact, 1, 0), (0, contact, 0, 1))
             ]
-            design = np.column_stack(unit)
+            design = np.column_stack([*unit, np.ones_like(force)])
             best, misfit, _, _ = np.linalg.lstsq(design, force, rcond=None)
             volume = -0.5 * np.linalg.slogdet(design.T @ design)[1]
             spread = np.sqrt(variance * np.linalg.inv(design.T @ design).diagonal())
@@ -75,7 +77,7 @@ def test_draws_are_the_posterior_of_a_brute_force_grid(simulate):
             weighted_quantile(contact, weights, share), abs=0.03 * sd
         )
     for name, mean, spread in zip(
-        ("stiffness_coefficient", "friction_per_length", "cutting_force"), means[:3], means[3:]
+        ("stiffness_coefficient", "friction_per_length", "cutting_force", "force_offset"), means[:4], means[4:]
     ):
         total = np.sqrt(weights @ (spread**2 + mean**2) - (weights @ mean) ** 2)
         assert found[name].mean() == pytest.approx(weights @ mean, abs=0.02 * total)
@@ -86,18 +88,18 @@ def test_draws_are_the_posterior_of_a_brute_force_grid(simulate):
 
 
 def walk(arrays, fit, steps, seed):
-    """Random-walk Metropolis over (c, z0, f', f_c, h_s, puncture) with the same flat priors: (steps, 6)."""
+    """Random-walk Metropolis over (c, z0, f', f_c, h_s, b, puncture) with the same flat priors: (steps, 7)."""
     random, variance, n = np.random.default_rng(seed), variance_of(fit), len(fit.covariance_order)
     place = np.array([*(fit.values[name] for name in fit.covariance_order), fit.samples_before_puncture])
     root = np.linalg.cholesky(fit.covariance / np.outer(*2 * [np.sqrt(fit.covariance.diagonal())]))
     root *= np.sqrt(fit.covariance.diagonal())[:, None] * 2.0 / np.sqrt(n)
 
     def log(x):
-        c, contact, friction, cutting, *saturation, puncture = x
+        c, contact, friction, cutting, *saturation, zero, puncture = x
         inside = not saturation or 0.0 < saturation[0] < arrays[0][fit.samples_before_puncture] - contact
         if c < 0.0 or friction < 0.0 or not inside:
             return -np.inf
-        return -0.5 * left(arrays, c, contact, friction, cutting, int(puncture), *saturation) / variance
+        return -0.5 * left(arrays, c, contact, friction, cutting, int(puncture), *saturation, zero=zero) / variance
 
     here, trace = log(place), np.empty((steps, n + 1))
     for k in range(steps):
@@ -136,7 +138,8 @@ def test_ranks_of_the_truth_are_even(simulate):
         arrays, truth = simulate(seed, NOISE, samples=1000)
         found, _, _ = drawn(arrays, 399, seed)
         for name in found:
-            counts.setdefault(name, np.zeros(bins))[bins * int((found[name] < truth[name]).sum()) // 400] += 1
+            below = int((found[name] < truth.get(name, 0.0)).sum())  # simulated with a zero of 0
+            counts.setdefault(name, np.zeros(bins))[bins * below // 400] += 1
     for name, count in counts.items():
         statistic = np.sum((count - runs / bins) ** 2) / (runs / bins)
         assert chi2.sf(statistic, bins - 1) > 1e-3, (name, count)

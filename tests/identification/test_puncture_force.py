@@ -7,7 +7,7 @@ import pytest
 
 from needleforce.identification.one_layer.fit_recording import measured_peak
 
-STEP, FILTER, PEAK, CONTACT = 3e-6, 10, 899, 400
+STEP, FILTER, PEAK, CONTACT, ZERO = 3e-6, 10, 899, 400, 0.05
 
 
 def smeared() -> SimpleNamespace:
@@ -16,7 +16,7 @@ def smeared() -> SimpleNamespace:
     rising = 0.2 * (np.clip(sample - CONTACT, 0, PEAK - CONTACT) / (PEAK - CONTACT)) ** 2
     force = rising - 0.1 * np.clip((sample - PEAK) / FILTER, 0.0, 1.0)
     noise = np.random.default_rng(4).normal(0.0, 1e-3, len(sample))
-    return SimpleNamespace(depth_in=STEP * sample, force_in=force + noise)
+    return SimpleNamespace(depth_in=STEP * sample, force_in=force + noise + ZERO)
 
 
 def test_a_curve_that_ends_at_the_peak_holds_nothing_of_the_break():
@@ -25,9 +25,9 @@ def test_a_curve_that_ends_at_the_peak_holds_nothing_of_the_break():
         samples_before_puncture=PEAK - 20,
         left_out=FILTER - 1,
         values={"puncture_depth": STEP * (PEAK - 20), "contact_depth": STEP * CONTACT,
-                "puncture_indentation": STEP * (PEAK - CONTACT)},
-        low={"puncture_depth": STEP * (PEAK - 21)},
-        high={"puncture_depth": STEP * (PEAK - 19)},
+                "puncture_indentation": STEP * (PEAK - CONTACT), "force_offset": ZERO},
+        low={"puncture_depth": STEP * (PEAK - 21), "force_offset": ZERO - 1e-4},
+        high={"puncture_depth": STEP * (PEAK - 19), "force_offset": ZERO + 1e-4},
     )  # fmt: skip
     late = STEP * (PEAK + 0.5 * (FILTER - 1))  # events have the depth of the force as filtered
     event = SimpleNamespace(force=float(strokes.force_in[PEAK - 3 : PEAK + 1].max()), depth=late)

@@ -65,10 +65,13 @@ inline Problem problem_of(const Stroke& in, const Stroke& out, const Scale& scal
 inline Vector unknowns_of(const Problem& p, const Scale& scale, const Candidate& best) noexcept {
   const Trial trial = trial_at(p.insertion, p.withdrawal, best.u0, best.saturation);
   const Moments m = p.insertion.before(best.puncture);
-  const StiffnessForm& form = trial.form(best.puncture);
-  const Line<double> line = line_after(trial, m);
-  const double c = std::max(form.fg(m), 0.0) / form.gg(m) / (scale.half * scale.half);
-  return {c, scale.depth(best.u0), line.slope / scale.half, line.offset, best.saturation * scale.half};
+  const auto found = coefficients(trial, trial.form(best.puncture), m, m);
+  return {found.stiffness / (scale.half * scale.half),
+          scale.depth(best.u0),
+          found.friction / scale.half,
+          found.cutting,
+          best.saturation * scale.half,
+          found.offset};
 }
 
 /// Polishes; an unknown that ends outside its physical range is held at its bound and the rest polished
@@ -100,7 +103,7 @@ inline CycleResult fit_cycle(const Stroke& in, const Stroke& out, const Settings
   const Candidate best = search(p, settings.saturation / scale.half, settings.free_saturation);
   if (!(best.gain >= 0)) return r;
   r.puncture = best.puncture, r.outcome = Outcome::found;
-  r.free = {true, true, true, true, settings.free_saturation && best.saturation < unlimited};
+  r.free = {true, true, true, true, settings.free_saturation && best.saturation < unlimited, true};
   const Segments segments{best.puncture - settings.leave_out, best.puncture + settings.leave_out};
   polish_within_bounds(p, segments, unknowns_of(p, scale, best), r);
   const Normal both = r.polished.both();
@@ -113,11 +116,11 @@ inline void residuals(const Stroke& in, const Stroke& out, const CycleResult& r,
                       double* __restrict of_out) noexcept {
   const Vector x = r.polished.x;  // the embedded length is the depth below x[contact]
   for (std::size_t i = 0; i < r.puncture; ++i)
-    of_in[i] = in.force[i] - x[stiffness] * stiffness_at(in.depth[i] - x[contact], x[saturation]).g;
+    of_in[i] = in.force[i] - x[offset] - x[stiffness] * stiffness_at(in.depth[i] - x[contact], x[saturation]).g;
   for (std::size_t i = r.puncture; i < in.size(); ++i)
-    of_in[i] = in.force[i] - x[friction] * (in.depth[i] - x[contact]) - x[cutting];
+    of_in[i] = in.force[i] - x[friction] * (in.depth[i] - x[contact]) - x[cutting] - x[offset];
   for (std::size_t i = 0; i < out.size(); ++i)
-    of_out[i] = out.force[i] + x[friction] * std::max(out.depth[i] - x[contact], 0.0);
+    of_out[i] = out.force[i] - x[offset] + x[friction] * std::max(out.depth[i] - x[contact], 0.0);
 }
 
 }  // namespace needleforce::fit

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Normal equations of at most five unknowns, some of which may be held.
+// Normal equations of at most six unknowns, some of which may be held.
 #pragma once
 
 #include <array>
@@ -8,9 +8,9 @@
 
 namespace needleforce::fit {
 
-/// Order of the unknowns: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m].
-enum Unknown : std::size_t { stiffness, contact, friction, cutting, saturation };
-inline constexpr std::size_t unknowns = 5;
+/// Order of the unknowns: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m], and the sensor's force zero b [N].
+enum Unknown : std::size_t { stiffness, contact, friction, cutting, saturation, offset };
+inline constexpr std::size_t unknowns = 6;
 
 using Vector = std::array<double, unknowns>;
 using Matrix = std::array<Vector, unknowns>;

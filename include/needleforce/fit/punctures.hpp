@@ -28,8 +28,8 @@ class Punctures {
   double bound(std::size_t k) const noexcept {
     const Moments &start = p_.insertion.rows()[k].before, &end = p_.insertion.rows()[k + 1].before;
     if (end.count >= trial_.total.count) return unlimited;
-    const double stiffness = k * block > trial_.start ? stiffness_gain(trial_.form(k * block), start) : 0;
-    return stiffness + line_after(trial_, end).gain + (end.ff - start.ff);
+    const StiffnessForm form = k * block > trial_.start ? trial_.form(k * block) : StiffnessForm{};
+    return coefficients(trial_, form, start, end).gain + (end.ff - start.ff);
   }
 
   /// Calls visit(puncture, gain) for each admitted puncture of block k.

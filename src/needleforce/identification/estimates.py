@@ -23,6 +23,7 @@ UNITS = {name: unit for curve in FITS.values() for name, unit in curve.units.ite
     "puncture_force": "N",
     "friction_per_length": "N/m",
     "cutting_force": "N",
+    "force_offset": "N",
     "settlement_ratio": "1",
     "deflection_length": "m",
     "friction_bend": "1",

@@ -9,6 +9,7 @@ from ..recording import Recording
 from ..segmentation import Events, Span
 from ..vocabulary import Phase
 from .estimates import Estimate
+from .motion import at_the_cut, backtrack_limit, depth_noise, resting, sliding_back
 
 STROKES = ("insertion", "hold", "withdrawal")
 MIDDLE_OF_STROKE = (0.2, 0.8)  # [of the travel] outside, the needle accelerates and brakes
@@ -35,16 +36,24 @@ class Strokes:
     """Depth (n,) [m] and force (n,) [N] of insertion and withdrawal, and the complete strokes as slices of the
     recording.
 
-    The withdrawal's arrays begin where the needle slides; before, friction reverses, see ``friction_reversal``.
+    The insertion's arrays hold the samples at the deepest depth so far, the withdrawal's those where the needle slides
+    back, also in a pull-back after the puncture; see ``motion``. ``index_in`` and ``index_out`` are their sample
+    numbers in the recording. Where the withdrawal begins, friction reverses, see ``friction_reversal``.
     """
 
     depth_in: np.ndarray
     force_in: np.ndarray
     depth_out: np.ndarray
     force_out: np.ndarray
+    index_in: np.ndarray
+    index_out: np.ndarray
     inwards: slice
     outwards: slice
     friction_reversal: FrictionReversal | None
+    depth_noise: float = 0.0
+    """[m] standard deviation of the noise of the depth."""
+    backtrack: float = 0.0
+    """[m] the longest pull-back within the insertion, 0 for none beyond the noise of the depth."""
 
     def mask(self, n: int) -> np.ndarray:
         """True (n,) at the samples of either stroke."""
@@ -52,22 +61,70 @@ class Strokes:
         inside[self.inwards] = inside[self.outwards] = True
         return inside
 
+    def place_in(self, sample: int) -> int:
+        """Position in the insertion's arrays of the recording's ``sample``, or of the next one that they hold."""
+        return int(np.searchsorted(self.index_in, sample))
+
 
 def strokes_of(recording: Recording, events: Events) -> Strokes:
     """Insertion from the start of the free travel before it to the hold; withdrawal to the recording's end."""
     inwards, outwards = _inwards(events), _outwards(events)
     depth, force = undelayed_depth(recording), recording.force
-    friction_reversal = friction_reversal_of(depth, force, outwards, events.spans(Phase.hold))
-    sliding = slice(outwards.start + (friction_reversal.samples if friction_reversal else 0), outwards.stop)
+    reversal = friction_reversal_of(depth, force, outwards, events.spans(Phase.hold))
+    cut, back, backtrack = _insertion_samples(
+        recording.time, depth, inwards, events, _stretch(depth, outwards, reversal)
+    )
+    slides = np.arange(outwards.start + (reversal.samples if reversal else 0), outwards.stop)
+    slides = slides[at_the_cut(-depth[slides])]
+    usable = usable_samples(recording, events)
+    cut, out = cut[usable[cut]], np.concatenate([back, slides])
+    out = out[usable[out]]
     return Strokes(
-        depth_in=depth[inwards],
-        force_in=force[inwards],
-        depth_out=depth[sliding],
-        force_out=force[sliding],
+        depth_in=depth[cut],
+        force_in=force[cut],
+        depth_out=depth[out],
+        force_out=force[out],
+        index_in=cut,
+        index_out=out,
         inwards=inwards,
         outwards=outwards,
-        friction_reversal=friction_reversal,
+        friction_reversal=reversal,
+        depth_noise=depth_noise(depth[inwards]),
+        backtrack=backtrack,
     )
+
+
+def usable_samples(recording: Recording, events: Events) -> np.ndarray:
+    """True (n,) at the samples that are no outliers of the force."""
+    usable = np.ones(len(recording), bool)
+    usable[np.asarray(getattr(events, "outliers", ()), dtype=int)] = False
+    return usable
+
+
+def _stretch(depth: np.ndarray, outwards: slice, reversal: FrictionReversal | None) -> float:
+    """Travel [m] of the withdrawal until the needle slides; infinite if the recording does not show it."""
+    if reversal is None:
+        return np.inf
+    return float(depth[outwards.start] - depth[min(outwards.start + reversal.samples, outwards.stop - 1)])
+
+
+def _insertion_samples(
+    time: np.ndarray, depth: np.ndarray, inwards: slice, events: Events, stretch: float
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Sample numbers at the cut, those sliding back after the first puncture, and the longest pull-back [m]."""
+    samples = np.arange(inwards.start, inwards.stop)
+    if not len(samples):
+        return samples, samples, 0.0
+    z = depth[inwards]
+    contact = events.contact.high - inwards.start if events.contact is not None else 0
+    moving = ~resting(time[inwards], z)
+    moving[: max(contact, 0)] = True
+    backtrack = float(np.max(np.maximum.accumulate(z) - z))
+    if backtrack <= backtrack_limit(z):
+        return samples[moving], samples[:0], 0.0
+    pierced = events.punctures[0].high if events.punctures else inwards.stop
+    back = sliding_back(z, stretch) & (samples > pierced)
+    return samples[at_the_cut(z) & moving], samples[back], backtrack
 
 
 def undelayed_depth(recording: Recording) -> np.ndarray:

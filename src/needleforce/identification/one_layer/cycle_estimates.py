@@ -7,11 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..statistics.noise import TWO_SIDED, Noise, likely_punctures, noise_of, sandwich
+from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, likely_punctures, noise_of, sandwich
 from .loading_curves import CURVES
 
-UNKNOWNS = ("stiffness_coefficient", "contact_depth", "friction_per_length", "cutting_force", "saturation_depth")
-"""Order of the unknowns in the compiled core: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m]."""
+UNKNOWNS = (
+    "stiffness_coefficient",
+    "contact_depth",
+    "friction_per_length",
+    "cutting_force",
+    "saturation_depth",
+    "force_offset",
+)
+"""Order of the unknowns in the compiled core: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m], b [N]."""
 
 RAMP_QUARTERS = 3
 """[quarters of the filter's length] on each side of a step, which contain its ramp wherever the scan puts it."""
@@ -23,7 +30,8 @@ class CycleFit:
 
     ``stiffness_coefficient`` c [N/m²], ``contact_depth`` z0 [m], ``saturation_depth`` h_s [m] (inf: bare cone),
     ``friction_per_length`` f' [N/m], ``cutting_force`` f_c [N], ``puncture_depth`` z1 [m],
-    ``puncture_indentation`` z1 - z0 [m], ``puncture_force`` c g(z1 - z0) [N]. Depths are in the recording's own zero.
+    ``puncture_indentation`` z1 - z0 [m], ``puncture_force`` c g(z1 - z0) [N], ``force_offset`` b [N], what the sensor
+    shows without contact. Depths are in the recording's own zero.
     """
 
     law: str
@@ -60,18 +68,47 @@ class CycleFit:
 class CycleEstimates:
     """Noise, covariance, estimates and warnings from the result of the core, for a CycleFit."""
 
-    def __init__(self, found: dict, strokes: list[np.ndarray], filter_length: int, left_out: int):
+    def __init__(
+        self,
+        found: dict,
+        strokes: list[np.ndarray],
+        *,
+        filter_length: int,
+        left_out: int,
+        depth_noise: float = 0.0,
+        drift: DriftEffect | None = None,
+    ):
         self.found, self.strokes, self.filter_length, self.left_out = found, strokes, filter_length, left_out
+        self.depth_noise = depth_noise
         self.x, self.before = dict(zip(UNKNOWNS, found["unknowns"])), found["puncture"]
-        self.order = UNKNOWNS if found["free"][4] else UNKNOWNS[:4]
-        *grams, bread = found["matrices"][:, : len(self.order), : len(self.order)]
+        self.order = tuple(name for k, name in enumerate(UNKNOWNS) if found["free"][k] or name != "saturation_depth")
+        rows = [UNKNOWNS.index(name) for name in self.order]
+        *grams, bread = found["matrices"][:, rows][:, :, rows]
         if not bread.diagonal().all():
             bread = np.full_like(bread, np.nan)  # the data do not determine every parameter: no intervals
         lost = [float(np.vdot(bread, gram)) for gram in grams]
         self.noises = self._noises([0.0 if math.isnan(each) else each for each in lost])
         self.covariance = sandwich(bread, grams, self.noises)
+        if drift is not None:
+            change = drift.change(bread, self._jacobian())
+            self.covariance = self.covariance + np.outer(change, change)
         self.sse, self.n = (self.noises[0][k] + self.noises[1][k] for k in (0, 1))
         self.variance = self.sse / self.n
+
+    def _jacobian(self) -> np.ndarray:
+        """Derivatives (p, n_in + n_out) of the force of both strokes by the parameters in ``order``."""
+        x, (depth_in, _, depth_out, _) = self.x, self.strokes
+        h, out = depth_in - x["contact_depth"], depth_out - x["contact_depth"]
+        slopes, cut = CURVES["cone_cylinder"].gradient(h, x), np.arange(len(h)) >= self.before
+        none, friction = np.zeros_like(h), x["friction_per_length"]
+        slopes |= {"friction_per_length": none, "cutting_force": none, "force_offset": np.ones_like(h)}
+        after = {"friction_per_length": h, "contact_depth": none - friction, "cutting_force": none + 1.0}
+        slopes = {
+            name: np.where(cut, after.get(name, float(name == "force_offset")), each) for name, each in slopes.items()
+        }
+        back = {"friction_per_length": -np.maximum(out, 0.0), "contact_depth": friction * (out > 0.0)}
+        back["force_offset"] = np.ones_like(out)
+        return np.array([np.concatenate([slopes[name], back.get(name, np.zeros_like(out))]) for name in self.order])
 
     def _noises(self, lost: list[float]) -> list[Noise]:
         """Noise of each stroke; ``lost`` are the effective numbers of parameters estimated from each, tr(B G)."""
@@ -91,7 +128,8 @@ class CycleEstimates:
         low["saturation_depth"] = min(low["saturation_depth"], min_saturation)
         smear, depth = self.filter_length // 2, self.strokes[0]
         first, last = max(int(rows.min()) - 1 - smear, 0), min(int(rows.max()) + smear, len(depth) - 1)
-        low["puncture_depth"], high["puncture_depth"] = float(depth[first]), float(depth[last])
+        margin = TWO_SIDED * self.depth_noise
+        low["puncture_depth"], high["puncture_depth"] = float(depth[first]) - margin, float(depth[last]) + margin
         plain = sum(noise.count * noise.variance for noise in self.noises)
         long_run = sum(noise.count * noise.long_run for noise in self.noises)
         return CycleFit(
@@ -109,7 +147,7 @@ class CycleEstimates:
             left_out=self.left_out,
             sse=self.sse,
             n=self.n,
-            bic=self.n * math.log(max(self.variance, 1e-300)) + (5 + free) * math.log(self.n),
+            bic=self.n * math.log(max(self.variance, 1e-300)) + (6 + free) * math.log(self.n),
             rmse=math.sqrt(self.variance),
             noise_correlation_length=long_run / plain if plain > 0.0 else 1.0,
             warnings=tuple(self._warnings(values, low, high, free)),
@@ -122,15 +160,19 @@ class CycleEstimates:
         x, puncture = self.x, self._puncture_depth()
         h, c = puncture - x["contact_depth"], x["stiffness_coefficient"]
         slopes = CURVES["cone_cylinder"].gradient(np.float64(h), x)
-        by_c, by_contact, by_saturation = (float(slopes[UNKNOWNS[k]]) for k in (0, 1, 4))
-        values = x | {"puncture_depth": puncture, "puncture_indentation": h, "puncture_force": c * by_c}
-        force_by = np.array((by_c, by_contact, 0.0, 0.0, by_saturation)[: len(self.order)])
+        values = x | {
+            "puncture_depth": puncture,
+            "puncture_indentation": h,
+            "puncture_force": c * float(slopes["stiffness_coefficient"]),
+        }
+        force_by = np.array([float(slopes.get(name, 0.0)) for name in self.order])
+        by_contact = float(slopes["contact_depth"])
         by_law = float(force_by @ self.covariance @ force_by)
-        spread = self._puncture_variance(rows, weights, self._drop(puncture), by_law)
+        spread = self._puncture_variance(rows, weights, self._drop(puncture), by_law) + self.depth_noise**2
         variance = self.covariance.diagonal().tolist()
         variances = dict(zip(self.order, variance))
         variances["puncture_indentation"] = variance[1] + spread
-        variances["puncture_force"] = by_law + force_by[1] ** 2 * spread
+        variances["puncture_force"] = by_law + by_contact**2 * spread
         half = {name: TWO_SIDED * math.sqrt(max(value, 0.0)) for name, value in variances.items()}
         low = {name: value - half.get(name, 0.0) for name, value in values.items()}
         high = {name: value + half.get(name, 0.0) for name, value in values.items()}

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ... import core
 from ...errors import InputError
-from ..statistics.noise import MAX_GAIN_GAP, ONE_SIDED
+from ..statistics.noise import MAX_GAIN_GAP, ONE_SIDED, DriftEffect
 from .cycle_estimates import CycleEstimates, CycleFit
 
 MIN_SAMPLES = 50  # of the insertion
@@ -25,13 +25,18 @@ def fit_cycle(
     saturation_depth: float | None = None,
     filter_length: int = 1,
     puncture_window: tuple[float, float] | None = None,
+    depth_noise: float = 0.0,
+    drift: DriftEffect | None = None,
 ) -> CycleFit:
     """Fit one insertion, (n,) depth [m] and force [N] each, and its withdrawal, (m,), None or empty if missing.
 
-    Both strokes are in the order of time, + inwards, force + against insertion, bias removed, without hold samples:
+    Both strokes are in the order of time, + inwards, force + against insertion, without hold samples:
 
-    | insertion  | 0 above z0, c g(z - z0) up to the puncture, f' (z - z0) + f_c after it |
-    | withdrawal | -f' (z - z0) below z0, 0 above |
+    | insertion  | b above z0, b + c g(z - z0) up to the puncture, b + f' (z - z0) + f_c after it |
+    | withdrawal | b - f' (z - z0) below z0, b above |
+
+    b is the sensor's zero. Without free travel and without a withdrawal, b and f_c are one constant: their intervals
+    are then infinite.
 
     z - z0 is the embedded length after the puncture. g = h² for the law ``cone``; ``cone_cylinder`` continues it beyond
     h_s by 2 h_s h - h_s² (Galin's contact with a fixed edge); h_s is ``saturation_depth`` or, if that is None, fitted.
@@ -42,6 +47,9 @@ def fit_cycle(
     on each side of them are left out. It also delays the force by (filter_length - 1) / 2 samples; depths must be
     shifted before. If they are not, with d the travel in that delay, z0 and z1 are too deep by d, and the withdrawal's
     force is 2 d too shallow compared with them: a misfit of 2 d f', which biases f' and f_c.
+
+    ``depth_noise`` [m], a standard deviation, widens the interval of the puncture. The zero's ``drift`` was subtracted
+    from the force; its error widens every interval.
 
     Variable projection (Golub & Pereyra 1973) over running sums, an exhaustive scan of the puncture, then Gauss-Newton.
     The intervals (``covariance``) include noise, not errors of the model. BIC counts every sample as independent.
@@ -55,7 +63,8 @@ def fit_cycle(
     solve = partial(_solve, strokes, left_out, puncture_window)
     expected = 1.5 * filter_length  # long-run variance over plain variance
     found = solve(saturation, free, MAX_GAIN_GAP * expected)
-    estimates = CycleEstimates(found, strokes, filter_length, left_out)
+    given = {"filter_length": filter_length, "left_out": left_out, "depth_noise": depth_noise, "drift": drift}
+    estimates = CycleEstimates(found, strokes, **given)
     profile, min_saturation = found, found["unknowns"][4]
     long_run = estimates.noises[0].long_run
     if long_run > expected * estimates.variance:  # then more punctures are possible than the core returned

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from ..statistics.noise import Noise, noise_of
+from ..statistics.noise import DriftEffect, Noise, noise_of
 from ..statistics.regression import Search, criterion, inverse
 from .loading_curves import FITS, LoadingCurve
 
@@ -17,7 +17,8 @@ FLIP_SIGN = "Force is positive against insertion: flip its sign if it is not."
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DeformationFit:
-    """Parameters of one loading curve with ``contact_depth`` [m], SI: ``values``, and covariance of the fitted ones.
+    """Parameters of one loading curve with ``contact_depth`` [m] and the sensor's zero ``force_offset`` [N], SI:
+    ``values``, and covariance of the fitted ones.
 
     ``order`` names the rows of ``covariance``; so many parameters are counted, also if some are at a limit of their
     range. ``held`` has a sentence for each of these.
@@ -32,6 +33,8 @@ class DeformationFit:
     peak: float
     """Largest force [N] of the samples."""
     held: tuple[str, ...]
+    by_drift: np.ndarray
+    """Change of the fitted parameters (p,) by one standard error of the zero's drift; ``covariance`` contains it."""
 
     @property
     def curve(self) -> LoadingCurve:
@@ -56,8 +59,9 @@ def fit_deformation(
     law: str,
     known: Mapping[str, float | None] = {},
     filter_length: int = 1,
+    drift: DriftEffect | None = None,
 ) -> DeformationFit:
-    """Least squares of a loading curve F(z - z0) to the samples (n,) of free travel and loading, in the order of time.
+    """Least squares of a loading curve F(z - z0) + b to the samples (n,) of free travel and loading, in order of time.
 
     ``contact`` [m] is where to start. z0 and the shape parameters that are not ``known`` are fitted from several
     starts; the amplitudes, none below 0, are projected out. Raises InputError for too few samples, and for a force that
@@ -75,18 +79,26 @@ def fit_deformation(
     if not any(values[name] for name in curve.amplitudes):
         limit = "no loading curve can be fitted"
         raise InputError("force before the puncture", "not rising with depth", limit, next_step=FLIP_SIGN)
-    order = (*curve.amplitudes, "contact_depth", *(() if given else curve.shape))
+    order = (*curve.amplitudes, "contact_depth", *(() if given else curve.shape), "force_offset")
     h = depth - values["contact_depth"]
-    gradient = curve.gradient(h, values)
-    noise = noise_of(force - curve.force(h, values), len(force), filter_length, len(order))
+    gradient = curve.gradient(h, values) | {"force_offset": np.ones_like(h)}
+    residual = force - curve.force(h, values) - values["force_offset"]
+    noise = noise_of(residual, len(force), filter_length, len(order))
     above_zero = np.array([values[name] > 0.0 or name not in curve.amplitudes for name in order])
+    jacobian = np.array([gradient[name] for name in order])
+    bread = _inverse(jacobian, above_zero)
+    by_drift = np.zeros(len(order))
+    if drift is not None:
+        known = np.isfinite(bread.diagonal())
+        by_drift[known] = drift.change(bread[np.ix_(known, known)], jacobian[known])
     return DeformationFit(
         law=law,
         values=values,
         order=order,
-        covariance=noise.long_run * _inverse(np.array([gradient[name] for name in order]), above_zero),
+        covariance=noise.long_run * bread + np.outer(by_drift, by_drift),
+        by_drift=by_drift,
         noise=noise,
-        peak=float(np.abs(force).max()),
+        peak=float(np.abs(force - values["force_offset"]).max()),
         held=tuple(_held(name, values[name], curve) for name in search.held(best)),
     )
 

@@ -14,12 +14,13 @@ from ...recording import Recording
 from ...segmentation import Events, Puncture, segment
 from ...vocabulary import Status
 from ..estimates import Estimate
-from ..statistics.noise import TWO_SIDED, Noise, noise_of
+from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, noise_of
 from ..statistics.regression import inverse, least_squares
-from ..strokes import Strokes, strokes_of
+from ..strokes import Strokes, strokes_of, usable_samples
 from .cycle_estimates import CycleFit
 from .cycle_fit import fit_cycle
 from .deformation_fit import DeformationFit, fit_deformation
+from .force_zero import Drift, drift_of, free_samples
 from .loading_curves import FITS
 from .staged_fit import agrees, fit_by_stages
 
@@ -39,7 +40,8 @@ ONLY_STAGED = "The law {} has only a staged fit: first the loading curve, then f
 class SegmentedRecording:
     """One recording's events, strokes, and the fit of each stiffness law that could be fitted.
 
-    ``loading`` has each law's fit of the loading curve.
+    ``loading`` has each law's fit of the loading curve. The ``strokes`` have the ``drift`` of the zero subtracted;
+    ``free_after`` (k,) are the samples after the exit that show the same zero.
     """
 
     recording: Recording
@@ -49,6 +51,8 @@ class SegmentedRecording:
     notes: tuple[str, ...]
     fits: dict[str, CycleFit] = field(default_factory=dict)
     loading: dict[str, DeformationFit] = field(default_factory=dict)
+    drift: Drift = field(default_factory=Drift)
+    free_after: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
 
 def segmented(recording: Recording) -> SegmentedRecording:
@@ -56,11 +60,37 @@ def segmented(recording: Recording) -> SegmentedRecording:
     impossible = _impossible(recording)
     events = Events(status=Status.unreadable, notes=(impossible,)) if impossible else segment(recording)
     if events.status is Status.unreadable:
-        status, strokes = Status.unreadable, _no_strokes()
-    else:
-        punctured = events.punctures or events.status is not Status.ok
-        status, strokes = events.status if punctured else Status.no_puncture, strokes_of(recording, events)
-    return SegmentedRecording(recording=recording, events=events, strokes=strokes, status=status, notes=events.notes)
+        return SegmentedRecording(
+            recording=recording, events=events, strokes=_no_strokes(), status=Status.unreadable, notes=events.notes
+        )
+    punctured = events.punctures or events.status is not Status.ok
+    strokes, drift, free_after = _without_drift(recording, events, strokes_of(recording, events))
+    return SegmentedRecording(
+        recording=recording,
+        events=events,
+        strokes=strokes,
+        status=events.status if punctured else Status.no_puncture,
+        notes=events.notes + ((drift.note,) if drift.note else ()),
+        drift=drift,
+        free_after=free_after,
+    )
+
+
+def _without_drift(recording: Recording, events: Events, strokes: Strokes) -> tuple[Strokes, Drift, np.ndarray]:
+    """The strokes without the drift of the zero, the drift, and the samples after the exit that show the same zero."""
+    before, after = free_samples(strokes, events, usable_samples(recording, events))
+    drift = drift_of(recording, before, after)
+    if drift.uncertain_by > 0.0:  # the two zeros contradict each other: the fit has that before the insertion
+        kept, after = ~np.isin(strokes.index_out, after), after[:0]
+        strokes = dataclasses.replace(
+            strokes,
+            depth_out=strokes.depth_out[kept],
+            force_out=strokes.force_out[kept],
+            index_out=strokes.index_out[kept],
+        )
+    force_in = strokes.force_in - drift.at(recording.time[strokes.index_in])
+    force_out = strokes.force_out - drift.at(recording.time[strokes.index_out])
+    return dataclasses.replace(strokes, force_in=force_in, force_out=force_out), drift, after
 
 
 def _no_strokes() -> Strokes:
@@ -70,6 +100,8 @@ def _no_strokes() -> Strokes:
         force_in=none,
         depth_out=none,
         force_out=none,
+        index_in=none.astype(int),
+        index_out=none.astype(int),
         inwards=slice(0, 0),
         outwards=slice(0, 0),
         friction_reversal=None,
@@ -84,11 +116,11 @@ def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | 
     events, strokes = unfitted.events, unfitted.strokes
     fits, loading, notes = {}, {}, list(events.notes)
     given = saturation, recording.card.filter_length
-    complete = functools.cache(lambda law: _complete(_first_layer(strokes, events), events, law, *given))
+    complete = functools.cache(lambda law: _complete(_first_layer(unfitted), unfitted, law, *given))
     before = loading_samples(recording, strokes, events)
     for law in laws:
         try:
-            fits[law], loading[law], sentences = _fit(strokes, events, law, given, before=before, complete=complete)
+            fits[law], loading[law], sentences = _fit(unfitted, law, given, before=before, complete=complete)
             notes += [sentence for sentence in sentences if sentence not in notes]
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # InputError is a ValueError
             notes.append(f"The law {law} cannot be fitted: {error}")
@@ -102,25 +134,50 @@ def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | 
 
 
 def _fit(
-    strokes: Strokes, events: Events, law: str, given: tuple, *, before: slice, complete: Callable
+    single: SegmentedRecording, law: str, given: tuple, *, before: slice, complete: Callable
 ) -> tuple[CycleFit, DeformationFit, list[str]]:
     """The complete fit, or the staged one where the strokes do not agree or the law has no other; the fit of the
     loading curve; notes."""
     saturation, filter_length = given
     joint, notes = complete(FITS[law].complete)
-    depth, force = strokes.depth_in[before], strokes.force_in[before]
-    known = {"saturation_depth": saturation}
-    loading = fit_deformation(depth, force, events.contact.depth, law, known=known, filter_length=filter_length)
-    if law == joint.law and len(events.punctures) == 1 and agrees(joint, loading):
+    loading = _loading(single, law, before, saturation)
+    if law == joint.law and len(single.events.punctures) == 1 and agrees(joint, loading):
         return joint, loading, [*notes, *joint.warnings]
-    staged = fit_by_stages(joint, loading, strokes, filter_length)
+    strokes = single.strokes
+    staged = fit_by_stages(joint, loading, strokes, filter_length, _drift_effect(single, strokes))
     return staged, loading, [*notes, STAGED if law == joint.law else ONLY_STAGED.format(law), *staged.warnings]
+
+
+def _loading(single: SegmentedRecording, law: str, before: slice, saturation: float | None) -> DeformationFit:
+    """The fit of the loading curve, with the free travel after the exit as data of the zero."""
+    strokes, contact, recording = single.strokes, single.events.contact.depth, single.recording
+    depth, force = strokes.depth_in[before], strokes.force_in[before]
+    above = contact - 2.0 * max(float(depth.max(initial=contact)) - contact, 0.0)
+    after, drift = single.free_after, single.drift
+    times = recording.time[np.append(strokes.index_in[before], after)]
+    return fit_deformation(
+        np.append(depth, np.full(len(after), above)),
+        np.append(force, recording.force[after] - drift.at(recording.time[after])),
+        contact,
+        law,
+        known={"saturation_depth": saturation},
+        filter_length=recording.card.filter_length,
+        drift=DriftEffect(lever=times - drift.origin, error=drift.error) if drift.error > 0.0 else None,
+    )
+
+
+def _drift_effect(single: SegmentedRecording, strokes: Strokes) -> DriftEffect | None:
+    """The drift at the samples of both strokes; None without one."""
+    if not single.drift.error > 0.0:
+        return None
+    samples = np.concatenate([strokes.index_in, strokes.index_out])
+    return DriftEffect(lever=single.recording.time[samples] - single.drift.origin, error=single.drift.error)
 
 
 def loading_samples(recording: Recording, strokes: Strokes, events: Events) -> slice:
     """Samples of the insertion up to the first puncture's peak, the same for every law; a filter smears the last."""
     smeared = recording.card.filter_length if recording.card.filter_length > 1 else 0
-    peak = int(np.searchsorted(recording.time, events.punctures[0].time)) + 1 - strokes.inwards.start
+    peak = strokes.place_in(int(np.searchsorted(recording.time, events.punctures[0].time)) + 1)
     return slice(0, max(peak - smeared, 1))
 
 
@@ -135,24 +192,28 @@ def _impossible(recording: Recording) -> str:
     return ""
 
 
-def _first_layer(strokes: Strokes, events: Events) -> Strokes:
+def _first_layer(single: SegmentedRecording) -> Strokes:
     """The insertion up to a second puncture: the next layer, with its drop, would bias the first puncture."""
+    strokes, events = single.strokes, single.events
     if len(events.punctures) < 2:
         return strokes
-    end = max(events.punctures[1].low - strokes.inwards.start, 1)
-    return dataclasses.replace(strokes, depth_in=strokes.depth_in[:end], force_in=strokes.force_in[:end])
+    end = max(strokes.place_in(events.punctures[1].low), 1)
+    return dataclasses.replace(
+        strokes, depth_in=strokes.depth_in[:end], force_in=strokes.force_in[:end], index_in=strokes.index_in[:end]
+    )
 
 
 def _complete(
-    strokes: Strokes, events: Events, law: str, saturation: float | None, filter_length: int
+    strokes: Strokes, single: SegmentedRecording, law: str, saturation: float | None, filter_length: int
 ) -> tuple[CycleFit, list[str]]:
     """The complete fit with a scan of the complete insertion; around the first puncture if there are several, or if the
     scan finds another."""
-    options = {"law": law, "filter_length": filter_length}
+    options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise}
+    options["drift"] = _drift_effect(single, strokes)
     if law == "cone_cylinder":
         options["saturation_depth"] = saturation
     arrays = (strokes.depth_in, strokes.force_in, strokes.depth_out, strokes.force_out)
-    first, count = events.punctures[0], len(events.punctures)
+    first, count = single.events.punctures[0], len(single.events.punctures)
     low, high = _bracket(strokes, first)
     fit = _or_none(arrays, options)
     if fit is not None and low <= fit.values["puncture_depth"] <= high:
@@ -166,7 +227,7 @@ def _complete(
 
 def _bracket(strokes: Strokes, puncture: Puncture) -> tuple[float, float]:
     """The depths [m] between which segmentation finds the puncture, with a margin of the travel of a few samples."""
-    first, last = (min(k - strokes.inwards.start, len(strokes.depth_in) - 1) for k in (puncture.low, puncture.high))
+    first, last = (min(strokes.place_in(k), len(strokes.depth_in) - 1) for k in (puncture.low, puncture.high))
     margin = max(WINDOW_MARGIN_M, WINDOW_MARGIN_SAMPLES * float(np.ptp(strokes.depth_in)) / len(strokes.depth_in))
     return float(strokes.depth_in[first]) - margin, float(strokes.depth_in[last]) + margin
 
@@ -225,7 +286,9 @@ def measured_peak(strokes: Strokes, fit: CycleFit, puncture: Puncture, filter_le
     if noise is None:
         return None
     found = _peak_at(strokes, fit, fit.samples_before_puncture - fit.left_out, fit.values["puncture_depth"], noise)
-    if found is not None and puncture.force - found.value > PEAK_DROP_SIGMA * math.sqrt(noise.variance):
+    if found is not None and puncture.force - fit.values["force_offset"] - found.value > PEAK_DROP_SIGMA * math.sqrt(
+        noise.variance
+    ):
         peak = _sample_of(puncture, strokes)
         return _peak_at(strokes, fit, peak + 1, float(strokes.depth_in[peak]), noise)
     return found
@@ -249,8 +312,9 @@ def _peak_at(strokes: Strokes, fit: CycleFit, end: int, at: float, noise: Noise)
     values, _, _ = least_squares(design, y)
     # the puncture lies between samples: the growth of the force between them is not known
     between = abs(float(values[-2])) / np.ptp(x) * 0.5 * (fit.high["puncture_depth"] - fit.low["puncture_depth"])
-    half = math.hypot(TWO_SIDED * math.sqrt(noise.long_run * float(inverse(design.T @ design)[-1, -1])), between)
-    value = float(values[-1])
+    zero = fit.values["force_offset"], 0.5 * (fit.high["force_offset"] - fit.low["force_offset"])
+    own = TWO_SIDED * math.sqrt(noise.long_run * float(inverse(design.T @ design)[-1, -1]))
+    value, half = float(values[-1]) - zero[0], math.hypot(own, between, zero[1])
     source = "measured: curve through the last 0.1 mm before the puncture"
     return Estimate("puncture_force", value, "N", value - half, value + half, source=source)
 

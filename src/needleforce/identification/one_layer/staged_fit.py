@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...mechanics.foundation import FORMS
-from ..statistics.noise import TWO_SIDED, noise_of
+from ..statistics.noise import TWO_SIDED, DriftEffect, noise_of
 from ..statistics.regression import inverse
 from ..strokes import Strokes
 from ..two_pass.result import FrictionForm
@@ -35,15 +35,20 @@ def agrees(joint: CycleFit, loading: DeformationFit) -> bool:
     return difference <= MAX_CONTACT_SHIFT * error + resolution
 
 
-def fit_by_stages(joint: CycleFit, loading: DeformationFit, strokes: Strokes, filter_length: int) -> CycleFit:
+def fit_by_stages(
+    joint: CycleFit,
+    loading: DeformationFit,
+    strokes: Strokes,
+    filter_length: int,
+    drift: DriftEffect | None = None,
+) -> CycleFit:
     """The cycle with the given loading curve, the puncture of ``joint``, and a new fit of friction and cutting."""
-    from scipy.linalg import block_diag
-
     after = joint.samples_before_puncture + joint.left_out
     contact = loading.values["contact_depth"]
     embedded_length_in = strokes.depth_in[after:] - contact
     embedded_length_out = np.maximum(strokes.depth_out - contact, 0.0)
-    form = _bent(loading.curve.foundation, strokes, contact, after)
+    offset = loading.values["force_offset"]
+    form = _bent(loading.curve.foundation, strokes, contact, after, offset)
     shapes = [_shape(form, lengths) for lengths in (embedded_length_in, embedded_length_out)]
     design = np.vstack(
         [
@@ -51,18 +56,24 @@ def fit_by_stages(joint: CycleFit, loading: DeformationFit, strokes: Strokes, fi
             np.column_stack([-shapes[1], np.zeros_like(embedded_length_out)]),
         ]
     )
-    force = np.concatenate([strokes.force_in[after:], strokes.force_out])
+    force = np.concatenate([strokes.force_in[after:], strokes.force_out]) - offset
     (friction, cutting), held = _not_negative(design, force)
     residual = force - design @ (friction, cutting)
+    given = _by_loading(design, friction, len(embedded_length_in), embedded_length_out)
     more = _derivatives(form, embedded_length_in, embedded_length_out, friction)
     covariance = _covariance(np.column_stack([design, *more]), residual, len(embedded_length_in), filter_length)
     if not np.isfinite(covariance).all():  # the recording does not determine the bend: friction for the best one
         covariance = _covariance(design, residual, len(embedded_length_in), filter_length)
-    covariance = covariance[:2, :2]
+    by_drift = np.zeros(2)
+    if drift is not None:  # the lever is that of all samples of both strokes
+        used = np.concatenate([drift.lever[after : len(strokes.depth_in)], drift.lever[len(strokes.depth_in) :]])
+        by_drift = DriftEffect(lever=used, error=drift.error).change(inverse(design.T @ design), design.T)
+    covariance = _with_loading(loading, covariance[:2, :2], given, by_drift)
     values = _values(joint, loading, friction, cutting)
-    low, high = _limits(values, joint, loading, covariance)
-    residual_in = strokes.force_in - _insertion(strokes.depth_in, joint.samples_before_puncture, loading, values, form)
-    residual_out = strokes.force_out + friction * shapes[1]
+    low, high = _limits(values, joint, loading, covariance[-2:, -2:])
+    modelled = _insertion(strokes.depth_in, joint.samples_before_puncture, loading, values, form)
+    residual_in = strokes.force_in - offset - modelled
+    residual_out = strokes.force_out - offset + friction * shapes[1]
     if form is not None:
         values, low, high = form.values | values, low | form.low, high | form.high
     sse, n = float(residual_in @ residual_in + residual_out @ residual_out), len(residual_in) + len(residual_out)
@@ -72,7 +83,7 @@ def fit_by_stages(joint: CycleFit, loading: DeformationFit, strokes: Strokes, fi
         values=values,
         low=low,
         high=high,
-        covariance=block_diag(loading.covariance, covariance),
+        covariance=covariance,
         covariance_order=(*loading.order, "friction_per_length", "cutting_force"),
         residual_in=residual_in,
         residual_out=residual_out,
@@ -108,6 +119,34 @@ def _covariance(design: np.ndarray, residual: np.ndarray, n_insertion: int, filt
     return bread @ sum(noise.long_run * gram for noise, gram in zip(noises, grams)) @ bread
 
 
+def _by_loading(design: np.ndarray, friction: float, n_insertion: int, embedded_out: np.ndarray) -> np.ndarray:
+    """Derivatives (2, 2) of friction and cutting by what the loading curve gives them: contact depth and zero."""
+    by_contact = np.concatenate([np.full(n_insertion, -friction), np.where(embedded_out > 0.0, friction, 0.0)])
+    columns = np.column_stack([by_contact, np.ones(len(design))])
+    return -inverse(design.T @ design) @ design.T @ columns
+
+
+def _with_loading(
+    loading: DeformationFit, covariance: np.ndarray, given: np.ndarray, by_drift: np.ndarray
+) -> np.ndarray:
+    """The covariance of the loading curve's parameters, friction and cutting (p + 2, p + 2): friction and cutting have
+    the errors of the contact depth, of the zero and of its drift as well."""
+    rows = [loading.order.index(name) for name in ("contact_depth", "force_offset")]
+    p = len(loading.order)
+    found = np.zeros((p + 2, p + 2))
+    found[:p, :p] = loading.covariance
+    known = np.isfinite(loading.covariance.diagonal())
+    if known[rows].all() and np.isfinite(given).all():
+        across = np.where(known[:, None], loading.covariance[:, rows], 0.0) @ given.T
+        across += np.outer(np.where(known, loading.by_drift, 0.0), by_drift)
+        found[:p, p:], found[p:, :p] = across, across.T
+        shared = np.outer(given @ loading.by_drift[rows], by_drift)
+        covariance = covariance + given @ loading.covariance[np.ix_(rows, rows)] @ given.T
+        covariance += shared + shared.T + np.outer(by_drift, by_drift)
+    found[p:, p:] = covariance
+    return found
+
+
 def _values(joint: CycleFit, loading: DeformationFit, friction: float, cutting: float) -> dict[str, float]:
     indentation = joint.values["puncture_depth"] - loading.values["contact_depth"]
     return loading.values | {
@@ -140,7 +179,7 @@ def _limits(
 def _peak_limit(values: dict[str, float], loading: DeformationFit, samples: float) -> float:
     """Half width for the force at the puncture, by the delta method."""
     gradient = loading.curve.gradient(np.float64(values["puncture_indentation"]), values)
-    by = np.array([gradient[name] for name in loading.order])
+    by = np.array([float(gradient.get(name, 0.0)) for name in loading.order])
     known = ~np.isinf(loading.covariance.diagonal())
     variance = float(by[known] @ loading.covariance[np.ix_(known, known)] @ by[known])
     return math.hypot(TWO_SIDED * math.sqrt(max(variance, 0.0)), float(gradient["contact_depth"]) * samples)
@@ -157,25 +196,26 @@ def _insertion(
 
 
 def forms_after_puncture(
-    strokes: Strokes, contact: float, after: int, forms: Iterable[str] = FORMS
+    strokes: Strokes, contact: float, after: int, offset: float, forms: Iterable[str] = FORMS
 ) -> tuple[FrictionForm, ...]:
     """Friction of the insertion from sample ``after`` on and of the withdrawal under each form of the foundation, with
-    a cutting force; ``contact`` [m] is where embedding starts. Empty with too few bins of 0.25 mm."""
+    a cutting force; ``contact`` [m] is where embedding starts, ``offset`` [N] the sensor's zero. Empty with too few
+    bins of 0.25 mm."""
     embedded = [strokes.depth_in[after:] - contact, strokes.depth_out - contact]
     binned = [
         bin_means(length, force, max(float(length.min(initial=0.0)), 0.0), float(length.max(initial=0.0)))
-        for length, force in zip(embedded, (strokes.force_in[after:], strokes.force_out))
+        for length, force in zip(embedded, (strokes.force_in[after:] - offset, strokes.force_out - offset))
     ]
     lengths, force = (np.concatenate(part) for part in zip(*binned))
     inwards = np.arange(len(lengths)) < len(binned[0][0])
     return friction_forms(lengths, force, inwards[:, None].astype(float), np.where(inwards, 1.0, -1.0), forms)
 
 
-def _bent(foundation: str, strokes: Strokes, contact: float, after: int) -> FrictionForm | None:
+def _bent(foundation: str, strokes: Strokes, contact: float, after: int, offset: float) -> FrictionForm | None:
     """The fit of a nonlinear foundation; None for a linear one."""
     if foundation == "linear":
         return None
-    found = forms_after_puncture(strokes, contact, after, (foundation,))
+    found = forms_after_puncture(strokes, contact, after, offset, (foundation,))
     if not found:
         limit = f"at least {MIN_BINS} bins of 0.25 mm are needed to fit a foundation"
         raise InputError("travel after the puncture", "too short", limit, next_step="Insert deeper.")

@@ -2,6 +2,7 @@
 """Intervals of a least-squares fit whose residuals may be correlated, as behind an average filter."""
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -40,6 +41,20 @@ class Noise(NamedTuple):
     long_run: float = 0.0
     last_lag: int = 0
     ar1_factor: float = 0.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DriftEffect:
+    """``lever`` (n,) [s], the time of each sample of a fit from the drift's origin, and the drift's standard ``error``
+    [N/s]."""
+
+    lever: np.ndarray
+    error: float
+
+    def change(self, bread: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
+        """Change of the parameters (p,) by one standard error of the drift; ``bread`` is the inverse of J J' (p, p) of
+        the jacobian J (p, n)."""
+        return -bread @ (jacobian @ (self.error * self.lever))
 
 
 def noise_of(residual: np.ndarray, count: int, filter_length: int = 1, lost: float = 0.0) -> Noise:

@@ -58,17 +58,22 @@ class RunningSums:
 
 class Linear(NamedTuple):
     """For each contact, saturation and puncture: ``misfit``, the residual sum of squares over the variance, ``volume``,
-    the logarithm of the Gaussian's volume, the means of c, f' and f_c, and the Cholesky factor of their covariance."""
+    the logarithm of the Gaussian's volume, the means of c, f', f_c and the zero b, and their Gaussian as a chain: b;
+    then c and f', which given b are independent; then f_c given b and f'. f_c has -1 by b."""
 
     misfit: np.ndarray
     volume: np.ndarray
     stiffness: np.ndarray
     friction: np.ndarray
     cutting: np.ndarray
+    offset: np.ndarray
     stiffness_sd: np.ndarray
     friction_sd: np.ndarray
-    cutting_by_friction: np.ndarray
     cutting_sd: np.ndarray
+    offset_sd: np.ndarray
+    stiffness_by_offset: np.ndarray
+    friction_by_offset: np.ndarray
+    cutting_by_friction: np.ndarray
 
     @property
     def log_density(self) -> np.ndarray:
@@ -87,51 +92,67 @@ class CycleSums(NamedTuple):
     def linear(self, contact: Grid, saturation: Grid, puncture: Grid) -> Linear:
         """The coefficients for contacts, saturation depths and punctures, counted in samples before, of any shape."""
         z, saturation, puncture = np.broadcast_arrays(contact, saturation, puncture)
-        gg, fg = self._loading(z, saturation, puncture - self.left_out)
+        g, gg, fg = self._loading(z, saturation, puncture - self.left_out)
         has_loading = gg > 0.0
         gg = np.where(has_loading, gg, 1.0)
-        n, h, hh, f, fh = self._line(z, puncture + self.left_out)
-        det = hh * n - h * h
-        friction, cutting = (n * fh - h * f) / det, (hh * f - h * fh) / det
-        misfit = (self._squares(puncture) - fg * fg / gg - friction * fh - cutting * f) / self.variance
-        sd, friction_sd = np.sqrt(self.variance), np.sqrt(self.variance * n / det)
-        volume = np.where(has_loading, -0.5 * np.log(gg * det), -np.inf)
+        n, h, hh, f, fh, out_h = self._line(z, puncture + self.left_out)
+        slope_weight, slope_force = hh - h * h / n, fh - h * f / n  # f_c eliminated
+        count, force = self._level(puncture - self.left_out)
+        offset_weight = count - g * g / gg - out_h * out_h / slope_weight
+        level = force - g * fg / gg + out_h * slope_force / slope_weight
+        offset = level / offset_weight
+        friction = (slope_force + offset * out_h) / slope_weight
+        explained = fg * fg / gg + slope_force**2 / slope_weight + offset * level + f * f / n
+        sd = np.sqrt(self.variance)
+        volume = np.where(has_loading, -0.5 * np.log(gg * slope_weight * offset_weight * n), -np.inf)
         return Linear(
-            misfit=misfit,
+            misfit=(self._squares(puncture) - explained) / self.variance,
             volume=volume,
-            stiffness=fg / gg,
+            stiffness=(fg - offset * g) / gg,
             friction=friction,
-            cutting=cutting,
+            cutting=f / n - offset - friction * h / n,
+            offset=offset,
             stiffness_sd=sd / np.sqrt(gg),
-            friction_sd=friction_sd,
-            cutting_by_friction=-self.variance * h / det / friction_sd,
+            friction_sd=sd / np.sqrt(slope_weight),
             cutting_sd=sd / np.sqrt(n),
+            offset_sd=sd / np.sqrt(offset_weight),
+            stiffness_by_offset=-g / gg,
+            friction_by_offset=out_h / slope_weight,
+            cutting_by_friction=-h / n,
         )
+
+    def _level(self, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Number and force of the samples that show b without f_c: the insertion's up to ``end``, the withdrawal's."""
+        before = self.insertion.between(0, end)
+        out = self.withdrawal.between(min(self.left_out, self.withdrawal.size), self.withdrawal.size)
+        return before[N] + out[N], before[F] + out[F]
 
     def _line(self, z: np.ndarray, first: np.ndarray) -> tuple[np.ndarray, ...]:
         """Sums of 1, h, h^2, F and F h over the insertion's samples from ``first`` on, and of h^2 and -F h over the
-        withdrawal's below the contact, where h is the embedded length: for f' of both strokes and f_c."""
+        withdrawal's below the contact, where h is the embedded length: for f' of both strokes and f_c; last, the sum of
+        h over the withdrawal's."""
         line = self.insertion.between(first, self.insertion.size - self.left_out)
         skipped = min(self.left_out, self.withdrawal.size)
         out = self.withdrawal.between(skipped, np.maximum(self.withdrawal.passing(z), skipped))
         n, h, f = line[N], line[H] - z * line[N], line[F]
         hh = line[H2] - z * (2.0 * line[H] - z * line[N]) + out[H2] - z * (2.0 * out[H] - z * out[N])
-        return n, h, hh, f, line[FH] - z * f - (out[FH] - z * out[F])
+        return n, h, hh, f, line[FH] - z * f - (out[FH] - z * out[F]), out[H] - z * out[N]
 
-    def _loading(self, contact: np.ndarray, saturation: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Sums of g^2 and F g between contact and puncture: g = h^2, then 2 s h - s^2. The first is 0 where there are
-        too few samples between them, less than a fiftieth of all, as in the fit."""
+    def _loading(self, contact: np.ndarray, saturation: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Sums of g, g^2 and F g between contact and puncture: g = h^2, then 2 s h - s^2. The second is 0 where there
+        are too few samples between them, less than a fiftieth of all, as in the fit."""
         start = np.minimum(self.insertion.passing(contact), end)
         saturated = np.clip(self.insertion.passing(contact + saturation), start, end)
         m, s = self.insertion.between(start, saturated), self.insertion.between(saturated, end)
         z = contact
         gg = m[H4] - z * (4.0 * m[H3] - z * (6.0 * m[H2] - z * (4.0 * m[H] - z * m[N])))
         fg = m[FH2] - z * (2.0 * m[FH] - z * m[F])
+        g = m[H2] - z * (2.0 * m[H] - z * m[N])
         slope = np.where(np.isfinite(saturation), 2.0 * saturation, 0.0)
         offset = -slope * (z + 0.25 * slope)
         gg = gg + slope * (slope * s[H2] + 2.0 * offset * s[H]) + offset * offset * s[N]
         enough = end - start >= max(self.insertion.size // 50, MIN_LOADING_SAMPLES)
-        return np.where(enough, gg, 0.0), fg + slope * s[FH] + offset * s[F]
+        return g + slope * s[H] + offset * s[N], np.where(enough, gg, 0.0), fg + slope * s[FH] + offset * s[F]
 
     def _squares(self, puncture: np.ndarray) -> np.ndarray:
         """Sum of F^2 over every sample that is not left out."""

@@ -67,7 +67,9 @@ def amplitudes_of(basis: np.ndarray, force: np.ndarray) -> np.ndarray:
 class Search:
     """Search for the contact depth and shape parameters x, in units of the indentation, of one curve on samples (n,).
 
-    ``contact`` [m] is where to start; ``given`` are the shape parameters where they are not fitted.
+    The amplitudes and the sensor's zero, a constant of either sign, are projected out: the curve and the force are
+    taken from their means. ``contact`` [m] is where to start; ``given`` are the shape parameters where they are not
+    fitted.
     """
 
     def __init__(
@@ -78,7 +80,9 @@ class Search:
         contact: float,
         given: tuple[float, ...] | None,
     ):
-        self.curve, self.depth, self.force, self.contact, self.given = curve, depth, force, contact, given
+        self.curve, self.depth, self.contact, self.given = curve, depth, contact, given
+        self.mean = float(force.mean())
+        self.force = force - self.mean
         self.fitted = {} if given is not None else curve.shape
         span, parameters = float(depth.max() - contact), self.fitted.values()
         self.scale = np.array([span, *(span**each.power for each in parameters)])
@@ -95,9 +99,12 @@ class Search:
     def values(self, x: np.ndarray) -> dict[str, float]:
         """The curve's parameters and ``contact_depth`` at x, SI."""
         contact, shape = self._parameters(x)
-        amplitudes = amplitudes_of(self._basis(x, 1), self.force)
+        basis = self._basis(x, 1)
+        means = basis.mean(axis=1)
+        amplitudes = amplitudes_of(basis - means[:, None], self.force)
         return dict(zip((*self.curve.amplitudes, *self.curve.shape), (*map(float, amplitudes), *shape))) | {
-            "contact_depth": contact
+            "contact_depth": contact,
+            "force_offset": self.mean - float(amplitudes @ means),
         }
 
     def held(self, x: np.ndarray) -> list[str]:
@@ -117,6 +124,8 @@ class Search:
 
     def _residual(self, x: np.ndarray, force: np.ndarray, every: int) -> np.ndarray:
         basis = self._basis(x, every)
+        basis -= basis.mean(axis=1)[:, None]
+        force = force - force.mean()
         return force - amplitudes_of(basis, force) @ basis
 
     def _minimised(self, start: tuple[float, ...]) -> Any:

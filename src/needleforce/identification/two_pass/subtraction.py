@@ -2,6 +2,7 @@
 """Friction from the second insertion and cutting force by subtraction, site by site (paper secs. 2.2 and 2.3), with the
 range of an oscillation of the cutting force."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from ...recording import Recording
 from ...segmentation import Events, segment
 from ..estimates import Estimate, mean_estimate
 from ..one_layer.fit_recording import SegmentedRecording
+from ..statistics.noise import TWO_SIDED, noise_of
 from ..statistics.regression import VERY_STRONG_BIC, least_squares, line
 from ..strokes import strokes_of, undelayed_depth
 from .bias_terms import bias_sentences, cutting_range, terms_of
@@ -29,6 +31,8 @@ from .second_pass import (
 CUTTING_WINDOW_M = 8e-3  # [m] after the puncture, as in the paper's Fig. 7
 GRID_STEP_M = 0.05e-3  # [m]
 FINE_STEP_M = 0.01e-3  # [m] of the first pass only; the second pass is smooth
+FREE_MARGIN = 0.1  # [of the puncture's indentation] the contact depth is not known better
+MIN_FREE_SAMPLES = 50  # of free travel, for its noise
 POINTS_PER_BLOCK = 10  # grid points per independent value: 0.5 mm of travel, longer than the filter
 SPEED_TOLERANCE = 0.1  # [of the higher speed] stages keep their speed within 1 or 2 %
 MIN_WINDOW_SHARE = 0.9  # [of the window]
@@ -48,7 +52,7 @@ class Pair:
 
 
 def subtract(pairs: list[Pair], spreading: tuple[float, float] | None = None) -> tuple[TwoPass | None, dict[int, str]]:
-    """The two-pass procedure over the sites; a second pass has the zero of the first.
+    """The two-pass procedure over the sites; each pass has its own zero, of depth that of the first.
 
     The passes may differ in rate, speed, start and largest depth: each is averaged onto one grid, over the depths that
     both reached, not deeper than the hole of the first. ``spreading`` [N] is the result of ``spreading_force``. If a
@@ -94,8 +98,8 @@ def _bend(two_pass: TwoPass) -> tuple[str, ...]:
 
 def _site(pair: Pair, events: Events) -> Site:
     # indentations; after the puncture they are the embedded length
-    depth_1, force_1 = pair.first.strokes.depth_in - pair.contact, pair.first.strokes.force_in
-    depth_2, force_2 = _insertion_of(pair.second, events, pair.contact)
+    depth_1, force_1, zero_1 = _zeroed(pair, pair.first.strokes.depth_in - pair.contact, pair.first.strokes.force_in)
+    depth_2, force_2, zero_2 = _zeroed(pair, *_insertion_of(pair.second, events, pair.contact))
     in_hole = depth_2 <= depth_1.max()  # deeper, the second pass cuts too
     depth_2, force_2 = depth_2[in_hole], force_2[in_hole]
     grid = _grid(pair, min(depth_1.max(), max(depth_2, default=0.0)))
@@ -124,8 +128,8 @@ def _site(pair: Pair, events: Events) -> Site:
         friction_end=stop,
         friction_end_reason=reason,
         cutting=cutting.value,
-        cutting_half=cutting.high - cutting.value,
-        friction_intercept_half=intercept[1],
+        cutting_half=math.hypot(cutting.high - cutting.value, zero_1, zero_2),
+        friction_intercept_half=math.hypot(intercept[1], zero_2),
         puncture=pair.puncture,
         exit=_exit(pair),
         first_slope=line(*blocks[:2])[0],
@@ -196,6 +200,21 @@ def _insertion_of(recording: Recording, events: Events, contact: float) -> tuple
         return strokes.depth_in - contact, strokes.force_in
     deepest = int(np.argmax(recording.depth)) + 1
     return undelayed_depth(recording)[:deepest] - contact, recording.force[:deepest]
+
+
+def _zeroed(pair: Pair, depth: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Indentation, force less the sensor's zero of this pass, and the half width of the zero's interval [N].
+
+    The zero is the mean force clearly above the surface, by a tenth of the puncture's indentation; a pass with too
+    little of that has the zero of the first.
+    """
+    free = force[depth < -FREE_MARGIN * pair.puncture]
+    if len(free) >= MIN_FREE_SAMPLES:
+        noise = noise_of(free - free.mean(), len(free), pair.first.recording.card.filter_length, 1.0)
+        return depth, force - float(free.mean()), TWO_SIDED * math.sqrt(noise.long_run / len(free))
+    fit = next(iter(pair.first.fits.values()))
+    low, high = fit.low["force_offset"], fit.high["force_offset"]
+    return depth, force - fit.values["force_offset"], 0.5 * (high - low)
 
 
 def _smear(recording: Recording) -> float:
