@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from needleforce.identification.one_layer.fit_recording import measured_peak
+from needleforce.identification.one_layer.puncture_force import measured_peak
 
 STEP, FILTER, PEAK, CONTACT, ZERO = 3e-6, 10, 899, 400, 0.05
 
@@ -31,6 +31,6 @@ def test_a_curve_that_ends_at_the_peak_holds_nothing_of_the_break():
     )  # fmt: skip
     late = STEP * (PEAK + 0.5 * (FILTER - 1))  # events have the depth of the force as filtered
     event = SimpleNamespace(force=float(strokes.force_in[PEAK - 3 : PEAK + 1].max()), depth=late)
-    found = measured_peak(strokes, fit, event, FILTER)
+    found = measured_peak(strokes, fit, event, FILTER, CONTACT - 20).estimate()
     assert found.value == pytest.approx(0.2, abs=2e-3)
     assert found.low < 0.2 < found.high

@@ -26,6 +26,7 @@ from .statistics.noise import Noise
 
 NO_MODEL = "No model can be made of the identified values: {}"
 MAX_LATERAL_RATIO = 0.1  # [of the axial force] beyond, the paper's neglect of lateral forces is not justified
+MAX_RESIDUAL = 0.05  # [of the peak force] beyond, the misfit is in every number
 MAX_RELAXATION = 0.1  # [of the force early in the hold] beyond, the tissue is viscous
 MAX_SMEARING = 0.02  # [of the indentation] travel within the filter's length; beyond, the loading curve is rounded
 MIN_HOLD_S = 1.0  # [s] a shorter hold is the reversal between the strokes
@@ -84,6 +85,16 @@ def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
     residual = float(np.mean((force - predicted) ** 2))
     rmse = float(np.sqrt(residual))
     return Quality(rmse, rmse / float(np.max(np.abs(force))), 1.0 - residual / float(np.var(force)))
+
+
+def misfit_warning(found: Quality | None) -> tuple[str, ...]:
+    """A sentence if the residual is more than 5 % of the peak force."""
+    if found is None or not found.nrmse > MAX_RESIDUAL:
+        return ()
+    return (
+        f"The residual is {found.nrmse:.0%} of the peak force (R² {found.r2:.2f}): the model does not describe these "
+        "recordings well, and the intervals do not include its errors.",
+    )
 
 
 def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:

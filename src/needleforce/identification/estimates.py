@@ -4,7 +4,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import KW_ONLY, asdict, dataclass, replace
 from itertools import combinations
-from math import inf, isfinite, sqrt
+from math import isfinite, sqrt
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,10 @@ UNITS = {name: unit for curve in FITS.values() for name, unit in curve.units.ite
 }
 BEND = ("settlement_ratio", "deflection_length")
 MEAN = "mean of {n} repeats"
+MAX_DEPTH_SHARE = 0.5  # of the indentation at the puncture: a depth with a larger half width is not known
+MAX_FORCE_SHARE = 0.1  # of the puncture force: a force of none is known to be small
 MIN_CORRELATION = 0.95  # from here on, less than a third of either standard error is left when the other is known
+WITH_OWN_RULE = {"friction_bend", "presliding"}  # may be negative; identifiable where its travel is resolved
 WITHOUT_PRODUCT = {"contact_depth"}  # measured from an arbitrary zero: its products have no meaning
 
 
@@ -181,17 +184,31 @@ def _absent(name: str, fit: CycleFit) -> bool:
 
 
 def _is_identifiable(name: str, fit: CycleFit) -> bool:
-    """False without an interval, for a stiffness whose interval contains 0, and for parameters of which only the
-    product is identified."""
-    curve = FITS[fit.law]
-    if name in curve.not_distinguishable(fit.values):
+    """False for parameters of which only the product is identified, and for an interval that has no meaning."""
+    if name in FITS[fit.law].not_distinguishable(fit.values):
         return False
-    if [name] == list(curve.amplitudes) and not fit.low[name] > 0.0:
+    return is_meaningful(name, fit.low[name], fit.high[name], force=fit.values["puncture_force"],
+                         depth=fit.values["puncture_indentation"])  # fmt: skip
+
+
+def is_meaningful(name: str, low: float, high: float, *, force: float, depth: float) -> bool:
+    """Whether an interval excludes what would make its number meaningless, with the ``force`` [N] and the indentation
+    ``depth`` [m] at the puncture as scales.
+
+    A depth in the recording's zero is known within half the indentation; the sensor's zero, friction and cutting force,
+    which may be none, are above 0 or known within a tenth of the puncture force; every other quantity is above 0. The
+    interval is finite.
+    """
+    if not (isfinite(low) and isfinite(high)):
         return False
-    if name in BEND:
-        return fit.low[name] > 0.0 and isfinite(fit.high[name])
-    unbounded = fit.low[name] == 0.0 and fit.high[name] == inf
-    return isfinite(fit.low[name]) and not unbounded
+    half = 0.5 * (high - low)
+    if name.endswith(("contact_depth", "puncture_depth")):
+        return half < MAX_DEPTH_SHARE * depth
+    if name == "friction_per_length":
+        return low > 0.0 or half * depth < MAX_FORCE_SHARE * force
+    if name in ("cutting_force", "force_offset"):
+        return low > 0.0 or half < MAX_FORCE_SHARE * force
+    return low > 0.0 or name in WITH_OWN_RULE
 
 
 def pool(own: list[dict[str, Estimate]]) -> dict[str, Estimate]:
@@ -201,7 +218,17 @@ def pool(own: list[dict[str, Estimate]]) -> dict[str, Estimate]:
     the scatter, but not narrower than the mean error within the runs.
     """
     names = list(dict.fromkeys(name for estimates in own for name in estimates))
-    return {name: _pooled([estimates[name] for estimates in own if name in estimates]) for name in names}
+    pooled = {name: _pooled([estimates[name] for estimates in own if name in estimates]) for name in names}
+    if not {"puncture_force", "puncture_indentation"} <= pooled.keys():
+        return pooled
+    scales = {"force": pooled["puncture_force"].value, "depth": pooled["puncture_indentation"].value}
+    return {name: _if_meaningful(estimate, scales) for name, estimate in pooled.items()}
+
+
+def _if_meaningful(estimate: Estimate, scales: dict[str, float]) -> Estimate:
+    """The estimate, not identifiable where the scatter between repeats makes it meaningless."""
+    known = is_meaningful(estimate.name, estimate.low, estimate.high, **scales)
+    return estimate if known else replace(estimate, identifiable=False)
 
 
 def mean_estimate(

@@ -133,7 +133,7 @@ def as_json(fit: Fit) -> str:
         "quality": _quality(fit.quality),
         "model": None if fit.model is None else fit.model.name,
         "preset": _preset(fit.model),
-        "choice": [{"model": name, "bic": bic} for name, bic in fit.choice],
+        "choice": [{"model": name, "bic": bic, "puncture_ratio": ratio} for name, bic, ratio in fit.choice],
         "warnings": list(fit.warnings),
         "held_fixed": list(fit.held_fixed),
         "unknown": list(fit.unknown),

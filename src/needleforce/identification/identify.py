@@ -2,6 +2,8 @@
 """Identification of a model from recordings."""
 
 import dataclasses
+import math
+import statistics
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from .diagnostics import (
     NO_MODEL,
     FitInputs,
     held_fixed,
+    misfit_warning,
     pooled_quality,
     recording_fit,
     reference_of,
@@ -25,9 +28,10 @@ from .diagnostics import (
     warnings_of,
 )
 from .estimates import UNITS, Estimate, estimates_of, identified_together, mean_estimate, pool
-from .models import BENT, LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
-from .one_layer.fit_recording import SegmentedRecording, fit_single, measured_peak, segmented
+from .models import BENT, COMPARED, LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
+from .one_layer.fit_recording import SegmentedRecording, fitted, segmented
 from .one_layer.loading_curves import FITS
+from .one_layer.puncture_force import MeasuredPeak, PunctureMatch, measured_peak, puncture_match
 from .result import Choice, Fit
 from .strokes import presliding_of
 from .two_pass.bias_terms import spreading_force
@@ -35,6 +39,10 @@ from .two_pass.result import TwoPass
 from .two_pass.subtraction import Pair, cutting_oscillation, subtract
 
 Progress = Callable[[Any, str], Any]
+MISSES_PUNCTURE = (
+    "No model: none of the laws meets the measured force at the puncture within 5 % or its noise, {law} has the lowest "
+    "BIC. Give a model by name to see it as it stands."
+)
 TWO_PASS = "second insertion at the same site"
 
 
@@ -104,9 +112,13 @@ def identify(
     laws = tuple(stiffness_law(name) for name in (MECHANICAL if model is None else (model,)))
     saturation = needle_saturation(needle)
     watched = progress(recordings, "identifying") if progress else recordings
-    singles = [fit_single(each, laws, saturation) for each in watched]
+    singles = [fitted(segmented(each), laws, saturation) for each in watched]
+    if model is None and not any(meets_puncture(singles, law) for law in laws):
+        more = tuple(stiffness_law(name) for name in COMPARED if name not in MECHANICAL)
+        singles, laws = [fitted(each, more, saturation) for each in singles], (*laws, *more)
     choice = _choice(singles, laws)
-    law = choice[0][0] if choice else laws[0]
+    best = choice[0].name if choice else laws[0]
+    law = next((each.name for each in choice if meets_puncture(singles, each.name)), best)
     return assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
 
 
@@ -136,13 +148,19 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
     if parameters:
         parameters |= derived(parameters, given.needle, given.bench.get("tissue_young_modulus")) | given.bench
     model, trouble = _model(parameters, law, given.needle, singles)
-    fits = tuple(recording_fit(s, own.get(s, {}), law, given.needle, refused.get(s, "")) for s in singles)
+    if len(choice) > 1 and model is not None and not meets_puncture(singles, law):
+        model, trouble = None, (MISSES_PUNCTURE.format(law=FITS[law].law.name),)
+    fits = tuple(
+        recording_fit(_with_puncture_note(s, law), own.get(s, {}), law, given.needle, refused.get(s, ""))
+        for s in singles
+    )
+    residual = pooled_quality(fits)
     return Fit(
         recordings=fits,
         parameters=parameters,
         model=model,
-        quality=pooled_quality(fits),
-        warnings=warnings_of(singles, model) + trouble,
+        quality=residual,
+        warnings=misfit_warning(residual) + warnings_of(singles, model) + trouble,
         held_fixed=held_fixed(given, law, parameters),
         unknown=unknown(given, law, two_pass is not None) + identified_together(fits),
         choice=choice,
@@ -151,18 +169,47 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
     )
 
 
+def _peak(single: SegmentedRecording, law: str) -> MeasuredPeak | None:
+    """The measured force at the puncture of one recording."""
+    events, strokes = single.events, single.strokes
+    free = strokes.place_in(events.contact.low) if events.contact is not None else 0
+    return measured_peak(strokes, single.fits[law], events.punctures[0], single.recording.card.filter_length, free)
+
+
+def _match(single: SegmentedRecording, law: str) -> PunctureMatch | None:
+    """How the law meets the puncture of one recording; None without a fit or a measured force."""
+    return puncture_match(single.fits[law], _peak(single, law)) if law in single.fits else None
+
+
+def meets_puncture(singles: list[SegmentedRecording], law: str) -> bool:
+    """Whether the law meets the measured force at the puncture in at least half of the recordings that show it."""
+    found = [match for match in (_match(single, law) for single in singles) if match is not None]
+    fits = any(law in single.fits for single in singles)
+    return fits and 2 * sum(match.met and not match.rises for match in found) >= len(found)
+
+
 def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Estimate]:
-    """The estimates of one recording: the puncture force is the measured one, a given saturation depth is marked as
-    not identified."""
-    fit, strokes = single.fits[law], single.strokes
-    peak = measured_peak(strokes, fit, single.events.punctures[0], single.recording.card.filter_length)
+    """The estimates of one recording: the puncture force is the measured one; a given saturation depth, and a law that
+    misses the puncture, are marked as not identified."""
+    fit, strokes, peak = single.fits[law], single.strokes, _peak(single, law)
     found = estimates_of(fit, len(strokes.depth_out) > 0)
-    found |= {} if peak is None else {"puncture_force": peak}
+    match = puncture_match(fit, peak)
+    if match is not None and not match.met:
+        of_law = found.keys() & FITS[law].units.keys()
+        found |= {name: dataclasses.replace(found[name], identifiable=False) for name in of_law}
+    found |= {} if peak is None else {"puncture_force": peak.estimate()}
     found |= {} if strokes.friction_reversal is None else {"presliding": presliding_of(strokes.friction_reversal)}
     if "saturation_depth" in found and given.saturation is not None:
         held = "held fixed: from the needle's tip and radius"
         found["saturation_depth"] = dataclasses.replace(found["saturation_depth"], identifiable=False, source=held)
     return found
+
+
+def _with_puncture_note(single: SegmentedRecording, law: str) -> SegmentedRecording:
+    """The recording with a note if the law misses its puncture."""
+    match = _match(single, law)
+    sentence = "" if match is None else match.sentence(FITS[law].law.name)
+    return dataclasses.replace(single, notes=(*single.notes, sentence)) if sentence else single
 
 
 def _choice(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[Choice, ...]:
@@ -172,7 +219,14 @@ def _choice(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[C
         present = [law for law in laws if any(law in single.fits for single in singles)]
         return tuple(Choice(law, float("nan")) for law in present)
     bic = {law: float(sum(single.loading[law].bic for single in common)) for law in laws}
-    return tuple(Choice(*pair) for pair in sorted(bic.items(), key=lambda pair: pair[1]))
+    ranked = sorted(bic.items(), key=lambda pair: pair[1])
+    return tuple(Choice(law, value, _puncture_ratio(common, law)) for law, value in ranked)
+
+
+def _puncture_ratio(singles: list[SegmentedRecording], law: str) -> float:
+    """Median of modelled over measured force at the puncture; NaN where none is known."""
+    ratios = [match.ratio for match in (_match(single, law) for single in singles) if match is not None]
+    return statistics.median(ratios) if ratios else math.nan
 
 
 def _two_pass(

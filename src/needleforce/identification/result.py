@@ -2,6 +2,7 @@
 """The result of an identification: estimates with intervals, what was held fixed, and the model with its residual."""
 
 import dataclasses
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -39,10 +40,12 @@ class FitSettings:
 
 
 class Choice(NamedTuple):
-    """One of the models compared: a stiffness law, or a number of layers, with its BIC."""
+    """One of the models compared: a stiffness law, or a number of layers, with its BIC, and for a law the median of the
+    modelled over the measured force at the puncture."""
 
     name: str
     bic: float
+    puncture_ratio: float = math.nan
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -259,7 +262,9 @@ class Fit:
         answering = sum(bool(each.parameters) for each in self.recordings)
         name = "no model" if self.model is None else f"model {self.model.name}"
         rms = "" if self.quality is None else f", residual {1e3 * self.quality.rmse_N:.3g} mN rms"
-        share = "" if self.quality is None else f" ({percent(self.quality.nrmse)} of the peak)"
+        share = ""
+        if self.quality is not None:
+            share = f" ({percent(self.quality.nrmse)} of the peak, R² {self.quality.r2:.3f})"
         return f"{name}, {answering} of {len(self.recordings)} recordings identified{rms}{share}"
 
     def _remarks(self) -> Iterable[tuple[str, tuple[str, ...]]]:

@@ -95,9 +95,13 @@ def strokes_of(recording: Recording, events: Events) -> Strokes:
 
 
 def usable_samples(recording: Recording, events: Events) -> np.ndarray:
-    """True (n,) at the samples that are no outliers of the force."""
+    """True (n,) at the samples that are no outliers of the force, and not in the fall of a gradual rupture: there
+    neither the loading curve nor friction and cutting hold."""
     usable = np.ones(len(recording), bool)
     usable[np.asarray(getattr(events, "outliers", ()), dtype=int)] = False
+    for puncture in events.punctures:
+        if getattr(puncture, "gradual", False):
+            usable[int(np.searchsorted(recording.time, puncture.time)) + 1 : max(puncture.end, 0)] = False
     return usable
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ..display.markup import Markup, element, join, listing, table
-from ..display.quantities import DASH, Quantity, plain, quantity, with_unit
+from ..display.quantities import DASH, Quantity, percent, plain, quantity, with_unit
 from ..identification.estimates import Estimate
 from ..identification.layered.result import LayeredFit
 from ..identification.recording_fit import RecordingFit
@@ -85,10 +85,21 @@ def law_list(model: Model) -> Markup:
 
 def choice_table(choice: Iterable[Choice]) -> Markup:
     """The stiffness laws compared, the best first, with their BIC and its difference from the lowest."""
-    ranked = sorted(choice, key=lambda pair: pair[1])
-    best = ranked[0][1] if ranked else 0.0
-    rows = ((name.replace("_", " "), f"{bic:.1f}".replace("-", "−"), _above(bic - best)) for name, bic in ranked)
-    return table(("stiffness law", "BIC", "above the lowest"), rows, class_="numbers small") if ranked else Markup("")
+    ranked = sorted(choice, key=lambda each: each.bic)
+    if not ranked:
+        return Markup("")
+    best, shown = ranked[0].bic, any(not math.isnan(each.puncture_ratio) for each in ranked)
+    rows = (
+        (
+            each.name.replace("_", " "),
+            f"{each.bic:.1f}".replace("-", "−"),
+            _above(each.bic - best),
+            *[percent(each.puncture_ratio)] * shown,
+        )
+        for each in ranked
+    )
+    head = ("stiffness law", "BIC", "above the lowest", *["modelled over measured puncture force"] * shown)
+    return table(head, rows, class_="numbers small")
 
 
 def _above(difference: float) -> object:

@@ -3,7 +3,7 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -63,6 +63,25 @@ class CycleFit:
     saturation_sought: bool = False
     by_stages: bool = False
     """True for a staged fit: first the loading curve, then friction and cutting. False for a complete fit."""
+
+    def with_puncture(self, depth: float, half: float) -> "CycleFit":
+        """The fit with the puncture at another ``depth`` [m], within ``half`` of it; indentation and force follow."""
+        h = depth - self.values["contact_depth"]
+        curve = CURVES[self.law]
+        slopes = curve.gradient(np.float64(h), self.values)
+        by = np.array([float(slopes.get(name, 0.0)) for name in self.covariance_order])
+        contact = 0.5 * (self.high["contact_depth"] - self.low["contact_depth"])
+        by_law = TWO_SIDED * math.sqrt(max(float(by @ self.covariance @ by), 0.0))
+        middle = {"puncture_depth": depth, "puncture_indentation": h}
+        middle["puncture_force"] = float(curve.force(np.float64(h), self.values))
+        widths = {"puncture_depth": half, "puncture_indentation": math.hypot(half, contact)}
+        widths["puncture_force"] = math.hypot(by_law, half * float(slopes["contact_depth"]))
+        return replace(
+            self,
+            values=self.values | middle,
+            low=self.low | {name: value - widths[name] for name, value in middle.items()},
+            high=self.high | {name: value + widths[name] for name, value in middle.items()},
+        )
 
 
 class CycleEstimates:

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One recording through segmentation and the complete fit, and its measured force just before the puncture."""
+"""One recording through segmentation and the complete fit."""
 
 import dataclasses
 import functools
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -13,9 +12,7 @@ from ...errors import InputError
 from ...recording import Recording
 from ...segmentation import Events, Puncture, segment
 from ...vocabulary import Status
-from ..estimates import Estimate
-from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, noise_of
-from ..statistics.regression import inverse, least_squares
+from ..statistics.noise import DriftEffect
 from ..strokes import Strokes, strokes_of, usable_samples
 from .cycle_estimates import CycleFit
 from .cycle_fit import fit_cycle
@@ -110,27 +107,25 @@ def _no_strokes() -> Strokes:
 
 def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> SegmentedRecording:
     """Segment and fit one recording with each stiffness law. Never raises: errors are reported in status and notes."""
-    unfitted = segmented(recording)
-    if not unfitted.events.punctures:
-        return unfitted
-    events, strokes = unfitted.events, unfitted.strokes
-    fits, loading, notes = {}, {}, list(events.notes)
-    given = saturation, recording.card.filter_length
-    complete = functools.cache(lambda law: _complete(_first_layer(unfitted), unfitted, law, *given))
-    before = loading_samples(recording, strokes, events)
+    return fitted(segmented(recording), laws, saturation)
+
+
+def fitted(single: SegmentedRecording, laws: tuple[str, ...], saturation: float | None) -> SegmentedRecording:
+    """A segmented recording with the fits of further stiffness laws."""
+    if not single.events.punctures:
+        return single
+    fits, loading, notes = dict(single.fits), dict(single.loading), list(single.notes)
+    given = saturation, single.recording.card.filter_length
+    complete = functools.cache(lambda law: _complete(_first_layer(single), single, law, *given))
+    before = loading_samples(single.recording, single.strokes, single.events)
     for law in laws:
         try:
-            fits[law], loading[law], sentences = _fit(unfitted, law, given, before=before, complete=complete)
+            fits[law], loading[law], sentences = _fit(single, law, given, before=before, complete=complete)
             notes += [sentence for sentence in sentences if sentence not in notes]
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # InputError is a ValueError
             notes.append(f"The law {law} cannot be fitted: {error}")
-    return dataclasses.replace(
-        unfitted,
-        status=events.status if fits else Status.unreadable,
-        notes=tuple(notes),
-        fits=fits,
-        loading=loading,
-    )
+    status = single.events.status if fits else Status.unreadable
+    return dataclasses.replace(single, status=status, notes=tuple(notes), fits=fits, loading=loading)
 
 
 def _fit(
@@ -203,26 +198,47 @@ def _first_layer(single: SegmentedRecording) -> Strokes:
     )
 
 
+def _peak_sample(single: SegmentedRecording) -> int:
+    """The recording's sample of the first puncture's peak."""
+    return int(np.searchsorted(single.recording.time, single.events.punctures[0].time))
+
+
 def _complete(
     strokes: Strokes, single: SegmentedRecording, law: str, saturation: float | None, filter_length: int
 ) -> tuple[CycleFit, list[str]]:
-    """The complete fit with a scan of the complete insertion; around the first puncture if there are several, or if the
-    scan finds another."""
+    """The complete fit with a scan of the complete insertion; around the first puncture if there are several, if the
+    scan finds another, or if the rupture is gradual: then the puncture is the peak before the fall."""
     options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise}
     options["drift"] = _drift_effect(single, strokes)
     if law == "cone_cylinder":
         options["saturation_depth"] = saturation
     arrays = (strokes.depth_in, strokes.force_in, strokes.depth_out, strokes.force_out)
     first, count = single.events.punctures[0], len(single.events.punctures)
+    notes = [_first_puncture_note(count, first.depth)] if count > 1 else []
     low, high = _bracket(strokes, first)
+    if getattr(first, "gradual", False):
+        return _at_peak(_bound(arrays, options, low, high), strokes, single), notes
     fit = _or_none(arrays, options)
     if fit is not None and low <= fit.values["puncture_depth"] <= high:
-        return _within(fit, low, high), [_first_puncture_note(count, first.depth)] if count > 1 else []
+        return _within(fit, low, high), notes
+    return _within(_bound(arrays, options, low, high), low, high), [_first_puncture_note(count, first.depth)]
+
+
+def _bound(arrays: tuple, options: dict, low: float, high: float) -> CycleFit:
+    """The complete fit with the puncture between two depths [m], or near them if that is near an end of the stroke."""
     bound = _or_none(arrays, options | {"puncture_window": (low, high)})
-    if bound is None:  # the puncture is near an end of the stroke
-        low, high = low - RETRY_MARGIN_M, high + RETRY_MARGIN_M
-        bound = fit_cycle(*arrays, **options, puncture_window=(low, high))
-    return _within(bound, low, high), [_first_puncture_note(count, first.depth)]
+    if bound is None:
+        bound = fit_cycle(*arrays, **options, puncture_window=(low - RETRY_MARGIN_M, high + RETRY_MARGIN_M))
+    return bound
+
+
+def _at_peak(fit: CycleFit, strokes: Strokes, single: SegmentedRecording) -> CycleFit:
+    """The fit with its puncture at the force peak before a gradual fall, between the samples that bound it."""
+    first, depth = single.events.punctures[0], single.recording.depth
+    peak = float(strokes.depth_in[max(strokes.place_in(_peak_sample(single) + 1) - 1, 0)])
+    ends = (float(depth[first.low]), float(depth[min(first.high, len(depth) - 1)]))
+    half = max(peak - min(ends), max(ends) - peak, 0.0)
+    return fit.with_puncture(peak, half)
 
 
 def _bracket(strokes: Strokes, puncture: Puncture) -> tuple[float, float]:
@@ -264,65 +280,3 @@ def _first_puncture_note(punctures: int, first: float) -> str:
 def peak_force(single: SegmentedRecording) -> float:
     """The largest measured force of the insertion [N]."""
     return float(np.max(single.strokes.force_in, initial=0.0))
-
-
-WINDOW_M = 0.1e-3  # [m] of travel before the puncture
-MIN_SAMPLES = 10  # in the window
-MIN_FREE_SAMPLES = 50  # of free travel, for the noise
-PEAK_DROP_SIGMA = 5.0  # [standard deviations of the noise] more than the largest of the samples near a peak
-CONTACT_MARGIN = 0.1  # [of the indentation] the contact depth is not known better
-MAX_STRAIGHT_WINDOW = 0.03  # [of the indentation] over a longer window the curvature of the loading curve matters
-
-
-def measured_peak(strokes: Strokes, fit: CycleFit, puncture: Puncture, filter_length: int) -> Estimate | None:
-    """``puncture_force`` [N]: a curve through the last 0.1 mm before the puncture, read at its depth.
-
-    A line, or a parabola where the window is more than 3 % of the indentation; samples that a filter smears are left
-    out. Tissue may rupture gradually: if the peak that segmentation finds is clearly above the curve, the force fell
-    before the fitted puncture, and the curve ends at the peak instead. The noise is that of the free travel before the
-    contact. None with too few samples of either.
-    """
-    noise = _free_noise(strokes, fit, filter_length)
-    if noise is None:
-        return None
-    found = _peak_at(strokes, fit, fit.samples_before_puncture - fit.left_out, fit.values["puncture_depth"], noise)
-    if found is not None and puncture.force - fit.values["force_offset"] - found.value > PEAK_DROP_SIGMA * math.sqrt(
-        noise.variance
-    ):
-        peak = _sample_of(puncture, strokes)
-        return _peak_at(strokes, fit, peak + 1, float(strokes.depth_in[peak]), noise)
-    return found
-
-
-def _sample_of(puncture: Puncture, strokes: Strokes) -> int:
-    """The sample of the peak. The depth of the event is that of the filtered force, which is delayed."""
-    last = int(np.argmax(strokes.depth_in >= puncture.depth))
-    return int(np.argmax(strokes.force_in[: last + 1]))
-
-
-def _peak_at(strokes: Strokes, fit: CycleFit, end: int, at: float, noise: Noise) -> Estimate | None:
-    """Value at the depth ``at`` [m] of the curve through the last samples before ``end``."""
-    depth, force = strokes.depth_in, strokes.force_in
-    first = min(int(np.searchsorted(depth[:end], depth[end - 1] - WINDOW_M)) if end > 0 else 0, end - MIN_SAMPLES)
-    if first < 0 or not np.ptp(depth[first:end]) > 0.0:
-        return None
-    x, y = depth[first:end] - at, force[first:end]
-    curved = np.ptp(x) > MAX_STRAIGHT_WINDOW * fit.values["puncture_indentation"]
-    design = np.vander(x / np.ptp(x), 3 if curved else 2)
-    values, _, _ = least_squares(design, y)
-    # the puncture lies between samples: the growth of the force between them is not known
-    between = abs(float(values[-2])) / np.ptp(x) * 0.5 * (fit.high["puncture_depth"] - fit.low["puncture_depth"])
-    zero = fit.values["force_offset"], 0.5 * (fit.high["force_offset"] - fit.low["force_offset"])
-    own = TWO_SIDED * math.sqrt(noise.long_run * float(inverse(design.T @ design)[-1, -1]))
-    value, half = float(values[-1]) - zero[0], math.hypot(own, between, zero[1])
-    source = "measured: curve through the last 0.1 mm before the puncture"
-    return Estimate("puncture_force", value, "N", value - half, value + half, source=source)
-
-
-def _free_noise(strokes: Strokes, fit: CycleFit, filter_length: int) -> Noise | None:
-    """The noise of the force before the contact; None if the free travel is too short."""
-    last = fit.values["contact_depth"] - CONTACT_MARGIN * fit.values["puncture_indentation"]
-    free = strokes.force_in[: int(np.argmax(strokes.depth_in > last))]
-    if len(free) < max(MIN_FREE_SAMPLES, 4 * filter_length):
-        return None
-    return noise_of(free - free.mean(), len(free), filter_length, 1.0)
