@@ -116,7 +116,8 @@ inline void residuals(const Stroke& in, const Stroke& out, const CycleResult& r,
                       double* __restrict of_out) noexcept {
   const Vector x = r.polished.x;  // the embedded length is the depth below x[contact]
   for (std::size_t i = 0; i < r.puncture; ++i)
-    of_in[i] = in.force[i] - x[offset] - x[stiffness] * stiffness_at(in.depth[i] - x[contact], x[saturation]).g;
+    of_in[i] =
+        in.force[i] - x[offset] - x[stiffness] * stiffness_at(in.depth[i] - x[contact], x[saturation]).g;
   for (std::size_t i = r.puncture; i < in.size(); ++i)
     of_in[i] = in.force[i] - x[friction] * (in.depth[i] - x[contact]) - x[cutting] - x[offset];
   for (std::size_t i = 0; i < out.size(); ++i)

@@ -22,7 +22,7 @@ inline constexpr double tiny = std::numeric_limits<double>::min();
 /// Σ g², Σ g and Σ F g up to a puncture, as combinations of the moments before it.
 struct StiffnessForm {
   double gg_sum = 0, gg_count = 0, gg_u1 = 0, gg_u2 = 0, gg_u3 = 0, gg_u4 = 0;
-  double g_sum = 0;                                  // Σ g at the form's start
+  double g_sum = 0;                                    // Σ g at the form's start
   double fg_sum = 0, fg_f0 = 0, fg_f1 = 0, fg_f2 = 0;  // g in powers of u: of Σ g too
 
   template <class T>
@@ -65,7 +65,7 @@ struct Trial {
   std::size_t start = 0;       // first sample past the contact
   std::size_t saturation = 0;  // first sample on the shank
   StiffnessForm cone, shank;
-  Moments total;                                // of the insertion
+  Moments total;                                                  // of the insertion
   double withdrawal_h = 0, withdrawal_hh = 0, withdrawal_fh = 0;  // Σ h, Σ h², Σ F h below u0
   double withdrawal_count = 0, withdrawal_f = 0;                  // of the whole withdrawal
 
@@ -104,14 +104,15 @@ struct Coefficients {
 };
 
 /// The coefficients for samples up to the moments m before the puncture and from `until` on after it (the
-/// samples between them are left out); `form` is the stiffness at m. c and f' below zero are unphysical: there
-/// the constrained optimum zero is what counts, to the precision that a search needs.
+/// samples between them are left out); `form` is the stiffness at m. c and f' below zero are unphysical:
+/// there the constrained optimum zero is what counts, to the precision that a search needs.
 template <class T>
 Coefficients<T> coefficients(const Trial& trial, const StiffnessForm& form, const MomentsOf<T>& m,
                              const MomentsOf<T>& until) noexcept {
   const T n = trial.total.count - until.count, x = trial.total.u1 - until.u1, y = trial.total.f0 - until.f0;
   const T h = x - trial.u0 * n, mean = y / n;
-  const T hh = at_least(trial.total.u2 - until.u2 - trial.u0 * (x + h) - h * (h / n) + trial.withdrawal_hh, tiny);
+  const T hh =
+      at_least(trial.total.u2 - until.u2 - trial.u0 * (x + h) - h * (h / n) + trial.withdrawal_hh, tiny);
   const T fh = trial.total.f1 - until.f1 - trial.u0 * y - h * mean - trial.withdrawal_fh;
   // u is at most 1 in size: below this, sums of its fourth powers are rounding errors, and g is none
   const T rounding = 1e-12 * (m.count + 1.0), exact = form.gg(m), gg = exact > rounding ? exact : rounding;
@@ -120,7 +121,8 @@ Coefficients<T> coefficients(const Trial& trial, const StiffnessForm& form, cons
   const T enough = 1e-12 * count;
   T b_weight = count - g * (g / gg) - trial.withdrawal_h * (trial.withdrawal_h / hh);
   T b = (f_sum - g * (fg / gg) + trial.withdrawal_h * (fh / hh)) / (b_weight > enough ? b_weight : enough);
-  const T with_c = fg - b * g > 0 ? T{} + 1.0 : T{}, with_f = fh + b * trial.withdrawal_h > 0 ? T{} + 1.0 : T{};
+  const T with_c = fg - b * g > 0 ? T{} + 1.0 : T{},
+          with_f = fh + b * trial.withdrawal_h > 0 ? T{} + 1.0 : T{};
   b_weight = count - with_c * g * (g / gg) - with_f * trial.withdrawal_h * (trial.withdrawal_h / hh);
   const T level = f_sum - with_c * g * (fg / gg) + with_f * trial.withdrawal_h * (fh / hh);
   b_weight = b_weight > enough ? b_weight : enough, b = level / b_weight;

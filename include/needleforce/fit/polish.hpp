@@ -30,7 +30,8 @@ inline Normal line_normal(const Moments& m, const Scale& scale, const Vector& x,
   n.gram[contact][contact] = dz * dz * m.count;
   n.gram[friction][contact] = sign * dz * h;
   n.gram[friction][friction] = hh;
-  n.gram[offset][contact] = dz * m.count, n.gram[offset][friction] = sign * h, n.gram[offset][offset] = m.count;
+  n.gram[offset][contact] = dz * m.count, n.gram[offset][friction] = sign * h,
+  n.gram[offset][offset] = m.count;
   n.gradient[contact] = dz * r, n.gradient[friction] = sign * rh, n.gradient[offset] = r;
   if (sign < 0) return n;
   n.gram[cutting][contact] = dz * m.count, n.gram[cutting][friction] = h, n.gram[cutting][cutting] = m.count;
