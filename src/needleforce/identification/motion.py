@@ -45,7 +45,7 @@ def at_the_cut(depth: np.ndarray) -> np.ndarray:
 
 
 def sliding_back(depth: np.ndarray, stretch: float) -> np.ndarray:
-    """True (n,) where a pull-back within an insertion has travelled more than ``stretch`` [m] from the cut and goes on
+    """True (n,) where a pull-back within an insertion has travelled more than ``stretch`` [m] from the cut and continues
     outwards: there friction has reversed, and nothing is cut."""
     deepest, limit = np.maximum.accumulate(depth), backtrack_limit(depth)
     back = deepest - depth

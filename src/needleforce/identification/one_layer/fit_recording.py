@@ -14,6 +14,7 @@ from ...segmentation import Events, Puncture, segment
 from ...vocabulary import Status
 from ..statistics.noise import DriftEffect
 from ..strokes import Strokes, strokes_of, usable_samples
+from ..timing import timing_notes
 from .cycle_estimates import CycleFit
 from .cycle_fit import fit_cycle
 from .deformation_fit import DeformationFit, fit_deformation
@@ -38,7 +39,8 @@ class SegmentedRecording:
     """One recording's events, strokes, and the fit of each stiffness law that could be fitted.
 
     ``loading`` has each law's fit of the loading curve. The ``strokes`` have the ``drift`` of the zero subtracted;
-    ``free_after`` (k,) are the samples after the exit that show the same zero.
+    ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` are sentences on a lag or a
+    filter that is not declared.
     """
 
     recording: Recording
@@ -48,6 +50,7 @@ class SegmentedRecording:
     notes: tuple[str, ...]
     fits: dict[str, CycleFit] = field(default_factory=dict)
     loading: dict[str, DeformationFit] = field(default_factory=dict)
+    timing: tuple[str, ...] = ()
     drift: Drift = field(default_factory=Drift)
     free_after: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
@@ -61,13 +64,15 @@ def segmented(recording: Recording) -> SegmentedRecording:
             recording=recording, events=events, strokes=_no_strokes(), status=Status.unreadable, notes=events.notes
         )
     punctured = events.punctures or events.status is not Status.ok
+    timing = timing_notes(recording, events)
     strokes, drift, free_after = _without_drift(recording, events, strokes_of(recording, events))
     return SegmentedRecording(
         recording=recording,
         events=events,
         strokes=strokes,
         status=events.status if punctured else Status.no_puncture,
-        notes=events.notes + ((drift.note,) if drift.note else ()),
+        notes=events.notes + ((drift.note,) if drift.note else ()) + timing,
+        timing=timing,
         drift=drift,
         free_after=free_after,
     )

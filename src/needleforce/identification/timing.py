@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Whether force and depth of a recording belong to the same instants: a lag between them, and an average filter that is
+not declared.
+
+A needle at rest in tissue that is withdrawn changes its force in the instant in which it moves, whatever the tissue.
+The samples of white noise are independent; those behind an average of n samples are not, up to n - 1 samples apart.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..recording import Recording
+from ..segmentation import Events
+from ..vocabulary import Phase
+from .motion import backtrack_limit
+from .statistics.noise import noise_of
+
+BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
+MAX_LAG_S = 0.15  # [s]
+MAX_SAMPLES = 100  # of the window: more add time and little knowledge
+STRETCHES = np.geomspace(5e-6, 5e-3, 8)  # [m] travel over which the force follows the reversal
+SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand recordings
+SHAPES = (lambda x: 1.0 - np.exp(-x), lambda x: np.minimum(x, 1.0))  # how the force follows a reversal
+MIN_REST_SAMPLES = 5
+MIN_FREE_SAMPLES = 100  # for the correlation of the noise
+
+
+@dataclass(frozen=True)
+class Lag:
+    """Time [s] by which the force is behind the depth (negative: ahead) at the start of the withdrawal, between ``low``
+    and ``high`` whichever way the force follows the reversal, and the standard ``error`` [s] from noise."""
+
+    low: float
+    high: float
+    error: float
+
+    @property
+    def time(self) -> float:
+        """Middle of the range [s]."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def significant(self) -> bool:
+        """Whether no lag is excluded: noise leads to that less than once in a thousand recordings."""
+        return max(self.low, -self.high) > SIGNIFICANT * self.error
+
+
+def lag_of(recording: Recording, events: Events) -> Lag | None:
+    """The lag at the start of the withdrawal after a hold; None without both.
+
+    Least squares of F(t) = a + b t + c g(d(t - lag) / s), where d is the travel back from the hold: a relaxing force,
+    then one that follows the reversal over a stretch s of any length, g being 1 - exp(-x) or x up to 1. How the force
+    follows is not known better than between these two, which give the range. The error is half the range of lags whose
+    sum of squares the noise allows, and half a sample.
+    """
+    window = _window(recording, events)
+    if window is None:
+        return None
+    time, depth, force = (values[window] for values in (recording.time, recording.depth, recording.force))
+    step = float(np.median(np.diff(recording.time)))
+    held = float(np.median(depth[time <= time[0] + 0.5 * BEFORE_S]))
+    whole = recording.time, held - recording.depth
+    stretches = STRETCHES[STRETCHES > backtrack_limit(recording.depth)]
+    if not len(stretches):
+        return None
+    correlation = _correlation(force)
+    given = {"stretches": stretches, "correlation": correlation}
+    found = [_best_lag(time, force, whole, shape=shape, **given) for shape in SHAPES]
+    low, high = sorted(lag for lag, _ in found)
+    return Lag(low, high, math.hypot(max(half for _, half in found), 0.5 * step))
+
+
+def _best_lag(
+    time: np.ndarray,
+    force: np.ndarray,
+    whole: tuple[np.ndarray, np.ndarray],
+    *,
+    shape: Callable[[np.ndarray], np.ndarray],
+    stretches: np.ndarray,
+    correlation: float,
+) -> tuple[float, float]:
+    """The lag [s] with the least sum of squares, and half the range of lags that the noise allows [s]."""
+    lags = np.linspace(-MAX_LAG_S, MAX_LAG_S, 21)
+    for _ in range(3):
+        travel = np.interp(time - lags[:, None], *whole)
+        squares = _squares(time, force, shape(np.clip(travel[:, None] / stretches[:, None], -1.0, 50.0)))
+        best = int(np.argmin(squares))
+        found, width = float(lags[best]), float(lags[1] - lags[0])
+        allowed = lags[squares <= squares[best] * (1.0 + correlation / max(len(time) - 5, 1))]
+        lags = found + np.linspace(-width, width, 9)
+    return found, max(0.5 * float(np.ptp(allowed)), 0.5 * width)
+
+
+def _window(recording: Recording, events: Events) -> np.ndarray | None:
+    """Samples of the last part of the hold and the first of the withdrawal; None without enough of either."""
+    outwards = events.spans(Phase.extraction)
+    if not outwards:
+        return None
+    start = float(recording.time[outwards[0].first])
+    time = recording.time
+    window = np.flatnonzero((time >= start - BEFORE_S) & (time <= start + AFTER_S))
+    holds = [span for span in events.spans(Phase.hold) if span.last >= outwards[0].first]
+    if (
+        not holds
+        or np.count_nonzero(time[window] < start) < MIN_REST_SAMPLES
+        or holds[0].end - holds[0].start < BEFORE_S
+    ):
+        return None
+    return window[:: -(-len(window) // MAX_SAMPLES)]
+
+
+def _squares(time: np.ndarray, force: np.ndarray, follow: np.ndarray) -> np.ndarray:
+    """The least sum of squares (k,) over the stretches, for what follows the travel, (k, stretches, n)."""
+    q, _ = np.linalg.qr(np.column_stack([np.ones_like(time), time - time[0]]))
+    rest = force - q @ (q.T @ force)
+    follow = follow - (follow @ q) @ q.T
+    size = np.einsum("ksn,ksn->ks", follow, follow)
+    gain = np.where(size > 0.0, (follow @ rest) ** 2 / np.where(size > 0.0, size, 1.0), 0.0)
+    return float(rest @ rest) - gain.max(axis=1)
+
+
+def _correlation(force: np.ndarray) -> float:
+    """Long-run over plain variance of the noise of the force at rest, at least 1."""
+    rest = force[: max(len(force) // 3, 3)]
+    noise = noise_of(rest - rest.mean(), len(rest), 1, 1.0)
+    return max(noise.long_run / noise.variance, 1.0) if noise.variance > 0.0 else 1.0
+
+
+def undeclared_filter(free: np.ndarray, declared: int) -> int:
+    """Length [samples] of an average filter that the (n,) free force shows and the recording does not declare; 0 for
+    none.
+
+    Behind an average of n samples the autocorrelation falls on a straight line to 0 at lag n. The length is that of the
+    line through the correlated lags; it is reported where it is at least 2 and not the declared one.
+    """
+    if len(free) < MIN_FREE_SAMPLES:
+        return 0
+    residual = free - np.polyval(np.polyfit(np.arange(len(free)), free, 1), np.arange(len(free)))
+    noise = noise_of(residual, len(residual), 1, 2.0)
+    if noise.last_lag < 1 or noise.ar1_factor:
+        return 0
+    lags = np.arange(noise.last_lag + 1)
+    square = float(residual @ residual)
+    correlation = np.array([float(residual[lag:] @ residual[: len(residual) - lag]) / square for lag in lags])
+    slope = float((1.0 - correlation) @ lags / (lags @ lags))
+    misfit = float(np.max(np.abs(correlation - (1.0 - slope * lags))))
+    length = round(1.0 / slope) if slope > 0.0 else 0
+    straight = misfit < SIGNIFICANT * math.sqrt(max(noise.last_lag, 1) / len(residual))
+    return length if straight and length >= 2 and abs(length - declared) > 0.25 * declared else 0
+
+
+def timing_notes(recording: Recording, events: Events) -> tuple[str, ...]:
+    """A sentence for a lag between force and depth, and for an average filter that is not declared."""
+    found, lag = [], lag_of(recording, events)
+    if lag is not None and lag.significant:
+        side = "behind" if lag.time > 0.0 else "ahead of"
+        span = sorted(1e3 * abs(end) for end in (lag.low, lag.high))
+        found.append(
+            f"The force is {span[0]:.0f} to {span[1]:.0f} ms {side} the depth at the start of the withdrawal: a lag of "
+            "the recording shifts depths by speed times lag."
+        )
+    free = recording.force[: events.contact.low] if events.contact is not None else recording.force[:0]
+    length = undeclared_filter(free, recording.card.filter_length)
+    if length:
+        found.append(
+            f"The noise of the free travel is that behind an average filter of about {length} samples, declared are "
+            f"{recording.card.filter_length}: declare it, so that its delay and its smearing are counted."
+        )
+    return tuple(found)
