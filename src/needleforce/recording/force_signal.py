@@ -3,6 +3,7 @@
 samples."""
 
 import numpy as np
+from scipy.special import ndtri
 
 from .recording import Note
 from .stream import Stream
@@ -19,6 +20,11 @@ _SPIKE_RANGE_SHARE = 0.5  # of the range of all other samples
 _END_SPIKE_RANGE_FACTOR = 10.0  # of that range at either end of a noisy force, where a step looks like a spike
 _MAX_NEIGHBOUR_DIFFERENCE = 0.2  # of the spike's height: largest difference between its neighbours
 _MAX_GLITCH_SHARE = 0.01  # of all samples: more of them are not glitches
+_OUTLIER_FALSE_ALARMS = 1e-3  # outliers found in a recording that has only normal noise
+_MEDIAN_RESIDUAL_SD = 1.14  # sd of a sample about the mean of the middle two of its four neighbours, white noise of 1
+_MAX_NEIGHBOUR_SPAN = 0.5  # of the outlier's height
+_LOCAL_SAMPLES = 100  # on either side, whose differences show the noise near a sample
+_MAX_COMMON = 4000  # samples that show the common noise
 
 
 def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
@@ -147,4 +153,65 @@ def _quantum(values: np.ndarray) -> float:
     """The smallest step of (n,) values, 0 if they are constant: the last digit of a coarse sensor is not a spike."""
     steps = np.abs(np.diff(values))
     steps = steps[steps > 0.0]
+    return float(steps.min()) if len(steps) else 0.0
+
+
+def outliers(force: np.ndarray) -> np.ndarray:
+    """Find single samples that lie far from their neighbours on both sides.
+
+    Parameters
+    ----------
+    force : (n,) array
+        Force [N], sampled uniformly.
+
+    Returns
+    -------
+    (k,) array of int
+        Sample numbers, in order.
+
+    Notes
+    -----
+    A sample is compared with the mean of the middle two of its four neighbours. It is an outlier if the difference is
+    beyond what normal noise reaches once in 1000 recordings of this length, with the robust standard deviation of such
+    differences near it, and if the neighbours agree: they span less than half of the difference, as neither those of a
+    peak before a drop nor those of a step do. A quantum of the sensor counts as noise.
+    """
+    count = len(force)
+    if count < _MIN_SAMPLES:
+        return np.empty(0, int)
+    padded = np.pad(force, 2, mode="reflect")
+    near = [padded[k : k + count] for k in (0, 1, 3, 4)]
+    a, b = np.minimum(near[0], near[1]), np.maximum(near[0], near[1])
+    c, d = np.minimum(near[2], near[3]), np.maximum(near[2], near[3])
+    low, high = np.minimum(a, c), np.maximum(b, d)
+    height = force - 0.5 * (a + b + c + d - low - high)
+    size = np.abs(height)
+    limit = _MEDIAN_RESIDUAL_SD * float(-ndtri(0.5 * _OUTLIER_FALSE_ALARMS / count))
+    common = np.median(size[:: max(1, count // _MAX_COMMON)]) / 0.6745 / _MEDIAN_RESIDUAL_SD
+    floor = max(float(common) / 3.0, quantum_of(force) / 12**0.5, 1e-9 * float(np.ptp(force)))
+    some = np.flatnonzero((size > limit * floor) & (high - low < _MAX_NEIGHBOUR_SPAN * size))
+    return np.array([k for k in some.tolist() if size[k] > limit * max(floor, _local_sd(size, k))], int)
+
+
+def _local_sd(size: np.ndarray, sample: int) -> float:
+    """Robust standard deviation of the noise near a sample, from the (n,) magnitudes of the differences."""
+    near = size[max(sample - _LOCAL_SAMPLES, 0) : sample + _LOCAL_SAMPLES + 1]
+    return float(np.median(near)) / 0.6745 / _MEDIAN_RESIDUAL_SD
+
+
+def without_outliers(force: np.ndarray, found: np.ndarray) -> np.ndarray:
+    """The (n,) force with every outlier replaced by the median of its four neighbours."""
+    if not len(found):
+        return force
+    clean = force.copy()
+    for k in found:
+        near = [j for j in (k - 2, k - 1, k + 1, k + 2) if 0 <= j < len(force)]
+        clean[k] = np.median(force[near])
+    return clean
+
+
+def quantum_of(force: np.ndarray) -> float:
+    """The smallest step [N] of (n,) values beyond their rounding, 0 if they are constant."""
+    steps = np.abs(np.diff(force))
+    steps = steps[steps > 1e-12 * max(float(np.max(np.abs(force), initial=0.0)), 1e-300)]
     return float(steps.min()) if len(steps) else 0.0
