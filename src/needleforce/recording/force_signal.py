@@ -21,10 +21,9 @@ _END_SPIKE_RANGE_FACTOR = 10.0  # of that range at either end of a noisy force, 
 _MAX_NEIGHBOUR_DIFFERENCE = 0.2  # of the spike's height: largest difference between its neighbours
 _MAX_GLITCH_SHARE = 0.01  # of all samples: more of them are not glitches
 _OUTLIER_FALSE_ALARMS = 1e-3  # outliers found in a recording that has only normal noise
-_MEDIAN_RESIDUAL_SD = 1.14  # sd of a sample about the mean of the middle two of its four neighbours, white noise of 1
+_MEDIAN_RESIDUAL_SD = 1.11  # sd of a sample about the median of its six neighbours, for white noise of 1
 _MAX_NEIGHBOUR_SPAN = 0.5  # of the outlier's height
-_LOCAL_SAMPLES = 100  # on either side, whose differences show the noise near a sample
-_MAX_COMMON = 4000  # samples that show the common noise
+_LOCAL_SAMPLES = 200  # whose differences show the noise near a sample
 
 
 def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
@@ -171,42 +170,44 @@ def outliers(force: np.ndarray) -> np.ndarray:
 
     Notes
     -----
-    A sample is compared with the mean of the middle two of its four neighbours. It is an outlier if the difference is
-    beyond what normal noise reaches once in 1000 recordings of this length, with the robust standard deviation of such
-    differences near it, and if the neighbours agree: they span less than half of the difference, as neither those of a
-    peak before a drop nor those of a step do. A quantum of the sensor counts as noise.
+    A sample is compared with the median of its six neighbours. It is an outlier if the difference is beyond what normal
+    noise reaches once in 1000 recordings of this length, with the robust standard deviation of such differences near
+    it, and if the neighbours agree: but for one on either side they span less than half of the difference, as neither
+    those of a peak before a drop nor those of a step do. A quantum of the sensor counts as noise.
     """
     count = len(force)
     if count < _MIN_SAMPLES:
         return np.empty(0, int)
-    padded = np.pad(force, 2, mode="reflect")
-    near = [padded[k : k + count] for k in (0, 1, 3, 4)]
-    a, b = np.minimum(near[0], near[1]), np.maximum(near[0], near[1])
-    c, d = np.minimum(near[2], near[3]), np.maximum(near[2], near[3])
-    low, high = np.minimum(a, c), np.maximum(b, d)
-    height = force - 0.5 * (a + b + c + d - low - high)
-    size = np.abs(height)
+    padded = np.concatenate((force[3:0:-1], force, force[-2:-5:-1]))
+    rough = np.abs(force - 0.5 * (padded[:-6] + padded[6:]))
     limit = _MEDIAN_RESIDUAL_SD * float(-ndtri(0.5 * _OUTLIER_FALSE_ALARMS / count))
-    common = np.median(size[:: max(1, count // _MAX_COMMON)]) / 0.6745 / _MEDIAN_RESIDUAL_SD
-    floor = max(float(common) / 3.0, quantum_of(force) / 12**0.5, 1e-9 * float(np.ptp(force)))
-    some = np.flatnonzero((size > limit * floor) & (high - low < _MAX_NEIGHBOUR_SPAN * size))
-    return np.array([k for k in some.tolist() if size[k] > limit * max(floor, _local_sd(size, k))], int)
+    level = limit * _local_noise(rough, max(quantum_of(force) / 12**0.5, 1e-9 * float(np.ptp(force))))
+    some = np.flatnonzero(rough > 0.5 * level)
+    near = np.sort([padded[some + k] for k in (0, 1, 2, 4, 5, 6)], axis=0)
+    size = np.abs(force[some] - 0.5 * (near[2] + near[3]))
+    return some[(size > level[some]) & (near[4] - near[1] < _MAX_NEIGHBOUR_SPAN * size)]
 
 
-def _local_sd(size: np.ndarray, sample: int) -> float:
-    """Robust standard deviation of the noise near a sample, from the (n,) magnitudes of the differences."""
-    near = size[max(sample - _LOCAL_SAMPLES, 0) : sample + _LOCAL_SAMPLES + 1]
-    return float(np.median(near)) / 0.6745 / _MEDIAN_RESIDUAL_SD
+def _local_noise(rough: np.ndarray, floor: float) -> np.ndarray:
+    """Robust standard deviation (n,) of the noise near each sample, from the magnitudes of second differences; at least
+    ``floor``, and a third of what is common in the recording."""
+    rows = max(len(rough) // _LOCAL_SAMPLES, 1)
+    length = len(rough) // rows
+    some = rough[: rows * length].reshape(rows, length)[:, ::2].copy()
+    middle = some.shape[1] // 2
+    local = np.partition(some, middle, axis=1)[:, middle] / 0.6745 / 1.5**0.5
+    level = np.maximum(local, max(float(np.median(local)) / 3.0, floor))
+    return np.append(np.repeat(level, length), np.full(len(rough) - rows * length, level[-1]))
 
 
 def without_outliers(force: np.ndarray, found: np.ndarray) -> np.ndarray:
-    """The (n,) force with every outlier replaced by the median of its four neighbours."""
+    """The (n,) force with every outlier replaced by the median of its neighbours that are none."""
     if not len(found):
         return force
-    clean = force.copy()
+    clean, spiked = force.copy(), set(found.tolist())
     for k in found:
-        near = [j for j in (k - 2, k - 1, k + 1, k + 2) if 0 <= j < len(force)]
-        clean[k] = np.median(force[near])
+        near = [j for j in range(max(k - 3, 0), min(k + 4, len(force))) if j not in spiked]
+        clean[k] = np.median(force[near]) if near else clean[k]
     return clean
 
 

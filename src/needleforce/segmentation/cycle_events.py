@@ -13,8 +13,10 @@ from .strokes import Blocks, Cycle, advancing, blocks
 MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
 MIN_RUPTURE_SAMPLES = 5  # minimum number of samples of a rupture
 BLOCKS_PER_RUPTURE = 10
+MIN_STROKE_BLOCKS = 300  # of a stroke with enough samples
 MAX_GRADUAL_TRAVEL_M = 1e-3  # [m] travel of the most gradual rupture that is searched
 NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
+MIN_LOAD_SIGMA = 8.0  # [sd] range of blocks beyond which the force before the contact may be a load
 MIN_RISE_RATIO = 3.0  # of the duration of a rise before a fall over that of the fall, if the stroke begins in contact
 MIN_REGULAR_FALLS = 5  # a force that falls regularly swings; fewer falls may be evenly spaced by chance
 MAX_SPACING_VARIATION = 0.3  # sd over mean of the spacing of such falls; random places have 1
@@ -54,10 +56,9 @@ class DetectionLimits:
     lag: int
     quantum: float
 
-    @property
-    def size(self) -> int:
-        """Samples per block."""
-        return max(1, self.window // BLOCKS_PER_RUPTURE)
+    def size(self, cycle: Cycle) -> int:
+        """Samples per block: a tenth of a rupture, or less in a stroke of few such blocks."""
+        return max(1, min(self.window // BLOCKS_PER_RUPTURE, (cycle.stop - cycle.start) // MIN_STROKE_BLOCKS))
 
 
 def limits(
@@ -77,8 +78,8 @@ def cycle_events(
 ) -> CycleEvents:
     """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N] without outliers."""
     begin, last = _ends(time, depth, force, cycle, allowed)
-    stroke = inward_blocks(depth, force, cycle, allowed.size)
-    free = 0 if begin is None else int(np.searchsorted(stroke.starts, begin.low))
+    stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
+    free = 0 if begin is None else int(np.searchsorted(stroke.depth, begin.depth))
     if (begin is None or free) and _loaded_before(force, stroke, free, allowed):
         begin, free = _from_the_start(stroke), 0
     if begin is None:
@@ -114,7 +115,8 @@ def _loaded_before(force: np.ndarray, stroke: Blocks, free: int, allowed: Detect
     none was found): then the stroke begins in contact. Noise, hum and drift fall too, but do not rise for longer than
     they fall, by a good part of the fall."""
     before = stroke if not free else stroke.part(np.arange(free))
-    if len(before) < 2 * MIN_RUPTURE_SAMPLES:
+    white = block_noise(before.force, 0, allowed.quantum, before.size).white
+    if len(before) < 2 * MIN_RUPTURE_SAMPLES or np.ptp(before.force) < MIN_LOAD_SIGMA * white:
         return False
     return any(
         _rises_until(before.force[: fall.first + 1], drop.drop) and fall.first > MIN_RISE_RATIO * _blocks_of(drop, before)
@@ -230,12 +232,12 @@ def _ends(
     """Contact and exit with ``low`` and ``high`` as samples; both are determined again after the drift between them is
     subtracted."""
     span = slice(cycle.start, cycle.end)
-    if cycle.withdrawn and only_drift(time[span], force[span], allowed.size):
+    if cycle.withdrawn and only_drift(time[span], force[span], allowed.size(cycle)):
         return None, None
     begin, last = _contact(depth, force, cycle, allowed), None
     if begin is None or not cycle.withdrawn:
         return begin, None
-    last = exit_depth(depth, force, cycle, allowed.size, allowed.crossing)
+    last = exit_depth(depth, force, cycle, allowed.size(cycle), allowed.crossing)
     peak = float(np.max(np.abs(force[span] - begin.baseline)))
     if last is None or not returned(begin, last, float(depth[cycle.stop - 1]), peak):
         return begin, None
@@ -244,12 +246,12 @@ def _ends(
         return begin, last
     before, after = time[(cycle.start + begin.low) // 2], time[(last.high + cycle.end - 1) // 2]
     level = force - drift * (time - before) / (after - before)
-    again = _contact(depth, level, cycle, allowed), exit_depth(depth, level, cycle, allowed.size, allowed.crossing)
+    again = _contact(depth, level, cycle, allowed), exit_depth(depth, level, cycle, allowed.size(cycle), allowed.crossing)
     return again if None not in again else (begin, last)
 
 
 def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Onset | None:
     """The contact of the insertion stroke, with blocks converted to samples."""
-    stroke = inward_blocks(depth, force, cycle, allowed.size)
+    stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
     found = onset(stroke, allowed.crossing)
     return None if found is None else replace(found, low=stroke.sample(found.low), high=stroke.sample(found.high + 1))

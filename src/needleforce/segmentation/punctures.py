@@ -16,13 +16,15 @@ from .strokes import Blocks, white_noise
 
 FALSE_ALARMS = 1e-3  # punctures found in a recording that has only normal noise
 WINDOWS = (3, 5, 8, 12, 20, 32, 50, 80)  # [blocks] lengths of the compared windows
+MAX_END_WINDOW = 5  # [blocks] of a comparison near the end of a stroke, where the force after it is not known
 MIN_LINE_WINDOW = 8  # [blocks] a line through fewer is less certain than their mean
 CHECK_SIGMA = 4.0  # [sd] of the fall between short windows, where the larger one is judged by its line
 SHORT_SHARE = 0.4  # of a window: the short one of that check
 MIN_STROKE_WINDOWS = 5  # pairs of windows in a stroke, whose fluctuation is to be known
 MIN_FREE_WINDOWS = 6  # windows of free travel that show the correlation of the noise
 ROUGH_PARTS = (4, 2, 1)  # of a rupture: lengths over which the fluctuation of a stroke is judged
-ROUGH_SIGMA = 2.0  # standard errors by which it exceeds the noise: more is texture of the tissue
+ROUGH_SIGMA = 2.0  # standard errors (2 % by chance) by which it exceeds the noise: more is texture of the tissue
+MIN_ROUGH_WINDOWS = 20  # such lengths of free travel that show the correlation of the noise over them
 ROBUST_SD_ERROR = 0.83  # standard error of a robust standard deviation, times the root of the number of values
 FOURTH_DIFFERENCE = 70**0.5  # sd of a fourth difference of values with sd 1
 MIN_NOISE_SHARE = 1e-4  # of the range of the force: simulated recordings may have no noise
@@ -95,7 +97,13 @@ class Comparison:
 
 def robust_sd(values: np.ndarray) -> float:
     """Standard deviation of (n,) values about their median, from the median of their magnitudes."""
-    return float(np.median(np.abs(values - np.median(values)))) / 0.6745 if len(values) > 3 else 0.0
+    return middle(np.abs(values - middle(values))) / 0.6745 if len(values) > 3 else 0.0
+
+
+def middle(values: np.ndarray) -> float:
+    """The median of (n,) values, the upper one of two."""
+    half = len(values) // 2
+    return float(np.partition(values, half)[half])
 
 
 def comparisons(force: np.ndarray, max_gap: int) -> Iterator[Comparison]:
@@ -116,15 +124,15 @@ def comparisons(force: np.ndarray, max_gap: int) -> Iterator[Comparison]:
                 continue
             before, after = slope[:-apart], slope[apart:]
             fall = mean[:-apart] - mean[apart:]
-            decline = _decline(fall, -apart * after, apart + w)
+            decline = _decline(fall, -apart * after, apart + w, near_end=not gap and w <= MAX_END_WINDOW)
             bent = fall + 0.5 * apart * (before + after)
             yield Comparison(w, gap, fall, fall - decline, bent, fall + 0.5 * (w * before - decline))
 
 
-def _decline(fall: np.ndarray, sloped: np.ndarray, shift: int) -> np.ndarray:
-    """The (k,) decline around each fall: the larger of the falls ``shift`` blocks before and after it, where the stroke
-    has them, or that of the second window's slope after the last."""
-    decline = np.maximum(sloped, 0.0)
+def _decline(fall: np.ndarray, sloped: np.ndarray, shift: int, *, near_end: bool) -> np.ndarray:
+    """The (k,) decline around each fall: the larger of the falls ``shift`` blocks before and after it. After the last
+    one it is that of the second window's slope if ``near_end`` falls count, as those of short windows do."""
+    decline = np.maximum(sloped, 0.0) if near_end else np.full(len(fall), np.inf)
     decline[:-shift] = np.maximum(fall[shift:], 0.0)
     decline[shift:] = np.maximum(decline[shift:], fall[:-shift])
     return decline
@@ -147,7 +155,7 @@ def falls(
     broken, correlated, rough = _breaks(stroke), 1.0, is_rough(stroke.force, free, noise, rupture)
     for each in comparisons(stroke.force, max_gap):
         sensor, own = _deviations(each, free, noise)
-        sd = max(sensor, own) or np.inf
+        sd = max(sensor, own, 1e-300)
         if each.window <= WINDOWS[1] and not each.gap:
             correlated = max(correlated, sd / max(2**0.5 * noise.of_mean(each.window), 1e-300))
         if not each.gap:
@@ -184,13 +192,24 @@ def _deviations(each: Comparison, free: int, noise: ForceNoise) -> tuple[float, 
 
 def _own_deviation(each: Comparison, free: int) -> float:
     """Standard deviation [N] of a comparison's fall over the stroke after ``free`` blocks, about its local trend: the
-    mean of the same comparison before and after it. A short stroke has only the slope of the windows for a trend."""
+    mean of the same comparison before and after it. A short stroke has only the slope of the windows for a trend.
+
+    Punctures may affect more than half of a stroke; therefore the smallest quarter of the magnitudes is used.
+    """
     fall, apart = each.fall[min(free, len(each.fall)) :], each.window + each.reach
     if len(fall) > 4 * apart:
         left = fall[apart:-apart] - 0.5 * (fall[: -2 * apart] + fall[2 * apart :])
-        return robust_sd(left) / 1.5**0.5
+        return _quarter_sd(left) / 1.5**0.5
     lever = 1.0 + 3.0 * (each.reach / each.window) ** 2  # variance of a bent fall over that of a fall, white noise
-    return robust_sd(each.bent[min(free, len(each.bent)) :]) / lever**0.5
+    return _quarter_sd(each.bent[min(free, len(each.bent)) :]) / lever**0.5
+
+
+def _quarter_sd(values: np.ndarray) -> float:
+    """Standard deviation of (n,) normal values about their median of which up to three quarters may be disturbed."""
+    if len(values) < 4:
+        return 0.0
+    size, quarter = np.abs(values - middle(values)), len(values) // 4
+    return float(np.partition(size, quarter)[quarter]) / 0.3186
 
 
 def is_rough(force: np.ndarray, free: int, noise: ForceNoise, rupture: int) -> bool:
@@ -200,17 +219,18 @@ def is_rough(force: np.ndarray, free: int, noise: ForceNoise, rupture: int) -> b
     nothing to them.
     """
     sums = np.concatenate(([0.0], np.cumsum(force - force[0])))
-    inside = len(force) - free
+    inside, correlated = len(force) - free, 1.0
     for w in sorted({max(3, rupture // part) for part in ROUGH_PARTS}):
         if inside < 8 * w:
             break
         mean = (sums[w:] - sums[:-w]) / w
         second = mean[: -2 * w] - 2.0 * mean[w:-w] + mean[2 * w :]
         fourth = second[: -2 * w] - 2.0 * second[w:-w] + second[2 * w :]
-        sensor, error = FOURTH_DIFFERENCE * noise.of_mean(w), w / inside
-        if free >= 8 * w:
-            sensor, error = max(sensor, robust_sd(fourth[: free - 5 * w + 1])), error + w / free
-        if robust_sd(fourth[free:]) > (1.0 + ROUGH_SIGMA * ROBUST_SD_ERROR * error**0.5) * sensor:
+        sensor = FOURTH_DIFFERENCE * noise.of_mean(w)
+        if free >= MIN_ROUGH_WINDOWS * w:
+            correlated = max(correlated, robust_sd(fourth[: free - 5 * w + 1]) / max(sensor, 1e-300))
+        error = (w / inside + w / max(free, MIN_ROUGH_WINDOWS * w)) ** 0.5
+        if robust_sd(fourth[free:]) > (1.0 + ROUGH_SIGMA * ROBUST_SD_ERROR * error) * correlated * sensor:
             return True
     return False
 
