@@ -21,9 +21,10 @@ _END_SPIKE_RANGE_FACTOR = 10.0  # of that range at either end of a noisy force, 
 _MAX_NEIGHBOUR_DIFFERENCE = 0.2  # of the spike's height: largest difference between its neighbours
 _MAX_GLITCH_SHARE = 0.01  # of all samples: more of them are not glitches
 _OUTLIER_FALSE_ALARMS = 1e-3  # outliers found in a recording that has only normal noise
-_MEDIAN_RESIDUAL_SD = 1.11  # sd of a sample about the median of its six neighbours, for white noise of 1
 _MAX_NEIGHBOUR_SPAN = 0.5  # of the outlier's height
 _LOCAL_SAMPLES = 200  # whose differences show the noise near a sample
+_LOCAL_MARGIN = 1.25  # of that noise, three standard errors of its estimate
+_MAX_COMMON = 2000  # samples that show the common noise
 
 
 def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
@@ -179,25 +180,34 @@ def outliers(force: np.ndarray) -> np.ndarray:
     if count < _MIN_SAMPLES:
         return np.empty(0, int)
     padded = np.concatenate((force[3:0:-1], force, force[-2:-5:-1]))
-    rough = np.abs(force - 0.5 * (padded[:-6] + padded[6:]))
-    limit = _MEDIAN_RESIDUAL_SD * float(-ndtri(0.5 * _OUTLIER_FALSE_ALARMS / count))
-    level = limit * _local_noise(rough, max(quantum_of(force) / 12**0.5, 1e-9 * float(np.ptp(force))))
-    some = np.flatnonzero(rough > 0.5 * level)
+    second = np.abs(force - 0.5 * (padded[:-6] + padded[6:]))
+    common = _residuals(padded, np.arange(0, count, max(1, count // _MAX_COMMON)))[0]
+    noise = _local_noise(second, float(np.median(common)), max(quantum_of(force), 1e-9 * float(np.ptp(force))))
+    level = float(-ndtri(0.5 * _OUTLIER_FALSE_ALARMS / count)) * noise
+    some = np.flatnonzero(second > 0.5 * level)
+    size, span = _residuals(padded, some)
+    return some[(size > level[some]) & (span < _MAX_NEIGHBOUR_SPAN * size)]
+
+
+def _residuals(padded: np.ndarray, some: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Magnitudes of the (k,) samples ``some`` about the median of their six neighbours, and the span of the inner four
+    of these; ``padded`` has three more samples at either end."""
     near = np.sort([padded[some + k] for k in (0, 1, 2, 4, 5, 6)], axis=0)
-    size = np.abs(force[some] - 0.5 * (near[2] + near[3]))
-    return some[(size > level[some]) & (near[4] - near[1] < _MAX_NEIGHBOUR_SPAN * size)]
+    return np.abs(padded[some + 3] - 0.5 * (near[2] + near[3])), near[4] - near[1]
 
 
-def _local_noise(rough: np.ndarray, floor: float) -> np.ndarray:
-    """Robust standard deviation (n,) of the noise near each sample, from the magnitudes of second differences; at least
-    ``floor``, and a third of what is common in the recording."""
-    rows = max(len(rough) // _LOCAL_SAMPLES, 1)
-    length = len(rough) // rows
-    some = rough[: rows * length].reshape(rows, length)[:, ::2].copy()
+def _local_noise(second: np.ndarray, common: float, quantum: float) -> np.ndarray:
+    """Robust standard deviation (n,) of residuals near each sample, from their ``common`` median [N] and the (n,)
+    magnitudes ``second`` of second differences, which show where there is more or less noise."""
+    rows = max(len(second) // _LOCAL_SAMPLES, 1)
+    length = len(second) // rows
+    some = second[: rows * length].reshape(rows, length)[:, ::2].copy()
     middle = some.shape[1] // 2
-    local = np.partition(some, middle, axis=1)[:, middle] / 0.6745 / 1.5**0.5
-    level = np.maximum(local, max(float(np.median(local)) / 3.0, floor))
-    return np.append(np.repeat(level, length), np.full(len(rough) - rows * length, level[-1]))
+    local = np.partition(some, middle, axis=1)[:, middle]
+    usual = float(np.median(local))
+    ratio = np.maximum(local / usual, 1.0 / 3.0) if usual > 0.0 else np.ones(rows)
+    level = np.hypot(_LOCAL_MARGIN * common * ratio, 0.5 * quantum) / 0.6745  # a median of rounded values is rounded
+    return np.append(np.repeat(level, length), np.full(len(second) - rows * length, level[-1]))
 
 
 def without_outliers(force: np.ndarray, found: np.ndarray) -> np.ndarray:

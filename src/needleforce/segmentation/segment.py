@@ -94,7 +94,7 @@ def segment(
         exit=chosen.exit,
         phases=spans,
         status=status,
-        notes=(*notes, *remarks, *doubts(time, depth, clean, chosen)),
+        notes=(*notes, *remarks, *doubts(time, depth, clean, chosen, options["quantum"])),
         minor=chosen.minor,
         outliers=spikes_at,
         baseline=chosen.baseline,
@@ -118,7 +118,8 @@ def _outlier_note(found: np.ndarray) -> tuple[str, ...]:
     """A sentence on the outliers, if there are any."""
     if not len(found):
         return ()
-    return (f"{len(found)} single samples of the force are outliers; they are left out of the segmentation.",)
+    what = "1 sample of the force is an outlier" if len(found) == 1 else f"{len(found)} samples of the force are outliers"
+    return (f"{what}, far from the neighbours on both sides, and left out of the segmentation.",)
 
 
 def phases(time: np.ndarray, insertions: list[CycleEvents]) -> tuple[Span, ...]:

@@ -186,7 +186,7 @@ def blocks(depth: np.ndarray, force: np.ndarray, first: int, last: int, size: in
 
 def advancing(stroke: Blocks) -> np.ndarray:
     """Indices of the blocks in which the needle goes deeper than ever before in its stroke: not at rest, not pulled
-    back, and not on its way through the hole that it left."""
+    back, not on its way through the hole that it left, and not where it turns."""
     depth = stroke.depth
     if len(depth) < 2 * ADVANCE_WINDOW:
         return np.arange(len(depth))
@@ -194,7 +194,10 @@ def advancing(stroke: Blocks) -> np.ndarray:
     ahead, behind = np.append(top[half:], np.full(half, top[-1])), np.append(np.full(half, top[0]), top[:-half])
     gain = ahead - behind
     typical = float(np.median(gain[gain > 0.0])) if (gain > 0.0).any() else 0.0
-    return np.flatnonzero((gain > MIN_ADVANCE_SHARE * typical) & (depth > top - typical))
+    inwards = (gain > MIN_ADVANCE_SHARE * typical) & (depth > top - typical)
+    inwards[:-1] &= inwards[1:]
+    inwards[-1] = False
+    return np.flatnonzero(inwards)
 
 
 def first_run(above: np.ndarray, length: int) -> int | None:
