@@ -12,7 +12,7 @@ CROSSING_SIGMA = 5.0  # [sd of the noise] height of a crossing that is not noise
 SUSTAINED_SAMPLES = 10  # [samples] duration of a crossing
 FIT_FORCE_SHARE = 0.02  # of the maximum force: the fit uses the force up to this share,
 FIT_FORCE_SIGMA = 10.0  # or up to this many sd of the noise, whichever is more
-EXPONENTS = (1.0, 1.25, 1.5, 1.75, 2.0)  # of force over depth: flat punch 1, sphere 3/2, cone 2
+EXPONENTS = (1.0, 1.25, 1.5, 1.75, 2.0)  # of force over depth, a quarter apart: flat punch 1, sphere 3/2, cone 2
 FIT_SHARES = (1.0, 0.75, 0.5)  # of that force, tried until the fit is good
 MAX_MISFIT_SIGMA = 1.3  # [sd] misfit of a good fit: a hump soon after the contact must not bias it
 MAX_SQUARES_RISE = 9.0  # rise of the sum of squares, in variances, beyond which a contact point is excluded: 3 sd
@@ -163,16 +163,18 @@ def fit_origin(z: np.ndarray, f: np.ndarray, noise: float) -> Origin:
 def _squares(z: np.ndarray, f: np.ndarray, origins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The smallest residual sums of squares over the exponents, and the baselines, for (m,) origins."""
     past = np.maximum(z - origins[:, None], 0.0) / (float(np.ptp(z)) or 1.0)
-    centred = f - f.mean()
+    quarter = np.sqrt(np.sqrt(past))
+    centred, shape = f - f.mean(), past.copy()
     squares, bases = [], []
-    for p in EXPONENTS:
-        shape = past**p
+    for _ in EXPONENTS:
         mean = shape.mean(axis=1)
-        shape -= mean[:, None]
-        height = np.maximum(shape @ centred, 0.0) / np.maximum((shape * shape).sum(axis=1), 1e-300)
-        left = centred - height[:, None] * shape  # squared directly, because a difference of sums could be negative
-        squares.append((left * left).sum(axis=1))
+        offset = shape - mean[:, None]
+        height = np.maximum(offset @ centred, 0.0) / np.maximum(np.einsum("ij,ij->i", offset, offset), 1e-300)
+        offset *= -height[:, None]
+        offset += centred  # squared directly, because a difference of sums could be negative
+        squares.append(np.einsum("ij,ij->i", offset, offset))
         bases.append(f.mean() - height * mean)
+        shape *= quarter
     best = np.argmin(squares, axis=0)
     pick = np.arange(len(origins))
     return np.array(squares)[best, pick], np.array(bases)[best, pick]

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The result of segmentation: events with the samples that bound them, and phases as spans."""
 
+import math
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from ..vocabulary import Phase, Status
 
@@ -41,10 +44,26 @@ class Puncture(Event):
         Drop of the force after the peak [N].
     indentation : float
         Depth minus contact depth [m].
+    statistic : float
+        Size of the fall in standard deviations of noise and fluctuation of the stroke, over the best windows.
+    drop_low, drop_high : float
+        95 % interval of ``drop`` [N].
+    end : int
+        Number of the sample at which the fall ends, -1 if not known.
+    end_depth : float
+        Depth at that sample [m].
+    gradual : bool
+        True if the fall takes longer than needle and sensor take to follow a sudden one.
     """
 
     drop: float
     indentation: float
+    statistic: float = field(default=math.nan, kw_only=True)
+    drop_low: float = field(default=math.nan, kw_only=True)
+    drop_high: float = field(default=math.nan, kw_only=True)
+    end: int = field(default=-1, kw_only=True)
+    end_depth: float = field(default=math.nan, kw_only=True)
+    gradual: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -86,6 +105,15 @@ class Events:
         ``ok``, ``no_contact``, ``no_puncture``, ``incomplete`` or ``unreadable``.
     notes : tuple of str
         Sentences on what is missing or doubtful.
+    minor : tuple of Puncture
+        Falls of the force that are significant but no punctures: smaller ones within the texture of a rough tissue, and
+        the regular swing of a cutting force.
+    outliers : (k,) array of int
+        Numbers of the samples of the force that lie far from both neighbours.
+    baseline : float or None
+        Force of the free travel before the contact [N]; None if the recording begins in contact or has none.
+    noise : float
+        Standard deviation of a sample of the force [N], without its correlation.
     """
 
     contact: Event | None = None
@@ -94,6 +122,10 @@ class Events:
     phases: tuple[Span, ...] = ()
     status: Status = Status.ok
     notes: tuple[str, ...] = field(default=())
+    minor: tuple[Puncture, ...] = field(default=(), kw_only=True)
+    outliers: np.ndarray = field(default_factory=lambda: np.empty(0, int), kw_only=True, compare=False)
+    baseline: float | None = field(default=None, kw_only=True)
+    noise: float = field(default=0.0, kw_only=True)
 
     def spans(self, phase: str) -> tuple[Span, ...]:
         """Select the spans of one phase.

@@ -1,63 +1,355 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Punctures: a force peak followed by a drop that is neither noise nor ripple."""
+"""Punctures: falls of the force during inward travel that neither the noise nor the stroke's own fluctuation explains.
 
+Two adjacent windows of the force, of several lengths, with or without a gap between them, are compared at every place
+of the stroke. Their difference, less that just before and after it if the force declines there too, is divided by its
+standard deviation; the threshold follows from the number of places and ``FALSE_ALARMS``.
+"""
+
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtri
 
-from .strokes import Blocks
+from .strokes import Blocks, white_noise
 
-DROP_SIGMA = 5.0  # [sd] above the mean drop in the free travel
-DROP_OF_PEAK = 0.1  # of the force at the peak itself, so that a thin deep layer counts as much as the first one
-MIN_SPEED_SHARE = 0.2  # of the mean speed: at lower speed a decreasing force is relaxation
-DROP_OF_MAX_FORCE = 0.03  # of the maximum force of the stroke
+FALSE_ALARMS = 1e-3  # punctures found in a recording that has only normal noise
+WINDOWS = (3, 5, 8, 12, 20, 32, 50, 80)  # [blocks] lengths of the compared windows
+MAX_END_WINDOW = 5  # [blocks] of a comparison near the end of a stroke, where the force after it is not known
+MIN_LINE_WINDOW = 8  # [blocks] a line through fewer is less certain than their mean
+CHECK_SIGMA = 4.0  # [sd] of the fall between short windows, where the larger one is judged by its line
+SHORT_SHARE = 0.4  # of a window: the short one of that check
+MIN_STROKE_WINDOWS = 5  # pairs of windows in a stroke, whose fluctuation is to be known
+MIN_FREE_WINDOWS = 6  # windows of free travel that show the correlation of the noise
+ROUGH_PARTS = (4, 2, 1)  # of a rupture: lengths over which the fluctuation of a stroke is judged
+ROUGH_SIGMA = 2.0  # standard errors (2 % by chance) by which it exceeds the noise: more is texture of the tissue
+MIN_ROUGH_WINDOWS = 20  # such lengths of free travel that show the correlation of the noise over them
+ROBUST_SD_ERROR = 0.83  # standard error of a robust standard deviation, times the root of the number of values
+FOURTH_DIFFERENCE = 70**0.5  # sd of a fourth difference of values with sd 1
+MIN_NOISE_SHARE = 1e-4  # of the range of the force: simulated recordings may have no noise
+STEADY_SPEED_RATIO = 0.7  # speed after over before a fall: below it the fall may be that of the speed
+SPEED_BLOCKS = 8  # blocks over which a speed is measured
+MIN_CONTINUED_SLOPE = 0.5  # of the mean slope of a fall: while it continues like this it has not ended
+MAX_EXTENSIONS = 8  # windows by which peak or end of a gradual fall is moved
+NORMAL_95 = 1.96
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceNoise:
+    """The noise of a block of the force: standard deviation of its ``white`` part, and the sensor's ``quantum`` [N]."""
+
+    white: float
+    quantum: float
+
+    def of_mean(self, count: int) -> float:
+        """Standard deviation [N] of the mean of ``count`` blocks; a quantum above the noise is not averaged."""
+        rounding = self.quantum / 12**0.5
+        return max(self.white / count**0.5, rounding if self.white < 0.5 * self.quantum else 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fall:
+    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd], and whether the stroke around
+    it is ``rough``, so that its own fluctuation exceeds the sensor's noise."""
+
+    first: int
+    last: int
+    statistic: float
+    rough: bool
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceDrop:
-    """A drop of the force: its samples ``peak``, ``low`` (before) and ``high`` (certainly after), the ``force`` at the
-    peak and the ``drop`` from it [N]."""
+    """A located fall: samples ``peak``, ``low`` (before), ``high`` (certainly after) and ``end``, the ``force`` at the
+    peak, the ``drop`` from it with its 95 % interval [N], and whether it is ``gradual``."""
 
     peak: int
     low: int
     high: int
+    end: int
     force: float
     drop: float
+    drop_low: float
+    drop_high: float
+    gradual: bool
 
 
-def running_max(values: np.ndarray, window: int) -> np.ndarray:
-    """The maximum of each value and the ``window - 1`` before it, (n,), in O(n) (van Herk 1992)."""
-    count = -(-len(values) // window)
-    padded = np.full((count + 1) * window, -np.inf)
-    padded[window : window + len(values)] = values
-    rows = padded.reshape(-1, window)
-    forward = np.maximum.accumulate(rows, axis=1).ravel()
-    backward = np.maximum.accumulate(rows[:, ::-1], axis=1)[:, ::-1].ravel()
-    return np.maximum(forward[window : window + len(values)], backward[1 : 1 + len(values)])
-
-
-def force_drops(
-    stroke: Blocks, *, window: int, free: int, baseline: float, noise: float, fraction: float = DROP_OF_PEAK
-) -> list[tuple[int, int]]:
-    """First and last block of every drop after the ``free`` first blocks that is not noise, ripple or slow decline.
-
-    Within a third of the ``window`` [blocks] the force drops by more than ``DROP_SIGMA``, ``fraction`` of its peak and
-    ``DROP_OF_MAX_FORCE``; over the full window that a rupture may take, slow declines would be accepted. A drop less
-    than a window after the end of the previous one belongs to it, because the needle oscillates after a rupture.
+@dataclass(frozen=True)
+class Comparison:
+    """Two windows of ``window`` blocks, ``gap`` blocks apart, at every place: the ``fall`` between their means, its
+    ``excess`` over that just before and after, the ``bent`` fall about the windows' slopes, and ``line``, the excess
+    with the value at the end of a line for the first mean, (k,) each. The fall at j begins after block j + window - 1.
     """
-    force, third = middle_of_three(stroke.force) - baseline, -(-window // 3)
-    before = running_max(force, third + 1)
-    ripples = (before - force)[: free + 1]
-    ripple = ripples.mean() + DROP_SIGMA * ripples.std() if free > window else 2**0.5 * DROP_SIGMA * noise
-    threshold = np.maximum(max(ripple, DROP_OF_MAX_FORCE * float(force.max())), fraction * before)
-    inside = np.flatnonzero(before - force > threshold)
-    travel = stroke.depth[inside] - stroke.depth[np.maximum(inside - third, 0)]
-    moving = travel > MIN_SPEED_SHARE * third * (stroke.depth[-1] - stroke.depth[0]) / len(stroke)
-    inside = inside[(inside > free) & moving]
-    if len(inside) == 0:
+
+    window: int
+    gap: int
+    fall: np.ndarray
+    excess: np.ndarray
+    bent: np.ndarray
+    line: np.ndarray
+
+    @property
+    def reach(self) -> int:
+        """Blocks before and after a fall that it affects."""
+        return self.window + self.gap
+
+
+def robust_sd(values: np.ndarray) -> float:
+    """Standard deviation of (n,) values about their median, from the median of their magnitudes."""
+    return middle(np.abs(values - middle(values))) / 0.6745 if len(values) > 3 else 0.0
+
+
+def middle(values: np.ndarray) -> float:
+    """The median of (n,) values, the upper one of two."""
+    half = len(values) // 2
+    return float(np.partition(values, half)[half])
+
+
+def comparisons(force: np.ndarray, max_gap: int) -> Iterator[Comparison]:
+    """All comparisons of windows in the (n,) block ``force``, shortest windows first, by running sums."""
+    count = len(force)
+    place = np.arange(count) - count / 2
+    centred = force - force.mean()
+    sums, moments = (np.concatenate(([0.0], np.cumsum(each))) for each in (centred, centred * place))
+    for w in WINDOWS:
+        if 2 * w > count:
+            return
+        total = sums[w:] - sums[:-w]
+        slope = (moments[w:] - moments[:-w] - (place[: count - w + 1] + (w - 1) / 2) * total) * (12 / (w**3 - w))
+        mean = total / w
+        for gap in (0, 2 * w):
+            apart = w + gap
+            if gap > max_gap or (w > WINDOWS[0] or gap) and count < MIN_STROKE_WINDOWS * (apart + w):
+                continue
+            before, after = slope[:-apart], slope[apart:]
+            fall = mean[:-apart] - mean[apart:]
+            decline = _decline(fall, -apart * after, apart + w, near_end=not gap and w <= MAX_END_WINDOW)
+            bent = fall + 0.5 * apart * (before + after)
+            yield Comparison(w, gap, fall, fall - decline, bent, fall + 0.5 * (w * before - decline))
+
+
+def _decline(fall: np.ndarray, sloped: np.ndarray, shift: int, *, near_end: bool) -> np.ndarray:
+    """The (k,) decline around each fall: the larger of the falls ``shift`` blocks before and after it. After the last
+    one it is that of the second window's slope if ``near_end`` falls count, as those of short windows do."""
+    decline = np.maximum(sloped, 0.0) if near_end else np.full(len(fall), np.inf)
+    decline[:-shift] = np.maximum(fall[shift:], 0.0)
+    decline[shift:] = np.maximum(decline[shift:], fall[:-shift])
+    return decline
+
+
+def falls(
+    stroke: Blocks, *, free: int, noise: ForceNoise, level: np.ndarray, rupture: int, max_gap: int
+) -> list[Fall]:
+    """The significant falls in ``stroke`` after its ``free`` first blocks, in order of depth.
+
+    The standard deviation of a comparison is the larger of the sensor's, from the free travel with its correlation, and
+    that of the same comparison over the stroke, so that texture of the tissue is noise too. From the shortest windows
+    to the longest, a place is left out that an earlier fall affects, and so is a fall that the speed explains: ``level``
+    [N] is the (m,) force above the baseline, of which a decrease of the speed takes its own share at most.
+    """
+    found: list[Fall] = []
+    short: dict[int, np.ndarray] = {}
+    threshold = _threshold(len(stroke) - free, max_gap)
+    slowed = _slowed_force(stroke.depth, level)
+    broken, correlated, rough = _breaks(stroke), 1.0, is_rough(stroke.force, free, noise, rupture)
+    for each in comparisons(stroke.force, max_gap):
+        sensor, own = _deviations(each, free, noise)
+        sd = max(sensor, own, 1e-300)
+        if each.window <= WINDOWS[1] and not each.gap:
+            correlated = max(correlated, sd / max(2**0.5 * noise.of_mean(each.window), 1e-300))
+        if not each.gap:
+            short[each.window] = each.fall / sd
+        score = _scores(each, sd, short)
+        score[: max(free - each.window, 0)] = 0.0
+        for block in broken:
+            score[max(block - each.reach - each.window + 1, 0) : max(block, 0)] = 0.0
+        for other in found:
+            score[max(other.first - each.reach - each.window, 0) : max(other.last + each.reach, 0)] = 0.0
+        for j in _peaks(score, threshold, each.reach):
+            a = j + each.window - 1
+            if each.fall[j] > slowed[min(a + each.gap + 1, len(slowed) - 1)]:
+                found.append(Fall(first=a, last=a + each.gap + 1, statistic=float(score[j]), rough=rough))
+    found += _last_falls(stroke, found, free=free, noise=noise, slowed=slowed, rough=rough, threshold=threshold * correlated)
+    return sorted(found, key=lambda fall: fall.first)
+
+
+def _threshold(count: int, max_gap: int) -> float:
+    """The standard deviations that normal noise exceeds with the probability ``FALSE_ALARMS`` at any place: about two
+    independent places a window, for each comparison."""
+    places = sum(2.0 * count / w * (1 + (2 * w <= max_gap) + (w >= MIN_LINE_WINDOW)) for w in WINDOWS if 10 * w <= count)
+    return float(-ndtri(min(FALSE_ALARMS / max(places, 10.0), 0.1)))
+
+
+def _deviations(each: Comparison, free: int, noise: ForceNoise) -> tuple[float, float]:
+    """Standard deviations [N] of a comparison's fall: the sensor's, and the stroke's own after ``free`` blocks."""
+    sensor = 2**0.5 * noise.of_mean(each.window)
+    inside = each.fall[: max(free - each.window - each.reach + 1, 0)]
+    if free >= MIN_FREE_WINDOWS * (each.window + each.reach) // 2 and len(inside) > 3:
+        sensor = max(sensor, robust_sd(inside))
+    return sensor, _own_deviation(each, free)
+
+
+def _own_deviation(each: Comparison, free: int) -> float:
+    """Standard deviation [N] of a comparison's fall over the stroke after ``free`` blocks, about its local trend: the
+    mean of the same comparison before and after it. A short stroke has only the slope of the windows for a trend.
+
+    Punctures may affect more than half of a stroke; therefore the smallest quarter of the magnitudes is used.
+    """
+    fall, apart = each.fall[min(free, len(each.fall)) :], each.window + each.reach
+    if len(fall) > 4 * apart:
+        left = fall[apart:-apart] - 0.5 * (fall[: -2 * apart] + fall[2 * apart :])
+        return _quarter_sd(left) / 1.5**0.5
+    lever = 1.0 + 3.0 * (each.reach / each.window) ** 2  # variance of a bent fall over that of a fall, white noise
+    return _quarter_sd(each.bent[min(free, len(each.bent)) :]) / lever**0.5
+
+
+def _quarter_sd(values: np.ndarray) -> float:
+    """Standard deviation of (n,) normal values about their median of which up to three quarters may be disturbed."""
+    if len(values) < 4:
+        return 0.0
+    size, quarter = np.abs(values - middle(values)), len(values) // 4
+    return float(np.partition(size, quarter)[quarter]) / 0.3186
+
+
+def is_rough(force: np.ndarray, free: int, noise: ForceNoise, rupture: int) -> bool:
+    """Whether the (m,) force of a stroke fluctuates significantly more than the noise after its ``free`` first blocks.
+
+    Fourth differences of means over parts of a ``rupture`` [blocks] are compared: a smooth loading curve contributes
+    nothing to them.
+    """
+    sums = np.concatenate(([0.0], np.cumsum(force - force[0])))
+    inside, correlated = len(force) - free, 1.0
+    for w in sorted({max(3, rupture // part) for part in ROUGH_PARTS}):
+        if inside < 8 * w:
+            break
+        mean = (sums[w:] - sums[:-w]) / w
+        second = mean[: -2 * w] - 2.0 * mean[w:-w] + mean[2 * w :]
+        fourth = second[: -2 * w] - 2.0 * second[w:-w] + second[2 * w :]
+        sensor = FOURTH_DIFFERENCE * noise.of_mean(w)
+        if free >= MIN_ROUGH_WINDOWS * w:
+            correlated = max(correlated, robust_sd(fourth[: free - 5 * w + 1]) / max(sensor, 1e-300))
+        error = (w / inside + w / max(free, MIN_ROUGH_WINDOWS * w)) ** 0.5
+        if robust_sd(fourth[free:]) > (1.0 + ROUGH_SIGMA * ROBUST_SD_ERROR * error) * correlated * sensor:
+            return True
+    return False
+
+
+def _scores(each: Comparison, sd: float, short: dict[int, np.ndarray]) -> np.ndarray:
+    """The fall's (k,) standard deviations: by the means, or by the line if short windows show a fall too."""
+    score = each.excess / sd
+    if each.gap or each.window < MIN_LINE_WINDOW:
+        return score
+    w = max(w for w in short if w <= SHORT_SHARE * each.window)
+    checked = short[w][each.window - w : each.window - w + len(score)] > CHECK_SIGMA
+    return np.maximum(score, np.where(checked, each.line / (2.5**0.5 * sd), 0.0))
+
+
+def _peaks(score: np.ndarray, threshold: float, reach: int) -> list[int]:
+    """The largest score of every group above ``threshold``; groups are more than ``reach`` blocks apart."""
+    above = np.flatnonzero(score > threshold)
+    if not len(above):
         return []
-    breaks = np.flatnonzero(np.diff(inside) > window) + 1
-    return [(int(group[0]), int(group[-1])) for group in np.split(inside, breaks)]
+    groups = np.split(above, np.flatnonzero(np.diff(above) > reach) + 1)
+    return [int(group[np.argmax(score[group])]) for group in groups]
+
+
+def _breaks(stroke: Blocks) -> list[int]:
+    """The blocks after a stop or pull-back: a fall across it is none of inward travel."""
+    return [int(block) + 1 for block in np.flatnonzero(np.diff(stroke.starts[:-1]) > stroke.size)]
+
+
+def _slowed_force(depth: np.ndarray, level: np.ndarray) -> np.ndarray:
+    """The largest fall [N] at each of the (m,) blocks that its speed explains: that of a force in proportion to it."""
+    if len(depth) <= 2 * SPEED_BLOCKS:
+        return np.zeros(len(depth))
+    speed = np.zeros(len(depth))
+    speed[SPEED_BLOCKS:] = depth[SPEED_BLOCKS:] - depth[:-SPEED_BLOCKS]
+    ahead = np.append(speed[SPEED_BLOCKS:], np.full(SPEED_BLOCKS, speed[-1]))
+    speed[:SPEED_BLOCKS] = speed[SPEED_BLOCKS]
+    ratio = np.clip(ahead / np.maximum(speed, 1e-12), 0.0, 1.0)
+    return np.where(ratio < STEADY_SPEED_RATIO, (1.0 - ratio) * np.maximum(level, 0.0), 0.0)
+
+
+def _last_falls(
+    stroke: Blocks, found: list[Fall], *, free: int, noise: ForceNoise, slowed: np.ndarray, rough: bool, threshold: float
+) -> list[Fall]:
+    """Falls just before a stop, a pull-back or the end, with fewer blocks after than before them."""
+    extra, force, count = [], stroke.force, WINDOWS[1]
+    for end in [*_breaks(stroke), len(stroke)]:
+        for after in range(1, count):
+            k = end - after
+            if k - count < free:
+                continue
+            before = force[k - count : k]
+            place = np.arange(count) - (count - 1) / 2
+            decline = max(-float(place @ before) / float(place @ place), 0.0)
+            fall = float(before.mean() - force[k:end].mean()) - decline * 0.5 * (count + after)
+            score = fall / max(noise.of_mean(count) ** 2 + noise.of_mean(after) ** 2, 1e-300) ** 0.5
+            near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
+            if score > threshold and fall > slowed[k] and not near:
+                extra.append(Fall(first=k - 1, last=end - 1, statistic=score, rough=rough))
+    return extra
+
+
+def locate(force: np.ndarray, fall: Fall, stroke: Blocks, *, size: int, window: int, noise: ForceNoise) -> ForceDrop:
+    """Peak and end of a ``fall`` in the raw (n,) ``force``.
+
+    ``size`` samples are averaged before and after the fall, never across it, and more where it is not significant with
+    so few; the peak is searched up to ``window`` samples before the steepest descent, and further while the force falls
+    as steeply as on average.
+    """
+    first, last = stroke.sample(fall.first), stroke.sample(fall.last + 1)
+    sample_sd = noise.white * stroke.size**0.5
+    while True:
+        begin, end = max(first - window, 0), min(last + window, len(force))
+        means = _trailing(force, begin, end, size)
+        step = means[:-size] - means[size:] if len(means) > size else means[:1]
+        edge = int(np.argmax(step[: max(last - begin + 1, 1)]))
+        sd = max(sample_sd / size**0.5, noise.quantum / 12**0.5 if sample_sd < 0.5 * noise.quantum else 0.0)
+        if step[edge] > CHECK_SIGMA * 2**0.5 * sd or 2 * size > max(window, 2):
+            break
+        size *= 2
+    return _extent(force, begin + edge, size=size, window=window, sd=sd)
+
+
+def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) -> ForceDrop:
+    """Peak, end and size of the fall whose steepest descent follows sample ``edge``."""
+    begin = max(edge - (MAX_EXTENSIONS + 1) * window, 0)
+    stop = min(edge + size + (MAX_EXTENSIONS + 1) * window, len(force))
+    means, at = _trailing(force, begin, stop, size), edge - begin
+    after = min(at + size, len(means) - 1)
+    bottom = after + _downhill(means[after:], window, 0.0)
+    slope = (float(means[at]) - float(means[bottom])) / max(bottom - at, 1)
+    top = at - _downhill(-means[: at + 1][::-1], window, MIN_CONTINUED_SLOPE * slope)
+    peak = _line_end(force[max(begin + top - size + 1, 0) : begin + top + 1])
+    drop = peak - float(means[bottom])
+    low = max(top - window, 0)
+    plateau = np.flatnonzero(means[low : top + 1] < means[top] - 3.0 * sd)
+    past = np.flatnonzero(force[edge + 1 : stop] < peak - 0.5 * drop)
+    course = means[top : bottom + 1]
+    early, late = (np.flatnonzero(course < peak - share * drop) for share in (0.1, 0.9))
+    rise = int(late[0] - early[0]) - size if len(early) and len(late) else 0
+    spread = NORMAL_95 * 5**0.5 * sd  # the end of a line has twice the deviation of the mean
+    return ForceDrop(
+        peak=begin + top,
+        low=begin + (low + int(plateau[-1]) if len(plateau) else low),
+        high=min(edge + 1 + (int(past[0]) if len(past) else 0), len(force) - 1),
+        end=begin + (top + int(late[0]) if len(late) else bottom),
+        force=peak,
+        drop=drop,
+        drop_low=drop - spread - 2.0 * sd,  # the lowest of several means is below their mean by about 2 sd
+        drop_high=drop + spread,
+        gradual=rise > max(window // 2, 3),
+    )
+
+
+def sudden_share(force: np.ndarray, drop: ForceDrop, baseline: float, window: int) -> float:
+    """The largest share of the force above ``baseline`` [N] by which a located fall takes the raw (n,) ``force`` down
+    within a third of the ``window`` [samples] of a rupture; over all of it slow declines would pass."""
+    level = middle_of_three(force[max(drop.peak - 1, 0) : drop.end + window]) - baseline
+    travel = range(1, min(-(-window // 3) + 1, len(level)))
+    return max((float(np.max(1.0 - level[k:] / np.maximum(level[:-k], 1e-12))) for k in travel), default=0.0)
 
 
 def middle_of_three(values: np.ndarray) -> np.ndarray:
@@ -69,26 +361,18 @@ def middle_of_three(values: np.ndarray) -> np.ndarray:
     return np.concatenate((values[:1], middle, values[-1:]))
 
 
-def locate(force: np.ndarray, first: int, last: int, *, size: int, window: int, noise: float) -> ForceDrop:
-    """The peak before the drop that was detected between samples ``first`` and ``last`` of the raw (n,) ``force``.
-
-    ``size`` samples are averaged before and after the drop, never across it; the peak is searched up to ``window``
-    samples before the steepest descent; ``noise`` is that of the averages.
-    """
-    begin, end = max(first - window, 0), min(last + window, len(force))
-    means = _trailing(force, begin, end, size)
-    step = means[:-size] - means[size:] if len(means) > size else means[:1]
-    edge = int(np.argmax(step[: max(last + size - begin - size + 1, 1)]))
-    reach = means[max(edge - window, 0) : edge + 1]
-    top = int(np.argmax(reach)) + edge + 1 - len(reach)
-    peak = _line_end(force[max(begin + top - size + 1, 0) : begin + top + 1])
-    after = means[edge + size : edge + size + window] if edge + size < len(means) else means[edge:]
-    drop = peak - float(np.min(after))
-    plateau = np.flatnonzero(means[max(edge - window, 0) : top + 1] < means[top] - 3.0 * noise)
-    low = max(edge - window, 0) + int(plateau[-1]) if len(plateau) else max(edge - window, 0)
-    past = np.flatnonzero(force[begin + edge + 1 : end] < peak - 0.5 * drop)
-    high = begin + edge + 1 + (int(past[0]) if len(past) else 0)
-    return ForceDrop(peak=begin + top, low=begin + min(low, top), high=min(high, len(force) - 1), force=peak, drop=drop)
+def _downhill(values: np.ndarray, window: int, min_slope: float) -> int:
+    """The index of the lowest of the first ``window`` (n,) ``values``, or of the end of a descent that continues at
+    ``min_slope``, and at half of its own slope so far."""
+    lowest = int(np.argmin(values[: window + 1]))
+    for _ in range(MAX_EXTENSIONS):
+        further = int(np.argmin(values[: lowest + window + 1]))
+        slope = MIN_CONTINUED_SLOPE * (values[0] - values[lowest]) / max(lowest, 1)
+        continued = (values[lowest] - values[further]) / max(further - lowest, 1)
+        if further == lowest or not lowest or lowest % window or continued < max(slope, min_slope):
+            break
+        lowest = further
+    return lowest
 
 
 def _trailing(force: np.ndarray, begin: int, end: int, size: int) -> np.ndarray:
@@ -106,3 +390,15 @@ def _line_end(values: np.ndarray) -> float:
         return float(values[-1])
     place = np.arange(len(values)) - (len(values) - 1) / 2
     return float(values.mean() + place[-1] * (place @ values) / (place @ place))
+
+
+def block_noise(force: np.ndarray, free: int, quantum: float, size: int) -> ForceNoise:
+    """The noise of (m,) blocks of ``size`` samples whose ``free`` first ones are free travel.
+
+    White noise is that of the free travel's second differences, or without free travel that of the whole stroke; it is
+    at least the rounding to ``quantum`` [N], which varies within a block if the noise is larger.
+    """
+    white = white_noise(force[:free] if free >= WINDOWS[1] else force)
+    floor = MIN_NOISE_SHARE * float(np.ptp(force))
+    rounding = quantum / (12 * size) ** 0.5
+    return ForceNoise(white=max(white, rounding, floor), quantum=quantum)

@@ -3,28 +3,28 @@
 withdrawal stroke, and whether the recording is complete."""
 
 import math
-from dataclasses import dataclass, replace
 from numbers import Integral
 
 import numpy as np
 
 from ..errors import InputError
-from ..recording.force_signal import glitches, spikes
+from ..recording.force_signal import glitches, outliers, quantum_of, spikes, without_outliers
 from ..recording.source import RecordingSource, recording_of
 from ..vocabulary import Phase, Status
-from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE, Onset, exit_depth, only_drift, onset, returned
-from .events import Event, Events, Puncture, Span
-from .punctures import DROP_OF_PEAK, force_drops, locate
-from .strokes import Cycle, blocks, cycles
+from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
+from .cycle_events import CycleEvents, DetectionLimits, cycle_events, limits
+from .events import Events, Span
+from .input_checks import doubts, unreadable
+from .strokes import Cycle, cycles, insertions
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
-MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
-MIN_RUPTURE_SAMPLES = 5  # minimum number of samples of a rupture
-BLOCKS_PER_RUPTURE = 10
-NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
+DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
 NO_EXIT_TENSION = "The needle is back at the contact depth, but no tension during withdrawal shows the exit."
 NOT_AT_BASELINE = "The needle is back at the contact depth, but the force is not at its baseline: no exit is found."
 WITHDRAWAL_INCOMPLETE = "The withdrawal ends below the contact depth: the recording is incomplete."
+WITHDRAWN_ONLY = "The depth only decreases: the needle is withdrawn, and there is no insertion."
+LITTLE_FREE_TRAVEL = "There is too little free travel before the contact: its depth is uncertain."
+IN_CONTACT = "The recording begins in contact: the contact is not later than given, and the force's zero is not shown."
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
@@ -75,149 +75,51 @@ def segment(
     fault = unreadable(time, depth, force)
     if fault:
         return Events(status=Status.unreadable, notes=(fault,))
-    options = {"crossing": crossing, "drop": drop, "within": within}
-    options["filter_length"] = max(recording.card.filter_length, 1)
-    found = [
-        cycle_events(time, depth, force, each, limits(**options, rate=recording.rate, speed=each.speed))
-        for each in cycles(time, depth)
-    ]
+    spikes_at = outliers(force)
+    clean = without_outliers(force, spikes_at)
+    options = {"crossing": crossing, "drop": drop, "within": within, "rate": recording.rate if len(time) > 1 else 1.0}
+    options |= {"filter_length": max(recording.card.filter_length, 1), "quantum": quantum_of(force)}
+    found = _insertions(time, depth, clean, options)
     touching = [each for each in found if each.contact is not None]
     spans = phases(time, touching)
+    remarks = _outlier_note(spikes_at)
     if not touching:
-        return Events(phases=spans, status=Status.no_contact, notes=(no_contact(time, force, bool(found)),))
+        notes = (no_contact(time, depth, force, bool(found)), *remarks)
+        return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
     chosen = touching[min(cycle, len(touching) - 1)]
-    status, notes = status_of(chosen, len(touching), depth, force)
+    status, notes = status_of(chosen, len(touching), depth, clean)
     return Events(
         contact=chosen.contact,
         punctures=chosen.punctures,
         exit=chosen.exit,
         phases=spans,
         status=status,
-        notes=notes,
+        notes=(*notes, *remarks, *doubts(time, depth, clean, chosen, options["quantum"])),
+        minor=chosen.minor,
+        outliers=spikes_at,
+        baseline=chosen.baseline,
+        noise=chosen.noise,
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class CycleEvents:
-    """The events of one cycle, with ``baseline`` and ``noise`` [N]; ``exit`` is None if the force does not show it."""
-
-    cycle: Cycle
-    contact: Event | None = None
-    punctures: tuple[Puncture, ...] = ()
-    exit: Event | None = None
-    free: bool = True
-    baseline: float = 0.0
-    noise: float = 0.0
-
-
-@dataclass(frozen=True)
-class DetectionLimits:
-    """``crossing`` [sd] of a contact, ``drop`` (share of the peak) and ``window`` [samples] of a puncture, and the
-    filter's ``lag`` [samples]."""
-
-    crossing: float
-    drop: float
-    window: int
-    lag: int
-
-    @property
-    def size(self) -> int:
-        """Samples per block."""
-        return max(1, self.window // BLOCKS_PER_RUPTURE)
+def _insertions(time: np.ndarray, depth: np.ndarray, force: np.ndarray, options: dict) -> list[CycleEvents]:
+    """The events of every insertion: the strokes by the depth, joined where the needle did not come out between."""
+    events_of = lambda each: cycle_events(time, depth, force, each, limits(**options, speed=each.speed))  # noqa: E731
+    found = [events_of(each) for each in cycles(time, depth)]
+    surfaces = [float(depth[each.contact.high]) for each in found if each.contact is not None and not each.in_contact]
+    if not surfaces:
+        return found
+    known = {(each.cycle.start, each.cycle.stop, each.cycle.end): each for each in found}
+    again = insertions(time, depth, surfaces[0])
+    return [known.get((each.start, each.stop, each.end)) or events_of(each) for each in again] or found
 
 
-def limits(
-    *, crossing: float, drop: float, within: float, rate: float, speed: float, filter_length: int
-) -> DetectionLimits:
-    """Limits for a rupture over ``within`` [m] at ``speed`` [m/s], at least as long as sensor, filter and ``rate`` [Hz]
-    require."""
-    window = int(max(within / speed * rate, MIN_RUPTURE_TIME_S * rate, MIN_RUPTURE_SAMPLES)) + filter_length - 1
-    return DetectionLimits(crossing, drop, window, filter_length - 1)
-
-
-def cycle_events(
-    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
-) -> CycleEvents:
-    """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N]."""
-    begin, last = _ends(time, depth, force, cycle, allowed)
-    if begin is None:
-        return CycleEvents(cycle=cycle)
-    window, size = allowed.window, allowed.size
-    contact = _event(time, depth, force, begin, allowed.lag)
-    stroke = blocks(depth, force, cycle.start, cycle.stop, size)
-    free = (begin.low - stroke.first) // size
-    found = force_drops(
-        stroke,
-        window=-(-window // size),
-        free=free,
-        baseline=begin.baseline,
-        noise=begin.noise,
-        fraction=allowed.drop,
-    )
-    punctures = []
-    for a, b in found:
-        drop = locate(force, stroke.sample(a), stroke.sample(b + 1), size=size, window=window, noise=begin.noise)
-        peak_depth = float(depth[drop.peak])
-        punctures.append(
-            Puncture(
-                time=float(time[drop.peak]),
-                depth=peak_depth,
-                force=drop.force,
-                low=max(drop.low - allowed.lag, 0),
-                high=drop.high,
-                drop=drop.drop,
-                indentation=peak_depth - contact.depth,
-            )
-        )
-    return CycleEvents(
-        cycle=cycle,
-        contact=contact,
-        punctures=tuple(punctures),
-        exit=None if last is None else _event(time, depth, force, last, allowed.lag),
-        free=begin.free,
-        baseline=begin.baseline,
-        noise=begin.noise,
-    )
-
-
-def _event(time: np.ndarray, depth: np.ndarray, force: np.ndarray, where: Onset, lag: int) -> Event:
-    """``where`` as an event at the first sample past its depth; a filter may delay it by ``lag`` samples."""
-    low, high = max(where.low - lag, 0), min(where.high, len(depth) - 1)
-    between = depth[low : high + 1]
-    passed = np.flatnonzero(between >= where.depth if depth[high] >= depth[low] else between <= where.depth)
-    at = low + int(passed[0]) if len(passed) else high
-    return Event(float(time[at]), float(where.depth), float(force[at]), low, high)
-
-
-def _ends(
-    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
-) -> tuple[Onset | None, Onset | None]:
-    """Contact and exit with ``low`` and ``high`` as samples; both are determined again after the drift between them is
-    subtracted."""
-    span = slice(cycle.start, cycle.end)
-    if cycle.withdrawn and only_drift(time[span], force[span], allowed.size):
-        return None, None
-    begin, last = _contact(depth, force, cycle, allowed), None
-    if begin is None or not cycle.withdrawn:
-        return begin, None
-    last = exit_depth(depth, force, cycle, allowed.size, allowed.crossing)
-    peak = float(np.max(np.abs(force[span] - begin.baseline)))
-    if last is None or not returned(begin, last, float(depth[cycle.stop - 1]), peak):
-        return begin, None
-    drift = last.baseline - begin.baseline
-    if abs(drift) <= max(begin.noise, NEGLIGIBLE_DRIFT_SHARE * peak):
-        return begin, last
-    before, after = time[(cycle.start + begin.low) // 2], time[(last.high + cycle.end - 1) // 2]
-    level = force - drift * (time - before) / (after - before)
-    again = _contact(depth, level, cycle, allowed), exit_depth(depth, level, cycle, allowed.size, allowed.crossing)
-    return again if None not in again else (begin, last)
-
-
-def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Onset | None:
-    """The contact of the insertion stroke, with blocks converted to samples."""
-    stroke = blocks(depth, force, cycle.start, cycle.stop, allowed.size)
-    found = onset(stroke, allowed.crossing)
-    return None if found is None else replace(found, low=stroke.sample(found.low), high=stroke.sample(found.high + 1))
+def _outlier_note(found: np.ndarray) -> tuple[str, ...]:
+    """A sentence on the outliers, if there are any."""
+    if not len(found):
+        return ()
+    what = "1 sample of the force is an outlier" if len(found) == 1 else f"{len(found)} samples of the force are outliers"
+    return (f"{what}, far from the neighbours on both sides, and left out of the segmentation.",)
 
 
 def phases(time: np.ndarray, insertions: list[CycleEvents]) -> tuple[Span, ...]:
@@ -268,17 +170,11 @@ def check(crossing: float, drop: float, within: float, cycle: int) -> None:
         raise InputError("cycle", repr(cycle), limit, "segment", "Give 0 for the first insertion.")
 
 
-def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
-    """Why (n,) time, depth and force cannot be segmented; empty if they can."""
-    if not all(np.isfinite(values).all() for values in (time, depth, force)):
-        return "The recording contains values that are not finite."
-    return "" if (np.diff(time) > 0.0).all() else "The time does not increase from sample to sample."
-
-
-def no_contact(time: np.ndarray, force: np.ndarray, moved: bool) -> str:
-    """Why there is no contact: the needle did not move, or the force does not show it."""
+def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, moved: bool) -> str:
+    """Why there is no contact: the needle did not move inwards, or the force does not show it."""
     if not moved:
-        return "The depth never increases: the needle does not move inwards."
+        withdrawn = len(depth) > 2 and depth[0] - depth[-1] > 0.5 * float(np.ptp(depth)) > 0.0
+        return WITHDRAWN_ONLY if withdrawn else "The depth never increases: the needle does not move inwards."
     found = glitches(force)
     if not len(found):
         return "The force never exceeds the noise of its baseline: there is no contact."
@@ -287,16 +183,26 @@ def no_contact(time: np.ndarray, force: np.ndarray, moved: bool) -> str:
 
 def status_of(chosen: CycleEvents, count: int, depth: np.ndarray, force: np.ndarray) -> tuple[Status, tuple[str, ...]]:
     """The status of one of ``count`` insertions in (n,) depth and force, and notes for the user."""
-    notes = [] if chosen.free else ["There is too little free travel before the contact: its depth is uncertain."]
+    notes = [] if chosen.free else [IN_CONTACT if chosen.in_contact else LITTLE_FREE_TRAVEL]
     if count > 1:
         notes.append(f"There are {count} insertions; the events are those of one of them.")
     if not chosen.punctures:
         notes.append("There is no puncture.")
+    if len(chosen.minor) > chosen.swings:
+        notes.append(_minor_note(len(chosen.minor) - chosen.swings))
+    if chosen.swings:
+        notes.append(f"The force swings regularly: {chosen.swings} falls of similar size and spacing are no punctures.")
     complete = Status.ok if chosen.punctures else Status.no_puncture
     if chosen.exit is not None:
         return complete, tuple(notes)
     missing = _no_exit(chosen, depth, force)
     return (complete if missing == NO_EXIT_TENSION else Status.incomplete), (*notes, missing)
+
+
+def _minor_note(count: int) -> str:
+    """A sentence on falls of the force that are no punctures."""
+    what = "smaller fall of the force is" if count == 1 else "smaller falls of the force are"
+    return f"{count} {what} significant, but within the texture of the tissue, and not counted as punctures (minor)."
 
 
 def _no_exit(chosen: CycleEvents, depth: np.ndarray, force: np.ndarray) -> str:
@@ -307,6 +213,7 @@ def _no_exit(chosen: CycleEvents, depth: np.ndarray, force: np.ndarray) -> str:
     back = np.flatnonzero(depth[cycle.withdrawal_start : cycle.end] <= contact.depth)
     if not len(back):
         return WITHDRAWAL_INCOMPLETE
-    change = abs(float(np.median(force[cycle.withdrawal_start + back])) - chosen.baseline)
-    peak = float(np.max(np.abs(force[cycle.start : cycle.stop] - chosen.baseline)))
+    level = force[chosen.contact.low] if chosen.baseline is None else chosen.baseline
+    change = abs(float(np.median(force[cycle.withdrawal_start + back])) - level)
+    peak = float(np.max(np.abs(force[cycle.start : cycle.stop] - level)))
     return NO_EXIT_TENSION if change <= max(5.0 * chosen.noise, MAX_BASELINE_CHANGE * peak) else NOT_AT_BASELINE

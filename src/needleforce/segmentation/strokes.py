@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Insertion strokes, holds and withdrawal strokes, found from the depth only, and means over blocks of samples."""
+"""Insertion strokes, holds and withdrawal strokes, found from the depth, and means over blocks of samples."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,10 @@ REVERSAL_SHARE = 0.1  # of the depth's range: return travel after which a revers
 REST_SHARE = 1e-3  # of the depth's range: distance from the deepest point within which the needle rests
 MIN_HOLD_S = 0.2  # [s] a shorter stop is part of the reversal
 MIN_RANGE_M = 20e-6  # [m] a recording with less travel contains no insertion
-MAX_POINTS = 20_000  # samples of the depth in which reversals are searched
+MAX_POINTS = 1000  # samples of the depth in which reversals are searched; refined afterwards
+MIN_INSERTION_SHARE = 0.1  # of the deepest indentation: a shallower one between two departures is a touch
+ADVANCE_WINDOW = 5  # blocks over which the advance of the deepest point is averaged
+MIN_ADVANCE_SHARE = 0.05  # of the median advance: with less the needle rests
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +21,7 @@ class Cycle:
 
     Insertion from ``start`` to ``stop``, hold from ``stop`` to ``withdrawal_start`` (equal without a hold), withdrawal
     from ``withdrawal_start`` to ``end``. ``withdrawn`` is False if the recording ends before the withdrawal; ``speed``
-    [m/s] is the mean of the insertion.
+    [m/s] is the mean of the insertion. Pull-backs on the way to the deepest point are part of the insertion.
     """
 
     start: int
@@ -56,7 +59,11 @@ def reversals(depth: np.ndarray, min_travel: float) -> list[int]:
 
 
 def cycles(time: np.ndarray, depth: np.ndarray) -> tuple[Cycle, ...]:
-    """The insertions in (n,) time [s] and depth [m], in order of time; empty if the needle does not move inwards."""
+    """The insertions in (n,) time [s] and depth [m], in order of time; empty if the needle does not move inwards.
+
+    Every reversal by more than 10 % of the range ends a stroke here; ``insertions`` joins those between which the
+    needle stayed in the tissue, which only the force shows.
+    """
     stride = max(1, len(depth) // MAX_POINTS)
     coarse = depth[::stride]
     if len(coarse) < 3:
@@ -64,7 +71,7 @@ def cycles(time: np.ndarray, depth: np.ndarray) -> tuple[Cycle, ...]:
     span, noise = float(np.ptp(coarse)), white_noise(coarse)
     if not span > max(MIN_RANGE_M, 20.0 * noise):
         return ()
-    found = [min(stride * i, len(depth) - 1) for i in reversals(coarse, REVERSAL_SHARE * span)]
+    found = _refined(depth, reversals(coarse, REVERSAL_SHARE * span), stride)
     rest_distance = max(REST_SHARE * span, 4.0 * noise)
     strokes = zip(found[:-1], found[1:], [*found[2:], None], strict=True)
     return tuple(
@@ -74,13 +81,55 @@ def cycles(time: np.ndarray, depth: np.ndarray) -> tuple[Cycle, ...]:
     )
 
 
+def _refined(depth: np.ndarray, found: list[int], stride: int) -> list[int]:
+    """The extremes ``found`` in every ``stride``-th sample, searched again among all samples near them."""
+    if stride == 1:
+        return found
+    turns, falling = [], len(found) > 1 and depth[stride * found[1]] > depth[stride * found[0]]
+    for each in found:
+        a, b = max(0, stride * (each - 1)), min(len(depth), stride * (each + 1) + 1)
+        turns.append(a + int(np.argmin(depth[a:b]) if falling else np.argmax(depth[a:b])))
+        falling = not falling
+    return turns
+
+
+def insertions(time: np.ndarray, depth: np.ndarray, surface: float) -> tuple[Cycle, ...]:
+    """The insertions below ``surface`` [m], the depth above which the needle is certainly out of the tissue.
+
+    As long as the needle does not come back out, pull-backs and pauses are part of one insertion; if it does, the next
+    one begins where it was furthest out. Touches of less than a tenth of the deepest indentation are left out.
+    """
+    inside = depth > surface
+    edges = np.flatnonzero(np.diff(inside)) + 1
+    bounds = np.concatenate(([0], edges, [len(depth)]))
+    deep = surface + MIN_INSERTION_SHARE * (float(depth.max()) - surface)
+    spans = [(a, b) for a, b in zip(bounds[:-1], bounds[1:], strict=True) if inside[a] and depth[a:b].max() > deep]
+    if not spans:
+        return ()
+    cuts = [int(np.argmin(depth[: spans[0][0] + 1]))]
+    cuts += [b + int(np.argmin(depth[b : c + 1])) for (_, b), (c, _) in zip(spans[:-1], spans[1:], strict=True)]
+    rest_distance = max(REST_SHARE * float(np.ptp(depth)), 4.0 * white_noise(depth[:: max(1, len(depth) // MAX_POINTS)]))
+    highs = [a + int(np.argmax(depth[a:b])) for a, b in spans]
+    lows = [*cuts[1:], _last_low(depth, highs[-1])]
+    return tuple(
+        _cycle(time, depth, low=a, high=b, next_low=c, rest_distance=rest_distance)
+        for a, b, c in zip(cuts, highs, lows, strict=True)
+    )
+
+
+def _last_low(depth: np.ndarray, high: int) -> int | None:
+    """The end of the last withdrawal, or None if the needle is not withdrawn after its deepest point ``high``."""
+    low = high + int(np.argmin(depth[high:]))
+    return low if depth[high] - depth[low] > REVERSAL_SHARE * float(np.ptp(depth)) else None
+
+
 def _cycle(
     time: np.ndarray, depth: np.ndarray, *, low: int, high: int, next_low: int | None, rest_distance: float
 ) -> Cycle:
     """The cycle of the stroke from minimum ``low`` to maximum ``high``; ``next_low`` is the next minimum, if any."""
     end = len(depth) if next_low is None else next_low + 1
     start = low + int(np.flatnonzero(depth[low : high + 1] <= depth[low] + rest_distance)[-1])
-    at_top = np.flatnonzero(depth[low:end] >= depth[low:end].max() - rest_distance) + low
+    at_top = _longest_rest(np.flatnonzero(depth[low:end] >= depth[low:end].max() - rest_distance) + low)
     stop, withdrawal_start = int(at_top[0]), int(at_top[-1]) + 1
     speed = (depth[stop] - depth[start]) / max(time[stop] - time[start], 1e-9)
     if time[withdrawal_start - 1] - time[stop] < max(MIN_HOLD_S, 4.0 * rest_distance / speed):
@@ -95,11 +144,17 @@ def _cycle(
     )
 
 
+def _longest_rest(at_top: np.ndarray) -> np.ndarray:
+    """The longest visit of the deepest point: a needle may come back to it after a pull-back."""
+    breaks = np.flatnonzero(np.diff(at_top) > ADVANCE_WINDOW) + 1
+    return max(np.split(at_top, breaks), key=len) if len(breaks) else at_top
+
+
 @dataclass(frozen=True)
 class Blocks:
-    """Means over (m,) blocks of ``size`` samples each; the first block starts at sample ``first``."""
+    """Means over (m,) blocks of ``size`` samples each; the first samples of the blocks are (m + 1,) ``starts``."""
 
-    first: int
+    starts: np.ndarray
     size: int
     depth: np.ndarray
     force: np.ndarray
@@ -109,15 +164,40 @@ class Blocks:
 
     def sample(self, block: int) -> int:
         """The first sample of a block."""
-        return self.first + self.size * int(block)
+        return int(self.starts[min(max(int(block), 0), len(self))])
+
+    def part(self, chosen: np.ndarray) -> "Blocks":
+        """The blocks at the (k,) indices ``chosen``."""
+        starts = np.append(self.starts[chosen], self.starts[chosen[-1] + 1] if len(chosen) else self.starts[:1])
+        return Blocks(starts, self.size, self.depth[chosen], self.force[chosen])
 
 
 def blocks(depth: np.ndarray, force: np.ndarray, first: int, last: int, size: int) -> Blocks:
     """Blocks of samples ``first`` up to ``last``; samples that do not fill the last block are left out."""
     size = max(1, min(size, last - first))
     count = (last - first) // size
-    mean = lambda values: values[first : first + count * size].reshape(count, size).mean(axis=1)  # noqa: E731
-    return Blocks(first, size, mean(depth), mean(force))
+    part = slice(first, first + count * size)
+    starts = first + size * np.arange(count + 1)
+    if size == 1:
+        return Blocks(starts, 1, depth[part], force[part])
+    mean = lambda values: values[part].reshape(count, size).mean(axis=1)  # noqa: E731
+    return Blocks(starts, size, mean(depth), mean(force))
+
+
+def advancing(stroke: Blocks) -> np.ndarray:
+    """Indices of the blocks in which the needle goes deeper than ever before in its stroke: not at rest, not pulled
+    back, not on its way through the hole that it left, and not where it turns."""
+    depth = stroke.depth
+    if len(depth) < 2 * ADVANCE_WINDOW:
+        return np.arange(len(depth))
+    top, half = np.maximum.accumulate(depth), ADVANCE_WINDOW // 2
+    ahead, behind = np.append(top[half:], np.full(half, top[-1])), np.append(np.full(half, top[0]), top[:-half])
+    gain = ahead - behind
+    typical = float(np.median(gain[gain > 0.0])) if (gain > 0.0).any() else 0.0
+    inwards = (gain > MIN_ADVANCE_SHARE * typical) & (depth > top - typical)
+    inwards[:-1] &= inwards[1:]
+    inwards[-1] = False
+    return np.flatnonzero(inwards)
 
 
 def first_run(above: np.ndarray, length: int) -> int | None:

@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Contact, punctures and exit of one insertion."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .contact import Onset, exit_depth, only_drift, onset, returned
+from .events import Event, Puncture
+from .punctures import Fall, ForceDrop, block_noise, falls, locate, robust_sd, sudden_share
+from .strokes import Blocks, Cycle, advancing, blocks
+
+MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
+MIN_RUPTURE_SAMPLES = 5  # minimum number of samples of a rupture
+BLOCKS_PER_RUPTURE = 10
+MIN_STROKE_BLOCKS = 300  # of a stroke with enough samples
+MAX_GRADUAL_TRAVEL_M = 1e-3  # [m] travel of the most gradual rupture that is searched
+NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
+MIN_LOAD_SIGMA = 8.0  # [sd] range of blocks beyond which the force before the contact may be a load
+MIN_RISE_RATIO = 3.0  # of the duration of a rise before a fall over that of the fall, if the stroke begins in contact
+MIN_REGULAR_FALLS = 5  # a force that falls regularly swings; fewer falls may be evenly spaced by chance
+MAX_SPACING_VARIATION = 0.3  # sd over mean of the spacing of such falls; random places have 1
+MAX_SIZE_RATIO = 3.0  # between a fall of such a series and their median
+
+
+@dataclass(frozen=True, kw_only=True)
+class CycleEvents:
+    """The events of one cycle, with ``baseline`` (None if the cycle begins in contact) and ``noise`` of a sample [N].
+
+    ``exit`` is None if the force does not show it; ``minor`` are significant falls that are no punctures, of which
+    ``swings`` belong to a regular series; ``free`` is False if there is too little free travel, and ``in_contact`` is
+    True if there is none.
+    """
+
+    cycle: Cycle
+    contact: Event | None = None
+    punctures: tuple[Puncture, ...] = ()
+    minor: tuple[Puncture, ...] = ()
+    swings: int = 0
+    exit: Event | None = None
+    free: bool = True
+    in_contact: bool = False
+    baseline: float | None = 0.0
+    noise: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class DetectionLimits:
+    """``crossing`` [sd] of a contact, ``drop`` (share of the peak) and ``window`` [samples] of a puncture in a rough
+    stroke, the ``gradual`` rupture [samples], the filter's ``lag`` [samples] and the ``quantum`` of the force [N]."""
+
+    crossing: float
+    drop: float
+    window: int
+    gradual: int
+    lag: int
+    quantum: float
+
+    def size(self, cycle: Cycle) -> int:
+        """Samples per block: a tenth of a rupture, or less in a stroke of few such blocks."""
+        return max(1, min(self.window // BLOCKS_PER_RUPTURE, (cycle.stop - cycle.start) // MIN_STROKE_BLOCKS))
+
+
+def limits(
+    *, crossing: float, drop: float, within: float, rate: float, speed: float, filter_length: int, quantum: float
+) -> DetectionLimits:
+    """Limits for a rupture over ``within`` [m] at ``speed`` [m/s], at least as long as sensor, filter and ``rate`` [Hz]
+    require."""
+    window = int(max(within / speed * rate, MIN_RUPTURE_TIME_S * rate, MIN_RUPTURE_SAMPLES)) + filter_length - 1
+    gradual = max(window, int(MAX_GRADUAL_TRAVEL_M / speed * rate))
+    return DetectionLimits(
+        crossing=crossing, drop=drop, window=window, gradual=gradual, lag=filter_length - 1, quantum=quantum
+    )
+
+
+def cycle_events(
+    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
+) -> CycleEvents:
+    """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N] without outliers."""
+    begin, last = _ends(time, depth, force, cycle, allowed)
+    stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
+    free = 0 if begin is None else int(np.searchsorted(stroke.depth, begin.depth))
+    if (begin is None or free) and _loaded_before(force, stroke, free, allowed):
+        begin, free = _from_the_start(stroke), 0
+    if begin is None:
+        return CycleEvents(cycle=cycle)
+    in_contact = not begin.free and begin.low <= stroke.starts[0]
+    contact = _event(time, depth, force, begin, allowed.lag)
+    noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
+    found = _drops(force, stroke, free, begin.baseline, allowed)
+    sudden, minor, swings = _classified(found, force, depth, begin.baseline, allowed)
+    puncture = lambda each: _puncture(each, time, depth, contact.depth, allowed.lag)  # noqa: E731
+    return CycleEvents(
+        cycle=cycle,
+        contact=contact,
+        punctures=tuple(map(puncture, sudden)),
+        minor=tuple(map(puncture, minor)),
+        swings=swings,
+        exit=None if last is None else _event(time, depth, force, last, allowed.lag),
+        free=begin.free,
+        in_contact=in_contact,
+        baseline=None if in_contact else begin.baseline,
+        noise=noise.white * stroke.size**0.5,
+    )
+
+
+def inward_blocks(depth: np.ndarray, force: np.ndarray, cycle: Cycle, size: int) -> Blocks:
+    """The blocks of the insertion stroke in which the needle goes deeper than before."""
+    stroke = blocks(depth, force, cycle.start, cycle.stop, size)
+    return stroke.part(advancing(stroke))
+
+
+def _loaded_before(force: np.ndarray, stroke: Blocks, free: int, allowed: DetectionLimits) -> bool:
+    """Whether the force rises from the start and falls significantly before the supposed contact at block ``free`` (0:
+    none was found): then the stroke begins in contact. Noise, hum and drift fall too, but do not rise for longer than
+    they fall, by a good part of the fall."""
+    before = stroke if not free else stroke.part(np.arange(free))
+    white = block_noise(before.force, 0, allowed.quantum, before.size).white
+    if len(before) < 2 * MIN_RUPTURE_SAMPLES or np.ptp(before.force) < MIN_LOAD_SIGMA * white:
+        return False
+    return any(
+        _rises_until(before.force[: fall.first + 1], drop.drop) and fall.first > MIN_RISE_RATIO * _blocks_of(drop, before)
+        for fall, drop in _drops(force, before, 0, float(before.force.min()), allowed)
+    )
+
+
+def _rises_until(force: np.ndarray, drop: float) -> bool:
+    """Whether the last third of (m,) blocks lies above the first third by a third of ``drop`` [N]."""
+    third = max(len(force) // 3, 1)
+    return float(force[-third:].mean() - force[:third].mean()) > drop / 3.0
+
+
+def _blocks_of(drop: ForceDrop, stroke: Blocks) -> float:
+    """The duration of a fall in blocks."""
+    return (drop.end - drop.peak) / stroke.size
+
+
+def _from_the_start(stroke: Blocks) -> Onset:
+    """The contact of a stroke that begins in contact: its first sample, at the latest."""
+    first, low = float(stroke.depth[0]), stroke.sample(0)
+    return Onset(depth=first, low=low, high=low, baseline=float(stroke.force.min()), noise=0.0, free=False)
+
+
+def _drops(
+    force: np.ndarray, stroke: Blocks, free: int, baseline: float, allowed: DetectionLimits
+) -> list[tuple[Fall, ForceDrop]]:
+    """The significant falls after the ``free`` first blocks, located; of falls within a window the most significant: the
+    needle oscillates after a rupture."""
+    noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
+    level = stroke.force - baseline
+    sizes = {"rupture": -(-allowed.window // stroke.size), "max_gap": -(-allowed.gradual // stroke.size)}
+    found = falls(stroke, free=free, noise=noise, level=level, **sizes)
+    kept: list[tuple[Fall, ForceDrop]] = []
+    for fall in found:
+        drop = locate(force, fall, stroke, size=stroke.size, window=allowed.window, noise=noise)
+        if not kept or drop.peak > kept[-1][1].end + allowed.window:
+            kept.append((fall, drop))
+        elif fall.statistic > kept[-1][0].statistic:
+            kept[-1] = (fall, drop)
+    return kept
+
+
+def _classified(
+    found: list[tuple[Fall, ForceDrop]],
+    force: np.ndarray,
+    depth: np.ndarray,
+    baseline: float,
+    allowed: DetectionLimits,
+) -> tuple[list[tuple[Fall, ForceDrop]], list[tuple[Fall, ForceDrop]], int]:
+    """Punctures, minor falls, and the number of the latter that are a regular swing.
+
+    In a smooth stroke every significant fall is a puncture. In a rough one small falls belong to the texture of the
+    tissue, which grows with the force: there a puncture falls by the share ``allowed.drop`` of the force within a third of the
+    rupture travel.
+    """
+    share = lambda drop: sudden_share(force, drop, baseline, allowed.window)  # noqa: E731
+    sudden = [each for each in found if not each[0].rough or share(each[1]) >= allowed.drop]
+    swinging = _swing(sudden, depth)
+    minor = [each for each in found if each not in sudden or each in swinging]
+    return [each for each in sudden if each not in swinging], minor, len(swinging)
+
+
+def _swing(found: list[tuple[Fall, ForceDrop]], depth: np.ndarray) -> list[tuple[Fall, ForceDrop]]:
+    """Those of the located falls after the first that follow each other regularly, of similar size: a cutting force
+    that swings. The first fall ends the deformation and remains a puncture."""
+    later = found[1:]
+    if len(later) < MIN_REGULAR_FALLS:
+        return []
+    sizes = np.array([drop.drop for _, drop in later])
+    middle = float(np.median(sizes))
+    alike = [each for each, size in zip(later, sizes, strict=True) if middle / MAX_SIZE_RATIO < size < MAX_SIZE_RATIO * middle]
+    spacing = np.diff([depth[drop.peak] for _, drop in alike])
+    regular = len(alike) >= MIN_REGULAR_FALLS and robust_sd(spacing) <= MAX_SPACING_VARIATION * float(np.median(spacing))
+    return alike if regular else []
+
+
+def _puncture(
+    found: tuple[Fall, ForceDrop], time: np.ndarray, depth: np.ndarray, contact_depth: float, lag: int
+) -> Puncture:
+    """A located fall as a puncture; a filter may delay it by ``lag`` samples."""
+    fall, drop = found
+    peak_depth = float(depth[drop.peak])
+    return Puncture(
+        time=float(time[drop.peak]),
+        depth=peak_depth,
+        force=drop.force,
+        low=max(drop.low - lag, 0),
+        high=drop.high,
+        drop=drop.drop,
+        indentation=peak_depth - contact_depth,
+        statistic=fall.statistic,
+        drop_low=drop.drop_low,
+        drop_high=drop.drop_high,
+        end=drop.end,
+        end_depth=float(depth[drop.end]),
+        gradual=drop.gradual,
+    )
+
+
+def _event(time: np.ndarray, depth: np.ndarray, force: np.ndarray, where: Onset, lag: int) -> Event:
+    """``where`` as an event at the first sample past its depth; a filter may delay it by ``lag`` samples."""
+    low, high = max(where.low - lag, 0), min(where.high, len(depth) - 1)
+    between = depth[low : high + 1]
+    passed = np.flatnonzero(between >= where.depth if depth[high] >= depth[low] else between <= where.depth)
+    at = low + int(passed[0]) if len(passed) else high
+    return Event(float(time[at]), float(where.depth), float(force[at]), low, high)
+
+
+def _ends(
+    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
+) -> tuple[Onset | None, Onset | None]:
+    """Contact and exit with ``low`` and ``high`` as samples; both are determined again after the drift between them is
+    subtracted."""
+    span = slice(cycle.start, cycle.end)
+    if cycle.withdrawn and only_drift(time[span], force[span], allowed.size(cycle)):
+        return None, None
+    begin, last = _contact(depth, force, cycle, allowed), None
+    if begin is None or not cycle.withdrawn:
+        return begin, None
+    last = exit_depth(depth, force, cycle, allowed.size(cycle), allowed.crossing)
+    peak = float(np.max(np.abs(force[span] - begin.baseline)))
+    if last is None or not returned(begin, last, float(depth[cycle.stop - 1]), peak):
+        return begin, None
+    drift = last.baseline - begin.baseline
+    if abs(drift) <= max(begin.noise, NEGLIGIBLE_DRIFT_SHARE * peak):
+        return begin, last
+    before, after = time[(cycle.start + begin.low) // 2], time[(last.high + cycle.end - 1) // 2]
+    level = force - drift * (time - before) / (after - before)
+    again = _contact(depth, level, cycle, allowed), exit_depth(depth, level, cycle, allowed.size(cycle), allowed.crossing)
+    return again if None not in again else (begin, last)
+
+
+def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Onset | None:
+    """The contact of the insertion stroke, with blocks converted to samples."""
+    stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
+    found = onset(stroke, allowed.crossing)
+    return None if found is None else replace(found, low=stroke.sample(found.low), high=stroke.sample(found.high + 1))
