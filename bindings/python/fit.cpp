@@ -7,6 +7,7 @@
 
 #include "module.hpp"
 #include "needleforce/fit/cycle.hpp"
+#include "needleforce/fit/dead_band.hpp"
 #include "needleforce/fit/lagged.hpp"
 #include "needleforce/fit/layered.hpp"
 
@@ -100,6 +101,14 @@ Output lagged_products(const Values& residual, std::size_t lags) {
   return array;
 }
 
+Output dead_band(const Values& depth, double half) {
+  double* out;
+  Output array = new_array(depth.shape(0), out);
+  nb::gil_scoped_release release;
+  fit::dead_band({depth.data(), depth.shape(0)}, half, {out, depth.shape(0)});
+  return array;
+}
+
 using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 fit::LayeredForm form_of(std::string_view name) {
@@ -142,6 +151,7 @@ void bind_fit(nb::module_& module) {
              nb::arg("puncture_low"), nb::arg("puncture_high"), nb::arg("margin"));
   module.def("layer_forces", &layer_forces, nb::arg("numbers"), nb::arg("form"), nb::arg("depth"),
              nb::arg("dt"));
+  module.def("dead_band", &dead_band, nb::arg("depth"), nb::arg("half"));
   module.def("lagged_products", &lagged_products, nb::arg("residual"), nb::arg("lags"));
 }
 

@@ -10,6 +10,8 @@ import math
 
 import numpy as np
 
+from .. import core
+
 REST_SPEED_SHARE = 0.2  # of the stroke's mean speed: slower, the force is that of a relaxing tissue
 MIN_REST_S = 0.1  # [s] a shorter rest is not seen
 MAX_QUANTUM_SHARE = 0.5  # of the steps of a moving depth are the smallest one or none: then it is quantised
@@ -45,8 +47,8 @@ def at_the_cut(depth: np.ndarray) -> np.ndarray:
 
 
 def sliding_back(depth: np.ndarray, stretch: float) -> np.ndarray:
-    """True (n,) where a pull-back within an insertion has travelled more than ``stretch`` [m] from the cut and continues
-    outwards: there friction has reversed, and nothing is cut."""
+    """True (n,) where a pull-back within an insertion has travelled more than ``stretch`` [m] from the cut and still
+    moves outwards: there friction has reversed, and nothing is cut."""
     deepest, limit = np.maximum.accumulate(depth), backtrack_limit(depth)
     back = deepest - depth
     found = np.zeros(len(depth), bool)
@@ -70,3 +72,35 @@ def resting(time: np.ndarray, depth: np.ndarray) -> np.ndarray:
     deepest, place = np.maximum.accumulate(depth), np.arange(len(depth))
     first, last = np.maximum(place - reach, 0), np.minimum(place + reach, len(depth) - 1)
     return deepest[last] - deepest[first] < REST_SPEED_SHARE * speed * (time[last] - time[first])
+
+
+def smoothed_depth(depth: np.ndarray) -> tuple[np.ndarray, float]:
+    """The (n,) depth [m] averaged over neighbouring samples, and the noise that is left in it [m].
+
+    Over as many samples as make the error at a corner of the motion, an eighth of the travel that they span, equal to
+    what is left of the noise. A depth without noise is unchanged.
+    """
+    noise = depth_noise(depth)
+    if not noise > 0.0:
+        return depth, 0.0
+    step = float(np.median(np.abs(np.diff(smoothed(depth, 5)))))
+    length = min(max(round((16.0 * noise / max(step, 1e-12)) ** (2.0 / 3.0)), 1), max(len(depth) // 20, 1))
+    return smoothed(depth, length), noise / math.sqrt(length)
+
+
+def steady_depth(depth: np.ndarray) -> np.ndarray:
+    """The (n,) depth [m] without its noise, which would reverse friction from sample to sample: smoothed, then moved
+    only by what leaves a dead band of the noise that is left."""
+    smooth, left = smoothed_depth(depth)
+    return core.dead_band(smooth, left * math.sqrt(2.0 * math.log(max(len(depth), 2)))) if left > 0.0 else depth
+
+
+def smoothed(values: np.ndarray, length: int) -> np.ndarray:
+    """Moving average of (n,) values over ``length`` samples around each, fewer at the ends, symmetric."""
+    half = length // 2
+    if half == 0:
+        return values
+    place = np.arange(len(values))
+    reach = np.minimum(half, np.minimum(place, len(values) - 1 - place))
+    sums = np.concatenate(([0.0], np.cumsum(values - values[0])))
+    return values[0] + (sums[place + reach + 1] - sums[place - reach]) / (2 * reach + 1)

@@ -9,7 +9,7 @@ from ..recording import Recording
 from ..segmentation import Events, Span
 from ..vocabulary import Phase
 from .estimates import Estimate
-from .motion import at_the_cut, backtrack_limit, depth_noise, resting, sliding_back
+from .motion import at_the_cut, backtrack_limit, depth_noise, resting, sliding_back, steady_depth
 
 STROKES = ("insertion", "hold", "withdrawal")
 MIDDLE_OF_STROKE = (0.2, 0.8)  # [of the travel] outside, the needle accelerates and brakes
@@ -70,7 +70,7 @@ def strokes_of(recording: Recording, events: Events) -> Strokes:
     """Insertion from the start of the free travel before it to the hold; withdrawal to the recording's end."""
     inwards, outwards = _inwards(events), _outwards(events)
     depth, force = undelayed_depth(recording), recording.force
-    reversal = friction_reversal_of(depth, force, outwards, events.spans(Phase.hold))
+    reversal = friction_reversal_of(steady_depth(depth), force, outwards, events.spans(Phase.hold))
     cut, back, backtrack = _insertion_samples(
         recording.time, depth, inwards, events, _stretch(depth, outwards, reversal)
     )
@@ -98,9 +98,9 @@ def usable_samples(recording: Recording, events: Events) -> np.ndarray:
     """True (n,) at the samples that are no outliers of the force, and not in the fall of a gradual rupture: there
     neither the loading curve nor friction and cutting hold."""
     usable = np.ones(len(recording), bool)
-    usable[np.asarray(getattr(events, "outliers", ()), dtype=int)] = False
+    usable[events.outliers] = False
     for puncture in events.punctures:
-        if getattr(puncture, "gradual", False):
+        if puncture.gradual:
             usable[int(np.searchsorted(recording.time, puncture.time)) + 1 : max(puncture.end, 0)] = False
     return usable
 

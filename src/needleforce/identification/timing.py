@@ -15,7 +15,7 @@ import numpy as np
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Phase
-from .motion import backtrack_limit
+from .motion import smoothed_depth
 from .statistics.noise import noise_of
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
@@ -59,18 +59,20 @@ def lag_of(recording: Recording, events: Events) -> Lag | None:
     window = _window(recording, events)
     if window is None:
         return None
-    time, depth, force = (values[window] for values in (recording.time, recording.depth, recording.force))
+    smooth, left = smoothed_depth(recording.depth)
+    time, depth, force = (values[window] for values in (recording.time, smooth, recording.force))
     step = float(np.median(np.diff(recording.time)))
     held = float(np.median(depth[time <= time[0] + 0.5 * BEFORE_S]))
-    whole = recording.time, held - recording.depth
-    stretches = STRETCHES[STRETCHES > backtrack_limit(recording.depth)]
+    whole = recording.time, held - smooth
+    stretches = STRETCHES[3.0 * left < STRETCHES]
     if not len(stretches):
         return None
     correlation = _correlation(force)
     given = {"stretches": stretches, "correlation": correlation}
     found = [_best_lag(time, force, whole, shape=shape, **given) for shape in SHAPES]
     low, high = sorted(lag for lag, _ in found)
-    return Lag(low, high, math.hypot(max(half for _, half in found), 0.5 * step))
+    speed = float(np.ptp(depth)) / AFTER_S  # at which the rest of the depth's noise is passed
+    return Lag(low, high, math.hypot(max(half for _, half in found), 0.5 * step, left / max(speed, 1e-12)))
 
 
 def _best_lag(

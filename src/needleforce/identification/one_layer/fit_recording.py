@@ -221,7 +221,7 @@ def _complete(
     first, count = single.events.punctures[0], len(single.events.punctures)
     notes = [_first_puncture_note(count, first.depth)] if count > 1 else []
     low, high = _bracket(strokes, first)
-    if getattr(first, "gradual", False):
+    if first.gradual:
         return _at_peak(_bound(arrays, options, low, high), strokes, single), notes
     fit = _or_none(arrays, options)
     if fit is not None and low <= fit.values["puncture_depth"] <= high:
