@@ -37,6 +37,8 @@ def plain(rng):
         "relaxing": (0.0, 1.0),
         "oscillation": (0.0, 1e-3, 0.0),
         "surface": 0.0,
+        "texture": (0.0, 0.5e-3, 0),
+        "grip": 0.0,
         "rate": float(rng.choice([100, 200, 500, 1000, 2000], p=[0.2, 0.15, 0.2, 0.35, 0.1])),
         "noise": log(rng, 0.5e-3, 20e-3),
         "memory": 0.0,
@@ -160,6 +162,20 @@ def lag(rng, s):
     s["lag"] = rng.choice([-1, 1]) * rng.uniform(5e-3, 50e-3)
 
 
+def texture(rng, s):
+    s["texture"] = (rng.uniform(0.05, 0.4), log(rng, 0.1e-3, 1e-3), int(rng.integers(1 << 30)))
+
+
+def grip(rng, s):
+    """The surface holds the shaft, so that the force jumps at the exit."""
+    s["grip"] = rng.uniform(0.1, 0.6) * max(s["drop"], 0.1) * s["puncture_force"]
+
+
+def dragged(rng, s):
+    """Tissue follows the shaft for millimetres before it slides, and relaxes much, as recorded in skin and muscle."""
+    s.update(stretch=rng.uniform(1e-3, 5e-3), relaxing=(rng.uniform(0.2, 0.5), log(rng, 0.2, 2.0)))
+
+
 def weak(rng, s):
     s.update(drop=rng.uniform(0.05, 0.25), noise=min(s["noise"], s["puncture_force"] / 25))
 
@@ -219,6 +235,9 @@ FAULTS = {
     "oscillation": oscillation,
     "relaxation": relaxation,
     "resting_surface": resting_surface,
+    "texture": texture,
+    "grip": grip,
+    "dragged": dragged,
     "long_stretch": setter(stretch=(0.3e-3, 1e-3)),
     "weak": weak,
     "short": short,
@@ -261,8 +280,11 @@ EXCLUSIVE = (
     {"slow_rate", "fast_rate", "noisy_start"},
     {"filter", "filter_declared"},
     {"relaxation", "no_hold"},
+    {"relaxation", "dragged"},
+    {"long_stretch", "dragged"},
     {"quantum", "noisy_start"},
 )
+COMMON = {"offset_small", "offset_large"}
 RARE = {
     "disorder",
     "stuck_depth",
@@ -315,31 +337,9 @@ SCENARIOS = {
     "pauses": ("pauses", "relaxation"),
     "insertion only": ("no_hold", "no_withdrawal"),
     "partial withdrawal": ("partial_withdrawal", "relaxation"),
+    "texture": ("texture",),
+    "surface grip": ("grip",),
+    "dragged tissue": ("dragged",),
+    "as in skin": ("layers", "rounded", "dragged", "grip", "texture"),
     "coarse and slow": ("slow_rate", "quantum", "clock_jitter"),
 }
-
-
-def drawn_faults(rng):
-    """Faults of the scenario ``anything``: most recordings have few, some many."""
-    names = list(FAULTS)
-    weights = np.array([0.3 if name in RARE else 1.0 for name in names])
-    count = rng.choice([0, 1, 2, 3, 4, 7, 10], p=[0.08, 0.27, 0.27, 0.15, 0.1, 0.08, 0.05])
-    chosen = []
-    for name in rng.choice(names, size=count, replace=False, p=weights / weights.sum()):
-        if not any(name in group and group & set(chosen) for group in EXCLUSIVE):
-            chosen.append(str(name))
-    return tuple(chosen)
-
-
-def settings_of(seed, scenario=None):
-    """The scenario of a seed, its faults and the settings of its recording."""
-    rng = np.random.default_rng([seed, 20240])
-    names = list(SCENARIOS)
-    scenario = scenario or ("anything" if seed % 2 == 0 else names[seed // 2 % len(names)])
-    faults = drawn_faults(rng) if scenario == "anything" else SCENARIOS[scenario]
-    s = plain(rng)
-    s["depth_below"] = max(s["depth_below"], 1.6 * s["indentation"])
-    s["noise"] = min(s["noise"], s["puncture_force"] / 10)
-    for fault in faults:
-        FAULTS[fault](rng, s)
-    return scenario, faults, s, rng

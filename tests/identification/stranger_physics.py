@@ -64,6 +64,8 @@ class Specimen:
     relaxing: tuple = (0.0, 1.0)  # share of every force that relaxes at rest, and its time constant [s]
     oscillation: tuple = (0.0, 1e-3, 0.0)  # of the cutting force: amplitude as a share, wavelength [m], phase
     surface: tuple = (0.0, 1.0)  # depth [m] below its top where the broken surface comes to rest, time constant [s]
+    texture: tuple = (0.0, 0.5e-3, 0)  # of the friction along the path: standard deviation as a share, length [m], seed
+    grip: float = 0.0  # friction [N] of the surface by itself, as skin around the shaft
 
 
 @dataclass
@@ -138,6 +140,7 @@ def friction(motion, specimen):
     bounds = np.searchsorted(edges, [layer.top - NODE / 2 for layer in specimen.layers])
     factor = relaxed(motion, *specimen.relaxing)
     surface = resting_surface(motion, specimen) if specimen.surface[0] else None
+    shares = element_shares(edges.size, specimen)
     stretch, u, out = specimen.stretch, np.zeros(edges.size), np.zeros((len(bounds), motion.depth.size))
     cut = inside = 0
     for k in range(motion.depth.size):
@@ -152,13 +155,26 @@ def friction(motion, specimen):
         if now == 0:
             continue
         u[:now] = np.clip(u[:now] + step, -stretch, stretch) * factor[k]
-        weight = u[:now].copy()
+        weight = u[:now] * shares[:now]
         weight[-1] *= min((depth - edges[now - 1]) / NODE, 1.0)
         if surface is not None:
             weight *= np.clip((edges[:now] - surface[k]) / NODE + 1.0, 0.0, 1.0)
         starts = bounds[bounds < now]
         out[: starts.size, k] = np.add.reduceat(weight, starts)
     return out * (NODE / stretch) * np.array([[layer.friction] for layer in specimen.layers])
+
+
+def element_shares(n, specimen):
+    """Friction of each element over the mean, for tissue that is not uniform."""
+    amplitude, length, seed = specimen.texture
+    memory = np.exp(-NODE / length)
+    shares = (
+        1.0 + np.clip(coloured(n, amplitude, memory, np.random.default_rng(seed)), -0.9, 3.0)
+        if amplitude
+        else np.ones(n)
+    )
+    shares[0] += specimen.grip / (specimen.layers[0].friction * NODE)
+    return shares
 
 
 def resting_surface(motion, specimen):

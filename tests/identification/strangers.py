@@ -8,7 +8,7 @@ Written without looking at the fits, on the physics of ``stranger_physics``. Eve
 from dataclasses import dataclass, field
 
 import numpy as np
-from stranger_faults import log, settings_of
+from stranger_faults import COMMON, EXCLUSIVE, FAULTS, RARE, SCENARIOS, log, plain
 from stranger_physics import Layer, Process, Specimen, by_hand, moved, rounded_to, sensed
 
 MAX_SAMPLES = 40_000
@@ -67,6 +67,32 @@ def law_values(law, rng, indentation, force):
     return (force / indentation**2,)
 
 
+def drawn_faults(rng):
+    """Faults of the scenario ``anything``: most recordings have few, some many."""
+    names = list(FAULTS)
+    weights = np.array([0.3 if name in RARE else 2.0 if name in COMMON else 1.0 for name in names])
+    count = rng.choice([0, 1, 2, 3, 4, 7, 10], p=[0.08, 0.27, 0.27, 0.15, 0.1, 0.08, 0.05])
+    chosen = []
+    for name in rng.choice(names, size=count, replace=False, p=weights / weights.sum()):
+        if not any(name in group and group & set(chosen) for group in EXCLUSIVE):
+            chosen.append(str(name))
+    return tuple(chosen)
+
+
+def settings_of(seed, scenario=None):
+    """The scenario of a seed, its faults and the settings of its recording."""
+    rng = np.random.default_rng([seed, 20240])
+    names = list(SCENARIOS)
+    scenario = scenario or ("anything" if seed % 2 == 0 else names[seed // 2 % len(names)])
+    faults = drawn_faults(rng) if scenario == "anything" else SCENARIOS[scenario]
+    s = plain(rng)
+    s["depth_below"] = max(s["depth_below"], 1.6 * s["indentation"])
+    s["noise"] = min(s["noise"], s["puncture_force"] / 10)
+    for fault in faults:
+        FAULTS[fault](rng, s)
+    return scenario, faults, s, rng
+
+
 def specimen_of(s, rng):
     """Layers from the settings; the drop and its split give friction and cutting."""
     out, top = [], s["contact"]
@@ -94,7 +120,8 @@ def specimen_of(s, rng):
             )
         )
         top += (indentation + s["rupture"]) * rng.uniform(1.1, 2.0)
-    return Specimen(out, s["stretch"], s["relaxing"], s["oscillation"], (s["surface"], log(rng, 0.1, 3.0)))
+    surface = (s["surface"], log(rng, 0.1, 3.0))
+    return Specimen(out, s["stretch"], s["relaxing"], s["oscillation"], surface, s["texture"], s["grip"])
 
 
 def motion_of(s, rng):
@@ -155,7 +182,8 @@ def encoder(time, depth, s, rng):
     """The depth as it is written: jittered, in steps, or stuck for a while."""
     depth = rounded_to(depth + s["depth_jitter"] * rng.standard_normal(depth.size), s["depth_quantum"])
     if s["stuck"]:
-        first = rng.integers(depth.size // 10, depth.size // 2)
+        inside = np.flatnonzero((depth > s["contact"]) & (np.arange(depth.size) < np.argmax(depth)))
+        first = rng.choice(inside) if inside.size else 0
         stays = (time >= time[first]) & (time < time[first] + s["stuck"])
         depth[stays] = depth[first]
     return depth

@@ -68,6 +68,9 @@ WORDS = {
     "cone_cylinder": MISFIT,
     "oscillation": r"swing|oscillat|stick.slip|periodic",
     "resting_surface": r"surface|dimple|rebound",
+    "texture": r"irregular|heterogen|uneven|rough|" + MISFIT,
+    "grip": r"exit|jump|intercept|surface|" + MISFIT,
+    "dragged": r"presliding|stretch|elastic|stick|drag|relax|" + MISFIT,
     "long_stretch": r"presliding|stretch|elastic|stick",
     "weak": r"weak|small (drop|puncture)",
     "unruptured": r"no puncture|no drop|not (punctured|ruptured)",
@@ -104,6 +107,9 @@ EXPLAINS = {
     "resting_surface": AFTER,
     "relaxation": AFTER,
     "long_stretch": AFTER,
+    "texture": AFTER,
+    "grip": AFTER,
+    "dragged": AFTER,
     "oscillation": AFTER | AT,
     "weak": AT,
     "no_drop": AT,
@@ -235,22 +241,22 @@ def judged(fit, truth):
     return out
 
 
-def trial(seed, scenario=None, identify=nf.identify):
-    """The verdict of one recording; a refusal by ``InputError`` declines all, another exception is a crash."""
+def trial(seed, scenario=None, **options):
+    """The verdict of one recording, with options of ``identify``: a refusal declines all, an exception is a crash."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        verdict = unguarded(seed, scenario, identify)
+        verdict = unguarded(seed, scenario, options)
     verdict.numeric = tuple(f"{w.category.__name__}: {w.message}" for w in caught)
     return verdict
 
 
-def unguarded(seed, scenario, identify):
+def unguarded(seed, scenario, options):
     time, depth, force, truth = stranger(seed, scenario)
     declined = {name: "declined" for name in PARAMETERS if name in truth.meaningful | truth.absent}
     refused = Verdict(seed, truth.scenario, truth.faults, "refused", declined)
     recording = nf.Recording(time=time, depth=depth, force=force, card=Card(filter_length=truth.filter_length))
     try:
-        return judged(identify(recording), truth)
+        return judged(nf.identify(recording, **options), truth)
     except nf.InputError as error:
         refused.messages = (str(error),)
         refused.named = causes_named(truth.faults, refused.messages)

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import stranger_physics as physics
-from stranger_faults import FAULTS, SCENARIOS, settings_of
-from strangers import stranger
+from stranger_faults import FAULTS, SCENARIOS
+from strangers import settings_of, stranger
 from strangers_judge import (
     EXPLAINS,
     WORDS,
