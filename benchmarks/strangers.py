@@ -26,10 +26,11 @@ from strangers_judge import PARAMETERS, VERDICTS, WORDS, Verdict, causes_named, 
 HEAD = "shares in %; covered: truth in the 95 % interval, of those with a value; vague: of these, too wide to be of use"
 
 
-def timed(task: tuple[int, str | None]) -> Verdict:
+def timed(task: tuple[int, str | None, dict]) -> Verdict:
     """The verdict of a seed with the time that it took."""
     started = time.perf_counter()
-    verdict = trial(*task)
+    seed, scenario, options = task
+    verdict = trial(seed, scenario, **options)
     verdict.seconds = time.perf_counter() - started
     return verdict
 
@@ -134,15 +135,16 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=2000)
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--scenario", choices=["anything", *SCENARIOS])
+    parser.add_argument("--model", help="a model of identify, instead of the default")
     parser.add_argument("--worst", type=int, default=20, metavar="N", help="list the N worst recordings")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument(
         "--json", type=Path, metavar="FILE", help="write every verdict, to compare two states of the code"
     )
     given = parser.parse_args()
-    verdicts = run(
-        [(seed, given.scenario) for seed in range(given.first_seed, given.first_seed + given.runs)], given.processes
-    )
+    options = {"model": given.model} if given.model else {}
+    seeds = range(given.first_seed, given.first_seed + given.runs)
+    verdicts = run([(seed, given.scenario, options) for seed in seeds], given.processes)
     scenarios, faults = groups_of(verdicts)
     print("\n".join([HEAD, *by_parameter(verdicts), *by_group("scenario", scenarios)]))
     print(
