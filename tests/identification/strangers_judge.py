@@ -31,6 +31,7 @@ DEPTH_TOLERANCE, SHARE_TOLERANCE, PEAK_TOLERANCE = 0.1e-3, 0.10, 0.03  # [m], of
 WIDENED = 1.5
 
 # A warning counts if it names what is there. These words are searched in warnings and notes, without regard to case.
+# That the model does not describe the data counts for every fault of the tissue and the rig, not for one of the sensor.
 MISFIT = (
     r"residual|misfit|R²|does not (fit|describe|follow)|not described|poor(ly)? (fit|described)|"
     r"(above|below) the measured|% of the (peak|largest force)|model .* (off|differs|departs|misses)"
@@ -50,7 +51,7 @@ WORDS = {
     "several_strokes": STROKES,
     "two_insertions": STROKES,
     "pauses": r"pause|stops?\b|halt|stands still|at rest|relax",
-    "relaxation": r"relax",
+    "relaxation": r"relax|" + MISFIT,
     "no_hold": r"(no|without a?) ?hold",
     "no_withdrawal": r"(no|without a?) ?withdrawal|only (the )?insertion|not withdrawn",
     "partial_withdrawal": r"withdraw(al|n).*(part|incomplete|ends|inside)|no exit|(ends|stays) in",
@@ -60,18 +61,18 @@ WORDS = {
     "short": r"short (travel|insertion|stroke)|little travel (below|after|past)|few samples|too shallow",
     "withdrawal_only": r"only (a |the )?withdrawal|no insertion|never increases|(begins?|starts?) (in|deep)",
     "stuck_depth": r"depth .*(stands|stuck|constant|does not (move|change)|frozen)|stall",
-    "compliant_rig": r"complian|(rig|clamp).*(stiffness|bends|yields)",
-    "layers": LAYERS,
+    "compliant_rig": r"complian|(rig|clamp).*(stiffness|bends|yields)|" + MISFIT,
+    "layers": LAYERS + "|" + MISFIT,
     "rounded": r"gradual|rounded|round peak|over a (length|travel)|" + MISFIT,
     "power_law": r"power|exponent|" + MISFIT,
     "polynomial": r"polynom|" + MISFIT,
     "cone_cylinder": MISFIT,
-    "oscillation": r"swing|oscillat|stick.slip|periodic",
-    "resting_surface": r"surface|dimple|rebound",
+    "oscillation": r"swing|oscillat|stick.slip|periodic|" + MISFIT,
+    "resting_surface": r"surface|dimple|rebound|" + MISFIT,
     "texture": r"irregular|heterogen|uneven|rough|" + MISFIT,
     "grip": r"exit|jump|intercept|surface|" + MISFIT,
     "dragged": r"presliding|stretch|elastic|stick|drag|relax|" + MISFIT,
-    "long_stretch": r"presliding|stretch|elastic|stick",
+    "long_stretch": r"presliding|stretch|elastic|stick|" + MISFIT,
     "weak": r"weak|small (drop|puncture)",
     "unruptured": r"no puncture|no drop|not (punctured|ruptured)",
     "no_drop": NO_DROP,

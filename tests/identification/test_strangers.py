@@ -4,6 +4,8 @@
 ``benchmarks/strangers.py`` runs the whole of it.
 """
 
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -240,6 +242,14 @@ def test_a_warning_counts_only_for_a_fault_that_is_present():
 # --- a part of the trial ---------------------------------------------------------------------------------------------
 
 
+def test_the_benchmark_prints_its_tables(root):
+    script = [sys.executable, root / "benchmarks" / "strangers.py", "--runs", "1", "--processes", "1"]
+    done = subprocess.run([*script, "--scenario", "plain"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "wrong and not warned of: " in done.stdout
+    assert "friction_per_length" in done.stdout
+
+
 @pytest.fixture(scope="module")
 def verdicts():
     return [trial(seed) for seed in SEEDS]
@@ -249,23 +259,23 @@ def test_no_recording_ends_in_a_traceback(verdicts):
     assert [(v.seed, v.crash) for v in verdicts if v.crash] == []
 
 
-@pytest.mark.xfail(strict=False, reason="today 1.9 % of the parameters of 500 recordings")
+@pytest.mark.xfail(strict=False, reason="today 1.4 % of the parameters of 500 recordings")
 def test_wrong_and_not_warned_of(verdicts):
     assert wrong_share(verdicts) <= MAX_WRONG, [(v.seed, v.scenario, v.wrong) for v in verdicts if v.wrong]
 
 
-@pytest.mark.xfail(strict=False, reason="today 27 %")
+@pytest.mark.xfail(strict=False, reason="today 28 %")
 def test_declined(verdicts):
     counts = share(verdicts)
     assert counts["declined"] <= MAX_DECLINED * sum(counts.values())
 
 
-@pytest.mark.xfail(strict=False, reason="today 84 %")
+@pytest.mark.xfail(strict=False, reason="today 87 %")
 def test_intervals_hold_the_truth(verdicts):
     assert np.mean([covered for v in verdicts for covered in v.covered.values()]) >= MIN_COVERED
 
 
-@pytest.mark.xfail(strict=False, reason="today 136 false ones in 500 recordings, 41 of 474 missed")
+@pytest.mark.xfail(strict=False, reason="today 139 false ones in 500 recordings, 41 of 478 missed")
 def test_punctures(verdicts):
     true = sum(v.true_punctures for v in verdicts)
     assert sum(v.false_punctures for v in verdicts) <= 0.01 * true
