@@ -2,8 +2,6 @@
 """Identification of a model from recordings."""
 
 import dataclasses
-import math
-import statistics
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -30,9 +28,10 @@ from .diagnostics import (
 from .estimates import UNITS, Estimate, estimates_of, identified_together, mean_estimate, pool
 from .models import BENT, COMPARED, LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
 from .one_layer.fit_recording import SegmentedRecording, fitted, segmented
+from .one_layer.law_choice import choice_of, match_of, meets_puncture, peak_of, supported
 from .one_layer.loading_curves import FITS
-from .one_layer.puncture_force import MeasuredPeak, PunctureMatch, measured_peak, puncture_match
-from .result import Choice, Fit
+from .one_layer.puncture_force import puncture_match
+from .result import Fit
 from .strokes import presliding_of
 from .two_pass.bias_terms import spreading_force
 from .two_pass.result import TwoPass
@@ -113,12 +112,12 @@ def identify(
     saturation = needle_saturation(needle)
     watched = progress(recordings, "identifying") if progress else recordings
     singles = [fitted(segmented(each), laws, saturation) for each in watched]
-    if model is None and not any(meets_puncture(singles, law) for law in laws):
+    preferred = laws
+    if model is None and not supported(singles, laws):
         more = tuple(stiffness_law(name) for name in COMPARED if name not in MECHANICAL)
         singles, laws = [fitted(each, more, saturation) for each in singles], (*laws, *more)
-    choice = _choice(singles, laws)
-    best = choice[0].name if choice else laws[0]
-    law = next((each.name for each in choice if meets_puncture(singles, each.name)), best)
+    choice = choice_of(singles, laws, preferred)
+    law = choice[0].name if choice else laws[0]
     return assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
 
 
@@ -169,29 +168,10 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
     )
 
 
-def _peak(single: SegmentedRecording, law: str) -> MeasuredPeak | None:
-    """The measured force at the puncture of one recording."""
-    events, strokes = single.events, single.strokes
-    free = strokes.place_in(events.contact.low) if events.contact is not None else 0
-    return measured_peak(strokes, single.fits[law], events.punctures[0], single.recording.card.filter_length, free)
-
-
-def _match(single: SegmentedRecording, law: str) -> PunctureMatch | None:
-    """How the law meets the puncture of one recording; None without a fit or a measured force."""
-    return puncture_match(single.fits[law], _peak(single, law)) if law in single.fits else None
-
-
-def meets_puncture(singles: list[SegmentedRecording], law: str) -> bool:
-    """Whether the law meets the measured force at the puncture in at least half of the recordings that show it."""
-    found = [match for match in (_match(single, law) for single in singles) if match is not None]
-    fits = any(law in single.fits for single in singles)
-    return fits and 2 * sum(match.met and not match.rises for match in found) >= len(found)
-
-
 def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Estimate]:
     """The estimates of one recording: the puncture force is the measured one; a given saturation depth, and a law that
     misses the puncture, are marked as not identified."""
-    fit, strokes, peak = single.fits[law], single.strokes, _peak(single, law)
+    fit, strokes, peak = single.fits[law], single.strokes, peak_of(single, law)
     found = estimates_of(fit, len(strokes.depth_out) > 0)
     match = puncture_match(fit, peak)
     if match is not None and not match.met:
@@ -207,26 +187,9 @@ def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Es
 
 def _with_puncture_note(single: SegmentedRecording, law: str) -> SegmentedRecording:
     """The recording with a note if the law misses its puncture."""
-    match = _match(single, law)
+    match = match_of(single, law)
     sentence = "" if match is None else match.sentence(FITS[law].law.name)
     return dataclasses.replace(single, notes=(*single.notes, sentence)) if sentence else single
-
-
-def _choice(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[Choice, ...]:
-    """Each law with the BIC of its loading curves, summed over the recordings that all laws fit, the lowest first."""
-    common = [single for single in singles if set(laws) <= set(single.fits)]
-    if not common:
-        present = [law for law in laws if any(law in single.fits for single in singles)]
-        return tuple(Choice(law, float("nan")) for law in present)
-    bic = {law: float(sum(single.loading[law].bic for single in common)) for law in laws}
-    ranked = sorted(bic.items(), key=lambda pair: pair[1])
-    return tuple(Choice(law, value, _puncture_ratio(common, law)) for law, value in ranked)
-
-
-def _puncture_ratio(singles: list[SegmentedRecording], law: str) -> float:
-    """Median of modelled over measured force at the puncture; NaN where none is known."""
-    ratios = [match.ratio for match in (_match(single, law) for single in singles) if match is not None]
-    return statistics.median(ratios) if ratios else math.nan
 
 
 def _two_pass(

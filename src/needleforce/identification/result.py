@@ -71,7 +71,7 @@ class Fit:
     unknown : tuple of str
         What these recordings cannot identify.
     choice : tuple of Choice
-        The stiffness laws compared, the lowest BIC first.
+        The stiffness laws compared, the chosen one first, then by their BIC.
     settings : FitSettings or None
         How the identification was run; None where nothing could be read.
     two_pass : TwoPass or None
