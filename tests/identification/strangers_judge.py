@@ -88,7 +88,7 @@ WORDS = {
     "depth_quantum": DEPTH_NOISE,
     "depth_jitter": DEPTH_NOISE,
     "spikes": r"spike|outlier|(single|one)[- ]sample",
-    "saturation": r"clip|(force|sensor|signal|peak) (is )?saturat|saturated (force|sensor|peak)|overload|flat top",
+    "saturation": r"clip|(sensor|force|signal|peak)( is| may be)? saturat|saturated (force|sensor|peak)|overload",
     "filter": AVERAGED,
     "filter_declared": AVERAGED,
     "lag": r"\blags?\b|lagg|delay|\blate\b|behind",

@@ -235,6 +235,8 @@ def test_a_warning_counts_only_for_a_fault_that_is_present():
     message = ("The force drifts by 0.1 N over the recording.",)
     assert causes_named(("drift_small", "spikes"), message) == ("drift_small",)
     assert causes_named(("spikes",), message) == ()
+    assert causes_named(("saturation",), ("The sensor may be saturated.",)) == ("saturation",)
+    assert causes_named(("saturation",), ("A cone without saturation fits best.",)) == ()
     assert set(WORDS) == set(FAULTS)
     assert set(EXPLAINS) < set(FAULTS)
 
