@@ -14,8 +14,9 @@ import numpy as np
 
 from ..recording import Recording
 from ..segmentation import Events
+from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
-from .motion import smoothed_depth
+from .motion import smoothed, smoothed_depth
 from .statistics.noise import noise_of
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
@@ -24,6 +25,9 @@ MAX_SAMPLES = 100  # of the window: more add time and little knowledge
 STRETCHES = np.geomspace(5e-6, 5e-3, 8)  # [m] travel over which the force follows the reversal
 SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand recordings
 SHAPES = (lambda x: 1.0 - np.exp(-x), lambda x: np.minimum(x, 1.0))  # how the force follows a reversal
+MIN_CHANGE_SIGMA = 20.0  # [standard deviations of a sample] of the force, so that a tenth of it is seen
+MIN_FOLLOWING = 1e-6  # mean square of the travel over its stretch
+FOLLOWED = 0.8  # of the change of the force
 MIN_REST_SAMPLES = 5
 MIN_FREE_SAMPLES = 100  # for the correlation of the noise
 
@@ -54,7 +58,7 @@ def lag_of(recording: Recording, events: Events) -> Lag | None:
     Least squares of F(t) = a + b t + c g(d(t - lag) / s), where d is the travel back from the hold: a relaxing force,
     then one that follows the reversal over a stretch s of any length, g being 1 - exp(-x) or x up to 1. How the force
     follows is not known better than between these two, which give the range. The error is half the range of lags whose
-    sum of squares the noise allows, and half a sample.
+    sum of squares the noise allows, and a sample.
     """
     window = _window(recording, events)
     if window is None:
@@ -71,8 +75,10 @@ def lag_of(recording: Recording, events: Events) -> Lag | None:
     given = {"stretches": stretches, "correlation": correlation}
     found = [_best_lag(time, force, whole, shape=shape, **given) for shape in SHAPES]
     low, high = sorted(lag for lag, _ in found)
-    speed = float(np.ptp(depth)) / AFTER_S  # at which the rest of the depth's noise is passed
-    return Lag(low, high, math.hypot(max(half for _, half in found), 0.5 * step, left / max(speed, 1e-12)))
+    if not -MAX_LAG_S < low <= high < MAX_LAG_S:
+        return None
+    speed = float(np.ptp(depth)) / float(time[-1] - time[0])  # at which the rest of the depth's noise is passed
+    return Lag(low, high, math.hypot(max(half for _, half in found), step, left / max(speed, 1e-12)))
 
 
 def _best_lag(
@@ -97,20 +103,24 @@ def _best_lag(
 
 
 def _window(recording: Recording, events: Events) -> np.ndarray | None:
-    """Samples of the last part of the hold and the first of the withdrawal; None without enough of either."""
-    outwards = events.spans(Phase.extraction)
-    if not outwards:
+    """Samples of the last part of the hold, and of the withdrawal until the force has followed by most of its change:
+    then the needle slides, and the force follows the embedded length. None without enough of either."""
+    outwards, time, force = events.spans(Phase.extraction), recording.time, recording.force
+    holds = [span for span in events.spans(Phase.hold) if outwards and span.last >= outwards[0].first]
+    if not holds or holds[0].end - holds[0].start < BEFORE_S:
         return None
-    start = float(recording.time[outwards[0].first])
-    time = recording.time
-    window = np.flatnonzero((time >= start - BEFORE_S) & (time <= start + AFTER_S))
-    holds = [span for span in events.spans(Phase.hold) if span.last >= outwards[0].first]
-    if (
-        not holds
-        or np.count_nonzero(time[window] < start) < MIN_REST_SAMPLES
-        or holds[0].end - holds[0].start < BEFORE_S
-    ):
+    start = float(time[outwards[0].first])
+    rest = np.flatnonzero((time >= start - BEFORE_S) & (time < start))
+    after = np.flatnonzero((time >= start) & (time <= start + AFTER_S))
+    if len(rest) < MIN_REST_SAMPLES or len(after) < MIN_REST_SAMPLES:
         return None
+    level, noise, follows = float(np.median(force[rest])), white_noise(force[rest]), smoothed(force[after], 5)
+    change = float(follows.min()) - level
+    if not -change > MIN_CHANGE_SIGMA * noise:
+        return None
+    end = after[int(np.argmax(follows <= level + FOLLOWED * change))]
+    window = np.arange(rest[0], max(end, after[MIN_REST_SAMPLES - 1]) + 1)
+    window = np.setdiff1d(window, events.outliers, assume_unique=True)
     return window[:: -(-len(window) // MAX_SAMPLES)]
 
 
@@ -120,7 +130,8 @@ def _squares(time: np.ndarray, force: np.ndarray, follow: np.ndarray) -> np.ndar
     rest = force - q @ (q.T @ force)
     follow = follow - (follow @ q) @ q.T
     size = np.einsum("ksn,ksn->ks", follow, follow)
-    gain = np.where(size > 0.0, (follow @ rest) ** 2 / np.where(size > 0.0, size, 1.0), 0.0)
+    moving = size > MIN_FOLLOWING * len(time)  # below, the travel is that of rounding
+    gain = np.where(moving, (follow @ rest) ** 2 / np.where(moving, size, 1.0), 0.0)
     return float(rest @ rest) - gain.max(axis=1)
 
 

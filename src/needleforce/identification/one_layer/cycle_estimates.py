@@ -266,6 +266,6 @@ class CycleEstimates:
         last_lag = max(noise.last_lag for noise in self.noises)
         if last_lag > 1.5 * self.filter_length and self.variance > (1e-9 * v["puncture_force"]) ** 2:
             yield (
-                f"The residuals are correlated over {last_lag} samples, the filter's length is {self.filter_length}: "
-                "the recording has an unknown filter, or the model does not describe it."
+                f"The residuals are correlated over {last_lag} samples: the model does not describe the recording "
+                "within its noise."
             )
