@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri
+from scipy.special import ndtri, stdtrit
 
 from .strokes import Blocks, white_noise
 
@@ -22,6 +22,8 @@ CHECK_SIGMA = 4.0  # [sd] of the fall between short windows, where the larger on
 SHORT_SHARE = 0.4  # of a window: the short one of that check
 MIN_STROKE_WINDOWS = 5  # pairs of windows in a stroke, whose fluctuation is to be known
 MIN_FREE_WINDOWS = 6  # windows of free travel that show the correlation of the noise
+TEXTURE_FREEDOM = 4.0  # degrees of freedom of Student's t for the texture of a rough stroke
+MIN_PLACES = 10.0  # of a stroke of few blocks
 ROUGH_PARTS = (4, 2, 1)  # of a rupture: lengths over which the fluctuation of a stroke is judged
 ROUGH_SIGMA = 2.0  # standard errors (2 % by chance) by which it exceeds the noise: more is texture of the tissue
 MIN_ROUGH_WINDOWS = 20  # such lengths of free travel that show the correlation of the noise over them
@@ -50,8 +52,8 @@ class ForceNoise:
 
 @dataclass(frozen=True, kw_only=True)
 class Fall:
-    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd], and whether the stroke around
-    it is ``rough``, so that its own fluctuation exceeds the sensor's noise."""
+    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd], and whether it may be texture of
+    a ``rough`` stroke, one that fluctuates more than the sensor."""
 
     first: int
     last: int
@@ -147,10 +149,14 @@ def falls(
     that of the same comparison over the stroke, so that texture of the tissue is noise too. From the shortest windows
     to the longest, a place is left out that an earlier fall affects, and so is a fall that the speed explains: ``level``
     [N] is the (m,) force above the baseline, of which a decrease of the speed takes its own share at most.
+
+    Noise is normal; the texture of a tissue has heavier tails: in a rough stroke a fall that Student's t with four
+    degrees of freedom would reach at the same false-alarm rate is marked as ``rough``.
     """
     found: list[Fall] = []
     short: dict[int, np.ndarray] = {}
-    threshold = _threshold(len(stroke) - free, max_gap)
+    rare = FALSE_ALARMS / _places(len(stroke) - free, max_gap)
+    threshold, texture = float(-ndtri(rare)), float(-stdtrit(TEXTURE_FREEDOM, rare))
     slowed = _slowed_force(stroke.depth, level)
     broken, correlated, rough = _breaks(stroke), 1.0, is_rough(stroke.force, free, noise, rupture)
     for each in comparisons(stroke.force, max_gap):
@@ -169,16 +175,16 @@ def falls(
         for j in _peaks(score, threshold, each.reach):
             a = j + each.window - 1
             if each.fall[j] > slowed[min(a + each.gap + 1, len(slowed) - 1)]:
-                found.append(Fall(first=a, last=a + each.gap + 1, statistic=float(score[j]), rough=rough))
-    found += _last_falls(stroke, found, free=free, noise=noise, slowed=slowed, rough=rough, threshold=threshold * correlated)
+                unclear = rough and score[j] < texture
+                found.append(Fall(first=a, last=a + each.gap + 1, statistic=float(score[j]), rough=unclear))
+    found += _last_falls(stroke, found, free=free, noise=noise, slowed=slowed, rough=rough, limits=(threshold * correlated, texture * correlated))
     return sorted(found, key=lambda fall: fall.first)
 
 
-def _threshold(count: int, max_gap: int) -> float:
-    """The standard deviations that normal noise exceeds with the probability ``FALSE_ALARMS`` at any place: about two
-    independent places a window, for each comparison."""
+def _places(count: int, max_gap: int) -> float:
+    """The number of independent places in ``count`` blocks: about two a window, for each comparison."""
     places = sum(2.0 * count / w * (1 + (2 * w <= max_gap) + (w >= MIN_LINE_WINDOW)) for w in WINDOWS if 10 * w <= count)
-    return float(-ndtri(min(FALSE_ALARMS / max(places, 10.0), 0.1)))
+    return max(places, MIN_PLACES)
 
 
 def _deviations(each: Comparison, free: int, noise: ForceNoise) -> tuple[float, float]:
@@ -272,7 +278,7 @@ def _slowed_force(depth: np.ndarray, level: np.ndarray) -> np.ndarray:
 
 
 def _last_falls(
-    stroke: Blocks, found: list[Fall], *, free: int, noise: ForceNoise, slowed: np.ndarray, rough: bool, threshold: float
+    stroke: Blocks, found: list[Fall], *, free: int, noise: ForceNoise, slowed: np.ndarray, rough: bool, limits: tuple[float, float]
 ) -> list[Fall]:
     """Falls just before a stop, a pull-back or the end, with fewer blocks after than before them."""
     extra, force, count = [], stroke.force, WINDOWS[1]
@@ -287,8 +293,8 @@ def _last_falls(
             fall = float(before.mean() - force[k:end].mean()) - decline * 0.5 * (count + after)
             score = fall / max(noise.of_mean(count) ** 2 + noise.of_mean(after) ** 2, 1e-300) ** 0.5
             near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
-            if score > threshold and fall > slowed[k] and not near:
-                extra.append(Fall(first=k - 1, last=end - 1, statistic=score, rough=rough))
+            if score > limits[0] and fall > slowed[k] and not near:
+                extra.append(Fall(first=k - 1, last=end - 1, statistic=score, rough=rough and score < limits[1]))
     return extra
 
 
@@ -322,9 +328,12 @@ def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) 
     bottom = after + _downhill(means[after:], window, 0.0)
     slope = (float(means[at]) - float(means[bottom])) / max(bottom - at, 1)
     top = at - _downhill(-means[: at + 1][::-1], window, MIN_CONTINUED_SLOPE * slope)
-    peak = _line_end(force[max(begin + top - size + 1, 0) : begin + top + 1])
+    peak, earlier = (_line_end(force[max(begin + k - size + 1, 0) : begin + k + 1]) for k in (top, top - size // 2))
+    if earlier > peak + sd and top > size // 2:  # a mean over the last samples has its maximum after a rounded peak
+        top, peak = top - size // 2, earlier
     drop = peak - float(means[bottom])
     low = max(top - window, 0)
+    growth = max(float(means[top] - means[low]) / max(top - low, 1), 0.0)  # the true peak lies between two samples
     plateau = np.flatnonzero(means[low : top + 1] < means[top] - 3.0 * sd)
     past = np.flatnonzero(force[edge + 1 : stop] < peak - 0.5 * drop)
     course = means[top : bottom + 1]
@@ -333,13 +342,13 @@ def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) 
     spread = NORMAL_95 * 5**0.5 * sd  # the end of a line has twice the deviation of the mean
     return ForceDrop(
         peak=begin + top,
-        low=begin + (low + int(plateau[-1]) if len(plateau) else low),
+        low=max(begin + (low + int(plateau[-1]) if len(plateau) else low) - size, 0),
         high=min(edge + 1 + (int(past[0]) if len(past) else 0), len(force) - 1),
         end=begin + (top + int(late[0]) if len(late) else bottom),
         force=peak,
         drop=drop,
         drop_low=drop - spread - 2.0 * sd,  # the lowest of several means is below their mean by about 2 sd
-        drop_high=drop + spread,
+        drop_high=drop + spread + 2.0 * growth,
         gradual=rise > max(window // 2, 3),
     )
 
