@@ -11,7 +11,7 @@ JUMP_RATIO = 20.0  # of a step of the depth over the 95th percentile of its step
 MIN_JUMP_SHARE = 0.05  # of the depth's range
 N_BLOCKS = 400  # of a recording in which stops are searched
 REST_SHARE = 1e-3  # of the depth's range: a block with less travel is at rest
-MIN_STOP_S = 0.2  # [s] a shorter stop on the way in is part of the motion
+MIN_STOP_S = 0.2  # [s] a shorter stop is part of the motion
 NOTED_SIGMA = 10.0  # [sd of the noise] change of the force at rest, or of its zero, that is noted,
 NOTED_SHARE = 0.1  # if it is at least this share of the largest force
 MIN_CLIPPED = 5  # samples at exactly the largest force
@@ -62,7 +62,7 @@ def _stops(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: Cycle
     notes = []
     for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         first, last = part.sample(a), min(part.sample(b + 1), cycle.withdrawal_start) - 1
-        if b - a > 1 and depth[first] > chosen.contact.depth:
+        if time[last] - time[first] >= MIN_STOP_S and depth[first] > chosen.contact.depth:
             notes += [_rise(part, a, b, chosen.noise, peak), _pause(time, depth, first, last, cycle.stop)]
     return notes
 
@@ -81,7 +81,7 @@ def _rise(part: Blocks, first: int, last: int, noise: float, peak: float) -> str
 
 def _pause(time: np.ndarray, depth: np.ndarray, first: int, last: int, stop: int) -> str:
     """A note on a stop before the deepest point."""
-    if last >= stop or time[last] - time[first] < MIN_STOP_S:
+    if last >= stop:
         return ""
     duration, where = f"{time[last] - time[first]:.2g} s", f"{1e3 * depth[first]:.4g} mm"
     return f"The depth stands for {duration} at {where} on the way in: a pause, or a motor that stalls."

@@ -157,7 +157,6 @@ def falls(
     short: dict[int, np.ndarray] = {}
     rare = FALSE_ALARMS / _places(len(stroke) - free, max_gap)
     threshold, texture = float(-ndtri(rare)), float(-stdtrit(TEXTURE_FREEDOM, rare))
-    slowed = _slowed_force(stroke.depth, level)
     broken, correlated, rough = _breaks(stroke), 1.0, is_rough(stroke.force, free, noise, rupture)
     for each in comparisons(stroke.force, max_gap):
         sensor, own = _deviations(each, free, noise)
@@ -165,7 +164,7 @@ def falls(
         if each.window <= WINDOWS[1] and not each.gap:
             correlated = max(correlated, sd / max(2**0.5 * noise.of_mean(each.window), 1e-300))
         if not each.gap:
-            short[each.window] = each.fall / sd
+            short[each.window] = each.excess / sd
         score = _scores(each, sd, short)
         score[: max(free - each.window, 0)] = 0.0
         for block in broken:
@@ -174,10 +173,11 @@ def falls(
             score[max(other.first - each.reach - each.window, 0) : max(other.last + each.reach, 0)] = 0.0
         for j in _peaks(score, threshold, each.reach):
             a = j + each.window - 1
-            if each.fall[j] > slowed[min(a + each.gap + 1, len(slowed) - 1)]:
-                unclear = rough and score[j] < texture
-                found.append(Fall(first=a, last=a + each.gap + 1, statistic=float(score[j]), rough=unclear))
-    found += _last_falls(stroke, found, free=free, noise=noise, slowed=slowed, rough=rough, limits=(threshold * correlated, texture * correlated))
+            statistic = float(score[j]) * (1.0 - _slowed_share(stroke.depth, level, _parts(each, j), each.fall[j]))
+            if statistic > threshold:
+                unclear = rough and statistic < texture
+                found.append(Fall(first=a, last=a + each.gap + 1, statistic=statistic, rough=unclear))
+    found += _last_falls(stroke, found, free=free, level=level, noise=noise, rough=rough, limits=(threshold * correlated, texture * correlated))
     return sorted(found, key=lambda fall: fall.first)
 
 
@@ -265,20 +265,33 @@ def _breaks(stroke: Blocks) -> list[int]:
     return [int(block) + 1 for block in np.flatnonzero(np.diff(stroke.starts[:-1]) > stroke.size)]
 
 
-def _slowed_force(depth: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """The largest fall [N] at each of the (m,) blocks that its speed explains: that of a force in proportion to it."""
-    if len(depth) <= 2 * SPEED_BLOCKS:
-        return np.zeros(len(depth))
-    speed = np.zeros(len(depth))
-    speed[SPEED_BLOCKS:] = depth[SPEED_BLOCKS:] - depth[:-SPEED_BLOCKS]
-    ahead = np.append(speed[SPEED_BLOCKS:], np.full(SPEED_BLOCKS, speed[-1]))
-    speed[:SPEED_BLOCKS] = speed[SPEED_BLOCKS]
-    ratio = np.clip(ahead / np.maximum(speed, 1e-12), 0.0, 1.0)
-    return np.where(ratio < STEADY_SPEED_RATIO, (1.0 - ratio) * np.maximum(level, 0.0), 0.0)
+def _slowed_share(depth: np.ndarray, level: np.ndarray, parts: tuple[slice, slice], fall: float) -> float:
+    """The share of a ``fall`` [N] from the first of two ``parts`` to the second that the speed explains, as that of a
+    force in proportion to it at most."""
+    before, after = (depth[part] for part in parts)
+    if min(len(before), len(after)) < 2:
+        return 0.0
+    speeds = [float(np.ptp(each)) / (len(each) - 1) for each in (before, after)]
+    ratio = speeds[1] / max(speeds[0], 1e-300)
+    explained = (1.0 - ratio) * max(float(level[parts[0]].max()), 0.0)
+    return min(explained / max(fall, 1e-300), 1.0) if ratio < STEADY_SPEED_RATIO else 0.0
+
+
+def _parts(each: Comparison, j: int) -> tuple[slice, slice]:
+    """The blocks before and after the fall at index j over which its speeds are measured."""
+    length = max(each.window, SPEED_BLOCKS)
+    return slice(max(j + each.window - length, 0), j + each.window), slice(j + each.reach, j + each.reach + length)
 
 
 def _last_falls(
-    stroke: Blocks, found: list[Fall], *, free: int, noise: ForceNoise, slowed: np.ndarray, rough: bool, limits: tuple[float, float]
+    stroke: Blocks,
+    found: list[Fall],
+    *,
+    free: int,
+    level: np.ndarray,
+    noise: ForceNoise,
+    rough: bool,
+    limits: tuple[float, float],
 ) -> list[Fall]:
     """Falls just before a stop, a pull-back or the end, with fewer blocks after than before them."""
     extra, force, count = [], stroke.force, WINDOWS[1]
@@ -292,8 +305,9 @@ def _last_falls(
             decline = max(-float(place @ before) / float(place @ place), 0.0)
             fall = float(before.mean() - force[k:end].mean()) - decline * 0.5 * (count + after)
             score = fall / max(noise.of_mean(count) ** 2 + noise.of_mean(after) ** 2, 1e-300) ** 0.5
+            score *= 1.0 - _slowed_share(stroke.depth, level, (slice(k - count, k), slice(k - 1, end)), fall)
             near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
-            if score > limits[0] and fall > slowed[k] and not near:
+            if score > limits[0] and not near:
                 extra.append(Fall(first=k - 1, last=end - 1, statistic=score, rough=rough and score < limits[1]))
     return extra
 

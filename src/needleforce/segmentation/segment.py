@@ -24,7 +24,10 @@ NOT_AT_BASELINE = "The needle is back at the contact depth, but the force is not
 WITHDRAWAL_INCOMPLETE = "The withdrawal ends below the contact depth: the recording is incomplete."
 WITHDRAWN_ONLY = "The depth only decreases: the needle is withdrawn, and there is no insertion."
 LITTLE_FREE_TRAVEL = "There is too little free travel before the contact: its depth is uncertain."
-IN_CONTACT = "The recording begins in contact: the contact is not later than given, and the force's zero is not shown."
+IN_CONTACT = (
+    "The recording begins in contact, or just before it: the contact is not later than given, and the zero of the "
+    "force is not shown."
+)
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
