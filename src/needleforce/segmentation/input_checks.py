@@ -7,6 +7,7 @@ from .cycle_events import CycleEvents
 from .strokes import Blocks, blocks, white_noise
 
 MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump back and forth by more at every sample
+MIN_ORDERED = 50  # samples of a depth whose order is judged
 JUMP_RATIO = 20.0  # of a step of the depth over the 95th percentile of its steps
 MIN_JUMP_SHARE = 0.05  # of the depth's range
 N_BLOCKS = 400  # of a recording in which stops are searched
@@ -27,7 +28,7 @@ def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
     if len(back):
         where = f"at {len(back)} places, first at sample {back[0] + 1}"
         return f"The time does not increase from sample to sample: {where}. Sort the samples by time."
-    if len(depth) > 2 and white_noise(depth) > MAX_ALTERNATION_SHARE * float(np.ptp(depth)) > 0.0:
+    if len(depth) >= MIN_ORDERED and white_noise(depth) > MAX_ALTERNATION_SHARE * float(np.ptp(depth)) > 0.0:
         return "The depth jumps back and forth from sample to sample: are the samples in the wrong order?"
     return ""
 

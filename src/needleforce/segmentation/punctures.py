@@ -52,8 +52,8 @@ class ForceNoise:
 
 @dataclass(frozen=True, kw_only=True)
 class Fall:
-    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd], and whether it may be texture of
-    a ``rough`` stroke, one that fluctuates more than the sensor."""
+    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd], and whether it may be texture
+    of a ``rough`` stroke, one that fluctuates more than the sensor."""
 
     first: int
     last: int
@@ -122,7 +122,7 @@ def comparisons(force: np.ndarray, max_gap: int) -> Iterator[Comparison]:
         mean = total / w
         for gap in (0, 2 * w):
             apart = w + gap
-            if gap > max_gap or (w > WINDOWS[0] or gap) and count < MIN_STROKE_WINDOWS * (apart + w):
+            if gap > max_gap or ((w > WINDOWS[0] or gap) and count < MIN_STROKE_WINDOWS * (apart + w)):
                 continue
             before, after = slope[:-apart], slope[apart:]
             fall = mean[:-apart] - mean[apart:]
@@ -140,15 +140,13 @@ def _decline(fall: np.ndarray, sloped: np.ndarray, shift: int, *, near_end: bool
     return decline
 
 
-def falls(
-    stroke: Blocks, *, free: int, noise: ForceNoise, level: np.ndarray, rupture: int, max_gap: int
-) -> list[Fall]:
+def falls(stroke: Blocks, *, free: int, noise: ForceNoise, level: np.ndarray, rupture: int, max_gap: int) -> list[Fall]:
     """The significant falls in ``stroke`` after its ``free`` first blocks, in order of depth.
 
     The standard deviation of a comparison is the larger of the sensor's, from the free travel with its correlation, and
     that of the same comparison over the stroke, so that texture of the tissue is noise too. From the shortest windows
-    to the longest, a place is left out that an earlier fall affects, and so is a fall that the speed explains: ``level``
-    [N] is the (m,) force above the baseline, of which a decrease of the speed takes its own share at most.
+    to the longest, a place is left out that an earlier fall affects, and so is a fall that the speed explains:
+    ``level`` [N] is the (m,) force above the baseline, of which a decrease of the speed takes its own share at most.
 
     Noise is normal; the texture of a tissue has heavier tails: in a rough stroke a fall that Student's t with four
     degrees of freedom would reach at the same false-alarm rate is marked as ``rough``.
@@ -177,13 +175,23 @@ def falls(
             if statistic > threshold:
                 unclear = rough and statistic < texture
                 found.append(Fall(first=a, last=a + each.gap + 1, statistic=statistic, rough=unclear))
-    found += _last_falls(stroke, found, free=free, level=level, noise=noise, rough=rough, limits=(threshold * correlated, texture * correlated))
+    found += _last_falls(
+        stroke,
+        found,
+        free=free,
+        level=level,
+        noise=noise,
+        rough=rough,
+        limits=(threshold * correlated, texture * correlated),
+    )
     return sorted(found, key=lambda fall: fall.first)
 
 
 def _places(count: int, max_gap: int) -> float:
     """The number of independent places in ``count`` blocks: about two a window, for each comparison."""
-    places = sum(2.0 * count / w * (1 + (2 * w <= max_gap) + (w >= MIN_LINE_WINDOW)) for w in WINDOWS if 10 * w <= count)
+    places = sum(
+        2.0 * count / w * (1 + (2 * w <= max_gap) + (w >= MIN_LINE_WINDOW)) for w in WINDOWS if 10 * w <= count
+    )
     return max(places, MIN_PLACES)
 
 
