@@ -313,6 +313,7 @@ SCRIPTS = (
     "cross_validation",
     "replay",
     "events_by_eye",
+    "puncture_evidence",
     "loading_curves",
     "rest_loops",
     "rest",

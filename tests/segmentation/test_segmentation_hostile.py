@@ -85,12 +85,15 @@ def test_a_force_that_does_not_return_to_its_baseline_is_incomplete():
     assert events.status == "incomplete" and "not at its baseline" in events.notes[-1]
 
 
-def test_a_spike_is_named_if_no_contact_is_found():
+def test_a_spike_is_named_and_left_out():
+    """It hid the contact, and was named as the reason."""
     run = paper_insertion(rate=100.0)
+    without = segment(run)
     run.force[250] = 5000.0
     events = segment(run)
-    assert events.status == "no_contact"
-    assert "spike" in events.notes[0] and "5000 N at 2.5 s" in events.notes[0]
+    assert events.status == "ok" and list(events.outliers) == [250] and "1 sample of the force" in events.notes[0]
+    assert events.contact.depth == pytest.approx(without.contact.depth, abs=1e-5)
+    assert [each.depth for each in events.punctures] == [each.depth for each in without.punctures]
     run.force[:] = 0.0
     assert "never exceeds the noise" in segment(run).notes[0]
 

@@ -85,7 +85,7 @@ def cycle_events(
     if begin is None:
         return CycleEvents(cycle=cycle)
     in_contact = not begin.free and begin.low <= stroke.starts[0]
-    contact = _event(time, depth, force, begin, allowed.lag)
+    contact = _event(time, depth, force, replace(begin, low=0) if in_contact else begin, allowed.lag)
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
     found = _drops(force, stroke, free, begin.baseline, allowed)
     sudden, minor, swings = _classified(found, force, depth, begin.baseline, allowed)
@@ -119,7 +119,8 @@ def _loaded_before(force: np.ndarray, stroke: Blocks, free: int, allowed: Detect
     if len(before) < 2 * MIN_RUPTURE_SAMPLES or np.ptp(before.force) < MIN_LOAD_SIGMA * white:
         return False
     return any(
-        _rises_until(before.force[: fall.first + 1], drop.drop) and fall.first > MIN_RISE_RATIO * _blocks_of(drop, before)
+        _rises_until(before.force[: fall.first + 1], drop.drop)
+        and fall.first > MIN_RISE_RATIO * _blocks_of(drop, before)
         for fall, drop in _drops(force, before, 0, float(before.force.min()), allowed)
     )
 
@@ -144,8 +145,8 @@ def _from_the_start(stroke: Blocks) -> Onset:
 def _drops(
     force: np.ndarray, stroke: Blocks, free: int, baseline: float, allowed: DetectionLimits
 ) -> list[tuple[Fall, ForceDrop]]:
-    """The significant falls after the ``free`` first blocks, located; of falls within a window the most significant: the
-    needle oscillates after a rupture."""
+    """The significant falls after the ``free`` first blocks, located; of falls within a window the most significant:
+    the needle oscillates after a rupture."""
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
     level = stroke.force - baseline
     sizes = {"rupture": -(-allowed.window // stroke.size), "max_gap": -(-allowed.gradual // stroke.size)}
@@ -170,8 +171,8 @@ def _classified(
     """Punctures, minor falls, and the number of the latter that are a regular swing.
 
     In a smooth stroke every significant fall is a puncture. In a rough one small falls belong to the texture of the
-    tissue, which grows with the force: there a puncture falls by the share ``allowed.drop`` of the force within a third of the
-    rupture travel.
+    tissue, which grows with the force: there a puncture falls by the share ``allowed.drop`` of the force within a
+    third of the rupture travel.
     """
     share = lambda drop: sudden_share(force, drop, baseline, allowed.window)  # noqa: E731
     sudden = [each for each in found if not each[0].rough or share(each[1]) >= allowed.drop]
@@ -188,9 +189,15 @@ def _swing(found: list[tuple[Fall, ForceDrop]], depth: np.ndarray) -> list[tuple
         return []
     sizes = np.array([drop.drop for _, drop in later])
     middle = float(np.median(sizes))
-    alike = [each for each, size in zip(later, sizes, strict=True) if middle / MAX_SIZE_RATIO < size < MAX_SIZE_RATIO * middle]
+    alike = [
+        each
+        for each, size in zip(later, sizes, strict=True)
+        if middle / MAX_SIZE_RATIO < size < MAX_SIZE_RATIO * middle
+    ]
     spacing = np.diff([depth[drop.peak] for _, drop in alike])
-    regular = len(alike) >= MIN_REGULAR_FALLS and robust_sd(spacing) <= MAX_SPACING_VARIATION * float(np.median(spacing))
+    regular = len(alike) >= MIN_REGULAR_FALLS and robust_sd(spacing) <= MAX_SPACING_VARIATION * float(
+        np.median(spacing)
+    )
     return alike if regular else []
 
 
@@ -246,7 +253,10 @@ def _ends(
         return begin, last
     before, after = time[(cycle.start + begin.low) // 2], time[(last.high + cycle.end - 1) // 2]
     level = force - drift * (time - before) / (after - before)
-    again = _contact(depth, level, cycle, allowed), exit_depth(depth, level, cycle, allowed.size(cycle), allowed.crossing)
+    again = (
+        _contact(depth, level, cycle, allowed),
+        exit_depth(depth, level, cycle, allowed.size(cycle), allowed.crossing),
+    )
     return again if None not in again else (begin, last)
 
 

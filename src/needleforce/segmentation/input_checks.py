@@ -7,11 +7,12 @@ from .cycle_events import CycleEvents
 from .strokes import Blocks, blocks, white_noise
 
 MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump back and forth by more at every sample
+MIN_ORDERED = 50  # samples of a depth whose order is judged
 JUMP_RATIO = 20.0  # of a step of the depth over the 95th percentile of its steps
 MIN_JUMP_SHARE = 0.05  # of the depth's range
 N_BLOCKS = 400  # of a recording in which stops are searched
 REST_SHARE = 1e-3  # of the depth's range: a block with less travel is at rest
-MIN_STOP_S = 0.2  # [s] a shorter stop on the way in is part of the motion
+MIN_STOP_S = 0.2  # [s] a shorter stop is part of the motion
 NOTED_SIGMA = 10.0  # [sd of the noise] change of the force at rest, or of its zero, that is noted,
 NOTED_SHARE = 0.1  # if it is at least this share of the largest force
 MIN_CLIPPED = 5  # samples at exactly the largest force
@@ -27,7 +28,7 @@ def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
     if len(back):
         where = f"at {len(back)} places, first at sample {back[0] + 1}"
         return f"The time does not increase from sample to sample: {where}. Sort the samples by time."
-    if len(depth) > 2 and white_noise(depth) > MAX_ALTERNATION_SHARE * float(np.ptp(depth)) > 0.0:
+    if len(depth) >= MIN_ORDERED and white_noise(depth) > MAX_ALTERNATION_SHARE * float(np.ptp(depth)) > 0.0:
         return "The depth jumps back and forth from sample to sample: are the samples in the wrong order?"
     return ""
 
@@ -62,7 +63,7 @@ def _stops(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: Cycle
     notes = []
     for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
         first, last = part.sample(a), min(part.sample(b + 1), cycle.withdrawal_start) - 1
-        if b - a > 1 and depth[first] > chosen.contact.depth:
+        if time[last] - time[first] >= MIN_STOP_S and depth[first] > chosen.contact.depth:
             notes += [_rise(part, a, b, chosen.noise, peak), _pause(time, depth, first, last, cycle.stop)]
     return notes
 
@@ -81,7 +82,7 @@ def _rise(part: Blocks, first: int, last: int, noise: float, peak: float) -> str
 
 def _pause(time: np.ndarray, depth: np.ndarray, first: int, last: int, stop: int) -> str:
     """A note on a stop before the deepest point."""
-    if last >= stop or time[last] - time[first] < MIN_STOP_S:
+    if last >= stop:
         return ""
     duration, where = f"{time[last] - time[first]:.2g} s", f"{1e3 * depth[first]:.4g} mm"
     return f"The depth stands for {duration} at {where} on the way in: a pause, or a motor that stalls."

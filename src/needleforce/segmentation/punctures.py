@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri
+from scipy.special import ndtri, stdtrit
 
 from .strokes import Blocks, white_noise
 
@@ -22,6 +22,8 @@ CHECK_SIGMA = 4.0  # [sd] of the fall between short windows, where the larger on
 SHORT_SHARE = 0.4  # of a window: the short one of that check
 MIN_STROKE_WINDOWS = 5  # pairs of windows in a stroke, whose fluctuation is to be known
 MIN_FREE_WINDOWS = 6  # windows of free travel that show the correlation of the noise
+TEXTURE_FREEDOM = 4.0  # degrees of freedom of Student's t for the texture of a rough stroke
+MIN_PLACES = 10.0  # of a stroke of few blocks
 ROUGH_PARTS = (4, 2, 1)  # of a rupture: lengths over which the fluctuation of a stroke is judged
 ROUGH_SIGMA = 2.0  # standard errors (2 % by chance) by which it exceeds the noise: more is texture of the tissue
 MIN_ROUGH_WINDOWS = 20  # such lengths of free travel that show the correlation of the noise over them
@@ -50,8 +52,8 @@ class ForceNoise:
 
 @dataclass(frozen=True, kw_only=True)
 class Fall:
-    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd], and whether the stroke around
-    it is ``rough``, so that its own fluctuation exceeds the sensor's noise."""
+    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd], and whether it may be texture
+    of a ``rough`` stroke, one that fluctuates more than the sensor."""
 
     first: int
     last: int
@@ -120,7 +122,7 @@ def comparisons(force: np.ndarray, max_gap: int) -> Iterator[Comparison]:
         mean = total / w
         for gap in (0, 2 * w):
             apart = w + gap
-            if gap > max_gap or (w > WINDOWS[0] or gap) and count < MIN_STROKE_WINDOWS * (apart + w):
+            if gap > max_gap or ((w > WINDOWS[0] or gap) and count < MIN_STROKE_WINDOWS * (apart + w)):
                 continue
             before, after = slope[:-apart], slope[apart:]
             fall = mean[:-apart] - mean[apart:]
@@ -138,20 +140,21 @@ def _decline(fall: np.ndarray, sloped: np.ndarray, shift: int, *, near_end: bool
     return decline
 
 
-def falls(
-    stroke: Blocks, *, free: int, noise: ForceNoise, level: np.ndarray, rupture: int, max_gap: int
-) -> list[Fall]:
+def falls(stroke: Blocks, *, free: int, noise: ForceNoise, level: np.ndarray, rupture: int, max_gap: int) -> list[Fall]:
     """The significant falls in ``stroke`` after its ``free`` first blocks, in order of depth.
 
     The standard deviation of a comparison is the larger of the sensor's, from the free travel with its correlation, and
     that of the same comparison over the stroke, so that texture of the tissue is noise too. From the shortest windows
-    to the longest, a place is left out that an earlier fall affects, and so is a fall that the speed explains: ``level``
-    [N] is the (m,) force above the baseline, of which a decrease of the speed takes its own share at most.
+    to the longest, a place is left out that an earlier fall affects, and so is a fall that the speed explains:
+    ``level`` [N] is the (m,) force above the baseline, of which a decrease of the speed takes its own share at most.
+
+    Noise is normal; the texture of a tissue has heavier tails: in a rough stroke a fall that Student's t with four
+    degrees of freedom would reach at the same false-alarm rate is marked as ``rough``.
     """
     found: list[Fall] = []
     short: dict[int, np.ndarray] = {}
-    threshold = _threshold(len(stroke) - free, max_gap)
-    slowed = _slowed_force(stroke.depth, level)
+    rare = FALSE_ALARMS / _places(len(stroke) - free, max_gap)
+    threshold, texture = float(-ndtri(rare)), float(-stdtrit(TEXTURE_FREEDOM, rare))
     broken, correlated, rough = _breaks(stroke), 1.0, is_rough(stroke.force, free, noise, rupture)
     for each in comparisons(stroke.force, max_gap):
         sensor, own = _deviations(each, free, noise)
@@ -159,7 +162,7 @@ def falls(
         if each.window <= WINDOWS[1] and not each.gap:
             correlated = max(correlated, sd / max(2**0.5 * noise.of_mean(each.window), 1e-300))
         if not each.gap:
-            short[each.window] = each.fall / sd
+            short[each.window] = each.excess / sd
         score = _scores(each, sd, short)
         score[: max(free - each.window, 0)] = 0.0
         for block in broken:
@@ -168,17 +171,28 @@ def falls(
             score[max(other.first - each.reach - each.window, 0) : max(other.last + each.reach, 0)] = 0.0
         for j in _peaks(score, threshold, each.reach):
             a = j + each.window - 1
-            if each.fall[j] > slowed[min(a + each.gap + 1, len(slowed) - 1)]:
-                found.append(Fall(first=a, last=a + each.gap + 1, statistic=float(score[j]), rough=rough))
-    found += _last_falls(stroke, found, free=free, noise=noise, slowed=slowed, rough=rough, threshold=threshold * correlated)
+            statistic = float(score[j]) * (1.0 - _slowed_share(stroke.depth, level, _parts(each, j), each.fall[j]))
+            if statistic > threshold:
+                unclear = rough and statistic < texture
+                found.append(Fall(first=a, last=a + each.gap + 1, statistic=statistic, rough=unclear))
+    found += _last_falls(
+        stroke,
+        found,
+        free=free,
+        level=level,
+        noise=noise,
+        rough=rough,
+        limits=(threshold * correlated, texture * correlated),
+    )
     return sorted(found, key=lambda fall: fall.first)
 
 
-def _threshold(count: int, max_gap: int) -> float:
-    """The standard deviations that normal noise exceeds with the probability ``FALSE_ALARMS`` at any place: about two
-    independent places a window, for each comparison."""
-    places = sum(2.0 * count / w * (1 + (2 * w <= max_gap) + (w >= MIN_LINE_WINDOW)) for w in WINDOWS if 10 * w <= count)
-    return float(-ndtri(min(FALSE_ALARMS / max(places, 10.0), 0.1)))
+def _places(count: int, max_gap: int) -> float:
+    """The number of independent places in ``count`` blocks: about two a window, for each comparison."""
+    places = sum(
+        2.0 * count / w * (1 + (2 * w <= max_gap) + (w >= MIN_LINE_WINDOW)) for w in WINDOWS if 10 * w <= count
+    )
+    return max(places, MIN_PLACES)
 
 
 def _deviations(each: Comparison, free: int, noise: ForceNoise) -> tuple[float, float]:
@@ -259,20 +273,33 @@ def _breaks(stroke: Blocks) -> list[int]:
     return [int(block) + 1 for block in np.flatnonzero(np.diff(stroke.starts[:-1]) > stroke.size)]
 
 
-def _slowed_force(depth: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """The largest fall [N] at each of the (m,) blocks that its speed explains: that of a force in proportion to it."""
-    if len(depth) <= 2 * SPEED_BLOCKS:
-        return np.zeros(len(depth))
-    speed = np.zeros(len(depth))
-    speed[SPEED_BLOCKS:] = depth[SPEED_BLOCKS:] - depth[:-SPEED_BLOCKS]
-    ahead = np.append(speed[SPEED_BLOCKS:], np.full(SPEED_BLOCKS, speed[-1]))
-    speed[:SPEED_BLOCKS] = speed[SPEED_BLOCKS]
-    ratio = np.clip(ahead / np.maximum(speed, 1e-12), 0.0, 1.0)
-    return np.where(ratio < STEADY_SPEED_RATIO, (1.0 - ratio) * np.maximum(level, 0.0), 0.0)
+def _slowed_share(depth: np.ndarray, level: np.ndarray, parts: tuple[slice, slice], fall: float) -> float:
+    """The share of a ``fall`` [N] from the first of two ``parts`` to the second that the speed explains, as that of a
+    force in proportion to it at most."""
+    before, after = (depth[part] for part in parts)
+    if min(len(before), len(after)) < 2:
+        return 0.0
+    speeds = [float(np.ptp(each)) / (len(each) - 1) for each in (before, after)]
+    ratio = speeds[1] / max(speeds[0], 1e-300)
+    explained = (1.0 - ratio) * max(float(level[parts[0]].max()), 0.0)
+    return min(explained / max(fall, 1e-300), 1.0) if ratio < STEADY_SPEED_RATIO else 0.0
+
+
+def _parts(each: Comparison, j: int) -> tuple[slice, slice]:
+    """The blocks before and after the fall at index j over which its speeds are measured."""
+    length = max(each.window, SPEED_BLOCKS)
+    return slice(max(j + each.window - length, 0), j + each.window), slice(j + each.reach, j + each.reach + length)
 
 
 def _last_falls(
-    stroke: Blocks, found: list[Fall], *, free: int, noise: ForceNoise, slowed: np.ndarray, rough: bool, threshold: float
+    stroke: Blocks,
+    found: list[Fall],
+    *,
+    free: int,
+    level: np.ndarray,
+    noise: ForceNoise,
+    rough: bool,
+    limits: tuple[float, float],
 ) -> list[Fall]:
     """Falls just before a stop, a pull-back or the end, with fewer blocks after than before them."""
     extra, force, count = [], stroke.force, WINDOWS[1]
@@ -286,9 +313,10 @@ def _last_falls(
             decline = max(-float(place @ before) / float(place @ place), 0.0)
             fall = float(before.mean() - force[k:end].mean()) - decline * 0.5 * (count + after)
             score = fall / max(noise.of_mean(count) ** 2 + noise.of_mean(after) ** 2, 1e-300) ** 0.5
+            score *= 1.0 - _slowed_share(stroke.depth, level, (slice(k - count, k), slice(k - 1, end)), fall)
             near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
-            if score > threshold and fall > slowed[k] and not near:
-                extra.append(Fall(first=k - 1, last=end - 1, statistic=score, rough=rough))
+            if score > limits[0] and not near:
+                extra.append(Fall(first=k - 1, last=end - 1, statistic=score, rough=rough and score < limits[1]))
     return extra
 
 
@@ -322,9 +350,12 @@ def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) 
     bottom = after + _downhill(means[after:], window, 0.0)
     slope = (float(means[at]) - float(means[bottom])) / max(bottom - at, 1)
     top = at - _downhill(-means[: at + 1][::-1], window, MIN_CONTINUED_SLOPE * slope)
-    peak = _line_end(force[max(begin + top - size + 1, 0) : begin + top + 1])
+    peak, earlier = (_line_end(force[max(begin + k - size + 1, 0) : begin + k + 1]) for k in (top, top - size // 2))
+    if earlier > peak + sd and top > size // 2:  # a mean over the last samples has its maximum after a rounded peak
+        top, peak = top - size // 2, earlier
     drop = peak - float(means[bottom])
     low = max(top - window, 0)
+    growth = max(float(means[top] - means[low]) / max(top - low, 1), 0.0)  # the true peak lies between two samples
     plateau = np.flatnonzero(means[low : top + 1] < means[top] - 3.0 * sd)
     past = np.flatnonzero(force[edge + 1 : stop] < peak - 0.5 * drop)
     course = means[top : bottom + 1]
@@ -333,13 +364,13 @@ def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) 
     spread = NORMAL_95 * 5**0.5 * sd  # the end of a line has twice the deviation of the mean
     return ForceDrop(
         peak=begin + top,
-        low=begin + (low + int(plateau[-1]) if len(plateau) else low),
+        low=max(begin + (low + int(plateau[-1]) if len(plateau) else low) - size, 0),
         high=min(edge + 1 + (int(past[0]) if len(past) else 0), len(force) - 1),
         end=begin + (top + int(late[0]) if len(late) else bottom),
         force=peak,
         drop=drop,
         drop_low=drop - spread - 2.0 * sd,  # the lowest of several means is below their mean by about 2 sd
-        drop_high=drop + spread,
+        drop_high=drop + spread + 2.0 * growth,
         gradual=rise > max(window // 2, 3),
     )
 

@@ -12,10 +12,10 @@ from ..recording.force_signal import glitches, outliers, quantum_of, spikes, wit
 from ..recording.source import RecordingSource, recording_of
 from ..vocabulary import Phase, Status
 from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
-from .cycle_events import CycleEvents, DetectionLimits, cycle_events, limits
+from .cycle_events import CycleEvents, cycle_events, limits
 from .events import Events, Span
 from .input_checks import doubts, unreadable
-from .strokes import Cycle, cycles, insertions
+from .strokes import cycles, insertions
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
 DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
@@ -24,7 +24,10 @@ NOT_AT_BASELINE = "The needle is back at the contact depth, but the force is not
 WITHDRAWAL_INCOMPLETE = "The withdrawal ends below the contact depth: the recording is incomplete."
 WITHDRAWN_ONLY = "The depth only decreases: the needle is withdrawn, and there is no insertion."
 LITTLE_FREE_TRAVEL = "There is too little free travel before the contact: its depth is uncertain."
-IN_CONTACT = "The recording begins in contact: the contact is not later than given, and the force's zero is not shown."
+IN_CONTACT = (
+    "The recording begins in contact, or just before it: the contact is not later than given, and the zero of the "
+    "force is not shown."
+)
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
@@ -84,7 +87,7 @@ def segment(
     spans = phases(time, touching)
     remarks = _outlier_note(spikes_at)
     if not touching:
-        notes = (no_contact(time, depth, force, bool(found)), *remarks)
+        notes = (*remarks, no_contact(time, depth, force, bool(found)))
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
     chosen = touching[min(cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
@@ -94,7 +97,7 @@ def segment(
         exit=chosen.exit,
         phases=spans,
         status=status,
-        notes=(*notes, *remarks, *doubts(time, depth, clean, chosen, options["quantum"])),
+        notes=(*remarks, *doubts(time, depth, clean, chosen, options["quantum"]), *notes),
         minor=chosen.minor,
         outliers=spikes_at,
         baseline=chosen.baseline,
@@ -118,7 +121,9 @@ def _outlier_note(found: np.ndarray) -> tuple[str, ...]:
     """A sentence on the outliers, if there are any."""
     if not len(found):
         return ()
-    what = "1 sample of the force is an outlier" if len(found) == 1 else f"{len(found)} samples of the force are outliers"
+    what = (
+        "1 sample of the force is an outlier" if len(found) == 1 else f"{len(found)} samples of the force are outliers"
+    )
     return (f"{what}, far from the neighbours on both sides, and left out of the segmentation.",)
 
 

@@ -2,6 +2,7 @@
 """Insertion strokes, holds and withdrawal strokes, found from the depth, and means over blocks of samples."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -103,12 +104,14 @@ def insertions(time: np.ndarray, depth: np.ndarray, surface: float) -> tuple[Cyc
     edges = np.flatnonzero(np.diff(inside)) + 1
     bounds = np.concatenate(([0], edges, [len(depth)]))
     deep = surface + MIN_INSERTION_SHARE * (float(depth.max()) - surface)
-    spans = [(a, b) for a, b in zip(bounds[:-1], bounds[1:], strict=True) if inside[a] and depth[a:b].max() > deep]
+    spans = [(a, b) for a, b in pairwise(bounds) if inside[a] and depth[a:b].max() > deep]
     if not spans:
         return ()
     cuts = [int(np.argmin(depth[: spans[0][0] + 1]))]
-    cuts += [b + int(np.argmin(depth[b : c + 1])) for (_, b), (c, _) in zip(spans[:-1], spans[1:], strict=True)]
-    rest_distance = max(REST_SHARE * float(np.ptp(depth)), 4.0 * white_noise(depth[:: max(1, len(depth) // MAX_POINTS)]))
+    cuts += [b + int(np.argmin(depth[b : c + 1])) for (_, b), (c, _) in pairwise(spans)]
+    rest_distance = max(
+        REST_SHARE * float(np.ptp(depth)), 4.0 * white_noise(depth[:: max(1, len(depth) // MAX_POINTS)])
+    )
     highs = [a + int(np.argmax(depth[a:b])) for a, b in spans]
     lows = [*cuts[1:], _last_low(depth, highs[-1])]
     return tuple(
