@@ -42,8 +42,8 @@ class Parts:
 
     @property
     def tail(self) -> str:
-        """The kinds of the numbers (n) and dates (d) after the last word."""
-        return re.search(r"[nd]*$", "".join(map(_kind, self.texts)))[0]
+        """The kinds of the numbers (1) and dates (d) after the last word."""
+        return re.search(r"[1d]*$", "".join(map(_kind, self.texts)))[0]
 
 
 def infer_fields(names: Sequence[str], speeds: Mapping[str, float]) -> tuple[dict[str, dict[str, str]], str]:
@@ -115,7 +115,7 @@ def _kind(text: str) -> str:
     match = _DATE.fullmatch(text)
     if match and _is_date(match):
         return "d"
-    return "n" if re.fullmatch(r"[+-]?\d+(\.\d+)?", text) else "w"
+    return "1" if re.fullmatch(r"[+-]?\d+(\.\d+)?", text) else "w"
 
 
 def _decided(columns: list[tuple[str, ...]], speeds: list[float]) -> dict[int, str]:
