@@ -34,13 +34,11 @@ def run(
 ) -> None:
     """Identify every condition of a campaign of recordings, with a result for every recording."""
     from ..campaign import campaign
-    from ..campaign.folder_files import find_files, other_files
+    from ..campaign.folder_files import find_files
     from ..campaign.result import check_table
     from ..preset_files import needle_of
 
-    check_outputs(
-        [table, report, json], [*(file.path for file in find_files(source) + other_files(source)), mapping, needle]
-    )
+    check_outputs([table, report, json], [*(file.path for file in find_files(source)), mapping, needle])
     if table is not None:
         check_table(table)
     reading = {"columns": pairs(column, "column"), "units": pairs(unit, "unit"), "inwards": depth_inwards}
