@@ -86,7 +86,7 @@ def _checked(estimate: Estimate) -> Estimate:
     The zero of a contact or puncture depth is arbitrary, so that its size means nothing.
     """
     half = 0.5 * (estimate.high - estimate.low)
-    if estimate.name in _ARBITRARY_ZERO or not estimate.identifiable or half <= abs(estimate.value):
+    if estimate.name in _ARBITRARY_ZERO or half <= abs(estimate.value):
         return estimate
     source = f"{estimate.source}; {TOO_WIDE}" if estimate.source else TOO_WIDE
     return dataclasses.replace(estimate, identifiable=False, source=source)
