@@ -135,8 +135,16 @@ def critical_speed(given):
 
 @computes("stick_slip", r"^F_ss\(", "F_s", "F_k", "v_s", "c")
 def stribeck_force(given):
-    told = re.search(r"F_ss\(([\d.]+) mm/s\)", given["formula"])
-    return stribeck(given).steady_force(given.get("V", given.get("v", 1e-3 * float(told[1]) if told else math.nan)))
+    return stribeck(given).steady_force(speed_of_stribeck_force(given))
+
+
+def speed_of_stribeck_force(given):
+    """The speed [m/s] between the brackets of F_ss(…): a number in mm/s, the critical speed, or the input V."""
+    argument = re.match(r"F_ss\(([^)]*)\)", given["formula"])[1]
+    if argument in ("Vc", "V_c", "V_crit"):
+        return stribeck(given).critical_speed
+    stated = re.fullmatch(r"([\d.]+) mm/s", argument)
+    return 1e-3 * float(stated[1]) if stated else given.get("V", given.get("v", math.nan))
 
 
 @computes("rupture", r"^\(1 - q s/delta\)\^\(1/q\)|^exp\(-s/delta\)", "E_r", "alpha_deg", "h", "s", "delta")

@@ -82,9 +82,14 @@ def cone_slope(given):
     return cone(given).slope
 
 
-@computes("sneddon", r"E_r cot\(alpha\)/2", "E_r")
+@computes("sneddon", r"^(p_m ?= ?)?E_r cot\(alpha\)/2(,|$)", "E_r")
 def cone_mean_pressure(given):
     return tip(given).mean_pressure(given["E_r"])
+
+
+@computes("sneddon", r"E_r cot\(alpha\)/2 ?\*? ?a(r|rc)?cosh\(a/r\)", "E_r", "a", "r", "alpha_deg")
+def cone_pressure(given):
+    return nf.contact(tip(given), contact_radius=given["a"], reduced_modulus=given["E_r"]).pressure(given["r"])
 
 
 def at_depth(shape, given):

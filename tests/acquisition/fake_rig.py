@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 
+from needleforce.acquisition.settings import Settings
 from needleforce.wire.axis_lines import AxisRange, AxisState, parse_command, range_line, state_line
 from needleforce.wire.rdt import Command, Packet, pack_record, unpack_request
 from needleforce.wire.sensor_configuration import SensorConfiguration
@@ -13,6 +14,9 @@ from needleforce.wire.sensor_configuration import SensorConfiguration
 CONFIGURATION = SensorConfiguration(1000.0, 1e5, 500.0, "FT00042", (12.0, 12.0, 17.0, 0.12, 0.12, 0.12))
 BIAS = (0.5, -0.25, 2.0, 0.001, 0.0, 0.002)
 TICK = 0.005
+SPEED, FAR = 0.02, [(0.05, 0.02)]  # [m/s], and the moves at it
+STIFFNESS = 500.0  # of the simulated tissue [N/m]
+GAP = Settings(force_limit=1.0).max_force_gap  # [s]
 LIMITS = AxisRange(-0.02, 0.06, 0.05, 10.0)
 
 
@@ -138,3 +142,29 @@ class FakeAxis(Threaded):
         self.depth += step if travel > 0 else -step
         if self.depth == self.target or abs(self.target - self.depth) < 1e-9:
             self.target = None
+
+
+class Disobedient(FakeAxis):
+    """Ignores every stop; ``answers`` it or not; stops by itself after half a second without a line if ``watched``."""
+
+    def __init__(self, answers=True, watched=False, **more):
+        super().__init__(**more)
+        self.answers, self.watched, self.heard = answers, watched, time.monotonic()
+
+    def obey(self, line, connection):
+        self.heard = time.monotonic()
+        if line != "stop":
+            return super().obey(line, connection)
+        self.received.append(line)
+        if self.answers:
+            connection.sendall(b"ok stop\n")
+
+    def advance(self):
+        if self.watched and time.monotonic() - self.heard > 0.5:
+            self.target = None
+        super().advance()
+
+
+def tissue(axis):
+    """A sensor whose force is that of an elastic tissue at the depth of the axis."""
+    return FakeSensor(lambda t: max(0.0, STIFFNESS * axis.depth))

@@ -8,7 +8,8 @@ import simulated_runs as runs
 
 import needleforce as nf
 from needleforce.campaign import campaign
-from needleforce.campaign.labels import File, find_files, grouped, label_files, name_pattern
+from needleforce.campaign.folder_files import File, find_files
+from needleforce.campaign.labels import grouped, label_files, name_pattern
 from needleforce.recording.log import LogWriter
 
 RIG = "{rig}__{specimen}_{speed_mm_s}_{angle_deg}_{needle}_{repeat}_{date}"

@@ -46,6 +46,17 @@ def test_the_conditions_are_those_of_the_names(real, names):
     assert sum(count >= 3 for count in got.values()) == sum(count >= 3 for count in expected.values()) == 14
 
 
+def test_without_a_pattern_the_names_give_the_same_conditions(recordings, names, real):
+    from needleforce.campaign.field_inference import infer_fields
+
+    speeds = {one.file: one.measured["speed"].value for one in real.recordings if "speed" in one.measured}
+    fields, note = infer_fields(names, speeds)
+    groups = Counter(tuple(v for k, v in own.items() if k not in ("repeat", "date")) for own in fields.values())
+    by_name = Counter(name.rsplit("_", 2)[0] for name in fields)
+    assert sorted(groups.values()) == sorted(by_name.values()) and set(counted(names)) <= set(by_name)
+    assert "speed_mm_s, repeat, date" in note
+
+
 def test_all_conditions_with_repeats_are_identified(real):
     assert all(each.model is not None for each in real.conditions if len(each.recordings) >= 3)
 

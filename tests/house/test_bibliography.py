@@ -64,3 +64,12 @@ def test_no_work_stands_there_unused():
     used |= {value.source for value in published_values()}
     # the foundation is no law: its two works are named where its formulas are
     assert set(works()) - used <= {"Vesic 1961", "Biot 1937"}
+
+
+@pytest.mark.parametrize("name", ["README.md", "CITATION.cff", "citations"])
+def test_what_the_text_of_the_source_paper_does_not_state_is_not_cited(root, name):
+    cited = next(text for text in nf.preset("paper").citations if "PVA phantom" in text)
+    text = " ".join((cited if name == "citations" else (root / name).read_text(encoding="utf-8")).split())
+    (sentence,) = (part for part in text.split(". ") if "as far as" in part.lower() or "text as available" in part)
+    missing = ("title", "authors", "journal", "year", "DOI")
+    assert all(word in sentence for word in missing) and "state" in sentence

@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_bvp
 
 import needleforce as nf
-from needleforce.identification.models import implied_poisson_ratio
+from needleforce.identification import Estimate
+from needleforce.identification.models import derived, implied_poisson_ratio
 from needleforce.mechanics.foundation import (
     READINGS,
     bending_length,
@@ -53,6 +54,30 @@ def test_reduced_modulus_and_poisson_ratio_are_inverse():
     for ratio in (0.1, 0.3, 0.49):
         found = nf.reduced_modulus(NEEDLE, nf.Tissue(116e3, ratio))
         assert implied_poisson_ratio(found, 116e3, NEEDLE) == pytest.approx(ratio, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "ratio, spread, words",
+    [
+        (0.3, 0.01, "not measured"),
+        (0.986, 0.01, "impossible, above the 0.5 of an incompressible tissue"),
+        (0.6, 0.5, "outside 0 to 0.5, which the interval does not exclude"),
+        (None, 0.01, "no ratio gives this"),
+    ],
+)
+def test_an_implied_ratio_that_no_tissue_has_is_flagged(ratio, spread, words):
+    needle = NEEDLE.replace(tip=nf.tips.Cone(half_angle=math.radians(15.0)))
+    reduced = 100e3 if ratio is None else 1 / ((1 - needle.poisson_ratio**2) / 14.1e9 + (1 - ratio**2) / 116e3)
+
+    def around(name, value, unit):
+        return Estimate(name, value, unit, value * (1 - spread), value * (1 + spread))
+
+    coefficient = 2 / math.pi * reduced * math.tan(math.radians(15.0))  # F = coefficient * h^2
+    identified = [around("stiffness_coefficient", coefficient, "N/m^2"), around("friction_per_length", 18.6, "N/m")]
+    tissue = around("tissue_young_modulus", 116e3, "Pa")
+    found = derived({each.name: each for each in identified}, needle, tissue)["implied_poisson_ratio"]
+    assert not found.identifiable and words in found.source and found.low <= found.high
+    assert found.value == pytest.approx(math.nan if ratio is None else ratio, rel=1e-9, nan_ok=True)
 
 
 def test_invalid_input_is_refused():

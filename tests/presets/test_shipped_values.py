@@ -10,6 +10,8 @@ import needleforce as nf
 from needleforce.references import published_values
 
 PEAK, DEPTH = 0.2101, 3.237e-3  # the paper's greatest stiffness force [N] and its depth [m]
+PEAK_SD, DEPTH_SD = 0.0105, 0.1347e-3  # the standard deviations of five insertions [N, m]
+YOUNG = 116e3  # the paper's modulus of the phantom [Pa]
 
 
 def cut(name, speed, depth=11e-3):
@@ -24,6 +26,33 @@ def test_presets_of_the_paper_have_its_peak_force_and_depth(name):
     model = nf.preset(name)
     assert model.puncture_depth == pytest.approx(DEPTH, rel=1e-7)
     assert model.stiffness.force(model.puncture_depth) == pytest.approx(PEAK, rel=1e-7)
+
+
+def contact_at_the_peak(modulus, shank=None):
+    cone = nf.tips.Cone(half_angle=math.radians(15.0))
+    return nf.contact(cone, depth=DEPTH, reduced_modulus=modulus, shank_radius=shank)
+
+
+def test_the_errata_state_the_interval_of_the_implied_poisson_ratio(root):
+    # E_r is proportional to F / h^2, with the paper's standard deviations of force and depth
+    found = nf.preset("paper").stiffness.reduced_modulus
+    sd = found * math.hypot(PEAK_SD / PEAK, 2 * DEPTH_SD / DEPTH)
+    one, two = (math.sqrt(1 - YOUNG / (found + k * sd)) for k in (1, 2))
+    page, preset = (root / "docs" / "mechanics.md").read_text(), nf.preset("paper").doubts[0]
+    assert found - sd < YOUNG and f"$E_r = {found / 1e3:.1f} \\pm {sd / 1e3:.1f}$ kPa" in page
+    assert f"spans 0 to {one:.2f}, two span 0 to {two:.2f}" in page and f"0 to {two:.2f} within two" in preset
+    assert f"${100 * (contact_at_the_peak(YOUNG).force / PEAK - 1):.1f}$ %" in page
+    assert f"{(YOUNG / 0.75 - found) / sd:.1f} standard deviations away" in page
+
+
+def test_the_errata_state_the_distance_of_the_physical_peak_in_deviations_and_standard_errors(root):
+    peak = contact_at_the_peak(YOUNG / 0.75, shank=0.35e-3)
+    combined = math.hypot(PEAK_SD, peak.slope * DEPTH_SD)
+    away = (peak.force - PEAK) / combined
+    page, doubt = (root / "docs" / "mechanics.md").read_text(), nf.preset("physical").doubts[0]
+    assert f"{peak.force:.3f} N is {away:.2f} combined standard deviations of a single insertion" in page
+    for text in (page, doubt):
+        assert f"{away * math.sqrt(5):.1f} standard errors" in text
 
 
 def test_stick_slip_has_the_papers_cutting_force_at_both_speeds():

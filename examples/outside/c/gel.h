@@ -4,7 +4,8 @@
    Use: nf_init(memory, size, gel, gel_layers, NULL, &why);
    Reference: source paper (force model of needle insertion into a PVA phantom), sec. 2.1-2.4
    Doubt: reduced modulus: chosen so that the force is 0.2101 N at 3.237 mm; with the stated 116 kPa it
-     implies a Poisson ratio of 0.115, absurd for a hydrogel
+     implies a Poisson ratio of 0.115 (0 to 0.42 within two standard deviations of force and depth), where a
+     hydrogel has about 0.5
    Doubt: half angle: the bevel angle of 15 degrees read as the half angle of a cone, which doubles the
      bluntness of the tip
    Doubt: needle: 14.1 GPa is an effective modulus of unknown origin, steel has about 200 GPa; solid or

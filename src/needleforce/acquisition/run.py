@@ -231,9 +231,12 @@ class Run:
 def _reported(first: RunEnded, later: RunEnded) -> RunEnded:
     """The end that is reported: the first one, unless only the later one is a failure of the file.
 
-    An axis that does not stop is reported before all else, with the failure.
+    An axis that does not stop is reported before all else, with the failure; a failure that occurs again, when the file
+    is closed, is reported once.
     """
     if later.reason not in FILE_ENDS or first.reason in FILE_ENDS:
+        return first
+    if (later.detail or str(later.reason)) in first.detail:
         return first
     if first.reason is EndReason.AXIS_NOT_STOPPED:
         return RunEnded(first.reason, f"{first.detail}; {later.reason}: {later.detail}")

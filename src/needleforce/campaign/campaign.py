@@ -4,6 +4,7 @@
 import dataclasses
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,10 @@ import numpy as np
 from ..core import Needle
 from ..errors import InputError
 from ..recording import read
+from ..segmentation.strokes import cycles
 from .condition import LoadedFile, condition
-from .labels import REPEATS, Label, find_files, grouped, label_files
+from .folder_files import File, data_format, find_files, other_files
+from .labels import REPEATS, Label, grouped, inferred, label_files
 from .outliers import wrong_labels
 from .recording_result import INVALIDATING, Anomaly, RecordingResult
 from .result import Campaign, Condition
@@ -36,8 +39,9 @@ def campaign(
 ) -> Campaign:
     """Identify every condition of a campaign.
 
-    The result does not depend on the order of the files. Each file is read once, and only the arrays of one condition
-    are in memory at a time. A file that cannot be read or identified is part of the result, with its status.
+    The result does not depend on the order of the files. Only the arrays of one condition are in memory at a time. A
+    file that cannot be read or identified is part of the result, with its status, and a file of the folder that is not
+    a recording is listed with the reason.
 
     Parameters
     ----------
@@ -48,7 +52,8 @@ def campaign(
         read.
     mapping : str or os.PathLike, optional
         CSV table with a column ``file`` and one column for each field, for files that do not match the pattern. Without
-        either, the fields are read from the card in the file.
+        either, the fields are read from the card in the file, otherwise from the names by evidence: a note states what
+        the values decide (date, speed, repeat) and what they do not.
     model : str, optional
         Name of the model, as for ``identify``.
     needle : Needle, optional
@@ -71,15 +76,58 @@ def campaign(
     InputError
         A source without files, a pattern that matches none of them, a mapping that cannot be read, or an unknown model.
     """
-    labels, notes = label_files(find_files(source), pattern, mapping)
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
+    files, not_recordings = _sorted_out(source, mapping, options)
+    labels, notes = label_files(files, pattern, mapping)
+    if pattern is None and mapping is None:
+        labels, more = inferred(labels, lambda file: _speed(file, options))
+        notes += more
     groups = grouped(labels, repeats)
     found = list(_conditions(groups, repeats, options, model=model, needle=needle, progress=progress))
     conditions = _with_wrong_labels([each for each in found if each.recordings[0].fields])
     others = [each.recordings[0] for each in found if not each.recordings[0].fields]
     reasons = {label.file.name: label.why for label in labels}
     without = tuple(_without_condition(each, reasons[each.file]) for each in others)
-    return Campaign(tuple(conditions), without, tuple(notes))
+    return Campaign(tuple(conditions), without, tuple(notes), tuple(not_recordings))
+
+
+def _sorted_out(
+    source: Any, mapping: str | os.PathLike | None, options: dict[str, Any]
+) -> tuple[list[File], list[tuple[str, str]]]:
+    """The recordings, and the other files of the folders with the reason why they are none.
+
+    A file with another ending is a recording if it can be read as one. Raises InputError if none is.
+    """
+    files, rest = find_files(source), []
+    table = None if mapping is None else Path(os.path.abspath(mapping))
+    for file in other_files(source):
+        why = "it is the mapping" if file.path == table else _unreadable(file, options)
+        if why:
+            rest.append((file.name, why))
+        else:
+            files.append(file)
+    if not files:
+        reasons = "; ".join(f"{name}: {why}" for name, why in rest[:3])
+        raise InputError("source", repr(str(source)), f"a folder without recordings ({reasons})")
+    return sorted(files), rest
+
+
+def _unreadable(file: File, options: dict[str, Any]) -> str:
+    try:
+        read(file.path, **options)
+    except (InputError, OSError) as error:
+        return str(error).replace(f"{file.path}: ", "").replace(f"{file.path}, ", "")
+    return ""
+
+
+def _speed(file: File, options: dict[str, Any]) -> float:
+    """The median speed [m/s] of the first insertion; NaN without one."""
+    try:
+        recording = read(file.path, **options)
+    except (InputError, OSError):
+        return float("nan")
+    strokes = cycles(recording.time, recording.depth)
+    return float(np.median(recording.velocity[strokes[0].start : strokes[0].stop])) if strokes else float("nan")
 
 
 def _conditions(
@@ -105,7 +153,8 @@ def _load(label: Label, options: dict[str, Any]) -> LoadedFile:
     try:
         return LoadedFile(label, read(label.file.path, **options))
     except (InputError, OSError) as error:
-        return LoadedFile(label, None, str(error))
+        form = data_format(label.file.path)
+        return LoadedFile(label, None, f"{error} It is {form}." if form else str(error))
 
 
 def _with_wrong_labels(conditions: list[Condition]) -> list[Condition]:

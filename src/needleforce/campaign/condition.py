@@ -9,18 +9,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core import Needle
-from ..identification import Fit, RecordingFit, identify
+from ..identification import Estimate, Fit, RecordingFit, identify
 from ..recording import Recording
 from ..vocabulary import Status
 from .checks import check_repeats, moving_repeats
 from .labels import Label
-from .outliers import outliers
+from .outliers import outliers, two_groups
 from .recording_result import Anomaly, RecordingResult
 from .repeat_checks import copies
 from .result import Condition
 from .summary import RecordingSummary, Trace, event_quantities, trace
 
 ALL_LEFT_OUT = "No recording is left to pool: {}"
+TOO_WIDE = "the interval is wider than the value"
+_ARBITRARY_ZERO = ("contact_depth", "puncture_depth")
 NO_PARAMETERS = "No recording gives parameters: {}"
 
 
@@ -69,13 +71,25 @@ def condition(
     return Condition(
         fields=fields,
         recordings=results,
-        parameters=pooled.parameters,
+        parameters={name: _checked(each) for name, each in pooled.parameters.items()},
         model=pooled.model,
         quality=pooled.quality,
         why="" if pooled.model is not None else _why(results, pooled),
-        warnings=pooled.warnings,
+        warnings=(*pooled.warnings, *two_groups([each for each in moving if each.name in names])),
         shown=None if pooled.model is None else _model_trace(pooled),
     )
+
+
+def _checked(estimate: Estimate) -> Estimate:
+    """The estimate, not identifiable if the ± of its interval exceeds the value: not even the sign is known then.
+
+    The zero of a contact or puncture depth is arbitrary, so that its size means nothing.
+    """
+    half = 0.5 * (estimate.high - estimate.low)
+    if estimate.name in _ARBITRARY_ZERO or half <= abs(estimate.value):
+        return estimate
+    source = f"{estimate.source}; {TOO_WIDE}" if estimate.source else TOO_WIDE
+    return dataclasses.replace(estimate, identifiable=False, source=source)
 
 
 def _identified(recordings: list[Recording], model: str | None, needle: Needle | None) -> Fit:

@@ -1,74 +1,35 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a campaign and their fields, read from the names by a pattern such as
-``{specimen}_{speed_mm_s}_{repeat}``, or from a CSV table with a column ``file``."""
+"""The fields of a campaign's files, read from the names by a pattern such as ``{specimen}_{speed_mm_s}_{repeat}``, from
+a CSV table with a column ``file``, from the cards in the files, or from the names by evidence."""
 
 import csv
-import glob
 import io
 import os
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
-from typing import NoReturn
 
 from ..errors import InputError
 from ..files import csv_original, file_name, read_text
 from ..recording.reader import card_texts
+from .field_inference import infer_fields
+from .folder_files import File
 
-EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 _EXAMPLE = "Give for example {specimen}_{speed_mm_s}_{repeat}."
 _NEXT = "Give a CSV table with a column named file and one column for each field."
 _MAX_MAPPING_BYTES = 1 << 23  # a hundred thousand files
 _MAX_FIELDS = 100
-COLUMNS = ("file", "pooled", "status", "quantity", "value", "low", "high", "unit", "identifiable", "outlier", "why")
+COLUMNS = ("file", "pooled", "status", "quantity", "value", "low", "high", "unit", "identifiable", "outlier",
+           "residual_over_peak", "r2", "why")  # fmt: skip
 """Columns of the campaign's table, which cannot be names of fields."""
 REPEATS = ("repeat", "date", "file", "time", "run")
 """Default fields in which repeats of one condition differ."""
 
 _CARD = ("needle", "tissue", "rig", "speed_mm_s", "pass")
+NUMERIC_ENDINGS = ("_mm_s", "_m_s", "_mm_min", "_mm", "_um", "_deg", "_N", "_Hz", "_kPa")
+"""Ends of the names of fields whose values are numbers, with their units."""
 NO_CONDITION = "It belongs to no condition and is identified by itself: {}."
-
-
-@dataclass(frozen=True, order=True)
-class File:
-    """A file; ``name`` is its path relative to the common folder of all files, with ``/`` on every system."""
-
-    name: str
-    path: Path
-
-
-def find_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> list[File]:
-    """The files of a folder (with its subfolders), of a glob, or of a list of files, folders and globs, sorted by name.
-
-    From a folder only files with one of ``EXTENSIONS`` are used; a file that is given by its name is always used, so
-    that a missing one is part of the result. Raises InputError if a folder or glob contains no file.
-    """
-    given = [source] if isinstance(source, str | os.PathLike) else list(source)
-    paths = sorted({Path(os.path.abspath(path)) for each in given for path in _expanded(each)})
-    if not paths:
-        raise InputError("source", "empty", "no file to identify", next_step="Give a folder, a glob or files.")
-    common = Path(os.path.commonpath([path.parent for path in paths]))
-    return sorted(File(file_name(path.relative_to(common).as_posix()), path) for path in paths)
-
-
-def _expanded(given: str | os.PathLike) -> list[Path]:
-    path, text = Path(given), os.fspath(given)
-    if path.is_dir():
-        found = [each for each in path.rglob("*") if each.suffix.lower() in EXTENSIONS and _visible(each, path)]
-        return found or _refuse(text, f"a folder without recordings ({', '.join(EXTENSIONS)})")
-    if path.exists() or not glob.has_magic(text):
-        return [path]
-    found = [Path(each) for each in glob.glob(text, recursive=True) if Path(each).is_file()]
-    return found or _refuse(text, "no file matches this glob")
-
-
-def _visible(path: Path, folder: Path) -> bool:
-    return path.is_file() and not any(part.startswith(".") for part in path.relative_to(folder).parts)
-
-
-def _refuse(text: str, reason: str) -> NoReturn:
-    raise InputError("source", repr(text), reason, next_step="Check the folder, or name the files.")
 
 
 @dataclass(frozen=True)
@@ -111,14 +72,25 @@ class NamePattern:
         if rest == lead:
             return {}, f"{{{field}}} would be empty"
         found[field] = rest.removeprefix(lead)
+        if _no_number(field, found[field]):
+            return {}, _no_number(field, found[field])
         return {name: found[name] for name in self.fields}, ""
 
     def _fault(self, field: str, value: str, separator: str) -> str:
         if not value:
             return f"{{{field}}} would be empty"
+        if _no_number(field, value):
+            return _no_number(field, value)
         longer = (each for each in self.between[1:] if len(each) > len(separator) and each in value)
         contained = next(longer, "/" if "/" in value else "")
         return f"{{{field}}} would be '{value}', which contains '{contained}'" if contained else ""
+
+
+def _no_number(field: str, value: str) -> str:
+    """Why a value does not fit a field with a unit in its name, so that fields never shift silently."""
+    if not field.endswith(NUMERIC_ENDINGS) or re.fullmatch(r"[+-]?\d+([.,]\d+)?([eE][+-]?\d+)?", value):
+        return ""
+    return f"{{{field}}} would be '{value}', which is not a number"
 
 
 def name_pattern(text: str) -> NamePattern:
@@ -247,6 +219,22 @@ def label_files(
         raise InputError("name pattern", repr(pattern), reason, next_step="Correct the pattern, or give a mapping.")
     unused = [name for name in known if name not in rows.values()]
     return labels, [f"The mapping contains {name}, which is not among the files." for name in unused]
+
+
+def inferred(labels: list[Label], speed: Callable[[File], float]) -> tuple[list[Label], list[str]]:
+    """The labels with fields by evidence from the names for files without fields, and a note on what was decided.
+
+    ``speed`` measures the insertion speed [m/s] of a file, NaN if it cannot be read.
+    """
+    bare = {label.file.name: label.file for label in labels if not label.fields}
+    if len(bare) < 2:
+        return labels, []
+    found, note = infer_fields(list(bare), {name: speed(file) for name, file in bare.items()})
+    other = NO_CONDITION.format(
+        "its name has another form than most, and it has no card; give a name pattern or a mapping"
+    )
+    made = {name: Label(file, found[name]) if name in found else Label(file, {}, other) for name, file in bare.items()}
+    return [made.get(label.file.name, label) for label in labels] if found else labels, [note] * bool(found)
 
 
 def grouped(labels: list[Label], repeats: Collection[str]) -> list[list[Label]]:

@@ -26,6 +26,7 @@ MAX_SPEED_DIFFERENCE = 0.05  # [share] between repeats of one motion
 MAX_TRAVEL_DIFFERENCE_M = 0.5e-3  # between repeats of one motion
 MAX_HOLD_DIFFERENCE = 0.2  # [share] between repeats of one motion
 MIN_HOLD_S = 0.2  # [s] a shorter stop is part of the reversal
+_STROKE_ENDS = ("beyond_contact", "end_depth", "travel")  # quantities of a summary
 DROPPED_FORCE_SHARE = 0.8  # of its peak: a force that ends its stroke below has dropped, if not sharply
 SLOW_DROP_RATIO = 1.2  # of a drop's duration to that of a filtered sudden drop and to that of its repeats
 
@@ -83,10 +84,10 @@ def _force_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
         return
     peaks = np.array([each.summary.peak for each in repeats])
     usual = float(np.median(peaks))
-    reference = repeats[int(np.abs(peaks - usual).argmin())].summary.curve
+    reference = repeats[int(np.abs(peaks - usual).argmin())].summary.from_contact
     for each in repeats if usual > 0.0 else ():
         factor = nearest(each.summary.peak / usual, tuple(FORCE_FACTORS), MAX_FORCE_DIFFERENCE)
-        if factor is not None and _same_shape(each.summary.curve, reference):
+        if factor is not None and _same_shape(each.summary.from_contact, reference):
             peak, pair = each.summary.peak, _units_of(factor, FORCE_FACTORS)
             words = "maximum force"
             yield each.name, _other_unit("force", "peak_force", words, "N", value=peak, usual=usual, units=pair)
@@ -128,9 +129,10 @@ def _same_shape(curve: np.ndarray, other: np.ndarray) -> bool:
 def _motion(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     speeds = [each.summary.speed for each in repeats]
     holds = [each.summary.hold for each in repeats]
-    limits = {"speed": MAX_SPEED_DIFFERENCE * float(np.median(speeds)), "travel": MAX_TRAVEL_DIFFERENCE_M}
+    limits = {"speed": MAX_SPEED_DIFFERENCE * float(np.median(speeds))}
     limits["hold"] = max(MAX_HOLD_DIFFERENCE * float(np.median(holds)), MIN_HOLD_S)
-    for quantity, unit in (("speed", "m/s"), ("travel", "m"), ("hold", "s")):
+    yield from _stroke_lengths(repeats)
+    for quantity, unit in (("speed", "m/s"), ("hold", "s")):
         values = np.array([getattr(each.summary, quantity) for each in repeats])
         usual, unique = _usual(values, limits[quantity])
         for each, value in zip(repeats, values):
@@ -147,8 +149,51 @@ def _motion(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
                 yield each.name, anomaly
 
 
+def _stroke_lengths(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
+    """Strokes that end at another depth: from the contact, in the recordings' zero and from the start of the stroke.
+
+    A stroke that agrees in one of the three is the motion of the others, from another height or on a specimen of
+    another height. If no depth is the most frequent, the recordings are kept: their parameters do not depend on it.
+    """
+    readings = [np.array([getattr(each.summary, name) for each in repeats]) for name in _STROKE_ENDS]
+    usual = [_usual(values, MAX_TRAVEL_DIFFERENCE_M) for values in readings]
+    same = [
+        unique & (np.abs(values - middle) <= MAX_TRAVEL_DIFFERENCE_M)
+        for values, (middle, unique) in zip(readings, usual)
+    ]
+    known = any(unique for _, unique in usual)
+    for each, agrees in zip(repeats, np.any(same, axis=0)):
+        if not agrees:
+            own = each.summary
+            anomaly = Anomaly(
+                kind="motion",
+                quantity="travel",
+                value=own.travel,
+                usual=usual[-1][0],
+                unit="m",
+                sentence=_stroke_sentence(own, usual[-1][0], usual[0][0], known),
+                left_out=known,
+            )
+            yield each.name, anomaly
+
+
+def _stroke_sentence(own: RecordingSummary, travel: float, beyond: float, known: bool) -> str:
+    if not known:
+        end = _stroke(own.travel, own.beyond_contact)
+        return f"The strokes of its repeats end at different depths, and none is the most frequent: here {end}."
+    sentence = f"It has another motion: its travel is {_stroke(own.travel, own.beyond_contact)}, that of its repeats "
+    return f"{sentence}{_stroke(travel, beyond)}. " + OWN_FIELD
+
+
+def _stroke(travel: float, beyond: float) -> str:
+    """A stroke in words, with the part beyond the contact if that is known."""
+    return formatted(travel, "m") + (f", {formatted(beyond, 'm')} beyond the contact" if np.isfinite(beyond) else "")
+
+
 def _usual(values: np.ndarray, limit: float) -> tuple[float, bool]:
-    """The value of the largest group of similar values, and whether no other group is as large."""
+    """The value of the largest group of similar values (NaN if none is known), and whether no other is as large."""
+    if not np.isfinite(values).any():
+        return np.nan, False
     near = np.abs(values[:, None] - values[None, :]) <= limit
     count = near.sum(axis=1)
     group = near[int(count.argmax())]

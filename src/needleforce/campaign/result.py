@@ -20,7 +20,8 @@ from .labels import COLUMNS
 from .recording_result import RecordingResult
 from .summary import Trace
 
-CONDITIONS_HEAD = ("condition", "recordings used", "model", "residual / peak", "why there is no model")
+CONDITIONS_HEAD = ("condition", "recordings used", "model", "residual / peak", "R²", "why there is no model")
+MAX_NAMED = 4  # conditions in one note
 
 if TYPE_CHECKING:
     import pandas
@@ -82,16 +83,29 @@ class Campaign:
         Recordings that belong to no condition, each identified by itself.
     notes : tuple of str
         Notes on the campaign, such as rows of the mapping without a file.
+    not_recordings : tuple of (str, str)
+        Files of the folder that are no recordings, each with the reason.
     """
 
     conditions: tuple[Condition, ...]
     others: tuple[RecordingResult, ...] = ()
     notes: tuple[str, ...] = ()
+    not_recordings: tuple[tuple[str, str], ...] = ()
 
     @property
     def recordings(self) -> tuple[RecordingResult, ...]:
         """Every recording, by condition."""
         return (*(each for condition in self.conditions for each in condition.recordings), *self.others)
+
+    @property
+    def all_notes(self) -> tuple[str, ...]:
+        """The notes, the warnings of the conditions, and the files that are not recordings."""
+        warned: dict[str, list[str]] = {}
+        for condition in self.conditions:
+            for text in condition.warnings:
+                warned.setdefault(text, []).append(condition.name)
+        warnings = (f"{_named(names)}: {text}" for text, names in warned.items())
+        return (*self.notes, *warnings, *(f"{file} is not a recording: {why}" for file, why in self.not_recordings))
 
     def table(self) -> "pandas.DataFrame":
         """Make one tidy table.
@@ -150,7 +164,7 @@ class Campaign:
                 each.name,
                 f"{len(each.pooled)} of {len(each.recordings)}",
                 "none" if each.model is None else each.model.name,
-                "" if each.quality is None else percent(each.quality.nrmse),
+                *quality_cells(each.quality),
                 each.why,
             )
             for each in self.conditions
@@ -165,19 +179,31 @@ class Campaign:
         return f"<{self._heading()}>"
 
     def __str__(self) -> str:
-        return blocks(self._heading(), text_table(CONDITIONS_HEAD, self._rows()), text_list("Notes", self.notes))
+        return blocks(self._heading(), text_table(CONDITIONS_HEAD, self._rows()), text_list("Notes", self.all_notes))
 
     def _repr_html_(self) -> Markup:
-        notes = listing(self.notes) if self.notes else ""
+        notes = listing(self.all_notes) if self.all_notes else ""
         return join([element("p", self._heading()), table(CONDITIONS_HEAD, self._rows()), notes])
+
+
+def _named(names: list[str]) -> str:
+    """The names of conditions in a note, the first few of many."""
+    more = len(names) - MAX_NAMED
+    return ", ".join(names[:MAX_NAMED]) + (f" and {counted(more, 'more condition')}" if more > 0 else "")
+
+
+def quality_cells(quality: Quality | None) -> tuple[str, str]:
+    """Residual over peak and R² as text; empty without a model."""
+    return ("", "") if quality is None else (percent(quality.nrmse), f"{quality.r2:.3f}")
 
 
 def _tidy(campaign: Campaign) -> "pandas.DataFrame":
     """A DataFrame in SI: the fields of the conditions, then ``COLUMNS``; pooled values have no ``file``.
 
     Each recording has a row ``anomalies`` with their number and the reason if it has no parameters. Its own parameters
-    are named as in ``Fit.parameters``; quantities measured without a model are speed, travel, hold, forces, and events
-    from ``event_contact_depth`` to ``event_exit_depth``.
+    are named as in ``Fit.parameters``; residual over peak and R² are those of its fit, or of the pooled one. Quantities
+    measured without a model are speed, travel, hold, forces, and events from ``event_contact_depth`` to
+    ``event_exit_depth``.
     """
     import pandas
 
@@ -185,7 +211,7 @@ def _tidy(campaign: Campaign) -> "pandas.DataFrame":
     rows = [row for condition in campaign.conditions for row in _condition_rows(condition)]
     rows += [row for one in campaign.others for row in _recording_rows(one)]
     made = pandas.DataFrame([dict.fromkeys(fields, "") | row for row in rows], columns=[*fields, *COLUMNS])
-    numbers = dict.fromkeys(("value", "low", "high"), "float64")
+    numbers = dict.fromkeys(("value", "low", "high", "residual_over_peak", "r2"), "float64")
     return made.astype(numbers | dict.fromkeys(("pooled", "identifiable", "outlier"), "bool"))
 
 
@@ -217,16 +243,18 @@ def _save_parquet(made: "pandas.DataFrame", target: Path) -> None:
 
 def _condition_rows(condition: Condition) -> Iterator[dict]:
     shared = condition.fields | {"file": "", "pooled": True, "status": "ok" if condition.model else "no_model"}
+    shared |= _quality(condition.quality)
     for one in condition.recordings:
         yield from _recording_rows(one)
     count = Estimate("recordings", float(len(condition.pooled)), "1", float("nan"), float("nan"))
     yield shared | _row(count, {"recordings": condition.why} if condition.why else {}, flagged=False)
     for estimate in condition.parameters.values():
-        yield shared | _row(estimate, {}, flagged=False)
+        reason = {} if estimate.identifiable else {estimate.name: estimate.source}
+        yield shared | _row(estimate, reason, flagged=False)
 
 
 def _recording_rows(one: RecordingResult) -> Iterator[dict]:
-    shared = one.fields | {"file": one.file, "pooled": one.pooled, "status": str(one.status)}
+    shared = one.fields | {"file": one.file, "pooled": one.pooled, "status": str(one.status)} | _quality(one.quality)
     sentences: dict[str, str] = {}
     for anomaly in one.anomalies:
         sentences[anomaly.quantity] = f"{sentences.get(anomaly.quantity, '')} {anomaly.sentence}".strip()
@@ -234,6 +262,11 @@ def _recording_rows(one: RecordingResult) -> Iterator[dict]:
     yield shared | _row(count, {"anomalies": one.why}, flagged=bool(one.anomalies))
     for estimate in (*one.measured.values(), *one.parameters.values()):
         yield shared | _row(estimate, sentences, flagged=estimate.name in sentences)
+
+
+def _quality(quality: Quality | None) -> dict[str, float]:
+    found = (float("nan"), float("nan")) if quality is None else (quality.nrmse, quality.r2)
+    return dict(zip(("residual_over_peak", "r2"), found))
 
 
 def _row(estimate: Estimate, sentences: dict[str, str], flagged: bool) -> dict:
@@ -250,6 +283,7 @@ def _document(campaign: Campaign) -> str:
         "conditions": [_condition_document(each) for each in campaign.conditions],
         "others": [_recording_document(each) for each in campaign.others],
         "notes": list(campaign.notes),
+        "not_recordings": [{"file": file, "why": why} for file, why in campaign.not_recordings],
     }
     return json.dumps(json_safe(document), indent=2, allow_nan=False)
 

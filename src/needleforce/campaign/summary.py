@@ -33,17 +33,21 @@ class Trace:
 class RecordingSummary:
     """Quantities of the first insertion of a recording.
 
-    ``speed`` [m/s] is the median of the insertion stroke, ``travel`` [m] its length, ``hold`` [s] the duration of the
-    hold. Forces [N] are relative to the start: ``peak`` is the maximum, ``end`` the force at the end of the insertion
-    stroke, ``push`` and ``pull`` the means of insertion and withdrawal. ``before`` and ``after`` are the baselines [N],
-    ``noise`` the standard deviation in the free travel. ``flat`` is the number of samples of a saturated part, 0 if
-    there is none, and ``flat_ends`` the sample after it. ``gap`` [s] is the longest step of time, ``step`` [s] the
-    median, ``lost`` the share of missing samples. ``drop_samples`` is the number of samples of the first puncture's
-    drop from 10 % to 90 %.
+    ``speed`` [m/s] is the median of the insertion stroke, ``travel`` [m] its length, ``end_depth`` [m] where it ends in
+    the recording's own zero, ``beyond_contact`` [m] its part below the contact (NaN without a contact), ``hold`` [s]
+    the duration of the hold. Forces [N] are relative to the start: ``peak`` is the maximum, ``end`` the force at the
+    end of the insertion stroke, ``push`` and ``pull`` the means of insertion and withdrawal. ``before`` and ``after``
+    are the baselines [N], ``noise`` the standard deviation in the free travel. ``flat`` is the number of samples of a
+    saturated part, 0 if there is none, and ``flat_ends`` the sample after it. ``gap`` [s] is the longest step of time,
+    ``step`` [s] the median, ``lost`` the share of missing samples. ``drop_samples`` is the number of samples of the
+    first puncture's drop from 10 % to 90 %. ``curve`` (m,) [N] is the loading curve from the start of the stroke, since
+    the position of the tissue distinguishes specimens, ``from_contact`` (m,) [N] the one from the contact.
     """
 
     speed: float
     travel: float
+    end_depth: float
+    beyond_contact: float
     hold: float
     peak: float
     end: float
@@ -60,6 +64,7 @@ class RecordingSummary:
     drop_samples: float
     shown: Trace
     curve: np.ndarray = field(default_factory=lambda: np.empty(0))
+    from_contact: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     @property
     def drift(self) -> float:
@@ -89,6 +94,8 @@ def summarise(recording: Recording, events: Events, usual: float | None) -> Reco
     return RecordingSummary(
         speed=float(np.median(recording.velocity[inwards])),
         travel=float(depth[cycle.stop - 1] - depth[cycle.start]),
+        end_depth=float(depth[cycle.stop - 1]),
+        beyond_contact=float(depth[cycle.stop - 1] - surface) if events.contact is not None else np.nan,
         hold=_hold(time, cycle),
         **_forces(force, cycle),
         **_baselines(depth, force, cycle, surface),
@@ -96,7 +103,8 @@ def summarise(recording: Recording, events: Events, usual: float | None) -> Reco
         **_steps(time),
         drop_samples=_drop_samples(recording, events),
         shown=trace(depth, force, surface),
-        curve=loading(depth[inwards], force[inwards]),
+        curve=loading(depth[inwards], force[inwards], float(depth[cycle.start])),
+        from_contact=loading(depth[inwards], force[inwards], surface),
     )
 
 
@@ -196,11 +204,8 @@ def trace(depth: np.ndarray, force: np.ndarray, surface: float) -> Trace:
     return Trace(depth[keep] - surface, force[keep].copy())
 
 
-def loading(depth: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """The force (m,) [N] of an insertion stroke every ``CURVE_STEP_M`` of travel; empty if the stroke is too short.
-
-    The travel is not measured from the contact, because the position of the tissue also distinguishes specimens.
-    """
-    travel = np.maximum.accumulate(depth) - depth[0]
-    grid = CURVE_STEP_M * np.arange(min(int(travel[-1] / CURVE_STEP_M) + 1, MAX_CURVE_POINTS))
+def loading(depth: np.ndarray, force: np.ndarray, origin: float) -> np.ndarray:
+    """The force (m,) [N] of an insertion stroke every ``CURVE_STEP_M`` from ``origin`` [m] on; empty if too short."""
+    travel = np.maximum.accumulate(depth) - origin
+    grid = CURVE_STEP_M * np.arange(min(max(int(travel[-1] / CURVE_STEP_M) + 1, 0), MAX_CURVE_POINTS))
     return np.interp(grid, travel, force) if len(grid) >= 20 else np.empty(0)

@@ -34,7 +34,7 @@ def run(
 ) -> None:
     """Identify every condition of a campaign of recordings, with a result for every recording."""
     from ..campaign import campaign
-    from ..campaign.labels import find_files
+    from ..campaign.folder_files import find_files
     from ..campaign.result import check_table
     from ..preset_files import needle_of
 
@@ -63,7 +63,7 @@ def _write(done: "Campaign", table: Path | None, report: Path | None, json: str 
 
 
 def _show(done: "Campaign", quiet: bool) -> None:
-    for sentence in done.notes:
+    for sentence in done.all_notes:
         say(f"note: {sentence}")
     for one in done.recordings:
         if one.why:
@@ -73,13 +73,19 @@ def _show(done: "Campaign", quiet: bool) -> None:
             say(f"{condition.name}: no model: {condition.why}")
     if not quiet and done.conditions:
         shown = [name for name in SHOWN if any(name in each.parameters for each in done.conditions)]
-        columns = ["condition", "repeats used", *(name.replace("_", " ") for name in shown)]
+        columns = ["condition", "repeats used", "residual / peak", "R²", *(name.replace("_", " ") for name in shown)]
         table("conditions", columns, [_row(each, shown) for each in done.conditions])
 
 
 def _row(condition: "Condition", shown: list[str]) -> list[str]:
+    from ..campaign.result import quality_cells
     from ..display.quantities import quantity
 
     values = [condition.parameters.get(name) for name in shown]
-    cells = ["-" if e is None else str(quantity(e.value, e.low, e.high, e.unit)) for e in values]
-    return [condition.name, f"{len(condition.pooled)}/{len(condition.recordings)}", *cells]
+    cells = ["-" if e is None else _cell(str(quantity(e.value, e.low, e.high, e.unit)), e.identifiable) for e in values]
+    used = f"{len(condition.pooled)}/{len(condition.recordings)}"
+    return [condition.name, used, *quality_cells(condition.quality), *cells]
+
+
+def _cell(text: str, identifiable: bool) -> str:
+    return text if identifiable else f"not identified ({text})"

@@ -150,10 +150,22 @@ def _poisson(modulus: Estimate, needle: Needle, tissue: Estimate) -> dict[str, E
         for reduced in (modulus.low, modulus.high)
         for young in (tissue.low, tissue.high)
     ]
-    source = f"implied by the reduced modulus and {_stated(tissue)}; not measured"
     low, high = _span(corners, lowest=0.0)
+    source = f"implied by the reduced modulus and {_stated(tissue)}; not measured{_impossible(ratio, low)}"
     name = "implied_poisson_ratio"
     return {name: Estimate(name, ratio, "1", low, high, identifiable=False, source=source)}
+
+
+def _impossible(ratio: float, low: float) -> str:
+    """What is wrong with an implied Poisson ratio that no isotropic tissue from 0 to incompressible has; empty for a
+    possible one."""
+    if ratio <= MAX_POISSON_RATIO:
+        return ""
+    if math.isnan(ratio):
+        return "; no ratio gives this: the reduced modulus is below the tissue's modulus"
+    if low <= MAX_POISSON_RATIO:
+        return f"; outside 0 to {MAX_POISSON_RATIO:g}, which the interval does not exclude"
+    return f"; impossible, above the {MAX_POISSON_RATIO:g} of an incompressible tissue: check tip angle and moduli"
 
 
 def _friction(friction_per_length: Estimate, found: dict, needle: Needle, tissue: Estimate) -> dict[str, Estimate]:

@@ -18,7 +18,8 @@ from .schema import TOP, NeedleSection, PresetFile, TissueSection, keys, tips, t
 
 NO_POISSON = (
     "It is never assumed: with the paper's values, 0.5 (an incompressible gel) puts the peak force 32 % above the "
-    "measured one, and the measured peak implies 0.115. Give poisson_ratio, or the stiffness law's reduced_modulus."
+    "measured one, and the measured peak implies 0.115 (0 to 0.42 within two standard deviations). Give poisson_ratio, "
+    "or the stiffness law's reduced_modulus."
 )
 OTHER_SECTIONS = {field.name for field in msgspec.structs.fields(PresetFile)} - {"needle", "reference"}
 

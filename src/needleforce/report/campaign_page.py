@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..campaign.recording_result import RecordingResult
-from ..campaign.result import Campaign, Condition
+from ..campaign.result import Campaign, Condition, quality_cells
 from ..campaign.summary import Trace
 from ..display.markup import Markup, Section, element, escape, join, listing, section, table
 from ..display.quantities import counted, quantity
@@ -50,7 +50,7 @@ def _sections(campaign: Campaign, numbers: dict[str, int]) -> list[Section | Non
         section(SECTIONS["conditions"], *table, name="conditions"),
         section(SECTIONS["figures"], *_figures(conditions, numbers), name="figures"),
         section(SECTIONS["recordings"], recording_table(campaign, numbers), name="recordings"),
-        section(SECTIONS["notes"], listing(campaign.notes) if campaign.notes else "", name="notes"),
+        section(SECTIONS["notes"], listing(campaign.all_notes) if campaign.all_notes else "", name="notes"),
     ]
 
 
@@ -167,7 +167,7 @@ def condition_table(conditions: Sequence[Condition]) -> Markup:
     """A row for each condition: fields, number of repeats used, main parameters with their intervals."""
     fields = varying(conditions)
     found = [name for name in MAIN_PARAMETERS if any(name in each.parameters for each in conditions)]
-    head = ("no.", *map(field_name, fields), USED, *map(quantity_name, found))
+    head = ("no.", *map(field_name, fields), USED, "residual / peak", "R²", *map(quantity_name, found))
     return table(head, (_condition(k, each, fields, found) for k, each in enumerate(conditions, 1)), class_=_CLASS)
 
 
@@ -177,13 +177,14 @@ def _condition(number: int, condition: Condition, fields: list[str], found: list
     used = f"{len(condition.pooled)} of {len(condition.recordings)}" + (": no model" if condition.model is None else "")
     return (
         element("a", number, href=f"#condition-{number}"), *(condition.fields.get(name, "") for name in fields),
-        used, *("" if each is None else _value(each) for each in values),
+        used, *quality_cells(condition.quality), *("" if each is None else _value(each) for each in values),
     )  # fmt: skip
 
 
 def _value(estimate: Estimate) -> str:
     """A value and its interval, on one line if symmetric."""
     text = str(quantity(estimate.value, estimate.low, estimate.high, estimate.unit))
+    text = text if estimate.identifiable else f"not identified: {text}"
     return text.replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}")
 
 

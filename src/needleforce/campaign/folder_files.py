@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The files of a campaign: every visible file of its folders, with those that may be recordings apart from the rest."""
+
+import glob
+import os
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+
+from ..errors import InputError
+from ..files import file_name, open_regular
+
+EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
+_MAX_SEARCHED_BYTES = 1 << 16  # at either end of a zip archive, where the names of its parts are
+# first bytes of formats that hold recordings and are not read
+_FORMATS = {
+    b"\xd0\xcf\x11\xe0": "an old Office file, such as an Excel sheet (xls)",
+    b"\x89HDF": "an HDF5 or MATLAB 7.3 file",
+    b"MATLAB 5.0": "a MATLAB file",
+    b"TDSm": "a LabVIEW file (TDMS)",
+    b"\x93NUMPY": "a NumPy file (npy)",
+    b"#ROSBAG": "a ROS 1 bag",
+    b"SQLite format 3": "a database, such as a ROS 2 bag without its folder",
+}
+_ZIPPED = {b"xl/workbook": "an Excel workbook (xlsx)", b".npy": "a NumPy archive (npz)"}
+
+
+@dataclass(frozen=True, order=True)
+class File:
+    """A file; ``name`` is its path relative to the common folder of all files, with ``/`` on every system."""
+
+    name: str
+    path: Path
+
+
+def find_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> list[File]:
+    """The recordings of a folder (with its subfolders), of a glob, or of a list of files, folders and globs, by name.
+
+    From a folder these are the files with one of ``EXTENSIONS`` and those in a format that holds recordings; a file
+    that is given by its name is always used, so that a missing one is part of the result. Raises InputError if a folder
+    or glob contains no file.
+    """
+    return _split(source)[0]
+
+
+def other_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> list[File]:
+    """The other visible files of the folders, by name; those that start with a dot are not visible."""
+    return _split(source)[1]
+
+
+def data_format(path: Path) -> str:
+    """The format of a file that holds recordings but is not read, in words; empty for any other file."""
+    try:
+        with open_regular(path) as file:
+            start = file.read(_MAX_SEARCHED_BYTES)
+            file.seek(max(0, os.fstat(file.fileno()).st_size - _MAX_SEARCHED_BYTES))
+            end = file.read(_MAX_SEARCHED_BYTES)
+    except (OSError, InputError):
+        return ""
+    if start.startswith(b"PK\x03\x04"):
+        return next((name for part, name in _ZIPPED.items() if part in start or part in end), "")
+    return next((name for magic, name in _FORMATS.items() if start.startswith(magic)), "")
+
+
+def _split(source: str | os.PathLike | Iterable[str | os.PathLike]) -> tuple[list[File], list[File]]:
+    given = [source] if isinstance(source, str | os.PathLike) else list(source)
+    found: dict[Path, bool] = {}
+    for each in given:
+        for path, is_named in _expanded(each):
+            path = Path(os.path.abspath(path))
+            found[path] = found.get(path, False) or is_named or path.suffix.lower() in EXTENSIONS
+    if not found:
+        raise InputError("source", "empty", "no file to identify", next_step="Give a folder, a glob or files.")
+    common = Path(os.path.commonpath([path.parent for path in found]))
+    used = {path: known or bool(data_format(path)) for path, known in found.items()}
+    named = {path: File(file_name(path.relative_to(common).as_posix()), path) for path in found}
+    return tuple(sorted(named[path] for path in found if used[path] is wanted) for wanted in (True, False))
+
+
+def _expanded(given: str | os.PathLike) -> list[tuple[Path, bool]]:
+    """The files, each with whether it was named by the caller: by its name or by a glob."""
+    path, text = Path(given), os.fspath(given)
+    if path.is_dir():
+        found = [(each, False) for each in path.rglob("*") if _visible(each, path)]
+        return found or _refuse(text, f"a folder without recordings ({', '.join(EXTENSIONS)})")
+    if path.exists() or not glob.has_magic(text):
+        return [(path, True)]
+    found = [(Path(each), True) for each in glob.glob(text, recursive=True) if Path(each).is_file()]
+    return found or _refuse(text, "no file matches this glob")
+
+
+def _visible(path: Path, folder: Path) -> bool:
+    return path.is_file() and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+
+
+def _refuse(text: str, reason: str) -> NoReturn:
+    raise InputError("source", repr(text), reason, next_step="Check the folder, or name the files.")
