@@ -10,14 +10,25 @@ KINDS = ("white", "correlated", "hum", "quantised", "drift", "filtered")
 
 
 def rupture(
-    seed=0, *, rate=1000.0, noise=3e-3, drop=0.06, peak=0.2, travel=0.0, speed=3e-3, start=-4e-3, end=11e-3, at=4e-3
+    seed=0,
+    *,
+    rate=1000.0,
+    noise=3e-3,
+    drop=0.06,
+    peak=0.2,
+    travel=0.0,
+    speed=3e-3,
+    start=-4e-3,
+    end=11e-3,
+    at=4e-3,
+    rise=12.0,
 ):
     """A stroke with one rupture at the depth ``at``: the force grows with the square of the depth, falls by ``drop``
-    over ``travel`` (0: at once), and grows by 12 N/m."""
+    over ``travel`` (0: at once), and grows by ``rise`` [N/m]."""
     z = np.arange(start, end, speed / rate)
     past = np.clip(z - at, 0.0, None)
     fallen = np.clip(past / travel, 0.0, 1.0) if travel else past > 0.0
-    force = peak * (np.clip(z, 0.0, at) / at) ** 2 - drop * fallen + 12.0 * past
+    force = peak * (np.clip(z, 0.0, at) / at) ** 2 - drop * fallen + rise * past
     force = force + np.random.default_rng(seed).normal(0.0, noise, len(z))
     return Recording(np.arange(len(z)) / rate, z, np.full(len(z), speed), force)
 

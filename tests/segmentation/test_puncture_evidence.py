@@ -137,8 +137,8 @@ def test_a_needle_that_slows_does_not_puncture():
     assert not events.punctures
 
 
-def test_the_swing_of_the_cutting_force_is_no_puncture():
-    """The paper's swing at 1 mm/s was 15 punctures; each recording has one puncture."""
+def test_the_oscillation_of_the_cutting_force_is_no_puncture():
+    """The oscillation of the paper at 1 mm/s was 15 punctures; each recording has one puncture."""
     for seed in (1, 2):
         for run in paper_experiment(seed, speeds=(1e-3,)).runs[::2]:
             events = nf.segment(run.recording())

@@ -18,7 +18,7 @@ MAX_GRADUAL_TRAVEL_M = 1e-3  # [m] travel of the most gradual rupture that is se
 NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
 MIN_LOAD_SIGMA = 8.0  # [sd] range of blocks beyond which the force before the contact may be a load
 MIN_RISE_RATIO = 3.0  # of the duration of a rise before a fall over that of the fall, if the stroke begins in contact
-MIN_REGULAR_FALLS = 5  # a force that falls regularly swings; fewer falls may be evenly spaced by chance
+MIN_REGULAR_FALLS = 5  # a force that falls regularly oscillations; fewer falls may be evenly spaced by chance
 MAX_SPACING_VARIATION = 0.3  # sd over mean of the spacing of such falls; random places have 1
 MAX_SIZE_RATIO = 3.0  # between a fall of such a series and their median
 
@@ -28,7 +28,7 @@ class CycleEvents:
     """The events of one cycle, with ``baseline`` (None if the cycle begins in contact) and ``noise`` of a sample [N].
 
     ``exit`` is None if the force does not show it; ``minor`` are significant falls that are no punctures, of which
-    ``swings`` belong to a regular series; ``free`` is False if there is too little free travel, and ``in_contact`` is
+    ``oscillations`` belong to a regular series; ``free`` is False if there is too little free travel, and ``in_contact`` is
     True if there is none.
     """
 
@@ -36,7 +36,7 @@ class CycleEvents:
     contact: Event | None = None
     punctures: tuple[Puncture, ...] = ()
     minor: tuple[Puncture, ...] = ()
-    swings: int = 0
+    oscillations: int = 0
     exit: Event | None = None
     free: bool = True
     in_contact: bool = False
@@ -88,14 +88,14 @@ def cycle_events(
     contact = _event(time, depth, force, replace(begin, low=0) if in_contact else begin, allowed.lag)
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
     found = _drops(force, stroke, free, begin.baseline, allowed)
-    sudden, minor, swings = _classified(found, force, depth, begin.baseline, allowed)
+    sudden, minor, oscillations = _classified(found, force, depth, begin.baseline, allowed)
     puncture = lambda each: _puncture(each, time, depth, contact.depth, allowed.lag)  # noqa: E731
     return CycleEvents(
         cycle=cycle,
         contact=contact,
         punctures=tuple(map(puncture, sudden)),
         minor=tuple(map(puncture, minor)),
-        swings=swings,
+        oscillations=oscillations,
         exit=None if last is None else _event(time, depth, force, last, allowed.lag),
         free=begin.free,
         in_contact=in_contact,
@@ -168,7 +168,7 @@ def _classified(
     baseline: float,
     allowed: DetectionLimits,
 ) -> tuple[list[tuple[Fall, ForceDrop]], list[tuple[Fall, ForceDrop]], int]:
-    """Punctures, minor falls, and the number of the latter that are a regular swing.
+    """Punctures, minor falls, and the number of the latter that are a regular oscillation.
 
     In a smooth stroke every significant fall is a puncture. In a rough one small falls belong to the texture of the
     tissue, which grows with the force: there a puncture falls by the share ``allowed.drop`` of the force within a
@@ -176,14 +176,14 @@ def _classified(
     """
     share = lambda drop: sudden_share(force, drop, baseline, allowed.window)  # noqa: E731
     sudden = [each for each in found if not each[0].rough or share(each[1]) >= allowed.drop]
-    swinging = _swing(sudden, depth)
-    minor = [each for each in found if each not in sudden or each in swinging]
-    return [each for each in sudden if each not in swinging], minor, len(swinging)
+    regular = _oscillation(sudden, depth)
+    minor = [each for each in found if each not in sudden or each in regular]
+    return [each for each in sudden if each not in regular], minor, len(regular)
 
 
-def _swing(found: list[tuple[Fall, ForceDrop]], depth: np.ndarray) -> list[tuple[Fall, ForceDrop]]:
+def _oscillation(found: list[tuple[Fall, ForceDrop]], depth: np.ndarray) -> list[tuple[Fall, ForceDrop]]:
     """Those of the located falls after the first that follow each other regularly, of similar size: a cutting force
-    that swings. The first fall ends the deformation and remains a puncture."""
+    that oscillations. The first fall ends the deformation and remains a puncture."""
     later = found[1:]
     if len(later) < MIN_REGULAR_FALLS:
         return []

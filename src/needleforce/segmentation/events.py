@@ -107,7 +107,7 @@ class Events:
         Sentences on what is missing or doubtful.
     minor : tuple of Puncture
         Falls of the force that are significant but no punctures: smaller ones within the texture of a rough tissue, and
-        the regular swing of a cutting force.
+        the regular oscillation of a cutting force.
     outliers : (k,) array of int
         Numbers of the samples of the force that lie far from both neighbours.
     baseline : float or None

@@ -48,9 +48,9 @@ def segment(
     crossing : float
         Height of a contact above the baseline, in standard deviations of the free travel's noise, >= 0.
     drop : float
-        Smallest drop of the force at a puncture, as a share of its peak, 0 to 1.
+        Smallest drop at a puncture in a stroke that is rougher than the noise, as a share of the force, 0 to 1.
     within : float
-        Travel [m] within which a rupture is complete, 0 to 1.
+        Travel [m] of a sudden rupture, 0 to 1.
     cycle : int
         The insertion whose events are returned: 0 is the first with contact, and larger numbers than the last one mean
         the last. The phases are those of all insertions.
@@ -68,9 +68,21 @@ def segment(
     Notes
     -----
     Contact: the force exceeds the mean of the free travel by ``crossing`` standard deviations for 10 samples; the rise
-    is traced back to its origin by a fit. Puncture: within a third of ``within`` the force drops by more than ``drop``
-    times its peak, 3 % of the maximum force of the stroke, and the ripple of the free travel. Exit: during withdrawal
-    the force returns to its baseline and remains there. ``low`` and ``high`` of an event are samples that bound it.
+    is traced back to its origin by a fit. Without free travel the contact is not later than given.
+
+    Puncture: a fall of the force during inward travel that noise explains at most once in 1000 recordings. Windows of
+    several lengths before and after every place are compared, also with a gap for gradual ruptures of up to 1 mm. The
+    noise is that of the free travel with its correlation, or of the differences of the stroke without it, at least that
+    of the sensor's quantum; where the stroke itself fluctuates more, its fluctuation counts. A steady decline, a
+    regular oscillation, a fall in proportion to the speed, and anything during a stop or a pull-back are no punctures. In a
+    stroke that is rougher than the noise, a tissue with texture, a puncture also falls by ``drop`` times the force
+    within a third of ``within``, or by what noise with the tails of Student's t (4 degrees of freedom) does not explain
+    either. Other falls are in ``minor``: 0 for ``drop`` counts them all. A fall has to exceed what the force grows over
+    the shortest window, three blocks of a tenth of ``within`` or of a sample.
+
+    Exit: during withdrawal the force returns to its baseline and remains there. ``low`` and ``high`` of an event are
+    samples that bound it. Pull-backs and pauses are part of one insertion as long as the needle stays in the tissue.
+    Outliers, one in 1000 recordings by chance, are replaced by their neighbours. docs/events.md has the figures.
     """
     check(crossing, drop, within, cycle)
     recording = recording_of(recording)
@@ -193,10 +205,12 @@ def status_of(chosen: CycleEvents, count: int, depth: np.ndarray, force: np.ndar
         notes.append(f"There are {count} insertions; the events are those of one of them.")
     if not chosen.punctures:
         notes.append("There is no puncture.")
-    if len(chosen.minor) > chosen.swings:
-        notes.append(_minor_note(len(chosen.minor) - chosen.swings))
-    if chosen.swings:
-        notes.append(f"The force swings regularly: {chosen.swings} falls of similar size and spacing are no punctures.")
+    if len(chosen.minor) > chosen.oscillations:
+        notes.append(_minor_note(len(chosen.minor) - chosen.oscillations))
+    if chosen.oscillations:
+        notes.append(
+            f"The force oscillates regularly: {chosen.oscillations} falls of similar size and spacing are no punctures."
+        )
     complete = Status.ok if chosen.punctures else Status.no_puncture
     if chosen.exit is not None:
         return complete, tuple(notes)
