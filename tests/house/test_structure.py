@@ -9,7 +9,7 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 190,
+    "Python files": 200,
     "modules imported by one other alone": 55,
     "files that run in `nf.read(file)`": 14,
     "files that run in `nf.identify(recording)`": 25,

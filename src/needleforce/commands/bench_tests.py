@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..errors import InputError
-from ..files import atomic_write
 from .files import NEEDLE_HELP
 from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, show, table, write_json
 
@@ -44,7 +43,8 @@ def tension(
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
 ) -> None:
     """Young modulus of a tissue from tension or compression tests, with the law that fits best."""
-    from ..identification.bench_tests import ZERO_FITTED, fit_stress, laws, read_stress, stress_fit
+    from ..identification.bench_tests import fit_stress, laws, stress_fit
+    from ..identification.bench_tests.reading import ZERO_FITTED, read_stress
 
     check_outputs([json, figure, report], files)
     _check_figure(figure)
@@ -130,14 +130,14 @@ def stress_document(fit: "StressFit", files: list[str], assumptions: tuple[str, 
 def _write_stress(
     fit: "StressFit", figure: Path | None, report: Path | None, assumptions: tuple[str, ...], mode_assumed: bool
 ) -> None:
-    from ..report.bench_page import save_figure, stress_page
+    from ..report import write_stress_report
+    from ..report.bench_page import save_figure
 
     if figure is not None:
         save_figure(fit, figure)
         say(f"figure: {figure}")
     if report is not None:
-        with atomic_write(report) as file:
-            file.write(stress_page(fit, assumptions, mode_assumed))
+        write_stress_report(fit, report, assumptions=assumptions, mode_assumed=mode_assumed)
         say(f"report: {report}")
 
 
@@ -167,7 +167,7 @@ def bending(
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
 ) -> None:
     """Young modulus of a needle from a cantilever test or three-point bending, large deflections included."""
-    from ..identification.bench_tests import read_bending
+    from ..identification.bench_tests.reading import read_bending
     from ..preset_files import needle_of
 
     check_outputs([json], [file, needle])

@@ -16,6 +16,7 @@ from .stress_fit import ROUNDING, inflation_of
 
 MIN_READINGS = 3
 MIN_SPARE_FOR_CLAMP = 2  # readings more than unknowns, to find a clamp compliance
+SOFTER_STARTS = (0.5, 0.2)  # [of the modulus for small deflections] further starting values
 _BISECTIONS = 80
 _STEP = 1e-5  # relative, of the derivatives of the readings
 
@@ -264,10 +265,16 @@ class _Cantilever:
         self.force, self.position, self.deflection = force, position, deflection
         self.needle, self.compliance = needle, compliance
 
-    def linear(self, clamp: bool) -> np.ndarray | None:
-        """1/E, slack and compliance for small deflections; None without a positive stiffness."""
+    def start(self, clamp: bool) -> np.ndarray | None:
+        """``linear``, with fewer unknowns or a rigid clamp where large deflections give no stiffness otherwise."""
+        found = (self.linear(*each) for each in ((clamp, self.compliance), (False, self.compliance), (False, 0.0)))
+        return next((each for each in found if each is not None), None)
+
+    def linear(self, clamp: bool, given: float) -> np.ndarray | None:
+        """1/E, slack and compliance for small deflections, or with the ``given`` one; None without a positive
+        stiffness."""
         columns = [self.force * _compliance(self.position, self.needle), np.ones_like(self.force)]
-        known = self.compliance * self.force * self.position * self.needle.length
+        known = given * self.force * self.position * self.needle.length
         if clamp:
             columns.append(self.force * self.position * self.needle.length)
         design = np.column_stack(columns) / self.deflection[:, None]
@@ -287,13 +294,15 @@ class _Cantilever:
         """The fit with slack, and with a clamp compliance if ``clamp``; None if the readings do not determine it."""
         from scipy.optimize import least_squares
 
-        small = self.linear(clamp) if self.linear(clamp) is not None else self.linear(False)
+        small = self.start(clamp)
         if small is None:
             return None
-        start = np.array([-math.log(small[0]), small[1], max(small[2], 0.0) if len(small) > 2 else 0.0][: 2 + clamp])
+        guess = np.array([-math.log(small[0]), small[1], max(small[2], 0.0) if len(small) > 2 else 0.0][: 2 + clamp])
         size = np.array([1.0, float(np.abs(self.deflection).max()), self._clamp_size(small[0])][: 2 + clamp])
-        found = least_squares(lambda z: self.residual(z * size), start / size, xtol=1e-12, ftol=1e-14, gtol=1e-14,
-                              diff_step=_STEP, max_nfev=100)  # fmt: skip
+        # far beyond small deflections the first guess is too stiff, and a stiffer rod yet fits as well as no rod
+        starts = [guess] + [np.r_[guess[0] + math.log(factor), 0.0, guess[2:]] for factor in SOFTER_STARTS]
+        found = min((least_squares(lambda z: self.residual(z * size), start / size, xtol=1e-12, ftol=1e-14, gtol=1e-14,
+                                   diff_step=_STEP, max_nfev=100) for start in starts), key=lambda each: each.cost)  # fmt: skip
         x, jacobian = found.x * size, found.jac / size
         gram = (jacobian * size).T @ (jacobian * size)
         if not np.linalg.cond(gram) < 1e12:

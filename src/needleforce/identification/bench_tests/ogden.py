@@ -23,8 +23,8 @@ def fit_ogden(
     """
     from scipy.optimize import least_squares
 
-    scale, size = float(np.abs(np.log(stretch)).max()), float(np.abs(stress).max())
-    fit = _Problem(terms, stretch, t, stress / size, zeros, scale)
+    size = float(np.abs(stress).max())
+    fit = _Problem(terms, stretch, t, stress / size, zeros)
     bounds = np.r_[np.zeros(terms), np.full(terms, -MAX_EXPONENT), np.full(zeros.shape[1], -np.inf)]
     high = np.r_[np.full(terms, np.inf), np.full(terms, MAX_EXPONENT), np.full(zeros.shape[1], np.inf)]
     best = None
@@ -41,11 +41,9 @@ def fit_ogden(
 class _Problem:
     """Stress over its largest value as a function of c = mu alpha and of the scaled exponents a = alpha scale."""
 
-    def __init__(
-        self, terms: int, stretch: np.ndarray, t: np.ndarray, stress: np.ndarray, zeros: np.ndarray, scale: float
-    ):
+    def __init__(self, terms: int, stretch: np.ndarray, t: np.ndarray, stress: np.ndarray, zeros: np.ndarray):
         self.terms, self.stretch, self.t, self.stress = terms, stretch, t, stress
-        self.zeros, self.scale = zeros, scale
+        self.zeros, self.scale = zeros, float(np.abs(np.log(stretch)).max())
 
     def columns(self, a: np.ndarray) -> np.ndarray:
         """The stress (n, k) of terms with c = 1."""
