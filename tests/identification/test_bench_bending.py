@@ -104,21 +104,21 @@ def test_large_deflections_give_the_modulus_and_small_deflection_theory_is_warne
 def test_the_interval_holds_the_truth():
     random, inside = np.random.default_rng(0), 0
     exact = cantilever_deflection(FORCE, POSITIONS, NEEDLE)
-    for _ in range(200):
+    for _ in range(120):
         reading = exact * (1.0 + random.normal(0, 0.03, len(exact)))
         found = needle_modulus(FORCE, POSITIONS, reading, NEEDLE)
         inside += found.low <= 14.1e9 <= found.high
-    assert 0.91 <= inside / 200 <= 0.99
+    assert 0.91 <= inside / 120 <= 0.99
 
 
 def test_the_compliance_of_the_clamp_is_found_from_several_positions():
     random, inside, seen = np.random.default_rng(4), 0, 0
     exact = cantilever_deflection(FORCE, POSITIONS, NEEDLE, clamp_compliance=60.0)
-    for _ in range(60):
+    for _ in range(30):
         found = needle_modulus(FORCE, POSITIONS, exact * (1.0 + random.normal(0, 0.005, len(exact))), NEEDLE)
         seen += found.clamp_low > 0.0
         inside += found.low <= 14.1e9 <= found.high
-    assert seen >= 57 and inside >= 53
+    assert seen >= 28 and inside >= 26
     given = needle_modulus(FORCE, POSITIONS, exact, NEEDLE, clamp_compliance=60.0)
     assert given.young_modulus == pytest.approx(14.1e9, rel=1e-6)
     rigid = needle_modulus(FORCE, POSITIONS, exact, NEEDLE, clamp_compliance=0.0)
@@ -134,11 +134,11 @@ def test_one_position_does_not_show_the_clamp():
 
 def test_the_rigs_bending_test_gives_its_modulus(tmp_path):
     inside = 0
-    for seed in range(40):
+    for seed in range(20):
         test, _ = bend_needle(np.random.default_rng(seed))
         found = needle_estimate(test.write(tmp_path), NEEDLE)
         inside += found.low <= 14.1e9 <= found.high
-    assert inside >= 35  # each reading has a needle of its own, spread by 11 %
+    assert inside >= 17  # each reading has a needle of its own, spread by 11 %
 
 
 def test_three_point_bending_gives_the_stiffness_and_the_slack():

@@ -16,8 +16,9 @@ from .stress_fit import ROUNDING, inflation_of
 
 MIN_READINGS = 3
 MIN_SPARE_FOR_CLAMP = 2  # readings more than unknowns, to find a clamp compliance
+SMALL_DEFLECTION = 0.1  # [1] F a^2 / (E I), about twice the slope at the force
 SOFTER_STARTS = (0.5, 0.2)  # [of the modulus for small deflections] further starting values
-_BISECTIONS = 80
+_BISECTIONS = 54
 _STEP = 1e-5  # relative, of the derivatives of the readings
 
 
@@ -292,17 +293,16 @@ class _Cantilever:
 
     def solved(self, clamp: bool) -> BendingFit | None:
         """The fit with slack, and with a clamp compliance if ``clamp``; None if the readings do not determine it."""
-        from scipy.optimize import least_squares
-
         small = self.start(clamp)
         if small is None:
             return None
         guess = np.array([-math.log(small[0]), small[1], max(small[2], 0.0) if len(small) > 2 else 0.0][: 2 + clamp])
         size = np.array([1.0, float(np.abs(self.deflection).max()), self._clamp_size(small[0])][: 2 + clamp])
-        # far beyond small deflections the first guess is too stiff, and a stiffer rod yet fits as well as no rod
-        starts = [guess] + [np.r_[guess[0] + math.log(factor), 0.0, guess[2:]] for factor in SOFTER_STARTS]
-        found = min((least_squares(lambda z: self.residual(z * size), start / size, xtol=1e-12, ftol=1e-14, gtol=1e-14,
-                                   diff_step=_STEP, max_nfev=100) for start in starts), key=lambda each: each.cost)  # fmt: skip
+        # far beyond small deflections the first guess is too stiff, and the fit may end at a rod that does not bend
+        load = np.abs(self.force) * self.position**2 * small[0] / self.needle.second_moment
+        softer = SOFTER_STARTS if load.max() > SMALL_DEFLECTION else ()
+        starts = [guess] + [np.r_[guess[0] + math.log(factor), 0.0, guess[2:]] for factor in softer]
+        found = min((self._from(start, size) for start in starts), key=lambda each: each.cost)
         x, jacobian = found.x * size, found.jac / size
         gram = (jacobian * size).T @ (jacobian * size)
         if not np.linalg.cond(gram) < 1e12:
@@ -326,6 +326,13 @@ class _Cantilever:
             misfit=rms / float(np.abs(self.deflection).max()),
             used=np.ones(len(self.force), bool),
         )
+
+    def _from(self, start: np.ndarray, size: np.ndarray) -> Any:
+        """Least squares from one starting value, in units of ``size``."""
+        from scipy.optimize import least_squares
+
+        options = {"xtol": 1e-12, "ftol": 1e-14, "gtol": 1e-14, "diff_step": _STEP, "max_nfev": 100}
+        return least_squares(lambda z: self.residual(z * size), start / size, **options)
 
     def _clamp_size(self, softness: float) -> float:
         """A clamp compliance [rad/(N m)] that bends as much as the needle."""
