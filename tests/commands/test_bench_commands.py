@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from needleforce.cli import app
-from needleforce.identification.bench_tests import cantilever_deflection, nominal_stress, three_point_load
+from needleforce.identification.bench_tests import elastica_deflection, nominal_stress, three_point_load
 from needleforce.preset_files import needle_of
 
 STRETCH = np.linspace(1.0, 1.3, 31)
@@ -80,7 +80,7 @@ def test_wrong_usage_and_files_without_result(headerless, arguments, code, messa
 def test_bending_of_a_cantilever_and_of_a_supported_needle(tmp_path):
     needle = needle_of("paper")
     position = np.array([8e-3, 20e-3, 40e-3, 60e-3, 80e-3])
-    deflection = cantilever_deflection(0.1, position, needle) * [1.001, 0.999, 1.0, 1.001, 0.999]
+    deflection = elastica_deflection(0.1, position, needle) * [1.001, 0.999, 1.0, 1.001, 0.999]
     rows = np.column_stack([1e3 * position, np.full(5, 0.1), 1e3 * deflection])
     np.savetxt(tmp_path / "c.csv", rows, delimiter=",", header="position_mm,force_N,tip_deflection_mm", comments="")
     done = run("bending", tmp_path / "c.csv", "--needle", "paper", "--json", "-")

@@ -6,7 +6,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification import needle_modulus, three_point_modulus
-from needleforce.identification.bench_tests import cantilever_deflection, needle_estimate, three_point_load
+from needleforce.identification.bench_tests import elastica_deflection, needle_estimate, three_point_load
 from needleforce.rig.bench_tests import bend_needle, tip_deflection
 
 NEEDLE = nf.Needle(outer_diameter=0.7e-3, length=0.08, young_modulus=14.1e9)
@@ -23,12 +23,12 @@ FORCE = np.full(len(POSITIONS), 0.1)
 )  # fmt: skip
 def test_a_cantilever_follows_the_published_elastica(load, deflection):
     rod = nf.Needle(outer_diameter=0.7e-3, length=1.0, young_modulus=1e9)
-    assert cantilever_deflection(load * rod.bending_stiffness, 1.0, rod) == pytest.approx(deflection, abs=1e-5)
+    assert elastica_deflection(load * rod.bending_stiffness, 1.0, rod) == pytest.approx(deflection, abs=1e-5)
 
 
 @pytest.mark.parametrize("position", [6e-3, 20e-3, 80e-3])
 def test_it_is_that_of_the_virtual_rig(position):
-    assert cantilever_deflection(0.1, position, NEEDLE) == pytest.approx(
+    assert elastica_deflection(0.1, position, NEEDLE) == pytest.approx(
         tip_deflection(0.1, position, 0.08, EI), rel=1e-9
     )
 
@@ -40,7 +40,7 @@ def small(force, position, compliance=0.0):
 @pytest.mark.parametrize("compliance", [0.0, 5.0])
 def test_the_departure_from_small_deflections_is_of_second_order_in_the_force(compliance):
     forces = np.array([0.004, 0.002, 0.001])
-    exact = cantilever_deflection(forces, 0.08, NEEDLE, clamp_compliance=compliance)
+    exact = elastica_deflection(forces, 0.08, NEEDLE, clamp_compliance=compliance)
     off = exact / small(forces, 0.08, compliance) - 1.0
     assert abs(off[-1]) < 1e-3
     np.testing.assert_allclose(off[:-1] / off[1:], 4.0, rtol=0.02)
@@ -57,7 +57,7 @@ def test_an_elastic_clamp_agrees_with_the_boundary_value_problem():
     fine = np.linspace(0.0, a, 20_001)
     slope = rod.sol(fine)[0]
     expected = np.trapezoid(np.sin(slope), fine) + (0.08 - a) * np.sin(slope[-1])
-    assert cantilever_deflection(force, a, NEEDLE, clamp_compliance=compliance) == pytest.approx(expected, rel=1e-7)
+    assert elastica_deflection(force, a, NEEDLE, clamp_compliance=compliance) == pytest.approx(expected, rel=1e-7)
 
 
 @pytest.mark.parametrize("slope", [0.1, 0.5, 1.0])
@@ -103,7 +103,7 @@ def test_large_deflections_give_the_modulus_and_small_deflection_theory_is_warne
 
 def test_the_interval_holds_the_truth():
     random, inside = np.random.default_rng(0), 0
-    exact = cantilever_deflection(FORCE, POSITIONS, NEEDLE)
+    exact = elastica_deflection(FORCE, POSITIONS, NEEDLE)
     for _ in range(120):
         reading = exact * (1.0 + random.normal(0, 0.03, len(exact)))
         found = needle_modulus(FORCE, POSITIONS, reading, NEEDLE)
@@ -113,7 +113,7 @@ def test_the_interval_holds_the_truth():
 
 def test_the_compliance_of_the_clamp_is_found_from_several_positions():
     random, inside, seen = np.random.default_rng(4), 0, 0
-    exact = cantilever_deflection(FORCE, POSITIONS, NEEDLE, clamp_compliance=60.0)
+    exact = elastica_deflection(FORCE, POSITIONS, NEEDLE, clamp_compliance=60.0)
     for _ in range(30):
         found = needle_modulus(FORCE, POSITIONS, exact * (1.0 + random.normal(0, 0.005, len(exact))), NEEDLE)
         seen += found.clamp_low > 0.0
@@ -127,7 +127,7 @@ def test_the_compliance_of_the_clamp_is_found_from_several_positions():
 
 def test_one_position_does_not_show_the_clamp():
     forces = np.array([0.01, 0.02, 0.03, 0.04, 0.05, 0.06])
-    exact = cantilever_deflection(forces, 0.02, NEEDLE, clamp_compliance=60.0)
+    exact = elastica_deflection(forces, 0.02, NEEDLE, clamp_compliance=60.0)
     found = needle_modulus(forces, np.full(6, 0.02), exact * [1.01, 0.99, 1.0, 1.01, 0.99, 1.0], NEEDLE)
     assert found.clamp_compliance == 0.0 and any("one position" in note for note in found.notes)
 

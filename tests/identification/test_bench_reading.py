@@ -6,7 +6,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.bench_tests import (
-    cantilever_deflection,
+    elastica_deflection,
     needle_estimate,
     nominal_stress,
     read_bending,
@@ -100,7 +100,7 @@ def test_unloading_is_left_out_with_a_note(tmp_path):
 def test_bending_and_tension_give_estimates(tmp_path):
     needle = nf.Needle(outer_diameter=0.7e-3, length=0.08, young_modulus=14.1e9)
     position = np.array([8e-3, 12e-3, 16e-3, 20e-3])
-    deflection = cantilever_deflection(0.1, position, needle)
+    deflection = elastica_deflection(0.1, position, needle)
     columns = (1e3 * position, np.full(4, 100.0), 1e3 * deflection)
     path = written(tmp_path, columns, header="position_mm,force_mN,tip_deflection_mm")
     assert needle_estimate(path, needle).value == pytest.approx(14.1e9, rel=1e-6)

@@ -22,7 +22,7 @@ _BISECTIONS = 54
 _STEP = 1e-5  # relative, of the derivatives of the readings
 
 
-def cantilever_deflection(
+def elastica_deflection(
     force: ArrayLike, position: ArrayLike, needle: Needle, *, clamp_compliance: float = 0.0
 ) -> np.ndarray:
     """Deflection of the tip of a clamped needle, for any deflection.
@@ -82,7 +82,7 @@ def _cantilever(load: np.ndarray, softness: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def _end(curvature: np.ndarray, load: np.ndarray, softness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Whether a rod with this curvature at the clamp exists, with k^2 and phi of ``cantilever_deflection``."""
+    """Whether a rod with this curvature at the clamp exists, with k^2 and phi of ``elastica_deflection``."""
     start = np.minimum(softness * curvature, 0.5 * np.pi)
     end = np.sin(start) + curvature**2 / (2.0 * load)
     possible = (start < 0.5 * np.pi) & (end < 1.0)
@@ -146,6 +146,12 @@ def _three_point(slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     half_span = np.sqrt(2.0 * sine) * cosine + j * sine / np.sqrt(2.0)
     sag = np.sqrt(2.0 * sine) * sine - j * cosine / np.sqrt(2.0)
     return 0.5 * sag / half_span, 8.0 * cosine * half_span**2
+
+
+def cantilever_deflection(force: ArrayLike, position: ArrayLike, needle: Needle) -> Any:
+    """Tip deflection [m] under ``force`` [N] at ``position`` [m] from the clamp: F a^2 (3 L - a) / (6 E I), small
+    slopes; ``elastica_deflection`` is that of any deflection."""
+    return force * _compliance(position, needle) / needle.young_modulus
 
 
 def cantilever_modulus(force: ArrayLike, position: ArrayLike, deflection: ArrayLike, needle: Needle) -> Any:
@@ -239,7 +245,7 @@ def needle_modulus(
 
     Notes
     -----
-    Least squares of ``cantilever_deflection`` plus slack in the hub; errors are assumed proportional to the deflection.
+    Least squares of ``elastica_deflection`` plus slack in the hub; errors are assumed proportional to the deflection.
     A compliance c adds c F a L, a bending needle F a^2 (3 L - a)/(6 E I): they differ only if the position does.
     """
     force, position, deflection = (np.asarray(column, float) for column in (force, position, deflection))
