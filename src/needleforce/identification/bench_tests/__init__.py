@@ -20,6 +20,7 @@ from .bending import (
     three_point_modulus,
 )
 from .laws import LAWS, MODES, initial_modulus, nominal_stress, stable_range, strain_energy
+from .ogden import fit_ogden
 from .reading import UNIAXIAL, ZERO_FITTED, read_bending, read_stress
 from .stress_fit import MAX_MISFIT, LawFit, StressCurve, StressFit, fit_stress, modulus_by_mode
 
@@ -35,6 +36,7 @@ __all__ = [
     "cantilever_modulus",
     "cantilever_sensitivities",
     "elastica_deflection",
+    "fit_ogden",
     "fit_stress",
     "initial_modulus",
     "modulus_by_mode",
