@@ -7,6 +7,7 @@ import sys
 import typer
 
 from .commands import (
+    bench_tests,
     campaign,
     compare,
     convert,
@@ -44,6 +45,8 @@ for command in (
     presets,
 ):
     app.command(name=command.NAME)(command.run)
+app.command(name="tension")(bench_tests.tension)
+app.command(name="bending")(bench_tests.bending)
 
 
 @app.callback(invoke_without_command=True)

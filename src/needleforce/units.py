@@ -18,6 +18,8 @@ _FACTORS = {
               "gf": "0.00980665", "kgf": "9.80665", "lbf": "4.4482216152605"},
     "torque": {"N m": "1", "N mm": "1/1000", "mN m": "1/1000", "lbf in": "0.1129848290276167"},
     "velocity": {"m/s": "1", "mm/s": "1/1000", "um/s": "1/1000000", "cm/s": "1/100", "mm/min": "1/60000"},
+    "stress": {"Pa": "1", "kPa": "1000", "MPa": "1000000", "GPa": "1000000000", "N/mm2": "1000000", "N/m2": "1",
+               "psi": "6894.757293168361"},
 }  # fmt: skip
 
 # other spellings, as normalised by _plain()
@@ -30,6 +32,7 @@ _SPELLINGS = {
     "force": {"n": "N", "newton": "N", "newtons": "N", "mn": "mN"},
     "torque": {"nm": "N m", "nmm": "N mm", "mnm": "mN m", "lbfin": "lbf in"},
     "velocity": {"m/sec": "m/s", "mm/sec": "mm/s", "ms-1": "m/s", "mms-1": "mm/s"},
+    "stress": {"pascal": "Pa", "kpa": "kPa", "gpa": "GPa", "n/mm2": "N/mm2", "n/m2": "N/m2"},
 }  # fmt: skip
 
 
@@ -55,7 +58,7 @@ def find(text: str, dimension: str) -> Unit | None:
     text : str
         A unit such as ``mm``. A leading minus reverses the sign: ``-N`` for a sensor whose compression is negative.
     dimension : str
-        ``time``, ``length``, ``force``, ``torque`` or ``velocity``.
+        ``time``, ``length``, ``force``, ``torque``, ``velocity`` or ``stress``.
 
     Returns
     -------

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """From recordings to mechanics: fits, intervals, and what cannot be known."""
 
+from .bench_tests import BendingFit, LawFit, StressCurve, StressFit, fit_stress, needle_modulus, three_point_modulus
 from .compare import Comparison, ModelRow, compare
 from .estimates import Correlations, Estimate, Quality
 from .identify import identify
@@ -13,6 +14,7 @@ from .statistics.draws import Draws
 from .two_pass.result import BiasTerm, Site, TwoPass
 
 __all__ = [
+    "BendingFit",
     "BiasTerm",
     "Comparison",
     "Correlations",
@@ -21,18 +23,24 @@ __all__ = [
     "FilteredLuGre",
     "Fit",
     "IndentationFit",
+    "LawFit",
     "LuGreFilter",
     "ModelRow",
     "Profile",
     "Quality",
     "RecordingFit",
     "Site",
+    "StressCurve",
+    "StressFit",
     "TipFit",
     "TwoPass",
     "compare",
     "compare_tips",
     "filter_lugre",
     "fit_indentation",
+    "fit_stress",
     "identify",
+    "needle_modulus",
     "profile",
+    "three_point_modulus",
 ]

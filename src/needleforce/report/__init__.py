@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ..campaign.result import Campaign
+    from ..identification.bench_tests import StressFit
     from ..identification.compare import ModelRow
     from ..identification.result import Fit
 
-__all__ = ["write_campaign_report", "write_comparison", "write_report"]
+__all__ = ["write_campaign_report", "write_comparison", "write_report", "write_stress_report"]
 
 
 def write_report(
@@ -76,5 +77,29 @@ def write_campaign_report(campaign: "Campaign", path: str | os.PathLike, *, titl
     from .campaign_page import campaign_page
 
     text = campaign_page(campaign, title)
+    with atomic_write(path) as file:
+        file.write(text)
+
+
+def write_stress_report(
+    fit: "StressFit", path: str | os.PathLike, *, assumptions: Sequence[str] = (), mode_assumed: bool = False
+) -> None:
+    """Write the report of a tension or compression test as one HTML file that opens offline.
+
+    Parameters
+    ----------
+    fit : StressFit
+        Result of ``fit_stress``.
+    path : path-like
+        File to write.
+    assumptions : sequence of str
+        What reading the file assumed, for a list on the page.
+    mode_assumed : bool
+        Whether the loading mode was assumed, which the result then states.
+    """
+    from ..files import atomic_write
+    from .bench_page import stress_page
+
+    text = stress_page(fit, assumptions, mode_assumed)
     with atomic_write(path) as file:
         file.write(text)

@@ -6,15 +6,19 @@ import re
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from ..display.markup import Markup, element, escape, join
+from ..errors import InputError
+from ..files import atomic_write
 
 # measured light (its labels darker, in slate), model dark and thicker: they differ in a greyscale print, too
 INK, QUIET, MEASURED, SLATE = "#222222", "#6d7278", "#88929b", "#566069"
@@ -37,6 +41,8 @@ _NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 _REACHES = (5.0, 10.0, 20.0, 40.0)  # points from a label to its point; the larger ones if near places are occupied
 _SIDES = ((1, 1), (1, -1), (-1, 1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
 ON_WHITE = {"boxstyle": "square,pad=0.15", "fc": "white", "ec": "none"}  # of a label that a line would cross
+FORMATS = ("svg", "png", "pdf")
+"""Endings of a figure in a file of its own."""
 _CELL = 2.0  # points: side of the squares in which occupied area is counted
 
 
@@ -82,6 +88,22 @@ def axis_names(axes: Axes, x: str, y: str) -> None:
     """Quantity and unit of both axes; that of the vertical axis is horizontal text above it."""
     axes.set_xlabel(x, loc="right")
     axes.annotate(y, (0.0, 1.0), (-32.0, 8.0), xycoords="axes fraction", textcoords="offset points", va="bottom")
+
+
+def save_drawing(path: Path, draw: Callable, height: float, sheet: Sheet = FULL) -> None:
+    """``draw(figure, sheet)`` as a file of its own of ``height`` [points], in the format of its ending.
+
+    Raises InputError for an ending that is no format of a figure.
+    """
+    kind = path.suffix.removeprefix(".").lower()
+    if kind not in FORMATS:
+        raise InputError("figure", path.name, f"known endings are {', '.join(FORMATS)}", next_step="Give one of them.")
+    style = _STYLE | {"svg.hashsalt": path.stem, "svg.fonttype": "path", "figure.facecolor": "white"}
+    with matplotlib.rc_context(style), atomic_write(path) as file:
+        figure = Figure(figsize=(sheet.width / 72.0, height / 72.0), dpi=72)
+        FigureCanvasAgg(figure)
+        draw(figure, sheet)
+        figure.savefig(file.buffer, format=kind, dpi=216, metadata={"Date": None} if kind == "svg" else None)
 
 
 def _svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``needleforce tension`` and ``needleforce bending``: moduli of tissue and needle from bench tests."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ..errors import InputError
+from .files import NEEDLE_HELP
+from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, show, table, write_json
+
+if TYPE_CHECKING:
+    from ..identification.bench_tests import BendingFit, StressFit
+
+COLUMN_HELP = "Column of a quantity by name, or by its number from 1, such as stress=1; may be repeated."
+UNIT_HELP = "Unit of a quantity, such as stress=kPa; a leading minus reverses the sign; may be repeated."
+MODE_HELP = "Loading: uniaxial, equibiaxial or planar (pure shear). A curve does not show it; default: uniaxial."
+LAW_HELP = (
+    "linear, neo_hookean, mooney_rivlin, yeoh, ogden_1, ogden_2, ogden_3, or ogden for one to three terms; may be "
+    "repeated. Default: all, chosen by misfit."
+)
+
+
+def tension(
+    files: Annotated[list[Path], typer.Argument(help="Stress-stretch curves of one material.", show_default=False)],
+    mode: Annotated[list[str], typer.Option(help=MODE_HELP + " Once for all files, or once for each.")] = [],  # noqa: B006
+    law: Annotated[list[str], typer.Option(help=LAW_HELP)] = [],  # noqa: B006
+    min_stretch: Annotated[float, typer.Option(help="Readings at a smaller stretch are not used.")] = 0.0,
+    max_stretch: Annotated[float, typer.Option(help="Readings at a larger stretch are not used.")] = float("inf"),
+    fit_zero: Annotated[
+        bool | None, typer.Option(help="Whether the zero of the stress is unknown; default: of a column of force only.")
+    ] = None,
+    area_mm2: Annotated[float | None, typer.Option(help="Undeformed cross section, for a column of force.")] = None,
+    gauge_length_mm: Annotated[
+        float | None, typer.Option(help="Undeformed length, for a column of length or displacement.")
+    ] = None,
+    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
+    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+    figure: Annotated[Path | None, typer.Option(help="Write a figure: .svg, .png or .pdf.")] = None,
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
+) -> None:
+    """Young modulus of a tissue from tension or compression tests, with the law that fits best."""
+    from ..identification.bench_tests import fit_stress, laws, stress_fit
+    from ..identification.bench_tests.reading import ZERO_FITTED, read_stress
+
+    check_outputs([json, figure, report], files)
+    _check_figure(figure)
+    laws.laws_named(law or None)
+    modes = _modes(mode, len(files))
+    for name, value in (("--area-mm2", area_mm2), ("--gauge-length-mm", gauge_length_mm)):
+        if value is not None and not 0.0 < value < float("inf"):
+            raise InputError(name, value, "must be above 0")
+    options = {
+        "columns": pairs(column, "column"),
+        "units": pairs(unit, "unit"),
+        "area": None if area_mm2 is None else area_mm2 / 1e6,
+        "gauge_length": None if gauge_length_mm is None else gauge_length_mm / 1e3,
+    }
+    try:
+        read = [read_stress(file, mode=each, **options) for file, each in zip(files, modes)]
+        curves, names = [curve for curve, _ in read], laws.laws_named(law or None)
+        zero = any(ZERO_FITTED in sentences for _, sentences in read) if fit_zero is None else fit_zero
+        fit = fit_stress(curves, law=names, min_stretch=min_stretch, max_stretch=max_stretch, fit_zero=zero,
+                         progress=progress)  # fmt: skip
+    except InputError as error:
+        say(str(error) if any(file.name in error.place for file in files) else f"{files[0]}: {error}")
+        raise typer.Exit(1) from None
+    assumptions = tuple(dict.fromkeys(sentence for _, sentences in read for sentence in sentences))
+    write_json(stress_document(fit, [str(file) for file in files], assumptions, not mode), json)
+    _write_stress(fit, figure, report, assumptions, not mode)
+    _show_stress(fit, assumptions, mode_assumed=not mode, quiet=json == "-")
+    if not stress_fit.is_determined(fit):
+        raise typer.Exit(1)
+
+
+def _modes(mode: list[str], count: int) -> list[str | None]:
+    """The loading mode of each file; None where it is assumed. Raises InputError for an unknown mode or number."""
+    from ..identification.bench_tests.laws import mode_number
+
+    for each in mode:
+        mode_number(each)
+    if len(mode) not in (0, 1, count):
+        limit = f"there are {count} files"
+        raise InputError("number of --mode", len(mode), limit, next_step="Give one for all files, or one for each.")
+    return list(mode) * count if len(mode) == 1 else list(mode) or [None] * count
+
+
+def _check_figure(figure: Path | None) -> None:
+    if figure is not None and figure.suffix.lower() not in (".svg", ".png", ".pdf"):
+        raise InputError(
+            "--figure", figure.name, "known endings are .svg, .png and .pdf", next_step="Give one of them."
+        )
+
+
+def stress_document(fit: "StressFit", files: list[str], assumptions: tuple[str, ...], mode_assumed: bool) -> dict:
+    """The fit as a document for JSON."""
+    from ..identification.bench_tests.laws import coefficient_names
+
+    return {
+        "files": files,
+        "modes": [curve.mode for curve in fit.curves],
+        "mode_assumed": mode_assumed,
+        "readings": [len(curve.stress) for curve in fit.curves],
+        "effective_readings": fit.effective_readings,
+        "parameters": [asdict(fit.young_modulus)],
+        "law": fit.best.law,
+        "misfit": fit.misfit,
+        "laws": [
+            {
+                "law": law.law,
+                "coefficients": dict(zip(coefficient_names(law.law), law.coefficients.tolist(), strict=True)),
+                "young_modulus_Pa": law.young_modulus,
+                "standard_error_Pa": law.standard_error,
+                "misfit": law.misfit,
+                "criterion": law.criterion,
+                "weight": law.weight,
+                "stable_stretch": {mode: list(ends) for mode, ends in law.stable.items()},
+                "excluded": law.excluded,
+            }
+            for law in fit.laws
+        ],
+        "assumptions": list(assumptions),
+        "notes": list(fit.notes),
+    }
+
+
+def _write_stress(
+    fit: "StressFit", figure: Path | None, report: Path | None, assumptions: tuple[str, ...], mode_assumed: bool
+) -> None:
+    from ..report import write_stress_report
+    from ..report.bench_page import save_figure
+
+    if figure is not None:
+        save_figure(fit, figure)
+        say(f"figure: {figure}")
+    if report is not None:
+        write_stress_report(fit, report, assumptions=assumptions, mode_assumed=mode_assumed)
+        say(f"report: {report}")
+
+
+def _show_stress(fit: "StressFit", assumptions: tuple[str, ...], mode_assumed: bool, quiet: bool) -> None:
+    for sentence in assumptions:
+        say(f"assumed: {sentence}")
+    if not quiet:
+        from ..report.bench_page import LAW_HEAD, law_rows, outcome
+
+        table("laws, best first", list(LAW_HEAD), [list(row) for row in law_rows(fit)])
+        show(outcome(fit, mode_assumed))
+    for sentence in fit.notes:
+        say(f"warning: {sentence}")
+
+
+def bending(
+    file: Annotated[Path, typer.Argument(help="Readings of a bending test.", show_default=False)],
+    needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP + " Its section and length are used.")] = None,
+    span_mm: Annotated[
+        float | None, typer.Option(help="Distance of the supports of a three-point test; without it, a cantilever.")
+    ] = None,
+    clamp_compliance: Annotated[
+        float | None, typer.Option(help="Rotation of the clamp per moment [rad/(N m)]; default: fitted if it shows.")
+    ] = None,
+    column: Annotated[list[str], typer.Option(help="Column of a quantity, such as force=2; may be repeated.")] = [],  # noqa: B006
+    unit: Annotated[list[str], typer.Option(help="Unit of a quantity, such as deflection=mm; may be repeated.")] = [],  # noqa: B006
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+) -> None:
+    """Young modulus of a needle from a cantilever test or three-point bending, large deflections included."""
+    from ..identification.bench_tests.reading import read_bending
+    from ..preset_files import needle_of
+
+    check_outputs([json], [file, needle])
+    if span_mm is None and needle is None:
+        limit = "a cantilever needs the needle's section and length"
+        raise InputError("--needle", "missing", limit, next_step="Give it, or --span-mm for a three-point test.")
+    if span_mm is not None and not 0.0 < span_mm < float("inf"):
+        raise InputError("--span-mm", span_mm, "must be above 0")
+    body = needle_of(needle) if needle else None
+    options = {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
+    try:
+        readings, assumptions = read_bending(file, three_point=span_mm is not None, **options)
+        fit = _bending_fit(readings, body, span_mm, clamp_compliance)
+    except InputError as error:
+        say(str(error) if file.name in error.place else f"{file}: {error}")
+        raise typer.Exit(1) from None
+    for sentence in assumptions:
+        say(f"assumed: {sentence}")
+    write_json({"file": str(file), **_bending_document(fit)}, json)
+    _show_bending(fit, quiet=json == "-")
+
+
+def _bending_fit(readings: dict, body: object, span_mm: float | None, compliance: float | None) -> "BendingFit":
+    from ..identification.bench_tests import needle_modulus, three_point_modulus
+
+    if span_mm is None:
+        columns = (readings[name] for name in ("force", "position", "tip_deflection"))
+        return needle_modulus(*columns, body, clamp_compliance=compliance)
+    moment = None if body is None else body.second_moment
+    return three_point_modulus(readings["force"], readings["deflection"], span_mm / 1e3, moment)
+
+
+def _bending_document(fit: "BendingFit") -> dict:
+    shown = {name: value for name, value in asdict(fit).items() if name != "used"}
+    return {**shown, "readings": int(fit.used.sum())}
+
+
+def _show_bending(fit: "BendingFit", quiet: bool) -> None:
+    from ..display.quantities import percent, plain, quantity
+    from ..identification.statistics.noise import INTERVAL
+
+    if not quiet:
+        rows = [["bending stiffness E I", f"{fit.bending_stiffness:.4g} N m²"], ["slack", plain(fit.slack, "m")]]
+        if fit.young_modulus == fit.young_modulus:
+            value = str(quantity(fit.young_modulus, fit.low, fit.high, "Pa"))
+            rows.insert(0, ["Young's modulus", value])
+            rows.append(["by the formula for small deflections", plain(fit.small_deflection_modulus, "Pa")])
+        if fit.clamp_compliance:
+            limits = (fit.clamp_compliance, fit.clamp_low, fit.clamp_high)
+            rows.append(["clamp compliance", str(quantity(*limits, "rad/(N m)"))])
+        rows.append(["misfit", f"{percent(fit.misfit)} of the peak"])
+        table("bending", ["quantity", f"value, {INTERVAL}"], rows)
+    for sentence in fit.notes:
+        say(f"warning: {sentence}")
