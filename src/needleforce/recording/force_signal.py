@@ -2,8 +2,9 @@
 """Faults of the force signal: the sensor's bias, estimated from the free travel before contact, and single corrupted
 samples."""
 
+from statistics import NormalDist
+
 import numpy as np
-from scipy.special import ndtri
 
 from .recording import Note
 from .stream import Stream
@@ -183,7 +184,7 @@ def outliers(force: np.ndarray) -> np.ndarray:
     second = np.abs(force - 0.5 * (padded[:-6] + padded[6:]))
     common = _residuals(padded, np.arange(0, count, max(1, count // _MAX_COMMON)))[0]
     noise = _local_noise(second, float(np.median(common)), max(quantum_of(force), 1e-9 * float(np.ptp(force))))
-    level = float(-ndtri(0.5 * _OUTLIER_FALSE_ALARMS / count)) * noise
+    level = -NormalDist().inv_cdf(0.5 * _OUTLIER_FALSE_ALARMS / count) * noise
     some = np.flatnonzero(second > 0.5 * level)
     size, span = _residuals(padded, some)
     return some[(size > level[some]) & (span < _MAX_NEIGHBOUR_SPAN * size)]

@@ -18,7 +18,7 @@ MAX_GRADUAL_TRAVEL_M = 1e-3  # [m] travel of the most gradual rupture that is se
 NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
 MIN_LOAD_SIGMA = 8.0  # [sd] range of blocks beyond which the force before the contact may be a load
 MIN_RISE_RATIO = 3.0  # of the duration of a rise before a fall over that of the fall, if the stroke begins in contact
-MIN_REGULAR_FALLS = 5  # a force that falls regularly oscillations; fewer falls may be evenly spaced by chance
+MIN_REGULAR_FALLS = 5  # a force that falls regularly oscillates; fewer falls may be evenly spaced by chance
 MAX_SPACING_VARIATION = 0.3  # sd over mean of the spacing of such falls; random places have 1
 MAX_SIZE_RATIO = 3.0  # between a fall of such a series and their median
 
@@ -28,8 +28,8 @@ class CycleEvents:
     """The events of one cycle, with ``baseline`` (None if the cycle begins in contact) and ``noise`` of a sample [N].
 
     ``exit`` is None if the force does not show it; ``minor`` are significant falls that are no punctures, of which
-    ``oscillations`` belong to a regular series; ``free`` is False if there is too little free travel, and ``in_contact`` is
-    True if there is none.
+    ``oscillations`` belong to a regular series; ``free`` is False if there is too little free travel, and
+    ``in_contact`` is True if there is none.
     """
 
     cycle: Cycle
@@ -183,7 +183,7 @@ def _classified(
 
 def _oscillation(found: list[tuple[Fall, ForceDrop]], depth: np.ndarray) -> list[tuple[Fall, ForceDrop]]:
     """Those of the located falls after the first that follow each other regularly, of similar size: a cutting force
-    that oscillations. The first fall ends the deformation and remains a puncture."""
+    that oscillates. The first fall ends the deformation and remains a puncture."""
     later = found[1:]
     if len(later) < MIN_REGULAR_FALLS:
         return []

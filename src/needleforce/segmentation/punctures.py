@@ -128,7 +128,14 @@ def comparisons(force: np.ndarray, max_gap: int) -> Iterator[Comparison]:
             fall = mean[:-apart] - mean[apart:]
             decline = _decline(fall, -apart * after, apart + w, near_end=not gap and w <= MAX_END_WINDOW)
             bent = fall + 0.5 * apart * (before + after)
-            yield Comparison(w, gap, fall, fall - decline, bent, fall + 0.5 * (w * before - decline))
+            yield Comparison(
+                window=w,
+                gap=gap,
+                fall=fall,
+                excess=fall - decline,
+                bent=bent,
+                line=fall + 0.5 * (w * before - decline),
+            )
 
 
 def _decline(fall: np.ndarray, sloped: np.ndarray, shift: int, *, near_end: bool) -> np.ndarray:

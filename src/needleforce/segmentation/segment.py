@@ -14,8 +14,7 @@ from ..vocabulary import Phase, Status
 from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
 from .cycle_events import CycleEvents, cycle_events, limits
 from .events import Events, Span
-from .input_checks import doubts, unreadable
-from .strokes import cycles, insertions
+from .strokes import Blocks, blocks, cycles, insertions, white_noise
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
 DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
@@ -28,6 +27,18 @@ IN_CONTACT = (
     "The recording begins in contact, or just before it: the contact is not later than given, and the zero of the "
     "force is not shown."
 )
+MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump back and forth by more at every sample
+MIN_ORDERED = 50  # samples of a depth whose order is judged
+JUMP_RATIO = 20.0  # of a step of the depth over the 95th percentile of its steps
+MIN_JUMP_SHARE = 0.05  # of the depth's range
+N_BLOCKS = 400  # of a recording in which stops are searched
+REST_SHARE = 1e-3  # of the depth's range: a block with less travel is at rest
+MIN_STOP_S = 0.2  # [s] a shorter stop is part of the motion
+NOTED_SIGMA = 10.0  # [sd of the noise] change of the force at rest, or of its zero, that is noted,
+NOTED_SHARE = 0.1  # if it is at least this share of the largest force
+MIN_CLIPPED = 5  # samples at exactly the largest force
+CLIPPED_STEPS = 8.0  # quanta or standard errors that the force rose over as many samples before
+SAME_DEPTH_SHARE = 0.05  # of the depth's range, from the start of the insertion
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
@@ -74,8 +85,8 @@ def segment(
     several lengths before and after every place are compared, also with a gap for gradual ruptures of up to 1 mm. The
     noise is that of the free travel with its correlation, or of the differences of the stroke without it, at least that
     of the sensor's quantum; where the stroke itself fluctuates more, its fluctuation counts. A steady decline, a
-    regular oscillation, a fall in proportion to the speed, and anything during a stop or a pull-back are no punctures. In a
-    stroke that is rougher than the noise, a tissue with texture, a puncture also falls by ``drop`` times the force
+    regular oscillation, a fall in proportion to the speed, and anything during a stop or a pull-back are no punctures.
+    In a stroke that is rougher than the noise, a tissue with texture, a puncture also falls by ``drop`` times the force
     within a third of ``within``, or by what noise with the tails of Student's t (4 degrees of freedom) does not explain
     either. Other falls are in ``minor``: 0 for ``drop`` counts them all. A fall has to exceed what the force grows over
     the shortest window, three blocks of a tenth of ``within`` or of a sample.
@@ -236,3 +247,100 @@ def _no_exit(chosen: CycleEvents, depth: np.ndarray, force: np.ndarray) -> str:
     change = abs(float(np.median(force[cycle.withdrawal_start + back])) - level)
     peak = float(np.max(np.abs(force[cycle.start : cycle.stop] - level)))
     return NO_EXIT_TENSION if change <= max(5.0 * chosen.noise, MAX_BASELINE_CHANGE * peak) else NOT_AT_BASELINE
+
+
+def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
+    """Why (n,) time, depth and force cannot be segmented; empty if they can."""
+    if not all(np.isfinite(values).all() for values in (time, depth, force)):
+        return "The recording contains values that are not finite."
+    back = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(back):
+        where = f"at {len(back)} places, first at sample {back[0] + 1}"
+        return f"The time does not increase from sample to sample: {where}. Sort the samples by time."
+    if len(depth) >= MIN_ORDERED and white_noise(depth) > MAX_ALTERNATION_SHARE * float(np.ptp(depth)) > 0.0:
+        return "The depth jumps back and forth from sample to sample: are the samples in the wrong order?"
+    return ""
+
+
+def doubts(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, quantum: float) -> list[str]:
+    """Sentences on what is doubtful in (n,) time, depth and force of the insertion ``chosen``."""
+    span = slice(chosen.cycle.start, chosen.cycle.withdrawal_start)
+    peak = float(np.ptp(force[span]))
+    found = [_jumps(depth), *_stops(time, depth, force, chosen, peak)]
+    found += [_clipped(force[span], max(quantum, chosen.noise)), _drift(depth, force, chosen, peak)]
+    return [each for each in found if each]
+
+
+def _jumps(depth: np.ndarray) -> str:
+    """A note on steps of the depth that are far larger than all others."""
+    step = np.abs(np.diff(depth))
+    usual = float(np.partition(step, int(0.95 * (len(step) - 1)))[int(0.95 * (len(step) - 1))])
+    far = np.flatnonzero(step > max(JUMP_RATIO * usual, MIN_JUMP_SHARE * float(np.ptp(depth))))
+    if not len(far):
+        return ""
+    size = f"{1e3 * float(step[far].max()):.3g} mm"
+    return f"The depth jumps by up to {size}, first at sample {far[0] + 1}: samples are missing or in the wrong order."
+
+
+def _stops(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: float) -> list[str]:
+    """Notes on stops on the way in, and on a force that rises while the depth stands."""
+    cycle = chosen.cycle
+    size = max(1, (cycle.withdrawal_start - cycle.start) // N_BLOCKS)
+    part = blocks(depth, force, cycle.start, cycle.withdrawal_start, size)
+    still = np.abs(np.diff(part.depth)) < REST_SHARE * float(np.ptp(depth))
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], still, [False])).astype(int)))
+    notes = []
+    for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        first, last = part.sample(a), min(part.sample(b + 1), cycle.withdrawal_start) - 1
+        if time[last] - time[first] >= MIN_STOP_S and depth[first] > chosen.contact.depth:
+            notes += [_rise(part, a, b, chosen.noise, peak), _pause(time, depth, first, last, cycle.stop)]
+    return notes
+
+
+def _rise(part: Blocks, first: int, last: int, noise: float, peak: float) -> str:
+    """A note on a force that rises over blocks in which the depth stands."""
+    rise = float(part.force[last] - part.force[first])
+    if rise < max(NOTED_SIGMA * noise, NOTED_SHARE * peak):
+        return ""
+    where = f"{1e3 * part.depth[first]:.4g} mm"
+    return (
+        f"The force rises by {rise:.3g} N while the depth stands at {where}: the depth is not that of the tip (a rig "
+        "that yields, or a signal that is not updated)."
+    )
+
+
+def _pause(time: np.ndarray, depth: np.ndarray, first: int, last: int, stop: int) -> str:
+    """A note on a stop before the deepest point."""
+    if last >= stop:
+        return ""
+    duration, where = f"{time[last] - time[first]:.2g} s", f"{1e3 * depth[first]:.4g} mm"
+    return f"The depth stands for {duration} at {where} on the way in: a pause, or a motor that stalls."
+
+
+def _clipped(force: np.ndarray, step: float) -> str:
+    """A note on a force that stays at exactly its largest value, reached with a slope that would have passed it."""
+    top = float(force.max())
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], force == top, [False])).astype(int)))
+    lengths = edges[1::2] - edges[::2]
+    first, count = int(edges[2 * int(np.argmax(lengths))]), int(lengths.max())
+    before = force[max(first - count, 0) : first]
+    if min(count, len(before)) < MIN_CLIPPED or not step > 0.0:
+        return ""
+    if top - float(before[: max(len(before) // 4, 1)].mean()) < CLIPPED_STEPS * step / len(before) ** 0.5:
+        return ""
+    return f"The force stands at exactly its maximum of {top:.4g} N for {count} samples: the sensor may be saturated."
+
+
+def _drift(depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: float) -> str:
+    """A note on a force that differs between the start of the insertion and the end of the withdrawal, at one depth."""
+    cycle = chosen.cycle
+    near = depth <= depth[cycle.start] + SAME_DEPTH_SHARE * float(np.ptp(depth))
+    before = force[: cycle.stop][near[: cycle.stop]]
+    after = force[cycle.withdrawal_start : cycle.end][near[cycle.withdrawal_start : cycle.end]]
+    if not cycle.withdrawn or min(len(after), len(before)) < MIN_CLIPPED:
+        return ""
+    change = float(np.median(after) - np.median(before))
+    if abs(change) < max(NOTED_SIGMA * chosen.noise, NOTED_SHARE * peak):
+        return ""
+    share = f"{100.0 * abs(change) / peak:.0f} % of the range"
+    return f"Back at its first depth, the force differs by {change:.3g} N, {share}: the sensor drifts."
