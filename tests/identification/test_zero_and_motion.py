@@ -49,8 +49,9 @@ def covered(recordings, truth=TRUTH):
     inside = Counter()
     for recording in recordings:
         found = nf.identify(recording, model="paper").parameters
+        inside["declined"] += not found
         for name, value in truth.items():
-            inside[name] += found[name].low <= value <= found[name].high
+            inside[name] += name in found and found[name].low <= value <= found[name].high
     return inside
 
 
@@ -83,7 +84,7 @@ def test_a_zero_that_reading_leaves_is_in_the_fit(tmp_path):
 def test_a_drift_that_the_free_travel_shows_is_part_of_the_fit():
     recordings = [recorded(seed=k, drift=3e-3) for k in range(20)]
     inside = covered(recordings)
-    assert min(inside.values()) >= 16, inside
+    assert min(inside[name] for name in TRUTH) >= 16, inside
     notes = nf.identify(recordings[0], model="paper").recordings[0].notes
     assert any("drifts by 0.003" in note for note in notes)
     steady = nf.identify(recorded(), model="paper").recordings[0].notes
@@ -102,7 +103,7 @@ def test_a_zero_that_jumps_is_reported_and_not_called_a_drift():
 def test_noise_of_the_depth_widens_the_puncture(depth_noise):
     edge = nf.identify(recorded(noise=1e-6, offset=0.0, rate=20000.0), model="paper").parameters["puncture_depth"].value
     inside = covered((recorded(seed=k, depth_noise=depth_noise) for k in range(30)), TRUTH | {"puncture_depth": edge})
-    assert min(inside.values()) >= 25, inside
+    assert min(inside[name] for name in (*TRUTH, "puncture_depth")) >= 25, inside
 
 
 def test_a_model_is_judged_along_the_motion_and_not_along_its_noise():
@@ -113,13 +114,16 @@ def test_a_model_is_judged_along_the_motion_and_not_along_its_noise():
 @pytest.mark.parametrize("motion", [REVERSALS, *map(pulled_back, (0.2e-3, 0.5e-3, 1e-3))])
 def test_reversals_and_pull_backs_leave_the_intervals_right(motion):
     inside = covered(recorded(motion, seed=k) for k in range(12))
-    assert min(inside.values()) >= 9, inside
+    assert min(inside[name] for name in TRUTH) >= 9, inside
     assert len(nf.segment(recorded(motion)).punctures) == 1
 
 
 def test_motion_by_hand_leaves_the_intervals_right():
     inside = covered(recorded(by_hand(k), seed=k) for k in range(24))
-    assert min(inside[name] for name in ("friction_per_length", "cutting_force")) >= 20, inside
+    # a puncture with a pull-back right behind it may not be found: then there is no answer
+    assert inside["declined"] <= 4, inside
+    answered = 24 - inside["declined"]
+    assert min(inside[name] for name in ("friction_per_length", "cutting_force")) >= answered - 4, inside
 
 
 def test_a_model_off_the_measured_puncture_is_no_answer():

@@ -189,16 +189,16 @@ def _oscillation(found: list[tuple[Fall, ForceDrop]], depth: np.ndarray) -> list
         return []
     sizes = np.array([drop.drop for _, drop in later])
     middle = float(np.median(sizes))
-    alike = [
+    similar = [
         each
         for each, size in zip(later, sizes, strict=True)
         if middle / MAX_SIZE_RATIO < size < MAX_SIZE_RATIO * middle
     ]
-    spacing = np.diff([depth[drop.peak] for _, drop in alike])
-    regular = len(alike) >= MIN_REGULAR_FALLS and robust_sd(spacing) <= MAX_SPACING_VARIATION * float(
+    spacing = np.diff([depth[drop.peak] for _, drop in similar])
+    regular = len(similar) >= MIN_REGULAR_FALLS and robust_sd(spacing) <= MAX_SPACING_VARIATION * float(
         np.median(spacing)
     )
-    return alike if regular else []
+    return similar if regular else []
 
 
 def _puncture(

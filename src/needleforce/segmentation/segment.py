@@ -283,7 +283,7 @@ def _jumps(depth: np.ndarray) -> str:
 
 
 def _stops(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: float) -> list[str]:
-    """Notes on stops on the way in, and on a force that rises while the depth stands."""
+    """Notes on stops during the insertion, and on a force that rises while the depth stands."""
     cycle = chosen.cycle
     size = max(1, (cycle.withdrawal_start - cycle.start) // N_BLOCKS)
     part = blocks(depth, force, cycle.start, cycle.withdrawal_start, size)
@@ -314,7 +314,7 @@ def _pause(time: np.ndarray, depth: np.ndarray, first: int, last: int, stop: int
     if last >= stop:
         return ""
     duration, where = f"{time[last] - time[first]:.2g} s", f"{1e3 * depth[first]:.4g} mm"
-    return f"The depth stands for {duration} at {where} on the way in: a pause, or a motor that stalls."
+    return f"The depth stands for {duration} at {where} during the insertion: a pause, or a motor that stalls."
 
 
 def _clipped(force: np.ndarray, step: float) -> str:
