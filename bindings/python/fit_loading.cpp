@@ -34,11 +34,10 @@ nb::tuple fit_loading(const Values& depth, const Values& force, const char* law,
   const std::size_t n = depth.shape(0);
   if (n == 0 || force.shape(0) != n) throw nb::value_error("depth and force are empty or differ in length");
   const Curve curve = curve_of(law);
-  const fit::LoadingSearch search{
-      contact,
-      indentation,
-      {{places.data(), places.shape(0)}, place_range.first, place_range.second},
-      {{shapes.data(), shapes.shape(0)}, shape_range.first, shape_range.second}};
+  const fit::LoadingSearch search{contact,
+                                  indentation,
+                                  {{places.data(), places.shape(0)}, place_range.first, place_range.second},
+                                  {{shapes.data(), shapes.shape(0)}, shape_range.first, shape_range.second}};
   fit::LoadingResult r;
   {
     nb::gil_scoped_release release;

@@ -17,10 +17,11 @@
 
 namespace needleforce::fit {
 
-inline constexpr std::size_t search_blocks = 256;    // the search works on means of so many blocks
-inline constexpr std::size_t starts_along = 32;      // contact depths to start from, at most
+inline constexpr std::size_t search_blocks = 256;         // the search works on means of so many blocks
+inline constexpr std::size_t starts_along = 32;           // contact depths to start from, at most
 inline constexpr int kink_steps = 6, steps_a_sample = 2;  // to each side of a minimum between samples
-inline constexpr double rough_gain = 1e-3, search_gain = 1e-7, full_gain = 1e-13;  // [of the sum of squares] a last step's
+inline constexpr double rough_gain = 1e-3, search_gain = 1e-7,
+                        full_gain = 1e-13;  // [of the sum of squares] a last step's
 
 /// Starts and range of one nonlinear parameter, in units of the indentation; held where low == high.
 struct LoadingRange {
@@ -65,7 +66,8 @@ class LoadingProblem {
 
   /// Amplitudes and offset of least squares at x, and the normal equations there. Residuals are taken from
   /// those of `near` first, so that sums of their squares keep their digits.
-  LoadingPoint at(const Stroke& samples, const LoadingPoint& near, const std::array<double, 2>& x) const noexcept {
+  LoadingPoint at(const Stroke& samples, const LoadingPoint& near,
+                  const std::array<double, 2>& x) const noexcept {
     const Gram gram = gram_of(samples, near, x);
     LoadingPoint point = projected(gram, near);
     point.x = x;
@@ -82,7 +84,8 @@ class LoadingProblem {
       const double promise = promised(best, solve(best.normal, free));
       if (!(promise > 1e-20 * best.sse())) break;
       const bool last = promise < gain * best.sse();
-      const LoadingPoint next = at(samples, best, moved(best, solve(damped(best.normal, last ? 0 : damping), free)));
+      const LoadingPoint next =
+          at(samples, best, moved(best, solve(damped(best.normal, last ? 0 : damping), free)));
       const bool better = next.sse() < best.sse();
       if (better) best = next;
       if (last) break;
@@ -104,7 +107,8 @@ class LoadingProblem {
     best.normal.sse = unreached;
     for (std::size_t k = 0; k < count; ++k) {
       if (!(finalists[k].sse() <= near_best * least) || is_one_of(finalists, k)) continue;
-      const LoadingPoint found = least_kink(samples, minimum(samples, at(samples, finalists[k], finalists[k].x), full_gain));
+      const LoadingPoint found =
+          least_kink(samples, minimum(samples, at(samples, finalists[k], finalists[k].x), full_gain));
       if (found.sse() < best.sse()) best = found;
     }
     return best;
@@ -148,7 +152,8 @@ class LoadingProblem {
   }
 
   /// Sums of products of the curve's columns, 1, and the residual from `near`'s amplitudes.
-  Gram gram_of(const Stroke& samples, const LoadingPoint& near, const std::array<double, 2>& x) const noexcept {
+  Gram gram_of(const Stroke& samples, const LoadingPoint& near,
+               const std::array<double, 2>& x) const noexcept {
     std::array<std::array<Pair, size>, size> sums{};
     const Pair origin = Pair{} + (search_.contact + search_.indentation * x[0]), unit = Pair{} + inverse_;
     const std::size_t n = samples.size();
@@ -191,7 +196,8 @@ class LoadingProblem {
   }
 
   /// Amplitudes and offset of least squares with some amplitudes held at 0.
-  static LoadingPoint with(const Gram& gram, const LoadingPoint& near, const std::array<bool, 2>& held) noexcept {
+  static LoadingPoint with(const Gram& gram, const LoadingPoint& near,
+                           const std::array<bool, 2>& held) noexcept {
     LoadingPoint point;
     Normal normal;
     Free free{held[0] ? false : true, amplitudes > 1 && !held[1], true};
@@ -261,7 +267,8 @@ class LoadingProblem {
     const auto inside = [&](const LoadingRange& range, double x, double slope) {
       return range.low < range.high && !(x <= range.low && slope < 0) && !(x >= range.high && slope > 0);
     };
-    return {p.amplitude[0] > 0, p.amplitude[1] > 0, true, inside(search_.place, p.x[0], p.normal.gradient[place]),
+    return {p.amplitude[0] > 0, p.amplitude[1] > 0, true,
+            inside(search_.place, p.x[0], p.normal.gradient[place]),
             Curve::shaped && inside(search_.shape, p.x[1], p.normal.gradient[shape])};
   }
 
@@ -275,8 +282,9 @@ class LoadingProblem {
   }
 
   std::array<double, 2> moved(const LoadingPoint& p, const Vector& step) const noexcept {
-    return {std::clamp(p.x[0] + step[place], search_.place.low, search_.place.high),
-            step[shape] == 0 ? p.x[1] : std::clamp(p.x[1] + step[shape], search_.shape.low, search_.shape.high)};
+    return {
+        std::clamp(p.x[0] + step[place], search_.place.low, search_.place.high),
+        step[shape] == 0 ? p.x[1] : std::clamp(p.x[1] + step[shape], search_.shape.low, search_.shape.high)};
   }
 
   /// For each contact depth to start from, the minimum reached from its best shape; their number.
@@ -321,10 +329,11 @@ inline Stroke block_means(const Stroke& samples, std::span<double> workspace) no
   return {workspace.first(blocks), workspace.subspan(blocks, blocks)};
 }
 
-/// The loading curve of least squares through samples in order of time; `workspace` takes loading_workspace(n)
-/// numbers.
+/// The loading curve of least squares through samples in order of time; `workspace` takes
+/// loading_workspace(n) numbers.
 template <class Curve>
-LoadingResult fit_loading(const Stroke& samples, const LoadingSearch& search, std::span<double> workspace) noexcept {
+LoadingResult fit_loading(const Stroke& samples, const LoadingSearch& search,
+                          std::span<double> workspace) noexcept {
   const LoadingProblem<Curve> problem(search);
   const LoadingPoint best = problem.best(samples, block_means(samples, workspace));
   LoadingResult result{{}, search.contact + search.indentation * best.x[0], 0, best.offset, best.sse()};

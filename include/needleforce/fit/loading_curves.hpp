@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Loading curves F(h) = sum of a_k phi_k(h; s) in the form that a fit needs, the indentation h and the shape s
-// in units of a reference depth L. Allocates nothing, throws nothing.
+// Loading curves F(h) = sum of a_k phi_k(h; s) in the form that a fit needs, the indentation h and the shape
+// s in units of a reference depth L. Allocates nothing, throws nothing.
 //
 // A curve has `at(h, s, out)`, which writes phi_k, then d phi_k / dh, then d phi_k / ds where it has a shape:
-// `columns` in all; h is none below 0. `shape_of` and `unit` give the shape and the amplitudes in SI; a curve is
-// `kinked` if its slope may jump at contact.
+// `columns` in all; h is none below 0. `shape_of` and `unit` give the shape and the amplitudes in SI; a curve
+// is `kinked` if its slope may jump at contact.
 #pragma once
 
 #include <cmath>
@@ -52,7 +52,9 @@ struct PowerCurve {
   }
   static bool kinked(double s) noexcept { return s < 2; }
   static double shape_of(double s, double) noexcept { return s; }
-  static double unit(std::size_t, double s, double depth) noexcept { return std::pow(reference_depth / depth, s); }
+  static double unit(std::size_t, double s, double depth) noexcept {
+    return std::pow(reference_depth / depth, s);
+  }
 };
 
 /// a_1 h + a_2 h².

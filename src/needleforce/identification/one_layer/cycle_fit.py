@@ -13,6 +13,7 @@ from ..statistics.noise import MAX_GAIN_GAP, ONE_SIDED, DriftEffect
 from .cycle_estimates import CycleEstimates, CycleFit
 
 MIN_SAMPLES = 50  # of the insertion
+SATURATION_STEPS = 4096  # of the grid of saturation depths down to the puncture
 
 
 def fit_cycle(
@@ -96,13 +97,25 @@ def _solve(
 
 
 def _min_saturation(solve: Callable, estimates: CycleEstimates) -> float:
-    """One-sided lower limit [m] of the saturation depth where the best fit has no saturation."""
-    allowed = estimates.found["sse"] + ONE_SIDED**2 * estimates.noises[0].long_run
-    low, high = 0.0, estimates.strokes[0][estimates.before - 1] - estimates.x["contact_depth"]
-    for _ in range(12):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if solve(middle, False, 0.0)["sse"] > allowed else (low, middle)
-    return float(high)
+    """One-sided lower limit [m] of the saturation depth where the best fit has no saturation: the first of a fine grid
+    whose sum of squares the noise allows.
+
+    A contact that saturates h before the puncture changes the force by about h² over h, so that its square grows with
+    h^5; this tells where to look between the ends of what is known, and each fit is one of few.
+    """
+    least, before = estimates.found["sse"], estimates.before
+    excess = ONE_SIDED**2 * estimates.noises[0].long_run
+    deepest = float(estimates.strokes[0][before - 1] - estimates.x["contact_depth"])
+    low, high, guess, margin = 0, SATURATION_STEPS, SATURATION_STEPS // 2, 1
+    while high - low > 1:
+        above = solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - least
+        low, high = (guess, high) if above > excess else (low, guess)
+        near = SATURATION_STEPS - (SATURATION_STEPS - guess) * (excess / max(above, 1e-300)) ** 0.2
+        guess = round(near) + (margin if guess == low else -margin)
+        margin *= 2  # soon a fit is on the other side
+        if not low < guess < high or high - low <= 4:
+            guess = (low + high) // 2
+    return deepest * high / SATURATION_STEPS
 
 
 def _checked(

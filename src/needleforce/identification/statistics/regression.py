@@ -25,13 +25,22 @@ def least_squares(design: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.nda
     Raises InputError where the readings do not determine the coefficients.
     """
     n, p = design.shape
+    values = coefficients(design, y)
+    variance = float(np.sum((y - design @ values) ** 2)) / (n - p)
+    return values, variance * inverse(design.T @ design), student_quantile(n - p)
+
+
+def coefficients(design: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Least-squares coefficients (p,) of y (n,) on design (n, p).
+
+    Raises InputError where the readings do not determine them.
+    """
+    n, p = design.shape
     if np.linalg.matrix_rank(design) < p:
         step = "Give readings at more places or loads that differ."
         raise InputError("number of readings", n, f"they do not determine {p} coefficients", next_step=step)
     scale = np.linalg.norm(design, axis=0)
-    values = np.linalg.lstsq(design / scale, y, rcond=None)[0] / scale
-    variance = float(np.sum((y - design @ values) ** 2)) / (n - p)
-    return values, variance * inverse(design.T @ design), student_quantile(n - p)
+    return np.linalg.lstsq(design / scale, y, rcond=None)[0] / scale
 
 
 def inverse(gram: np.ndarray) -> np.ndarray:
