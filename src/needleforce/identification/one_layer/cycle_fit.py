@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The complete fit of one insertion and withdrawal with the one-layer model, without starting values."""
 
+import math
 from collections.abc import Callable
 from functools import partial
 
@@ -100,22 +101,22 @@ def _min_saturation(solve: Callable, estimates: CycleEstimates) -> float:
     """One-sided lower limit [m] of the saturation depth where the best fit has no saturation: the first of a fine grid
     whose sum of squares the noise allows.
 
-    A contact that saturates h before the puncture changes the force by about h² over h, so that its square grows with
-    h^5; this tells where to look between the ends of what is known, and each fit is one of few.
+    The sum of squares grows with a power of the distance from the puncture, about the fifth, for the force changes by
+    the distance's square over the distance: a secant of the logarithms tells where to look next.
     """
-    least, before = estimates.found["sse"], estimates.before
-    excess = ONE_SIDED**2 * estimates.noises[0].long_run
-    deepest = float(estimates.strokes[0][before - 1] - estimates.x["contact_depth"])
-    low, high, guess, margin = 0, SATURATION_STEPS, SATURATION_STEPS // 2, 1
+    least, deepest = estimates.found["sse"], estimates.strokes[0][estimates.before - 1] - estimates.x["contact_depth"]
+    excess = max(ONE_SIDED**2 * estimates.noises[0].long_run, 1e-300)
+    low, high, guess, power, known = 0, SATURATION_STEPS, SATURATION_STEPS // 5 * 4, 5.0, []
     while high - low > 1:
-        above = solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - least
+        above = max(solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - least, 1e-300)
         low, high = (guess, high) if above > excess else (low, guess)
-        near = SATURATION_STEPS - (SATURATION_STEPS - guess) * (excess / max(above, 1e-300)) ** 0.2
-        guess = round(near) + (margin if guess == low else -margin)
-        margin *= 2  # soon a fit is on the other side
-        if not low < guess < high or high - low <= 4:
+        known = [*known[-1:], (math.log(SATURATION_STEPS - guess), math.log(above / excess))]
+        (x, y), (last_x, last_y) = known[-1], known[0]
+        power = min(max((y - last_y) / (x - last_x), 1.0), 20.0) if len(known) > 1 else power
+        guess = math.floor(SATURATION_STEPS - math.exp(x - y / power)) + (guess == low)
+        if not low < guess < high:
             guess = (low + high) // 2
-    return deepest * high / SATURATION_STEPS
+    return float(deepest * high / SATURATION_STEPS)
 
 
 def _checked(

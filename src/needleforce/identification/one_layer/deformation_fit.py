@@ -85,7 +85,7 @@ def fit_deformation(
     order = (*curve.amplitudes, "contact_depth", *(() if given else curve.shape), "force_offset")
     h = depth - values["contact_depth"]
     gradient = curve.gradient(h, values) | {"force_offset": np.ones_like(h)}
-    residual = force - curve.force(h, values) - values["force_offset"]
+    residual = force - values["force_offset"] - sum(values[name] * gradient[name] for name in curve.amplitudes)
     noise = noise_of(residual, len(force), filter_length, len(order))
     above_zero = np.array([values[name] > 0.0 or name not in curve.amplitudes for name in order])
     jacobian = np.array([gradient[name] for name in order])
@@ -167,7 +167,8 @@ def _inverse(jacobian: np.ndarray, above_zero: np.ndarray) -> np.ndarray:
 
     In a polynomial without linear part, a shift of the contact and a linear part have the same effect.
     """
-    known = np.flatnonzero(above_zero & (np.einsum("pn,pn->p", jacobian, jacobian) > 0.0))
+    gram = jacobian @ jacobian.T
+    known = np.flatnonzero(above_zero & (gram.diagonal() > 0.0))
     found = np.diag(np.full(len(jacobian), np.inf))
-    found[np.ix_(known, known)] = inverse(jacobian[known] @ jacobian[known].T)
+    found[np.ix_(known, known)] = inverse(gram[np.ix_(known, known)])
     return found
