@@ -107,8 +107,8 @@ def test_the_curve_is_the_compiled_law(law):
 
 
 def solved(law, depth, force, contact, shape):
-    """Amplitudes and zero of least squares at one contact depth and shape parameter, and the sum of squares: NNLS of the
-    formulas in Python, the zero as the difference of two amplitudes."""
+    """Amplitudes and zero of least squares at one contact depth and shape parameter, and the sum of squares: NNLS of
+    the formulas in Python, the zero as the difference of two amplitudes."""
     basis = CURVES[law].basis(np.maximum(depth - contact, 0.0), *shape)
     design = np.column_stack([*basis, np.ones_like(depth), -np.ones_like(depth)])
     scale = np.linalg.norm(design, axis=0)
