@@ -119,7 +119,7 @@ class LoadingProblem {
   static constexpr std::size_t ones = columns, target = columns + 1, size = columns + 2;
   static constexpr double unreached = std::numeric_limits<double>::infinity();
   static constexpr double near_best = 1.05;   // block means rank two minima to about this
-  static constexpr double same_place = 1e-4;  // [of the indentation] two minima nearer than this are one,
+  static constexpr double same_place = 1e-2;  // [of the indentation] two minima nearer than this are one,
   static constexpr double same_sse = 1e-6;    // if their sums of squares agree too
   using Finalists = std::array<LoadingPoint, starts_along>;
   using Gram = std::array<std::array<double, size>, size>;  // upper triangle

@@ -102,19 +102,19 @@ def _min_saturation(solve: Callable, estimates: CycleEstimates) -> float:
     whose sum of squares the noise allows.
 
     The sum of squares grows with a power of the distance from the puncture, about the fifth, for the force changes by
-    the distance's square over the distance: a secant of the logarithms tells where to look next.
+    the distance's square over the distance: the next fit is at a secant of the logarithms, after eight in the middle.
     """
-    least, deepest = estimates.found["sse"], estimates.strokes[0][estimates.before - 1] - estimates.x["contact_depth"]
+    best, deepest = estimates.found["sse"], estimates.strokes[0][estimates.before - 1] - estimates.x["contact_depth"]
     excess = max(ONE_SIDED**2 * estimates.noises[0].long_run, 1e-300)
     low, high, guess, power, known = 0, SATURATION_STEPS, SATURATION_STEPS // 5 * 4, 5.0, []
     while high - low > 1:
-        above = max(solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - least, 1e-300)
+        above = max(solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - best, 1e-300)
         low, high = (guess, high) if above > excess else (low, guess)
-        known = [*known[-1:], (math.log(SATURATION_STEPS - guess), math.log(above / excess))]
-        (x, y), (last_x, last_y) = known[-1], known[0]
-        power = min(max((y - last_y) / (x - last_x), 1.0), 20.0) if len(known) > 1 else power
+        x, y = math.log(SATURATION_STEPS - guess), math.log(above / excess)
+        power = min(max((y - known[-1][1]) / (x - known[-1][0]), 1.0), 20.0) if known else power
+        known.append((x, y))
         guess = math.floor(SATURATION_STEPS - math.exp(x - y / power)) + (guess == low)
-        if not low < guess < high:
+        if len(known) > 8 or not low < guess < high:
             guess = (low + high) // 2
     return float(deepest * high / SATURATION_STEPS)
 

@@ -78,7 +78,7 @@ def fit_deformation(
     curve = FITS[law]
     given = tuple(known[name] for name in curve.shape if known.get(name) is not None)
     indentation = float(depth.max()) - contact
-    values = _least_squares(curve, depth, force, contact, indentation, given)
+    values = _least_squares(curve, depth, force, contact=contact, indentation=indentation, given=given)
     if not any(values[name] for name in curve.amplitudes):
         limit = "no loading curve can be fitted"
         raise InputError("force before the puncture", "not rising with depth", limit, next_step=FLIP_SIGN)
@@ -111,6 +111,7 @@ def _least_squares(
     curve: LoadingCurve,
     depth: np.ndarray,
     force: np.ndarray,
+    *,
     contact: float,
     indentation: float,
     given: tuple[float, ...],
@@ -125,13 +126,13 @@ def _least_squares(
     amplitudes, place, shape, offset, sse = core.fit_loading(
         np.ascontiguousarray(depth, float),
         np.ascontiguousarray(force, float),
-        curve.law.name,
-        contact,
-        indentation,
-        CONTACT_STARTS,
-        np.array(starts),
-        CONTACT_RANGE,
-        (low, high),
+        law=curve.law.name,
+        contact=contact,
+        indentation=indentation,
+        places=CONTACT_STARTS,
+        shapes=np.array(starts),
+        place_range=CONTACT_RANGE,
+        shape_range=(low, high),
     )
     if not np.isfinite(sse):
         limit = "no loading curve can be fitted"
