@@ -25,5 +25,6 @@ void bind_insertion(nanobind::module_& module);
 void bind_guard(nanobind::module_& module);
 void bind_live(nanobind::module_& module);
 void bind_fit(nanobind::module_& module);
+void bind_fit_loading(nanobind::module_& module);
 
 }  // namespace needleforce::python

@@ -86,8 +86,8 @@ SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue
              "model", "fingerprint", "state_bytes", "sample", "limits", "state", "layer", "model_swap", "insertion",
              "sliding", "fit/layered", "exchange", "live", "guard_settings", "energy_controller", "guard",
              "flight_recorder"]  # fmt: skip
-FITTED = ["fit/dead_band", "fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures",
-          "fit/polish", "fit/cycle"]  # fmt: skip
+FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
+          "fit/cycle", "fit/dead_band", "fit/loading_curves", "fit/loading"]  # fmt: skip
 
 
 def place(path: Path, include: Path) -> str:

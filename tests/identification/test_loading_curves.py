@@ -6,12 +6,13 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from scipy.optimize import nnls
 
 import needleforce as nf
 from needleforce.identification.one_layer.deformation_fit import fit_deformation
 from needleforce.identification.one_layer.loading_curves import CURVES
 from needleforce.identification.statistics.noise import Noise, noise_of
-from needleforce.identification.statistics.regression import amplitudes_of, criterion, independent_samples
+from needleforce.identification.statistics.regression import criterion, independent_samples
 
 CONTACT, PUNCTURE = 4e-3, 12e-3
 # formulas written out once more, by law: F(h) [N], and the numbers in it
@@ -105,12 +106,41 @@ def test_the_curve_is_the_compiled_law(law):
         assert stiffness.force(h) == pytest.approx(float(TRUTH[law][0](np.float64(h))), rel=1e-9)
 
 
-def test_amplitudes_are_not_negative():
-    basis = np.array([[1.0, 2.0, 3.0, 4.0], [1.0, 4.0, 9.0, 16.0]])
-    np.testing.assert_allclose(amplitudes_of(basis, 2.0 * basis[0] + 3.0 * basis[1]), [2.0, 3.0])
-    bent = basis[1] - 0.5 * basis[0]
-    np.testing.assert_allclose(amplitudes_of(basis, bent), [0.0, basis[1] @ bent / (basis[1] @ basis[1])])
-    assert not amplitudes_of(basis[:1], -basis[0]).any()
+def solved(law, depth, force, contact, shape):
+    """Amplitudes and zero of least squares at one contact depth and shape parameter, and the sum of squares: NNLS of
+    the formulas in Python, the zero as the difference of two amplitudes."""
+    basis = CURVES[law].basis(np.maximum(depth - contact, 0.0), *shape)
+    design = np.column_stack([*basis, np.ones_like(depth), -np.ones_like(depth)])
+    scale = np.linalg.norm(design, axis=0)
+    found, residual = nnls(design / scale, force)
+    return found / scale, residual**2
+
+
+@pytest.mark.parametrize("samples", [200, 1201, 20_000])  # with and without block means, an odd number too
+@pytest.mark.parametrize("law", CURVES)
+def test_the_compiled_fit_has_the_formulas_of_the_curve(law, samples):
+    """Amplitudes, zero and sum of squares of the compiled fit are those of the formulas in Python at the same place."""
+    for made in ("cone_cylinder", law):
+        depth, force = curve(made, noise=2e-3, samples=samples)
+        fit = fit_deformation(depth, force - 0.4, CONTACT, law)
+        shape = [fit.values[name] for name in CURVES[law].shape]
+        (*amplitudes, plus, minus), squares = solved(law, depth, force - 0.4, fit.values["contact_depth"], shape)
+        assert fit.noise.sse == pytest.approx(squares, rel=1e-9)
+        assert fit.values["force_offset"] == pytest.approx(plus - minus, rel=1e-7)
+        assert [fit.values[name] for name in CURVES[law].amplitudes] == pytest.approx(amplitudes, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("law", CURVES)
+def test_no_neighbour_of_the_fit_is_better(law):
+    """The fit runs to convergence: a thousandth of a standard error further, nothing is better."""
+    depth, force = curve(law, samples=6000)
+    fit = fit_deformation(depth, force, CONTACT + 1e-3, law)
+    errors = dict(zip(fit.order, fit.covariance.diagonal() ** 0.5))
+    place, shape = fit.values["contact_depth"], [fit.values[name] for name in CURVES[law].shape]
+    for by in (-1e-3, -1e-2, 1e-2, 1e-3):
+        moved = [value + by * errors[name] for name, value in zip(CURVES[law].shape, shape)]
+        for trial in ((place + by * errors["contact_depth"], shape), (place, moved)):
+            assert solved(law, depth, force, *trial)[1] >= fit.noise.sse * (1.0 - 1e-12)
 
 
 def test_held_parameters_are_reported():
@@ -180,7 +210,7 @@ def real(recordings, study):
 
 @pytest.mark.parametrize("law", ["cone_cylinder", "power_law", "exponential"])
 def test_no_point_of_a_fine_grid_is_better(real, law):
-    for _, depth, force, contact in real[::9]:
+    for _, depth, force, contact in real[::8]:
         found = fit_deformation(depth, force, contact, law).noise.sse
         assert found <= grid(law, depth, force, contact) * (1.0 + 1e-6)
 

@@ -25,13 +25,14 @@ def depth_noise(depth: np.ndarray) -> float:
     """
     if len(depth) < 3:
         return 0.0
-    steps = np.abs(np.diff(depth))
-    scatter = float(np.median(np.abs(np.diff(depth, 2)))) / 0.6745 / math.sqrt(6.0)
+    steps = np.diff(depth)
+    scatter = float(np.median(np.abs(np.diff(steps)), overwrite_input=True)) / 0.6745 / math.sqrt(6.0)
+    np.abs(steps, out=steps)
     moving = steps[steps > 0.0]
-    if not len(moving):
+    if not 0 < len(moving) < len(steps):  # at rest, or never at rest: no steps of a quantum
         return scatter
     quantum = float(moving.min())
-    stepped = float(np.mean(steps <= 1.5 * quantum)) > MAX_QUANTUM_SHARE and len(moving) < len(steps)
+    stepped = float(np.mean(steps <= 1.5 * quantum)) > MAX_QUANTUM_SHARE
     return math.hypot(scatter, quantum / math.sqrt(12.0)) if stepped else scatter
 
 

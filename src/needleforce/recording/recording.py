@@ -2,6 +2,7 @@
 """A recording of one experiment, simulated or measured, with its provenance."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -147,7 +148,7 @@ class Recording:
     def __len__(self) -> int:
         return len(self.time)
 
-    @property
+    @cached_property
     def rate(self) -> float:
         """Median sampling rate [Hz]."""
         return 1.0 / float(np.median(np.diff(self.time)))

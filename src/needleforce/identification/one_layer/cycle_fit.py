@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The complete fit of one insertion and withdrawal with the one-layer model, without starting values."""
 
+import math
 from collections.abc import Callable
 from functools import partial
 
@@ -13,6 +14,7 @@ from ..statistics.noise import MAX_GAIN_GAP, ONE_SIDED, DriftEffect
 from .cycle_estimates import CycleEstimates, CycleFit
 
 MIN_SAMPLES = 50  # of the insertion
+SATURATION_STEPS = 4096  # of the grid of saturation depths down to the puncture
 
 
 def fit_cycle(
@@ -96,13 +98,25 @@ def _solve(
 
 
 def _min_saturation(solve: Callable, estimates: CycleEstimates) -> float:
-    """One-sided lower limit [m] of the saturation depth where the best fit has no saturation."""
-    allowed = estimates.found["sse"] + ONE_SIDED**2 * estimates.noises[0].long_run
-    low, high = 0.0, estimates.strokes[0][estimates.before - 1] - estimates.x["contact_depth"]
-    for _ in range(12):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if solve(middle, False, 0.0)["sse"] > allowed else (low, middle)
-    return float(high)
+    """One-sided lower limit [m] of the saturation depth where the best fit has no saturation: the first of a fine grid
+    whose sum of squares the noise allows.
+
+    The sum of squares grows with a power of the distance from the puncture, about the fifth, for the force changes by
+    the distance's square over the distance: the next fit is at a secant of the logarithms, after eight in the middle.
+    """
+    best, deepest = estimates.found["sse"], estimates.strokes[0][estimates.before - 1] - estimates.x["contact_depth"]
+    excess = max(ONE_SIDED**2 * estimates.noises[0].long_run, 1e-300)
+    low, high, guess, power, known = 0, SATURATION_STEPS, SATURATION_STEPS // 5 * 4, 5.0, []
+    while high - low > 1:
+        above = max(solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - best, 1e-300)
+        low, high = (guess, high) if above > excess else (low, guess)
+        x, y = math.log(SATURATION_STEPS - guess), math.log(above / excess)
+        power = min(max((y - known[-1][1]) / (x - known[-1][0]), 1.0), 20.0) if known else power
+        known.append((x, y))
+        guess = math.floor(SATURATION_STEPS - math.exp(x - y / power)) + (guess == low)
+        if len(known) > 8 or not low < guess < high:
+            guess = (low + high) // 2
+    return float(deepest * high / SATURATION_STEPS)
 
 
 def _checked(

@@ -1,17 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fit of the loading curve: stiffness and contact depth from the samples up to the puncture."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from ... import core
 from ...errors import InputError
 from ..statistics.noise import DriftEffect, Noise, noise_of
-from ..statistics.regression import Search, criterion, inverse
+from ..statistics.regression import criterion, inverse
 from .loading_curves import FITS, LoadingCurve
 
 MIN_LOADING_SAMPLES = 20
+CONTACT_STARTS = np.linspace(-0.95, 0.85, 19)  # [indentations] from the contact given
+CONTACT_RANGE = (-1.0, 0.9)  # [indentations] from the contact given
+EDGE_SHARE = 1e-3  # [of the range of a parameter] nearer to its limit, a parameter is held there
 FLIP_SIGN = "Force is positive against insertion: flip its sign if it is not."
 
 
@@ -73,16 +77,15 @@ def fit_deformation(
         raise InputError("number of samples before the puncture", len(depth), limit, next_step=step)
     curve = FITS[law]
     given = tuple(known[name] for name in curve.shape if known.get(name) is not None)
-    search = Search(curve, depth, force, contact, given if given or not curve.shape else None)
-    best = search.best()
-    values = search.values(best)
+    indentation = float(depth.max()) - contact
+    values = _least_squares(curve, depth, force, contact=contact, indentation=indentation, given=given)
     if not any(values[name] for name in curve.amplitudes):
         limit = "no loading curve can be fitted"
         raise InputError("force before the puncture", "not rising with depth", limit, next_step=FLIP_SIGN)
     order = (*curve.amplitudes, "contact_depth", *(() if given else curve.shape), "force_offset")
     h = depth - values["contact_depth"]
     gradient = curve.gradient(h, values) | {"force_offset": np.ones_like(h)}
-    residual = force - curve.force(h, values) - values["force_offset"]
+    residual = force - values["force_offset"] - sum(values[name] * gradient[name] for name in curve.amplitudes)
     noise = noise_of(residual, len(force), filter_length, len(order))
     above_zero = np.array([values[name] > 0.0 or name not in curve.amplitudes for name in order])
     jacobian = np.array([gradient[name] for name in order])
@@ -91,6 +94,7 @@ def fit_deformation(
     if drift is not None:
         known = np.isfinite(bread.diagonal())
         by_drift[known] = drift.change(bread[np.ix_(known, known)], jacobian[known])
+    held = _at_limit(curve, values, contact, indentation, () if given else curve.shape)
     return DeformationFit(
         law=law,
         values=values,
@@ -99,8 +103,56 @@ def fit_deformation(
         by_drift=by_drift,
         noise=noise,
         peak=float(np.abs(force - values["force_offset"]).max()),
-        held=tuple(_held(name, values[name], curve) for name in search.held(best)),
+        held=tuple(_held(name, values[name], curve) for name in held),
     )
+
+
+def _least_squares(
+    curve: LoadingCurve,
+    depth: np.ndarray,
+    force: np.ndarray,
+    *,
+    contact: float,
+    indentation: float,
+    given: tuple[float, ...],
+) -> dict[str, float]:
+    """The curve's parameters, ``contact_depth`` and ``force_offset`` of least squares, SI; the compiled fit works in
+    units of the indentation."""
+    starts, low, high = (0.0,), 0.0, 0.0
+    for value, each in zip(given, curve.shape.values()):
+        starts = (value / indentation**each.power,)
+    for each in () if given else curve.shape.values():
+        starts, low, high = each.starts, each.low, each.high
+    amplitudes, place, shape, offset, sse = core.fit_loading(
+        np.ascontiguousarray(depth, float),
+        np.ascontiguousarray(force, float),
+        law=curve.law.name,
+        contact=contact,
+        indentation=indentation,
+        places=CONTACT_STARTS,
+        shapes=np.array(starts),
+        place_range=CONTACT_RANGE,
+        shape_range=(low, high),
+    )
+    if not np.isfinite(sse):
+        limit = "no loading curve can be fitted"
+        raise InputError("depth or force before the puncture", "not finite", limit, next_step="Remove such samples.")
+    names = (*curve.amplitudes, *curve.shape)
+    fitted = (*amplitudes[: len(curve.amplitudes)], *(given or (shape,)))
+    return dict(zip(names, fitted)) | {"contact_depth": place, "force_offset": offset}
+
+
+def _at_limit(
+    curve: LoadingCurve, values: Mapping[str, float], contact: float, indentation: float, fitted: Iterable[str]
+) -> list[str]:
+    """Names of the parameters that are at a limit of their range."""
+    place = (values["contact_depth"] - contact) / indentation
+    found = {"contact_depth": (place, *CONTACT_RANGE)}
+    for name in fitted:
+        each = curve.shape[name]
+        found[name] = (values[name] / indentation**each.power, each.low, each.high)
+    edge = [name for name, (x, low, high) in found.items() if min(x - low, high - x) <= EDGE_SHARE * (high - low)]
+    return [name for name in curve.amplitudes if values[name] == 0.0] + edge
 
 
 def _held(name: str, value: float, curve: LoadingCurve) -> str:
@@ -116,7 +168,8 @@ def _inverse(jacobian: np.ndarray, above_zero: np.ndarray) -> np.ndarray:
 
     In a polynomial without linear part, a shift of the contact and a linear part have the same effect.
     """
-    known = np.flatnonzero(above_zero & (np.einsum("pn,pn->p", jacobian, jacobian) > 0.0))
+    gram = jacobian @ jacobian.T
+    known = np.flatnonzero(above_zero & (gram.diagonal() > 0.0))
     found = np.diag(np.full(len(jacobian), np.inf))
-    found[np.ix_(known, known)] = inverse(jacobian[known] @ jacobian[known].T)
+    found[np.ix_(known, known)] = inverse(gram[np.ix_(known, known)])
     return found

@@ -3,6 +3,7 @@
 
 import math
 import statistics
+from weakref import WeakKeyDictionary
 
 from ..result import Choice
 from ..statistics.noise import noise_of
@@ -14,8 +15,18 @@ SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand reco
 MIN_FREE_SAMPLES = 50  # of free travel, for its noise
 
 
+_peaks: WeakKeyDictionary[SegmentedRecording, dict[str, MeasuredPeak | None]] = WeakKeyDictionary()
+
+
 def peak_of(single: SegmentedRecording, law: str) -> MeasuredPeak | None:
-    """The measured force at the puncture of one recording."""
+    """The measured force at the puncture of one recording, which is measured once for each law."""
+    known = _peaks.setdefault(single, {})
+    if law not in known:
+        known[law] = _measured_peak(single, law)
+    return known[law]
+
+
+def _measured_peak(single: SegmentedRecording, law: str) -> MeasuredPeak | None:
     events, strokes = single.events, single.strokes
     free = strokes.place_in(events.contact.low) if events.contact is not None else 0
     return measured_peak(strokes, single.fits[law], events.punctures[0], single.recording.card.filter_length, free)

@@ -116,7 +116,11 @@ CONE_CYLINDER = LoadingCurve(
     amplitudes={"stiffness_coefficient": "N/m^2"},
     shape={
         "saturation_depth": ShapeParameter(
-            unit="m", power=1, starts=(0.02, 0.1, 0.2, 0.4, 0.7, 1.0, 1.5), low=0.002, high=3.0
+            unit="m",
+            power=1,
+            starts=(0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0, 1.5),
+            low=0.002,
+            high=3.0,
         )
     },
     basis=lambda h, s: (np.minimum(h, s) * (2.0 * h - np.minimum(h, s)),),
@@ -165,7 +169,9 @@ EXPONENTIAL = LoadingCurve(
     law=core.laws.Exponential,
     amplitudes={"scale": "N"},
     shape={
-        "rate": ShapeParameter(unit="1/m", power=-1, starts=(0.03, 0.3, 1.0, 2.0, 4.0, 8.0, 16.0), low=1e-3, high=30.0)
+        "rate": ShapeParameter(
+            unit="1/m", power=-1, starts=(0.03, 0.3, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0), low=1e-3, high=30.0
+        )
     },
     basis=lambda h, a: (np.expm1(a * h),),
     by_depth=lambda h, a: (np.where(h > 0.0, a * np.exp(a * h), 0.0),),

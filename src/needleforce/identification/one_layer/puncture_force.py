@@ -10,7 +10,7 @@ from ...segmentation import Puncture
 from ...segmentation.strokes import white_noise
 from ..estimates import Estimate
 from ..statistics.noise import TWO_SIDED, Noise, noise_of
-from ..statistics.regression import inverse, least_squares
+from ..statistics.regression import coefficients, inverse
 from ..strokes import Strokes
 from .cycle_estimates import CycleFit
 
@@ -74,7 +74,7 @@ def _peak_at(strokes: Strokes, fit: CycleFit, end: int, at: float, noise: Noise)
     x, y = depth[first:end] - at, force[first:end]
     curved = np.ptp(x) > MAX_STRAIGHT_WINDOW * fit.values["puncture_indentation"]
     design = np.vander(x / np.ptp(x), 3 if curved else 2)
-    values, _, _ = least_squares(design, y)
+    values = coefficients(design, y)
     # the puncture lies between samples: the growth of the force between them is not known
     between = abs(float(values[-2])) / np.ptp(x) * 0.5 * (fit.high["puncture_depth"] - fit.low["puncture_depth"])
     return MeasuredPeak(
