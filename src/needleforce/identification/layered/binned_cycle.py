@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The cycle of one recording for the fit: means over short bins of travel and of the hold."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -35,6 +35,7 @@ class BinnedCycle:
     speed: float
     rest: float
     scale: float
+    zero: np.ndarray = field(default_factory=lambda: np.empty(0))
 
     @property
     def peak(self) -> float:

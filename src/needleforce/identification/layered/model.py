@@ -150,10 +150,8 @@ def own_ruptures(solved: Solved, run: int) -> dict[str, Estimate]:
 
 def _allowed(solved: Solved, run: int, layer: int, rise: float) -> np.ndarray:
     """Depths [mm] around a rupture where the sum of squares is at most ``rise`` above the least."""
-    problem, cycle = solved.problem, solved.problem.cycles[run]
+    problem = solved.problem
     own = problem.unknowns.punctures(solved.x)[run]
     places = np.append(np.arange(own[layer] - SCAN_RANGE_MM, own[layer] + SCAN_RANGE_MM, SCAN_STEP_MM), own[layer])
-    tried = np.tile(own, (len(places), 1))
-    tried[:, layer] = places
-    squares = problem.squares(cycle, np.tile(solved.x, (len(places), 1)), tried)
+    squares = problem.squares_by_puncture(run, layer, solved.x, places)
     return places[squares <= squares[-1] + rise]

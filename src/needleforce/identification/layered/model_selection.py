@@ -17,6 +17,7 @@ from .parameters import (
     SHARP_RUPTURE,
     LayeredParameters,
 )
+from .problem import REFUSED_RESIDUAL
 from .search import Solved, again, population_fit
 
 MAX_ERROR_RATIO = 1.02  # over the smallest error; of these the model with the fewest parameters is chosen
@@ -77,7 +78,8 @@ def prediction_error(solved: Solved, cycle: BinnedCycle) -> float:
     """Rms error over the peak on a held-out cycle, predicted by the population fit."""
     population = population_fit(solved)
     punctures = population.problem.unknowns.punctures(population.x).mean(axis=0)
-    return float(np.sqrt(population.problem.squares(cycle, population.x[None], punctures[None])[0]))
+    error = (population.problem.along(cycle, population.x, punctures) - cycle.force) * cycle.weight
+    return float(np.sqrt(np.nan_to_num(error @ error, nan=REFUSED_RESIDUAL)))
 
 
 def with_bic(candidates: list[Candidate]) -> list[Candidate]:
