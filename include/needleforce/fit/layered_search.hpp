@@ -70,7 +70,7 @@ class LayeredSearch {
     const double top = mm * own[top_x], stiffness = std::exp(own[stiffness_x]);
     const double at = std::max(mm * puncture, top + min_indentation);
     return {std::exp(own[coefficient_x]), std::exp(own[saturation_x]), top, at, stiffness * logistic(own[ratio_x]),
-            stiffness, std::exp(own[length_x]), mm * own[surface_x], settings_.brittleness};
+            stiffness, std::exp(own[length_x]), std::min(mm * own[surface_x], at - top), settings_.brittleness};
   }
   RelaxationNumbers relaxation(const double* x) const noexcept {
     const double share = logistic(x[relaxing()]), part = logistic(x[relaxing() + 1]);

@@ -16,11 +16,24 @@ along the samples."""
 HOLD_BINS = 24  # their edges are the squares of whole numbers, as relaxation is fastest at first
 
 
+@dataclass(frozen=True)
+class Rupture:
+    """A puncture of segmentation: depth [m] of its force peak, depth [m] of the end of its drop, and drop [N]."""
+
+    depth: float
+    end: float
+    drop: float
+
+    def moved(self, shift: float) -> "Rupture":
+        """The same deeper by ``shift`` [m]."""
+        return replace(self, depth=self.depth + shift, end=self.end + shift)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BinnedCycle:
     """Bins (m,) of insertion, hold and withdrawal: mean depth [m], force [N], time step [s], number of samples.
 
-    ``stroke`` is 0, 1, 2 for insertion, hold, withdrawal. ``contact`` and ``punctures`` are depths [m] from
+    ``stroke`` is 0, 1, 2 for insertion, hold, withdrawal. ``contact`` [m] and ``punctures`` are from
     segmentation, all in the recording's own zero; ``speed`` [m/s] is that of the insertion, ``rest`` [s] the length of
     the hold, ``scale`` [N] the divisor of the residuals.
     """
@@ -31,7 +44,7 @@ class BinnedCycle:
     count: np.ndarray
     stroke: np.ndarray
     contact: float
-    punctures: tuple[float, ...]
+    punctures: tuple[Rupture, ...]
     speed: float
     rest: float
     scale: float
@@ -78,7 +91,10 @@ def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle
         count=count,
         stroke=np.rint(mean(stroke)).astype(np.int64),
         contact=events.contact.depth,
-        punctures=tuple(puncture.depth for puncture in events.punctures),
+        punctures=tuple(
+            Rupture(each.depth, float(recording.depth[min(each.high, len(recording) - 1)]), each.drop)
+            for each in events.punctures
+        ),
         speed=stroke_speed(time[stroke == 0], depth[stroke == 0]),
         rest=float(np.ptp(time[stroke == 1])) if (stroke == 1).any() else 0.0,
         scale=float(np.abs(mean(force)).max()),

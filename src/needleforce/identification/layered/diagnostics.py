@@ -7,7 +7,7 @@ from ...display.quantities import counted
 from ..estimates import Estimate
 from ..recording_fit import RecordingFit
 from ..result import FitSettings
-from .model_selection import MIN_REPEATS, Candidate, ties
+from .model_selection import MIN_REPEATS, Candidate, as_good
 from .parameters import MM, NO_RELAXATION, prefix
 from .result import Evidence, LayeredSettings
 from .search import Solved
@@ -98,8 +98,8 @@ def unknown(solved: Solved, parameters: dict[str, Estimate]) -> tuple[str, ...]:
 
 def settings_of(found: Candidate, tried: list[Candidate], settings: FitSettings) -> LayeredSettings:
     """The settings of any fit, and how the choice of layers was made."""
-    by_prediction = "prediction of held-out repeats, fewest parameters within 2 %"
-    by_bic = "BIC of the complete cycle, correlated samples counted as one"
+    by_prediction = "prediction of held-out repeats: the fewest layers within 2 % or a standard error of the best"
+    by_bic = "BIC of the complete cycle, correlated samples counted as one: the fewest layers within 10 of the lowest"
     unknowns = found.solved.problem.unknowns
     return LayeredSettings(
         **vars(settings) | {"answering": unknowns.runs},
@@ -118,6 +118,6 @@ def _evidence(each: Candidate, found: Candidate) -> Evidence:
         residual=each.residual,
         bic=each.bic,
         left_out=each.error if len(each.held_out) else None,
-        ties=each is not found and ties(each, found),
+        ties=each is not found and as_good(each, found) and as_good(found, each),
         chosen=each is found,
     )

@@ -17,9 +17,10 @@ from ..result import Choice, Fit
 from ..strokes import cycle_span
 from . import diagnostics
 from .binned_cycle import COARSE, FINE, BinnedCycle, binned_cycles
-from .model import Ruptures, model_of, own_ruptures, ruptures
-from .model_selection import Candidate, candidate, chosen, removable, with_bic, without
+from .model import model_of, own_ruptures
+from .model_selection import Candidate, candidate, fewest_layers, fewest_mechanisms, removable, with_bic, without
 from .parameters import MM, TOP
+from .prediction import Expectation, Ruptures, expectation, ruptures, with_population
 from .result import LayeredFit
 from .search import Solved, grow, made_passive, population_fit, refined
 from .uncertainty import uncertainty_of
@@ -64,8 +65,9 @@ def identify_layered(
         choice=tuple(Choice(each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
         settings=diagnostics.settings_of(best, tried, settings_of("cone_cylinder", given.needle, singles)),
         ruptures=found,
+        expectation=None if model is None else _expectation(ended, found, population),
         uncertainty=known,
-        population=None if population is None else _model(population, ruptures(population), given, usable)[0],
+        population=None if population is None else _model(population, None, given, usable)[0],
         population_contact=MM * float((population or ended).x[TOP]),
     )
 
@@ -88,22 +90,30 @@ def _evidence(solved: list[Solved], progress: Callable | None) -> tuple[list[Can
     """Every candidate, and the chosen one: first the number of layers, then mechanisms that can be removed."""
     shown = progress or (lambda work, _: work)
     tried = [candidate(diagnostics.layers(each), each) for each in shown(solved, "predicting held-out repeats")]
-    best = chosen(with_bic(tried))
-    less = removable(best.solved.problem.unknowns)
+    best = fewest_layers(with_bic(tried))
+    less, count = removable(best.solved.problem.unknowns), len(tried)
     for what, values in shown(list(less.items()), "removing mechanisms"):
         tried.append(candidate(f"{best.name}, {what}", without(best.solved, values)))
     tried = with_bic(tried)
-    return tried, chosen(tried)
+    complete = next(each for each in tried if each.name == best.name)
+    return tried, fewest_mechanisms(complete, tried[count:])
 
 
 def _model(
-    solved: Solved, found: Ruptures, given: FitInputs, usable: list[SegmentedRecording]
+    solved: Solved, found: Ruptures | None, given: FitInputs, usable: list[SegmentedRecording]
 ) -> tuple[Model | None, tuple[str, ...]]:
     """The model with the mean ruptures, or None and the reason."""
+    depth = MM * solved.problem.unknowns.punctures(solved.x).mean(axis=0) if found is None else found.depth
     try:
-        return model_of(solved, found.depth, given.needle, reference_of(usable)), ()
+        return model_of(solved, depth, given.needle, reference_of(usable)), ()
     except InputError as error:
         return None, (NO_MODEL.format(error),)
+
+
+def _expectation(ended: Solved, found: Ruptures, population: Solved | None) -> Expectation:
+    """The expected force of the fit, and of that to a population if there is one."""
+    expected = expectation(ended, found)
+    return expected if population is None else with_population(expected, ended, population)
 
 
 def _without_values(single: SegmentedRecording) -> RecordingFit:

@@ -7,13 +7,14 @@ from functools import cached_property
 import numpy as np
 
 from ... import core
-from .binned_cycle import BinnedCycle
-from .parameters import MM, PER_LAYER, TOP, LayeredParameters
+from .binned_cycle import COARSE, BinnedCycle
+from .parameters import COEFFICIENT, MM, PER_LAYER, RESTING_SURFACE, TISSUE_STIFFNESS, TOP, LayeredParameters
 
 FREE_RIDGE, TIED_RIDGE = 3e-4, 0.3
 """[1/mm] Residual per distance of a puncture from the mean: small, for layers that a run does not reach; and large, so
 that all runs have one puncture depth."""
 TOP_MARGIN_MM = 0.5  # [mm] by which the first layer may begin above the smallest contact depth
+MIN_BINS = min(COARSE.values())  # of a stroke in the search
 REFUSED_RESIDUAL = 1e3  # [scale] for values that the core refuses
 
 
@@ -39,9 +40,7 @@ class Problem:
             (cycle.depth, cycle.dt, cycle.force, cycle.weight, float(np.log(cycle.speed / self.speed)), cycle.zero)
             for cycle in self.cycles
         ]
-        return core.LayeredSearch(
-            self.form, unknowns.layers, unknowns.times, unknowns.brittleness, self.ridge, repeats
-        )
+        return core.LayeredSearch(self.form, unknowns.layers, unknowns.times, unknowns.brittleness, self.ridge, repeats)
 
     @cached_property
     def _free(self) -> np.ndarray:
@@ -54,11 +53,9 @@ class Problem:
         """Forces (layers, m) [N] of every layer along the cycle of a run; the total force is their sum."""
         return self._search.forces(run, x)
 
-    def along(self, cycle: BinnedCycle, x: np.ndarray, punctures: np.ndarray) -> np.ndarray:
-        """The total force (m,) [N] along any cycle with ruptures at ``punctures`` (layers,) [mm]."""
-        rows = self.unknowns.rows(x[None], punctures[None])[0]
-        factor = (cycle.speed / self.speed) ** x[self.unknowns.speed]
-        return factor * core.layer_forces(rows, self.form, cycle.depth, cycle.dt).sum(axis=0)
+    def speed_factor(self, cycle: BinnedCycle, x: np.ndarray) -> float:
+        """Factor of the forces at the speed of a cycle."""
+        return float((cycle.speed / self.speed) ** x[self.unknowns.speed])
 
     def residuals(self, run: int, x: np.ndarray) -> np.ndarray:
         """Model minus measured force over the scale, weighted, (m,)."""
@@ -83,13 +80,21 @@ class Problem:
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest x (size,): a layer begins between the smallest contact depth, with a margin, and the
-        deepest point."""
+        deepest point, its surface comes to rest inside the tissue, and no spring is stiffer than one that the largest
+        force strains by a bin of the search. A stiffer one is a rigid body: it would fit the noise of the depth."""
         low, high = self.unknowns.bounds()
-        tops = PER_LAYER * np.arange(self.unknowns.layers) + TOP
-        low[tops] = min(cycle.contact for cycle in self.cycles) / MM - TOP_MARGIN_MM
-        high[tops] = max(cycle.deepest for cycle in self.cycles) / MM
-        low[self.unknowns.shared :] += low[tops].min()
-        high[self.unknowns.shared :] += high[tops].max()
+        first = PER_LAYER * np.arange(self.unknowns.layers)
+        contact = min(cycle.contact for cycle in self.cycles)
+        deepest = max(cycle.deepest for cycle in self.cycles)
+        low[first + TOP] = contact / MM - TOP_MARGIN_MM
+        high[first + TOP] = deepest / MM
+        low[self.unknowns.shared :] += low[TOP]
+        high[self.unknowns.shared :] += high[TOP]
+        strain = (deepest - contact) / MIN_BINS
+        peak = max(cycle.peak for cycle in self.cycles)
+        high[first + TISSUE_STIFFNESS] = np.log(max(peak / strain, 1.0))
+        high[first + COEFFICIENT] = np.log(max(peak / strain**2, 10.0))
+        low[first + RESTING_SURFACE], high[first + RESTING_SURFACE] = 0.0, (deepest - contact) / MM
         return low, high
 
     def squares_by_puncture(self, run: int, layer: int, x: np.ndarray, depths: np.ndarray) -> np.ndarray:

@@ -194,7 +194,7 @@ def _start(cycles: tuple[BinnedCycle, ...], tops: list[float], punctures: np.nda
 def _first_punctures(cycles: tuple[BinnedCycle, ...], above: float, otherwise: float) -> np.ndarray:
     """Each run's first puncture deeper than ``above`` [mm]; the median for a run without one, ``otherwise`` if no run
     has one."""
-    found = [[depth / MM for depth in cycle.punctures if depth / MM > above] for cycle in cycles]
+    found = [[one.depth / MM for one in cycle.punctures if one.depth / MM > above] for cycle in cycles]
     known = [depths[0] for depths in found if depths]
     middle = float(np.median(known)) if known else otherwise
     return np.array([depths[0] if depths else middle for depths in found])
