@@ -7,13 +7,34 @@ import numpy as np
 
 from ...recording import Recording
 from ...segmentation import Events
-from ..strokes import cycle_span, stroke_speed, strokes_of, undelayed_depth
+from ..one_layer.force_zero import MIN_FREE_SAMPLES, Drift, drift_of, free_samples
+from ..statistics.noise import noise_of
+from ..strokes import Strokes, cycle_span, stroke_speed, strokes_of, undelayed_depth
 
 COARSE, FINE = {"as_fitted": 125, "passive": 250, "yielding": 250}, 2000
 """Bins of a stroke: 0.2 mm of a stroke of 25 mm for the search, half of it in a passive form, whose tissue relaxes
 while it slips and so depends more on the step; and short enough in the final fit that the model has the same force
 along the samples."""
 HOLD_BINS = 24  # their edges are the squares of whole numbers, as relaxation is fastest at first
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceZero:
+    """The force [N] that the sensor shows without a load, its standard error, and its drift; an infinite error where
+    no free travel shows it."""
+
+    value: float = 0.0
+    error: float = np.inf
+    drift: Drift = field(default_factory=Drift)
+
+    @property
+    def known(self) -> bool:
+        """True if the free travel shows it."""
+        return bool(np.isfinite(self.error))
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """The zero (n,) [N] at times (n,) [s]."""
+        return self.value + self.drift.at(time)
 
 
 @dataclass(frozen=True)
@@ -48,7 +69,12 @@ class BinnedCycle:
     speed: float
     rest: float
     scale: float
-    zero: np.ndarray = field(default_factory=lambda: np.empty(0))
+    zero: ForceZero = field(default_factory=ForceZero)
+
+    @property
+    def zero_column(self) -> np.ndarray:
+        """The direction (m,) of the zero in the residuals, to be profiled out; empty where the free travel shows it."""
+        return np.empty(0) if self.zero.known else self.weight * self.scale
 
     @property
     def peak(self) -> float:
@@ -74,9 +100,14 @@ def binned_cycles(recordings: list[tuple[Recording, Events]], bins: int) -> tupl
 
 
 def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle:
-    """The first insertion with contact, with its hold and withdrawal if present; needs a contact."""
-    span, stroke = cycle_span(strokes_of(recording, events), events)
-    time, depth, force = recording.time[span], undelayed_depth(recording)[span], recording.force[span]
+    """The first insertion with contact, with its hold and withdrawal if present; needs a contact. Outliers of the force
+    are left out, and the sensor's zero is taken off where the free travel shows it."""
+    strokes = strokes_of(recording, events)
+    zero = force_zero(recording, events, strokes)
+    span, stroke = cycle_span(strokes, events)
+    used = without_outliers(recording, events)[span]
+    time, stroke = recording.time[span][used], stroke[used]
+    depth, force = undelayed_depth(recording)[span][used], (recording.force - zero.at(recording.time))[span][used]
     index = _bins(time, depth, stroke, bins)
     count = np.bincount(index)
 
@@ -98,7 +129,29 @@ def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle
         speed=stroke_speed(time[stroke == 0], depth[stroke == 0]),
         rest=float(np.ptp(time[stroke == 1])) if (stroke == 1).any() else 0.0,
         scale=float(np.abs(mean(force)).max()),
+        zero=zero,
     )
+
+
+def without_outliers(recording: Recording, events: Events) -> np.ndarray:
+    """True (n,) at the samples of a recording that are no outliers of the force."""
+    used = np.ones(len(recording), bool)
+    used[np.asarray(getattr(events, "outliers", ()), dtype=int)] = False
+    return used
+
+
+def force_zero(recording: Recording, events: Events, strokes: Strokes) -> ForceZero:
+    """The sensor's zero by the free travel before the contact, or after the exit; with its drift if that shows one.
+    Without free travel the zero is a parameter of the fit alone."""
+    before, after = free_samples(strokes, events, without_outliers(recording, events))
+    drift = drift_of(recording, before, after)
+    free = next((part for part in (before, after) if len(part) >= MIN_FREE_SAMPLES), None)
+    if free is None:
+        return ForceZero()
+    force = recording.force[free] - drift.at(recording.time[free])
+    noise = noise_of(force - force.mean(), len(force), recording.card.filter_length, 1.0)
+    error = np.sqrt(noise.long_run / len(force) + drift.uncertain_by**2)
+    return ForceZero(value=float(force.mean()), error=float(error), drift=drift)
 
 
 def _bins(time: np.ndarray, depth: np.ndarray, stroke: np.ndarray, bins: int) -> np.ndarray:

@@ -11,6 +11,7 @@ from .model_selection import MIN_REPEATS, Candidate, as_good
 from .parameters import MM, NO_RELAXATION, prefix
 from .result import Evidence, LayeredSettings
 from .search import Solved
+from .uncertainty import absent
 
 MAX_RESIDUAL_RATIO = 2.0  # over the median residual
 MAX_RESIDUAL = 0.1  # [of the peak] repeats of one specimen differ by less
@@ -68,6 +69,9 @@ def held_fixed(solved: Solved) -> tuple[str, ...]:
     held = ["embedded length: measured from the moving surface; a separate cutting force then tends to zero"]
     if solved.x[unknowns.relaxing] > NO_RELAXATION:
         held.append(f"time constants of relaxation: {times[0]:.2g} s and {times[1]:.2g} s, from the length of the hold")
+    without = sorted(name for name in absent(solved) if name.endswith("saturation_depth"))
+    if without:
+        held.append(f"{', '.join(without)}: not in the model, as the contact does not saturate before its rupture")
     if unknowns.speed not in unknowns.held:
         speed = f"{1e3 * solved.problem.speed:.3g} mm/s"
         held.append(

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...models.model import Model
-from ...vocabulary import Status
+from ...vocabulary import Phase, Status
 from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings_of, warnings_of
 from ..models import LAYERED, run_model
 from ..one_layer.fit_recording import SegmentedRecording
@@ -33,12 +33,11 @@ def identify_layered(
 ) -> Fit:
     """The layered fit of segmented recordings; ``layers`` is their number, None selects it by the evidence.
 
-    ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and are not fitted; one
-    without a puncture is fitted if others have one.
+    ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and are not fitted. A
+    puncture is not needed: a withdrawal shows as much.
     """
     usable = [single for single in singles if single.events.contact is not None]
-    punctured = any(single.events.punctures for single in usable)
-    if not punctured:
+    if not any(single.events.punctures or single.events.spans(Phase.extraction) for single in usable):
         return _without_model(singles, name)
     coarse, fine = (
         binned_cycles([(s.recording, s.events) for s in usable], bins) for bins in (COARSE[LAYERED[name]], FINE)
@@ -132,6 +131,7 @@ def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitI
     """The result of one recording with its own ruptures along its own motion."""
     base, own = _without_values(single), own_ruptures(solved, run)
     punctures = np.array([estimate.value for estimate in own.values()])
+    own["force_offset"] = zero = solved.problem.zero(run, solved.x)
     try:
         model = model_of(solved, punctures, given.needle)
     except InputError as error:
@@ -140,13 +140,14 @@ def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitI
     problem, cycle = solved.problem, solved.problem.cycles[run]
     factor = (cycle.speed / problem.speed) ** solved.x[problem.unknowns.speed]
     predicted = factor * run_model(model, single.recording, surface)
+    predicted += zero.value + cycle.zero.drift.at(single.recording.time)
     cycle, _ = cycle_span(single.strokes, single.events)
     residual = quality(single.recording.force[cycle], predicted[cycle])
     return replace(base, parameters=own, quality=residual, predicted=predicted)
 
 
 def _without_model(singles: list[SegmentedRecording], name: str) -> Fit:
-    note = f"The model {name} needs a puncture in at least one recording."
+    note = f"The model {name} needs a puncture or a withdrawal in at least one recording."
     recordings = tuple(
         replace(each, notes=(*each.notes, note)) if each.status is Status.no_puncture else each
         for each in map(_without_values, singles)

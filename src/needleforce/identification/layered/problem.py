@@ -7,6 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from ... import core
+from ..estimates import Estimate
+from ..statistics.noise import TWO_SIDED, noise_of
 from .binned_cycle import COARSE, BinnedCycle
 from .parameters import COEFFICIENT, MM, PER_LAYER, RESTING_SURFACE, TISSUE_STIFFNESS, TOP, LayeredParameters
 
@@ -37,7 +39,14 @@ class Problem:
         """The core's search over these cycles."""
         unknowns = self.unknowns
         repeats = [
-            (cycle.depth, cycle.dt, cycle.force, cycle.weight, float(np.log(cycle.speed / self.speed)), cycle.zero)
+            (
+                cycle.depth,
+                cycle.dt,
+                cycle.force,
+                cycle.weight,
+                float(np.log(cycle.speed / self.speed)),
+                cycle.zero_column,
+            )
             for cycle in self.cycles
         ]
         return core.LayeredSearch(self.form, unknowns.layers, unknowns.times, unknowns.brittleness, self.ridge, repeats)
@@ -64,6 +73,18 @@ class Problem:
     def cost(self, x: np.ndarray) -> float:
         """Half the sum of squares of all residuals, and of the punctures' distances from their mean."""
         return self._search.cost(x)
+
+    def zero(self, run: int, x: np.ndarray) -> Estimate:
+        """``force_offset`` [N] of a run: by its free travel, or without any by the complete cycle."""
+        cycle, zero = self.cycles[run], self.cycles[run].zero
+        value, error, source = zero.value, zero.error, "mean of the free travel"
+        if not zero.known:
+            residual = self.residuals(run, x)
+            value, source = -float(cycle.zero_column @ residual) * cycle.scale, "layered fit"
+            long_run = noise_of(residual + value * cycle.weight, len(residual)).long_run
+            error = float(cycle.scale * np.sqrt(long_run))
+        half = TWO_SIDED * error
+        return Estimate("force_offset", value, "N", value - half, value + half, source=source)
 
     def jacobian(self, run: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Indices in x on which one run's residuals depend (k,), and their derivatives (m, k), by differences."""
