@@ -28,23 +28,35 @@ from .uncertainty import uncertainty_of
 MAX_LAYERS = 3
 
 
+Grown = dict[tuple[int, ...], list[Solved]]
+"""The fits with 1, 2, … layers in the form as fitted, from which the other forms start, by the recordings' ids."""
+
+
 def identify_layered(
-    singles: list[SegmentedRecording], name: str, given: FitInputs, layers: int | None, progress: Callable | None = None
+    singles: list[SegmentedRecording],
+    name: str,
+    given: FitInputs,
+    layers: int | None,
+    progress: Callable | None = None,
+    grown: Grown | None = None,
 ) -> Fit:
     """The layered fit of segmented recordings; ``layers`` is their number, None selects it by the evidence.
 
     ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and are not fitted. A
-    puncture is not needed: a withdrawal shows as much.
+    puncture is not needed: a withdrawal shows as much. Calls with the same recordings may share ``grown``.
     """
     usable = [single for single in singles if single.events.contact is not None]
     if not any(single.events.punctures or single.events.spans(Phase.extraction) for single in usable):
         return _without_model(singles, name)
-    coarse, fine = (
-        binned_cycles([(s.recording, s.events) for s in usable], bins) for bins in (COARSE[LAYERED[name]], FINE)
-    )
-    solved = list(_watched(grow(coarse, layers or MAX_LAYERS), layers or MAX_LAYERS, progress, "layer by layer"))
-    if (form := LAYERED[name]) != "as_fitted":
-        solved = list(made_passive(solved, form))
+    pairs, form = [(single.recording, single.events) for single in usable], LAYERED[name]
+    fine, grown = binned_cycles(pairs, FINE), {} if grown is None else grown
+    if (key := tuple(map(id, usable))) not in grown:
+        work = grow(binned_cycles(pairs, COARSE["as_fitted"]), layers or MAX_LAYERS)
+        grown[key] = list(_watched(work, layers or MAX_LAYERS, progress, "layer by layer"))
+    solved = grown[key]
+    if form != "as_fitted":
+        work = made_passive(solved, form, binned_cycles(pairs, COARSE[form]))
+        solved = list(_watched(work, len(solved), progress, "in the passive form"))
     tried, best = _evidence(solved[-1:] if layers else solved, progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
     ended, population = next(work), next(work)
@@ -149,7 +161,7 @@ def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitI
 def _without_model(singles: list[SegmentedRecording], name: str) -> Fit:
     note = f"The model {name} needs a puncture or a withdrawal in at least one recording."
     recordings = tuple(
-        replace(each, notes=(*each.notes, note)) if each.status is Status.no_puncture else each
+        replace(each, notes=(*each.notes, note)) if each.status in (Status.no_puncture, Status.incomplete) else each
         for each in map(_without_values, singles)
     )
     settings = settings_of("cone_cylinder", None, singles)

@@ -24,6 +24,7 @@ from .search import Solved, again
 MAX_ERROR_RATIO = 1.02  # over the smallest error: a smaller difference matters to nobody
 BIN_ERROR = 0.005  # [of the peak] between the force along the bins of the search and along the samples
 MIN_HOLD_BINS, MAX_T = 6, 3.6  # Student's quantile of 0.1 % with 20 degrees of freedom
+HELD_OUT_STEPS = 25  # of the fit to the other repeats, which starts at the fit to all
 MIN_REPEATS = 3  # for a selection by held-out repeats, and for a scatter between repeats
 
 
@@ -68,7 +69,8 @@ def without_run(solved: Solved, run: int) -> Solved:
     unknowns, cycles = solved.problem.unknowns, solved.problem.cycles
     punctures = np.delete(unknowns.punctures(solved.x), run, axis=0).ravel()
     x = np.concatenate([solved.x[: unknowns.shared], punctures])
-    return again(solved, x, cycles=cycles[:run] + cycles[run + 1 :], unknowns=one_run_less(unknowns))
+    problem = replace(solved.problem, cycles=cycles[:run] + cycles[run + 1 :], unknowns=one_run_less(unknowns))
+    return Solved(problem, *problem.solve(x, HELD_OUT_STEPS))
 
 
 def one_run_less(unknowns: LayeredParameters) -> LayeredParameters:

@@ -66,6 +66,14 @@ class LayerScatter:
         """Largest distance in standard errors of a rupture that belongs to the layer, at the level of an interval."""
         return student_quantile(self.count - 1) if self.count > 1 else MAX_MATCH_DISTANCE / MIN_SPREAD
 
+    def rupture_by(self, puncture: Rupture) -> tuple[float, float]:
+        """Expected depth [m] of the layer's rupture and its standard error, by a puncture that belongs to it: between
+        the mean depth and that of the puncture by their variances, and not later than the end of the drop."""
+        measured = min(puncture.depth + self.past, max(puncture.end, puncture.depth))
+        unseen, error = self.unseen_spread**2, self.past_spread**2
+        share = unseen / (unseen + error) if error > 0.0 else 1.0
+        return self.mean + share * (measured - self.mean), float(np.sqrt(share * error))
+
     def distance(self, rupture: Rupture) -> float:
         """Squared distance of a puncture from this layer in standard errors, infinite beyond the gate."""
         away = (rupture.depth + self.past - self.mean) / (self.expected_spread * np.sqrt(1.0 + 1.0 / self.count))
@@ -117,13 +125,10 @@ class Ruptures:
         own punctures where these are plausible, otherwise at the mean depths."""
         shift = self.shift(events)
         own = self.assigned(ruptures_of(events, recording), shift)
-        places = zip(own, self.depth, self.past_peak)
-        return shift, np.array([z + shift if one is None else self.after(one, past) for one, z, past in places])
-
-    @staticmethod
-    def after(rupture: Rupture, past: float) -> float:
-        """The depth [m] at which a layer ruptures by a puncture: not later than the end of its drop."""
-        return min(rupture.depth + past, max(rupture.end, rupture.depth))
+        found = zip(own, self.scatter)
+        return shift, np.array(
+            [shift + (known.mean if one is None else known.rupture_by(one.moved(-shift))[0]) for one, known in found]
+        )
 
     def assigned(self, ruptures: Sequence[Rupture], shift: float = 0.0) -> list[Rupture | None]:
         """For each layer its puncture or None: those in the order of depth whose squared distances are the smallest, a
@@ -199,9 +204,8 @@ class Expectation:
         puncture."""
         if own is None:
             return member.depths[:, layer]
-        known, one = self.ruptures.scatter[layer], own.moved(-shift)
-        spread = min(known.past_spread, known.unseen_spread)
-        at = Ruptures.after(one, known.past) + member.offset[layer]
+        at, spread = self.ruptures.scatter[layer].rupture_by(own.moved(-shift))
+        at += member.offset[layer]
         return at + spread * NODES if spread > MIN_SPREAD else np.array([at])
 
 

@@ -21,7 +21,7 @@ from .parameters import (
 from .problem import TIED_RIDGE, Problem
 
 SCREENING_STEPS, FINAL_STEPS = 15, 100  # of the descent from every start, and from the finalists
-N_FINALISTS = 2  # best starts after the screening
+N_FINALISTS = 3  # best starts after the screening
 TIME_SHARES = (0.13, 1.0)  # [of the hold] 0.7 s and 5 s for a hold of 5 s; a hold does not identify longer times
 STIFFER_STARTS = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7))  # added to the logarithms of c and k_t
 MIN_SPEED_RATIO = 1.3  # between repeats, to identify the dependence of forces on speed
@@ -99,18 +99,21 @@ def population_fit(solved: Solved) -> Solved:
     return Solved(problem, unknowns.in_order(x), cost)
 
 
-def made_passive(solved: Iterable[Solved], form: str = "passive") -> Iterator[Solved]:
-    """Fits with 1, 2, … layers in a passive form, started at those in the form as fitted and, as those, without."""
+def made_passive(
+    solved: Iterable[Solved], form: str = "passive", cycles: tuple[BinnedCycle, ...] | None = None
+) -> Iterator[Solved]:
+    """Fits with 1, 2, … layers in a passive form, to ``cycles`` if given, started at those in the form as fitted and,
+    as those, without."""
     upwards: list[Solved] = []
     for fitted in solved:
-        problem = replace(fitted.problem, form=form)
-        found = [best(problem, _stiffer(fitted))]
+        problem = replace(fitted.problem, form=form, cycles=cycles or fitted.problem.cycles)
+        starts = list(_stiffer(fitted))
         if problem.unknowns.layers < 3:
-            found.append(best(problem, first_starts(problem.cycles, problem.unknowns)))
+            starts += first_starts(problem.cycles, problem.unknowns)
         if upwards:
             # without this start, one layer more might fit worse in this form
-            found.append(best(problem, grown_starts(problem.cycles, upwards[-1].problem.unknowns, upwards[-1].x)))
-        upwards.append(min(found, key=lambda each: each.cost))
+            starts += grown_starts(problem.cycles, upwards[-1].problem.unknowns, upwards[-1].x)
+        upwards.append(best(problem, starts))
     yield from _downwards(upwards)
 
 

@@ -40,6 +40,7 @@ NAMES = {
     RUPTURE_LENGTH: "rupture_length",
     RESTING_SURFACE: "resting_surface",
 }
+OF_A_RUPTURE = ("friction_per_length", "tissue_stiffness", "rupture_length", "resting_surface", "puncture_indentation")
 DERIVED = ("contact_stiffness", "puncture_indentation")
 MAX_LOG, MAX_LOG_HALF = 300.0, 7.0  # of draws; of a half width: more than a factor of 1000 is no interval
 
@@ -62,6 +63,8 @@ class Uncertainty:
         step, as a new search could stop at the jump of the force at a rupture.
     travel : float
         Travel of the needle [m].
+    deepest : float
+        Largest depth [m] of the runs: a layer with a deeper rupture did not rupture.
     absent : frozenset of str
         Names of parameters that are not in the model: a contact that does not saturate, tissue that does not relax.
     limited : frozenset of str
@@ -73,6 +76,7 @@ class Uncertainty:
     within: np.ndarray
     moves: np.ndarray
     travel: float
+    deepest: float = np.inf
     absent: frozenset[str] = frozenset()
     limited: frozenset[str] = frozenset()
 
@@ -121,8 +125,10 @@ class Uncertainty:
                 continue
             value, half, above_zero = float(self.value[k]), float(self.half[k]), bool(positive([name])[0])
             low, high = _limits(value, half, above_zero)
+            if name.endswith("puncture_depth") and value > self.deepest:
+                low, high = self.deepest, np.inf
             within = MAX_DEPTH_SHARE * self._indentation(name) if unit == "m" else MAX_EXPONENT_HALF
-            identifiable = high < MAX_FACTOR * value if above_zero else half < within
+            identifiable = high < MAX_FACTOR * value if above_zero else 0.5 * (high - low) < within
             made[name] = Estimate(
                 name,
                 value,
@@ -202,6 +208,7 @@ def uncertainty_of(solved: Solved) -> Uncertainty:
         within=within,
         moves=_moves(solved, by, grams, slopes, known),
         travel=max(float(np.ptp(cycle.depth)) for cycle in problem.cycles),
+        deepest=max(cycle.deepest for cycle in problem.cycles),
         absent=absent(solved),
         limited=_limited(solved),
     )
@@ -209,7 +216,7 @@ def uncertainty_of(solved: Solved) -> Uncertainty:
 
 def absent(solved: Solved) -> frozenset[str]:
     """Names of parameters that are not in the model: removed, or a saturation that no contact reaches before its
-    rupture."""
+    rupture, and what follows a rupture that no run shows."""
     unknowns, x = solved.problem.unknowns, solved.x
     own = {prefix(k // PER_LAYER) + "saturation_depth" for k in unknowns.held if k % PER_LAYER == SATURATION}
     rows = unknowns.rows(x[None], unknowns.punctures(x).max(axis=0)[None])[0]
@@ -217,6 +224,8 @@ def absent(solved: Solved) -> frozenset[str]:
     for layer, row in enumerate(LayerRow(*row) for row in rows):
         if row.saturation_depth >= min(row.puncture_depth, deepest) - row.top:
             own.add(f"{prefix(layer)}saturation_depth")
+        if row.puncture_depth > deepest:
+            own |= {prefix(layer) + name for name in OF_A_RUPTURE}
     return frozenset(own | (set(SHARES) if unknowns.relaxing in unknowns.held else set()))
 
 
