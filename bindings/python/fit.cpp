@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <nanobind/stl/pair.h>
+
 #include <algorithm>
 #include <cstring>
 #include <memory>
@@ -6,14 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include <nanobind/stl/pair.h>
-
+#include "layered_search.hpp"
 #include "module.hpp"
 #include "needleforce/fit/cycle.hpp"
 #include "needleforce/fit/dead_band.hpp"
 #include "needleforce/fit/lagged.hpp"
 #include "needleforce/fit/layered.hpp"
-#include "needleforce/fit/layered_search.hpp"
 
 namespace nb = nanobind;
 
@@ -168,7 +168,8 @@ Matrix matrix_of(const std::vector<double>& values, std::size_t rows) {
   return {flat.data(), {rows, rows ? values.size() / rows : 0}, nb::cast(flat)};
 }
 
-/// One repeat of depth [m], dt [s], force [N], weight [1/N], the logarithm of its speed, and columns of the force zero.
+/// One repeat of depth [m], dt [s], force [N], weight [1/N], the logarithm of its speed, and columns of the
+/// force zero.
 fit::LayeredRun run_of(nb::handle given, const fit::LayeredSettings& settings) {
   const auto part = nb::cast<nb::tuple>(given);
   const auto depth = nb::cast<Values>(part[0]), dt = nb::cast<Values>(part[1]);
@@ -178,7 +179,8 @@ fit::LayeredRun run_of(nb::handle given, const fit::LayeredSettings& settings) {
   run.log_speed = nb::cast<double>(part[4]);
   run.zero = copied(nb::cast<Values>(part[5]));
   const std::size_t n = depth.shape(0);
-  if (n == 0 || dt.shape(0) != n || run.force.size() != n || run.weight.size() != n || run.zero.size() % n != 0)
+  if (n == 0 || dt.shape(0) != n || run.force.size() != n || run.weight.size() != n ||
+      run.zero.size() % n != 0)
     throw nb::value_error("the arrays of a repeat differ in length");
   run.steps.resize(n);
   fit::prepare_steps({depth.data(), n}, {dt.data(), n}, {0.0, settings.time_1, 0.0, settings.time_2},
@@ -232,15 +234,16 @@ nb::tuple jacobian(const Search& search, std::size_t run, const Values& x, const
   return nb::make_tuple(list, matrix_of(columns, places.size()));
 }
 
-nb::tuple searched(const Search& search, const Values& x, const Flags& free, const Values& low, const Values& high,
-                   std::size_t max_steps, bool scans) {
+nb::tuple searched(const Search& search, const Values& x, const Flags& free, const Values& low,
+                   const Values& high, std::size_t max_steps, bool scans) {
   const auto start = vector_of(search, x);
   const auto flags = flags_of(search, free);
   const fit::LayeredBounds bounds{vector_of(search, low), vector_of(search, high)};
   Search::Found found;
   {
     nb::gil_scoped_release release;
-    found = scans ? search.settle(start, flags, bounds, max_steps) : search.descend(start, flags, bounds, max_steps);
+    found = scans ? search.settle(start, flags, bounds, max_steps)
+                  : search.descend(start, flags, bounds, max_steps);
   }
   return nb::make_tuple(array_of(found.x), found.cost);
 }
@@ -249,18 +252,20 @@ Output squares_by_puncture(const Search& search, std::size_t run, std::size_t la
                            const Values& depths) {
   check_run(search, run);
   if (layer >= search.layers()) throw nb::index_error("no such layer");
-  return array_of(search.squares_by_puncture(vector_of(search, x), run, layer, {depths.data(), depths.shape(0)}));
+  return array_of(
+      search.squares_by_puncture(vector_of(search, x), run, layer, {depths.data(), depths.shape(0)}));
 }
 
 void bind_layered(nb::module_& module) {
   nb::class_<Search>(module, "LayeredSearch")
-      .def("__init__", &begin_search, nb::arg("form"), nb::arg("layers"), nb::arg("times"), nb::arg("brittleness"),
-           nb::arg("ridge"), nb::arg("repeats"))
+      .def("__init__", &begin_search, nb::arg("form"), nb::arg("layers"), nb::arg("times"),
+           nb::arg("brittleness"), nb::arg("ridge"), nb::arg("repeats"))
       .def("forces", &forces, nb::arg("run"), nb::arg("x"))
       .def("residuals", &residuals, nb::arg("run"), nb::arg("x"))
       .def("jacobian", &jacobian, nb::arg("run"), nb::arg("x"), nb::arg("free"))
-      .def("cost", [](const Search& search, const Values& x) { return search.cost(vector_of(search, x)); },
-           nb::arg("x"))
+      .def(
+          "cost", [](const Search& search, const Values& x) { return search.cost(vector_of(search, x)); },
+          nb::arg("x"))
       .def("search", &searched, nb::arg("x"), nb::arg("free"), nb::arg("low"), nb::arg("high"),
            nb::arg("max_steps"), nb::arg("scans"))
       .def("squares_by_puncture", &squares_by_puncture, nb::arg("run"), nb::arg("layer"), nb::arg("x"),

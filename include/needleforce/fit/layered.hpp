@@ -90,20 +90,27 @@ inline void prepare_steps(std::span<const double> depth, std::span<const double>
     const double travel = i == 0 ? 0.0 : depth[i] - depth[i - 1];
     deepest = std::max(deepest, depth[i]);
     const bool withdrawing = depth[i] < deepest - noise_of_depth;
-    steps[i] = {depth[i], travel, dt[i], travel / dt[i], deepest, !withdrawing && travel > speed_at_rest * dt[i],
-                withdrawing, {relaxing.left[0], relaxing.left[1]}, {relaxing.during[0], relaxing.during[1]}};
+    steps[i] = {depth[i],
+                travel,
+                dt[i],
+                travel / dt[i],
+                deepest,
+                !withdrawing && travel > speed_at_rest * dt[i],
+                withdrawing,
+                {relaxing.left[0], relaxing.left[1]},
+                {relaxing.during[0], relaxing.during[1]}};
   }
 }
 
 /// The laws of a layer by form, as `laws_of`.
 template <LayeredForm form>
 struct LawsOf {
-  using Friction = std::conditional_t<form == LayeredForm::passive, laws::DraggedTissuePassive,
-                                      std::conditional_t<form == LayeredForm::yielding, laws::YieldingTissue,
-                                                         laws::DraggedTissueAsFitted>>;
-  using Relaxation =
-      std::conditional_t<form == LayeredForm::passive, laws::Prony,
-                         std::conditional_t<form == LayeredForm::yielding, laws::PronyLocked, laws::PronyAtRest>>;
+  using Friction = std::conditional_t<
+      form == LayeredForm::passive, laws::DraggedTissuePassive,
+      std::conditional_t<form == LayeredForm::yielding, laws::YieldingTissue, laws::DraggedTissueAsFitted>>;
+  using Relaxation = std::conditional_t<
+      form == LayeredForm::passive, laws::Prony,
+      std::conditional_t<form == LayeredForm::yielding, laws::PronyLocked, laws::PronyAtRest>>;
 };
 
 /// One layer with laws known at compile time: the same laws and order as in `Insertion`, a quarter of the
@@ -129,8 +136,9 @@ class LoneLayer {
     const double depth = step.depth - top_;
     if (!pierced_ && depth <= 0.0 && element_.elastic == 0.0) return 0.0;  // not touched yet
     for (int j = 0; j < 2; ++j) relaxing_.left[j] = step.left[j], relaxing_.during[j] = step.during[j];
-    Move move{depth, step.travel, depth > 0.0 ? std::min(step.travel, depth) : 0.0, step.velocity, step.dt,
-              step.deepest - top_, step.advancing, step.withdrawing};
+    Move move{depth,          step.travel,     depth > 0.0 ? std::min(step.travel, depth) : 0.0,
+              step.velocity,  step.dt,         step.deepest - top_,
+              step.advancing, step.withdrawing};
     if (!pierced_) {
       if (!(depth > puncture_)) return press(move);
       pierce(depth, first);
@@ -142,7 +150,8 @@ class LoneLayer {
  private:
   static Friction friction_of(const LayerNumbers& layer) noexcept {
     if constexpr (form == LayeredForm::yielding)
-      return {layer.per_length, layer.stiffness, layer.rupture_length, layer.resting_surface, layer.brittleness, 0.0};
+      return {layer.per_length,      layer.stiffness,   layer.rupture_length,
+              layer.resting_surface, layer.brittleness, 0.0};
     else
       return {layer.per_length, layer.stiffness, layer.rupture_length, layer.resting_surface};
   }
@@ -199,8 +208,8 @@ class LoneLayer {
 };
 
 template <LayeredForm form>
-void layer_force(const LayerNumbers& layer, const RelaxationNumbers& relaxation, std::span<const LayerStep> steps,
-                 double* force) noexcept {
+void layer_force(const LayerNumbers& layer, const RelaxationNumbers& relaxation,
+                 std::span<const LayerStep> steps, double* force) noexcept {
   LoneLayer<form> lone(layer, relaxation);
   for (std::size_t i = 0; i < steps.size(); ++i) force[i] = lone.step(steps[i], i == 0);
 }

@@ -193,7 +193,7 @@ def compare(
     singles = [fit_single(each, different, None) for each in watched]
     common = [single for single in singles if different and set(different) <= set(single.fits)]
     grown: dict = {}
-    return _ranked([_row(name, law, singles, common, progress, grown) for name, law in laws.items()])
+    return _ranked([_row(name, law, singles, common, progress=progress, grown=grown) for name, law in laws.items()])
 
 
 def _ranked(rows: list[ModelRow]) -> Comparison:
@@ -287,7 +287,7 @@ def _identified(
         return assemble(given, singles, [], law, ())
     from .layered.identify import identify_layered
 
-    return identify_layered(singles, name, given, None, progress, grown)
+    return identify_layered(singles, name, given, None, progress=progress, grown=grown)
 
 
 def _shared_parameters(fit: Fit) -> int:

@@ -57,7 +57,7 @@ class LayerScatter:
     matched: int = 0
 
     @property
-    def unseen_spread(self) -> float:
+    def held_out_spread(self) -> float:
         """Standard error [m] of the mean as the depth of a rupture that was not recorded."""
         return self.spread * np.sqrt(1.0 + 1.0 / self.count)
 
@@ -70,8 +70,8 @@ class LayerScatter:
         """Expected depth [m] of the layer's rupture and its standard error, by a puncture that belongs to it: between
         the mean depth and that of the puncture by their variances, and not later than the end of the drop."""
         measured = min(puncture.depth + self.past, max(puncture.end, puncture.depth))
-        unseen, error = self.unseen_spread**2, self.past_spread**2
-        share = unseen / (unseen + error) if error > 0.0 else 1.0
+        between, error = self.held_out_spread**2, self.past_spread**2
+        share = between / (between + error) if error > 0.0 else 1.0
         return self.mean + share * (measured - self.mean), float(np.sqrt(share * error))
 
     def distance(self, rupture: Rupture) -> float:

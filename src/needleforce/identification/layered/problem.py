@@ -49,7 +49,14 @@ class Problem:
             )
             for cycle in self.cycles
         ]
-        return core.LayeredSearch(self.form, unknowns.layers, unknowns.times, unknowns.brittleness, self.ridge, repeats)
+        return core.LayeredSearch(
+            form=self.form,
+            layers=unknowns.layers,
+            times=unknowns.times,
+            brittleness=unknowns.brittleness,
+            ridge=self.ridge,
+            repeats=repeats,
+        )
 
     @cached_property
     def _free(self) -> np.ndarray:

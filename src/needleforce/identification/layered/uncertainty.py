@@ -129,6 +129,8 @@ class Uncertainty:
                 low, high = self.deepest, np.inf
             within = MAX_DEPTH_SHARE * self._indentation(name) if unit == "m" else MAX_EXPONENT_HALF
             identifiable = high < MAX_FACTOR * value if above_zero else 0.5 * (high - low) < within
+            if name.endswith("saturation_depth"):  # a contact that may not saturate before its rupture shows no depth
+                identifiable = identifiable and high < self._indentation(name)
             made[name] = Estimate(
                 name,
                 value,

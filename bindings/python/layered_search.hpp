@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Residuals of the layered law over several repeats, their normal equations, and the search of their smallest sum of
-// squares: Levenberg-Marquardt within bounds, in turn with scans of the parameters at which the force jumps.
+// Residuals of the layered law over several repeats, their normal equations, and the search of their smallest
+// sum of squares: Levenberg-Marquardt within bounds, in turn with scans of the parameters at which the force
+// jumps.
 #pragma once
 
 #include <algorithm>
@@ -12,16 +13,26 @@
 #include <utility>
 #include <vector>
 
-#include "layered.hpp"
+#include "needleforce/fit/layered.hpp"
 
 namespace needleforce::fit {
 
-/// Places of a layer's values in the vector x; behind all layers the logits of the relaxing share and of its short part,
-/// the exponent of the speed, and the punctures [mm] run by run.
-enum LayerPlace : std::size_t { coefficient_x, saturation_x, top_x, ratio_x, stiffness_x, length_x, surface_x, per_layer };
+/// Places of a layer's values in the vector x; behind all layers the logits of the relaxing share and of its
+/// short part, the exponent of the speed, and the punctures [mm] run by run.
+enum LayerPlace : std::size_t {
+  coefficient_x,
+  saturation_x,
+  top_x,
+  ratio_x,
+  stiffness_x,
+  length_x,
+  surface_x,
+  per_layer
+};
 
-/// One repeat: its motion, the measured mean forces, the weight [1/N] of each residual, the logarithm of its speed over
-/// that to which the parameters refer, and columns (each as long as the motion) of the force zero, which is profiled out.
+/// One repeat: its motion, the measured mean forces, the weight [1/N] of each residual, the logarithm of its
+/// speed over that to which the parameters refer, and columns (each as long as the motion) of the force zero,
+/// which is profiled out.
 struct LayeredRun {
   std::vector<LayerStep> steps;
   std::vector<double> force, weight;
@@ -32,7 +43,8 @@ struct LayeredRun {
   std::size_t zeros() const noexcept { return steps.empty() ? 0 : zero.size() / steps.size(); }
 };
 
-/// What does not change in a search. `ridge` [1/mm] is the residual per distance of a puncture from the runs' mean.
+/// What does not change in a search. `ridge` [1/mm] is the residual per distance of a puncture from the runs'
+/// mean.
 struct LayeredSettings {
   LayeredForm form;
   std::size_t layers;
@@ -58,19 +70,28 @@ class LayeredSearch {
   std::size_t relaxing() const noexcept { return per_layer * layers(); }
   std::size_t speed() const noexcept { return per_layer * layers() + 2; }
   std::size_t size() const noexcept { return shared() + layers() * runs(); }
-  std::size_t puncture(std::size_t r, std::size_t layer) const noexcept { return shared() + r * layers() + layer; }
+  std::size_t puncture(std::size_t r, std::size_t layer) const noexcept {
+    return shared() + r * layers() + layer;
+  }
 
   static double logistic(double x) noexcept { return 0.5 * (1.0 + std::tanh(0.5 * x)); }
 
-  /// The parameters of a layer that ruptures at `puncture` [mm]. Its dimple stays above its rupture: a resting surface
-  /// outside the layer would be none.
+  /// The parameters of a layer that ruptures at `puncture` [mm]. Its dimple stays above its rupture: a
+  /// resting surface outside the layer would be none.
   LayerNumbers numbers(const double* x, std::size_t layer, double puncture) const noexcept {
     constexpr double mm = 1e-3, min_indentation = 1e-6;
     const double* own = x + per_layer * layer;
     const double top = mm * own[top_x], stiffness = std::exp(own[stiffness_x]);
     const double at = std::max(mm * puncture, top + min_indentation);
-    return {std::exp(own[coefficient_x]), std::exp(own[saturation_x]), top, at, stiffness * logistic(own[ratio_x]),
-            stiffness, std::exp(own[length_x]), std::min(mm * own[surface_x], at - top), settings_.brittleness};
+    return {std::exp(own[coefficient_x]),
+            std::exp(own[saturation_x]),
+            top,
+            at,
+            stiffness * logistic(own[ratio_x]),
+            stiffness,
+            std::exp(own[length_x]),
+            std::min(mm * own[surface_x], at - top),
+            settings_.brittleness};
   }
   RelaxationNumbers relaxation(const double* x) const noexcept {
     const double share = logistic(x[relaxing()]), part = logistic(x[relaxing() + 1]);
@@ -81,7 +102,8 @@ class LayeredSearch {
   }
 
   /// Force (n,) [N] of one layer along a run with a puncture [mm].
-  void force_of_layer(const double* x, std::size_t r, std::size_t layer, double puncture, double* force) const {
+  void force_of_layer(const double* x, std::size_t r, std::size_t layer, double puncture,
+                      double* force) const {
     const LayeredRun& run = runs_[r];
     layer_force(numbers(x, layer, puncture), relaxation(x), settings_.form, run.steps, force);
     if (const double scale = factor(x, r); scale != 1.0)
@@ -151,8 +173,8 @@ class LayeredSearch {
     return found;
   }
 
-  /// Derivatives of the residuals of a run by the values at `places`, a column (n,) each, by differences. A value of one
-  /// layer changes the force of that layer only.
+  /// Derivatives of the residuals of a run by the values at `places`, a column (n,) each, by differences. A
+  /// value of one layer changes the force of that layer only.
   void jacobian(const X& x, std::size_t r, const std::vector<std::size_t>& at, const Evaluation& now,
                 std::vector<double>& columns) const {
     const LayeredRun& run = runs_[r];
@@ -204,10 +226,11 @@ class LayeredSearch {
     double cost;
   };
 
-  /// The x with the smallest cost after at most `max_steps` steps. Marquardt's damping (1963), scaled by the diagonal.
-  /// Tops and punctures move as distances from those of the layer above, which are never negative: layers stay in the
-  /// order of depth.
-  Found descend(X x, const std::vector<std::uint8_t>& free, const LayeredBounds& bounds, std::size_t max_steps) const {
+  /// The x with the smallest cost after at most `max_steps` steps. Marquardt's damping (1963), scaled by the
+  /// diagonal. Tops and punctures move as distances from those of the layer above, which are never negative:
+  /// layers stay in the order of depth.
+  Found descend(X x, const std::vector<std::uint8_t>& free, const LayeredBounds& bounds,
+                std::size_t max_steps) const {
     x = admitted(std::move(x), bounds);
     Evaluation now = evaluate(x);
     double damping = 1e-3;
@@ -232,7 +255,8 @@ class LayeredSearch {
   }
 
   /// `descend` and scans of the parameters at which the force jumps, in turn, as long as the cost decreases.
-  Found settle(X x, const std::vector<std::uint8_t>& free, const LayeredBounds& bounds, std::size_t max_steps) const {
+  Found settle(X x, const std::vector<std::uint8_t>& free, const LayeredBounds& bounds,
+               std::size_t max_steps) const {
     Found best = descend(std::move(x), free, bounds, max_steps);
     for (int round = 0; round < 3; ++round) {
       X scanned = best.x;
@@ -390,7 +414,8 @@ class LayeredSearch {
   }
 
   /// The damped step at the places `in`, by Cholesky on the equations scaled by their diagonal.
-  std::vector<double> solved(const Equations& system, const std::vector<std::size_t>& in, double damping) const {
+  std::vector<double> solved(const Equations& system, const std::vector<std::size_t>& in,
+                             double damping) const {
     const std::size_t p = size(), m = in.size();
     std::vector<double> scale(m), lower(m * m), step(m);
     for (std::size_t i = 0; i < m; ++i) scale[i] = 1.0 / std::sqrt(system.gram[in[i] * p + in[i]]);
@@ -401,7 +426,8 @@ class LayeredSearch {
         value -= dot(lower.data() + i * m, lower.data() + k * m, k);
         lower[i * m + k] = i == k ? std::sqrt(std::max(value, 1e-12)) : value / lower[k * m + k];
       }
-      step[i] = (system.slope[in[i]] * scale[i] - dot(lower.data() + i * m, step.data(), i)) / lower[i * m + i];
+      step[i] =
+          (system.slope[in[i]] * scale[i] - dot(lower.data() + i * m, step.data(), i)) / lower[i * m + i];
     }
     for (std::size_t i = m; i-- > 0;) {
       for (std::size_t k = i + 1; k < m; ++k) step[i] -= lower[k * m + i] * step[k];
@@ -411,7 +437,8 @@ class LayeredSearch {
     return step;
   }
 
-  /// Every run's punctures, one by one, at the best of many depths between those of the layers above and below.
+  /// Every run's punctures, one by one, at the best of many depths between those of the layers above and
+  /// below.
   void scan_punctures(X& x, const LayeredBounds&) const {
     for (std::size_t r = 0; r < runs(); ++r) {
       const auto [low, high] = reach(r);
@@ -421,7 +448,8 @@ class LayeredSearch {
         const double below =
             layer + 1 < layers() ? x[puncture(r, layer + 1)] : std::numeric_limits<double>::infinity();
         std::vector<double> depths{own};
-        for (double depth = std::max(low, x[top_x]) + scan_step; depth < high + 2.0 * scan_step; depth += scan_step)
+        for (double depth = std::max(low, x[top_x]) + scan_step; depth < high + 2.0 * scan_step;
+             depth += scan_step)
           if (depth >= above && depth <= below) depths.push_back(depth);
         const std::vector<double> found = squares_by_puncture(x, r, layer, depths);
         const auto best = std::min_element(found.begin(), found.end());
