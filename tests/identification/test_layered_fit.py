@@ -286,23 +286,6 @@ def test_layers_rupture_in_the_order_of_depth_and_rest_inside(identified):
         assert own == sorted(own)
 
 
-def test_a_saturation_beyond_the_rupture_is_not_in_the_model():
-    """A contact that saturates at 5 mm and ruptures at 3 mm shows no saturation."""
-    model = with_ruptures(nf.preset("layered_as_fitted").replace(deeper=()), np.array([3e-3]))
-    motion = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=12e-3, hold=2.0)
-    run = nf.simulate(model, motion, rate=100.0)
-    runs = [
-        dataclasses.replace(run, force=run.force + np.random.default_rng(k).normal(0.0, 2e-3, len(run)), axes={})
-        for k in range(3)
-    ]
-    fit = nf.identify(runs, model="layered_as_fitted", layers=1)
-    saturation = fit.parameters.get("saturation_depth")
-    if saturation is None:
-        assert any("saturation_depth" in sentence for sentence in fit.held_fixed)
-    else:  # of the noise
-        assert not saturation.identifiable and saturation.high > 2.9e-3
-
-
 def test_the_zero_of_the_sensor_is_a_parameter():
     """Each repeat has an offset of its own: forces of the model do not contain it, and its interval does."""
     offsets = [0.15, -0.1, 0.05]

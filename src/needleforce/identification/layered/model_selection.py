@@ -9,12 +9,15 @@ from ..statistics.noise import noise_of
 from ..statistics.regression import VERY_STRONG_BIC, independent_samples
 from .binned_cycle import BinnedCycle
 from .parameters import (
+    COEFFICIENT,
+    MM,
     NO_RELAXATION,
     NO_SATURATION,
     PER_LAYER,
     RUPTURE_LENGTH,
     SATURATION,
     SHARP_RUPTURE,
+    TOP,
     LayeredParameters,
 )
 from .prediction import expectation
@@ -163,7 +166,13 @@ def relaxes(cycle: BinnedCycle) -> bool:
 
 
 def without(solved: Solved, values: dict[int, float]) -> Solved:
-    """The fit with parameters held at values."""
+    """The fit with parameters held at values. A contact that no longer saturates starts with the same force at its
+    rupture."""
     x, unknowns = solved.x.copy(), solved.problem.unknowns
+    tops = x[: unknowns.relaxing].reshape(unknowns.layers, PER_LAYER)[:, TOP]
+    reached = MM * np.maximum(unknowns.punctures(x).mean(axis=0) - tops, 1e-3)
+    for k in (k for k in values if k < unknowns.relaxing and k % PER_LAYER == SATURATION):
+        share = min(np.exp(x[k]) / reached[k // PER_LAYER], 1.0)
+        x[k - SATURATION + COEFFICIENT] += np.log(share * (2.0 - share))
     x[list(values)] = list(values.values())
     return again(solved, x, unknowns=replace(unknowns, held=unknowns.held | frozenset(map(int, values))))
