@@ -122,7 +122,11 @@ def _downwards(upwards: list[Solved]) -> Iterator[Solved]:
     kept = upwards[-1:]
     for fewer in reversed(upwards[:-1]):
         found = best(fewer.problem, _without_a_layer(kept[0]))
-        kept.insert(0, min(found, fewer, key=lambda each: each.cost))
+        less, more = min(found, fewer, key=lambda each: each.cost), kept[0]
+        if less.cost < more.cost:  # the fit with one layer more has missed this one
+            starts = grown_starts(more.problem.cycles, less.problem.unknowns, less.x)
+            kept[0] = min(more, best(more.problem, starts), key=lambda each: each.cost)
+        kept.insert(0, less)
     yield from kept
 
 
@@ -176,6 +180,11 @@ def grown_starts(cycles: tuple[BinnedCycle, ...], before: LayeredParameters, x: 
             added[TOP] = top
             own = np.column_stack([before.punctures(x), np.full(before.runs, puncture)])
             yield np.concatenate([shared, added, common, own.ravel()])
+    # and one that weighs next to nothing, so that one layer more never fits worse
+    added = np.array(WEAK_LAYER)
+    added[[COEFFICIENT, TISSUE_STIFFNESS, TOP]] = 0.0, 0.0, 0.5 * (highest + deepest)
+    own = np.column_stack([before.punctures(x), np.full(before.runs, deepest + BEYOND_DEEPEST_MM)])
+    yield np.concatenate([shared, added, common, own.ravel()])
 
 
 def _start(cycles: tuple[BinnedCycle, ...], tops: list[float], punctures: np.ndarray) -> np.ndarray:
