@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <nanobind/stl/pair.h>
+
 #include <algorithm>
 #include <cstring>
 #include <memory>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "layered_search.hpp"
 #include "module.hpp"
 #include "needleforce/fit/cycle.hpp"
 #include "needleforce/fit/dead_band.hpp"
@@ -118,7 +122,7 @@ fit::LayeredForm form_of(std::string_view name) {
   throw nb::value_error("no such form of the layered law");
 }
 
-/// Forces (rows, n) [N], one for each row of numbers: those of a layer, then of relaxation.
+/// Forces (rows, n) [N], one for each row of parameters: those of a layer, then of relaxation.
 nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Rows& numbers, const char* name,
                                                                        const Values& depth,
                                                                        const Values& dt) {
@@ -134,13 +138,138 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Row
   const Output flat = new_array(rows * n, forces);
   {
     nb::gil_scoped_release release;
+    std::vector<fit::LayerStep> steps(n);
     for (std::size_t k = 0; k < rows; ++k) {
       Row row;
       std::memcpy(&row, numbers.data() + k * numbers.shape(1), sizeof row);
-      fit::layer_force(row.layer, row.relaxation, form, {depth.data(), n}, {dt.data(), n}, forces + k * n);
+      fit::prepare_steps({depth.data(), n}, {dt.data(), n}, row.relaxation, steps.data());
+      fit::layer_force(row.layer, row.relaxation, form, steps, forces + k * n);
     }
   }
   return {flat.data(), {rows, n}, nb::cast(flat)};
+}
+
+using Search = fit::LayeredSearch;
+using Flags = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Matrix = nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig>;
+
+std::vector<double> copied(const Values& values) { return {values.data(), values.data() + values.shape(0)}; }
+
+/// A new NumPy array with the values.
+Output array_of(const std::vector<double>& values) {
+  double* data;
+  Output array = new_array(values.size(), data);
+  std::copy(values.begin(), values.end(), data);
+  return array;
+}
+
+Matrix matrix_of(const std::vector<double>& values, std::size_t rows) {
+  const Output flat = array_of(values);
+  return {flat.data(), {rows, rows ? values.size() / rows : 0}, nb::cast(flat)};
+}
+
+/// One repeat of depth [m], dt [s], force [N], weight [1/N], the logarithm of its speed, and columns of the
+/// force zero.
+fit::LayeredRun run_of(nb::handle given, const fit::LayeredSettings& settings) {
+  const auto part = nb::cast<nb::tuple>(given);
+  const auto depth = nb::cast<Values>(part[0]), dt = nb::cast<Values>(part[1]);
+  fit::LayeredRun run;
+  run.force = copied(nb::cast<Values>(part[2]));
+  run.weight = copied(nb::cast<Values>(part[3]));
+  run.log_speed = nb::cast<double>(part[4]);
+  run.zero = copied(nb::cast<Values>(part[5]));
+  const std::size_t n = depth.shape(0);
+  if (n == 0 || dt.shape(0) != n || run.force.size() != n || run.weight.size() != n ||
+      run.zero.size() % n != 0)
+    throw nb::value_error("the arrays of a repeat differ in length");
+  run.steps.resize(n);
+  fit::prepare_steps({depth.data(), n}, {dt.data(), n}, {0.0, settings.time_1, 0.0, settings.time_2},
+                     run.steps.data());
+  return run;
+}
+
+void begin_search(Search* self, const char* form, std::size_t layers, std::pair<double, double> times,
+                  double brittleness, double ridge, const nb::list& repeats) {
+  const fit::LayeredSettings settings{form_of(form), layers, times.first, times.second, brittleness, ridge};
+  std::vector<fit::LayeredRun> runs;
+  for (const nb::handle repeat : repeats) runs.push_back(run_of(repeat, settings));
+  new (self) Search(settings, std::move(runs));
+}
+
+Search::X vector_of(const Search& search, const Values& x) {
+  if (x.shape(0) != search.size()) throw nb::value_error("x does not have the size of the search");
+  return copied(x);
+}
+
+void check_run(const Search& search, std::size_t run) {
+  if (run >= search.runs()) throw nb::index_error("no such repeat");
+}
+
+/// Forces (layers, n) [N] of the layers along a repeat.
+Matrix forces(const Search& search, std::size_t run, const Values& x) {
+  check_run(search, run);
+  const auto now = search.evaluate(vector_of(search, x));
+  return matrix_of(now.forces[run], search.layers());
+}
+
+Output residuals(const Search& search, std::size_t run, const Values& x) {
+  check_run(search, run);
+  return array_of(search.evaluate(vector_of(search, x)).residuals[run]);
+}
+
+std::vector<std::uint8_t> flags_of(const Search& search, const Flags& free) {
+  if (free.shape(0) != search.size()) throw nb::value_error("flags do not have the size of the search");
+  return {free.data(), free.data() + free.shape(0)};
+}
+
+/// The places in x on which a repeat depends, and the derivatives (k, n) of its residuals.
+nb::tuple jacobian(const Search& search, std::size_t run, const Values& x, const Flags& free) {
+  check_run(search, run);
+  const auto vector = vector_of(search, x);
+  const auto places = search.places(run, flags_of(search, free));
+  std::vector<double> columns;
+  search.jacobian(vector, run, places, search.evaluate(vector), columns);
+  nb::list list;
+  for (const std::size_t place : places) list.append(place);
+  return nb::make_tuple(list, matrix_of(columns, places.size()));
+}
+
+nb::tuple searched(const Search& search, const Values& x, const Flags& free, const Values& low,
+                   const Values& high, std::size_t max_steps, bool scans) {
+  const auto start = vector_of(search, x);
+  const auto flags = flags_of(search, free);
+  const fit::LayeredBounds bounds{vector_of(search, low), vector_of(search, high)};
+  Search::Found found;
+  {
+    nb::gil_scoped_release release;
+    found = scans ? search.settle(start, flags, bounds, max_steps)
+                  : search.descend(start, flags, bounds, max_steps);
+  }
+  return nb::make_tuple(array_of(found.x), found.cost);
+}
+
+Output squares_by_puncture(const Search& search, std::size_t run, std::size_t layer, const Values& x,
+                           const Values& depths) {
+  check_run(search, run);
+  if (layer >= search.layers()) throw nb::index_error("no such layer");
+  return array_of(
+      search.squares_by_puncture(vector_of(search, x), run, layer, {depths.data(), depths.shape(0)}));
+}
+
+void bind_layered(nb::module_& module) {
+  nb::class_<Search>(module, "LayeredSearch")
+      .def("__init__", &begin_search, nb::arg("form"), nb::arg("layers"), nb::arg("times"),
+           nb::arg("brittleness"), nb::arg("ridge"), nb::arg("repeats"))
+      .def("forces", &forces, nb::arg("run"), nb::arg("x"))
+      .def("residuals", &residuals, nb::arg("run"), nb::arg("x"))
+      .def("jacobian", &jacobian, nb::arg("run"), nb::arg("x"), nb::arg("free"))
+      .def(
+          "cost", [](const Search& search, const Values& x) { return search.cost(vector_of(search, x)); },
+          nb::arg("x"))
+      .def("search", &searched, nb::arg("x"), nb::arg("free"), nb::arg("low"), nb::arg("high"),
+           nb::arg("max_steps"), nb::arg("scans"))
+      .def("squares_by_puncture", &squares_by_puncture, nb::arg("run"), nb::arg("layer"), nb::arg("x"),
+           nb::arg("depths"));
 }
 
 }  // namespace
@@ -152,6 +281,7 @@ void bind_fit(nb::module_& module) {
   module.def("layer_forces", &layer_forces, nb::arg("numbers"), nb::arg("form"), nb::arg("depth"),
              nb::arg("dt"));
   module.def("dead_band", &dead_band, nb::arg("depth"), nb::arg("half"));
+  bind_layered(module);
   module.def("lagged_products", &lagged_products, nb::arg("residual"), nb::arg("lags"));
 }
 

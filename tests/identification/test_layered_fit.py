@@ -196,7 +196,9 @@ def test_what_cannot_answer_is_kept_and_the_rest_goes_on():
     never = fit.recordings[4].parameters["puncture_depth"]
     assert never.high == np.inf and not never.identifiable and never.low > 5.5e-3
     assert fit.parameters["tissue_stiffness"].value == pytest.approx(220.0, rel=0.1)
-    nothing = nf.identify([blank, shallow], model="layered")
+    inwards = int(np.argmax(shallow.depth))
+    pushed = nf.Recording(*(getattr(shallow, name)[:inwards] for name in ("time", "depth", "velocity", "force")))
+    nothing = nf.identify([blank, pushed], model="layered")
     assert nothing.model is None and any("needs a puncture" in note for note in nothing.recordings[1].notes)
 
 
@@ -226,3 +228,98 @@ def test_in_the_passive_form_one_layer_more_never_fits_worse(recordings):
     cycles = binned_cycles(pairs, COARSE["as_fitted"])
     residuals = [each.residual for each in made_passive(grow(cycles, 3))]
     assert residuals[2] < residuals[1] < residuals[0]
+
+
+def test_the_search_runs_the_laws_of_the_engine():
+    """One layer with laws known at compile time, against the engine: random parameters along a motion that turns, rests
+    and goes deeper again."""
+    random = np.random.default_rng(5)
+    motion = nf.Motion(-2e-3, ((9e-3, 3e-3), (7e-3, 2e-3), (12e-3, 4e-3), (12e-3, 1.5), (-2e-3, 3e-3)), 0.05)
+    run = nf.simulate(nf.preset("paper"), motion, rate=100.0)
+    dt = np.full(len(run), 0.01)
+    laws = core.laws
+    for name, relaxation in (
+        ("layered", laws.Prony), ("layered_yielding", laws.PronyLocked), ("layered_as_fitted", laws.PronyAtRest)
+    ):  # fmt: skip
+        for _ in range(20):
+            c, saturation, puncture = random.uniform((5e3, 1e-3, 2e-3), (1e5, 8e-3, 10e-3))
+            stiffness, length, surface = random.uniform((50.0, 2e-5, 0.0), (900.0, 2e-3, 3e-3))
+            friction = [random.uniform(0.05, 0.9) * stiffness, stiffness, length, surface]
+            shares = [random.uniform(0.0, 0.45), 0.2, random.uniform(0.0, 0.45), 1.5]
+            model = nf.Model(
+                stiffness=laws.ConeCylinder(0.5 * np.pi * c, 0.25 * np.pi, saturation / (0.5 * np.pi)),
+                puncture=laws.PunctureDepth(puncture),
+                friction=NAMED[name](*friction),
+                cutting=laws.NoCutting(),
+                relaxation=relaxation(*shares),
+            )
+            whole = nf.Insertion(model, max_speed=np.inf).run(run.depth, None, dt)["force"]
+            row = np.array([[c, saturation, 0.0, puncture, *friction, 0.0, *shares]])
+            alone = core.layer_forces(row, LAYERED[name], run.depth, dt)[0]
+            np.testing.assert_allclose(alone, whole, atol=1e-12 * np.abs(whole).max())
+
+
+def test_tissue_without_a_puncture_gets_a_model():
+    """Insertion, hold and withdrawal in tissue that does not rupture: the contact and its relaxation are identified,
+    and what only a rupture shows is no number."""
+    shallow = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=6e-3, hold=2.0)
+    runs = [repeat(k, layers=1, motion=shallow)[0] for k in range(3)]
+    assert not any(nf.segment(run).punctures for run in runs)
+    fit = nf.identify(runs, model="layered_as_fitted", layers=1)
+    assert fit.model is not None and fit.quality.nrmse < 0.01
+    assert fit.parameters["contact_depth"].value == pytest.approx(0.0, abs=0.1e-3)
+    assert fit.parameters["stiffness_coefficient"].value == pytest.approx(30e3, rel=0.05)
+    assert not {"friction_per_length", "tissue_stiffness", "rupture_length", "resting_surface"} & set(fit.parameters)
+    never = fit.parameters["puncture_depth"]
+    assert not never.identifiable and never.low > 5.9e-3 and never.high == np.inf
+
+
+def test_layers_rupture_in_the_order_of_depth_and_rest_inside(identified):
+    *_, fit = identified
+    tops, depths = ([layer.top for layer in fit.model.layers], [layer.puncture.depth for layer in fit.model.layers])
+    at = np.add(tops, depths)
+    assert np.all(np.diff(tops) > 0.0) and np.all(np.diff(at) >= 0.0)
+    for layer in fit.model.layers:
+        assert 0.0 <= layer.friction.resting_surface <= layer.puncture.depth + 1e-9
+    for each in fit.recordings:
+        own = [e.value for name, e in each.parameters.items() if name.endswith("puncture_depth")]
+        assert own == sorted(own)
+
+
+def test_the_zero_of_the_sensor_is_a_parameter():
+    """Each repeat has an offset of its own: forces of the model do not contain it, and its interval does."""
+    offsets = [0.15, -0.1, 0.05]
+    motion = nf.Motion.insert(start=-4e-3, speed=3e-3, depth=14e-3, hold=2.0)
+    runs = [repeat(k, layers=1, motion=motion)[0] for k in range(3)]
+    moved = [dataclasses.replace(run, force=run.force + offset) for run, offset in zip(runs, offsets)]
+    fit, plain = (nf.identify(each, model="layered_as_fitted", layers=1) for each in (moved, runs))
+    for each, offset in zip(fit.recordings, offsets):
+        found = each.parameters["force_offset"]
+        assert found.low <= offset <= found.high and found.high - found.low < 3e-3
+        assert each.quality.nrmse < 0.01
+    for name in ("friction_per_length", "tissue_stiffness", "contact_stiffness"):
+        assert fit.parameters[name].value == pytest.approx(plain.parameters[name].value, rel=1e-3), name
+
+
+def test_a_replay_takes_plausible_punctures_only(identified):
+    """A drop far from every layer, before the first rupture, belongs to none: it moves no rupture."""
+    name, *_, fit = identified
+    held_out, _ = repeat(99, name)
+    events = nf.segment(held_out)
+    first = events.punctures[0]
+    wiggle = dataclasses.replace(first, depth=2e-3, drop=0.02, high=int(np.argmax(held_out.depth > 2.1e-3)))
+    with_wiggle = dataclasses.replace(events, punctures=(wiggle, *events.punctures))
+    np.testing.assert_allclose(fit.predict(held_out, with_wiggle), fit.predict(held_out, events), atol=1e-12)
+    nothing = dataclasses.replace(events, punctures=(wiggle,), contact=None)
+    np.testing.assert_allclose(fit.predict(held_out, nothing), fit.predict(held_out), atol=1e-12)
+
+
+def test_of_fits_that_predict_as_well_the_one_with_the_fewest_layers_is_chosen(identified):
+    *_, fit = identified
+    rows = [row for row in fit.settings.evidence if "," not in row.choice]
+    chosen = next(row for row in fit.settings.evidence if row.chosen).choice.split(",")[0]
+    layers = int(chosen.split()[0])
+    best = min(row.left_out for row in rows)
+    for row in rows:
+        if int(row.choice.split()[0]) < layers:
+            assert row.left_out > 1.02 * best and not row.ties

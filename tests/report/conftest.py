@@ -6,7 +6,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.estimates import Estimate, Quality
-from needleforce.identification.layered.model import Ruptures
+from needleforce.identification.layered.prediction import Ruptures
 from needleforce.identification.layered.result import Evidence, LayeredFit, LayeredSettings
 from needleforce.identification.recording_fit import RecordingFit
 from needleforce.identification.result import Choice, Fit, FitSettings

@@ -192,7 +192,8 @@ def compare(
     watched = progress(recordings, "comparing") if progress else recordings
     singles = [fit_single(each, different, None) for each in watched]
     common = [single for single in singles if different and set(different) <= set(single.fits)]
-    return _ranked([_row(name, law, singles, common, progress) for name, law in laws.items()])
+    grown: dict = {}
+    return _ranked([_row(name, law, singles, common, progress=progress, grown=grown) for name, law in laws.items()])
 
 
 def _ranked(rows: list[ModelRow]) -> Comparison:
@@ -225,10 +226,11 @@ def _row(
     singles: list[SegmentedRecording],
     common: list[SegmentedRecording],
     progress: Progress | None,
+    grown: dict,
 ) -> ModelRow:
-    fit = _identified(singles, name, law)
+    fit = _identified(singles, name, law, grown, progress)
     watch = (lambda work: progress(work, f"leaving out, {name}")) if progress else iter
-    held_out = cross_validate(singles, lambda others: _identified(others, name, law), watch)
+    held_out = cross_validate(singles, lambda others: _identified(others, name, law, grown), watch)
     errors = held_out.prediction[:, 0][np.isfinite(held_out.prediction[:, 0])]
     ratios, replayed = (held_out.over_floor(each) for each in (held_out.prediction, held_out.replay))
     row = ModelRow(
@@ -276,13 +278,16 @@ def _friction_bic(single: SegmentedRecording, foundation: str) -> float:
     return found[0].bic if found else np.nan
 
 
-def _identified(singles: list[SegmentedRecording], name: str, law: str | None) -> Fit:
+def _identified(
+    singles: list[SegmentedRecording], name: str, law: str | None, grown: dict, progress: Progress | None = None
+) -> Fit:
+    """The fit of one model. The layered ones share ``grown``, the search in the form from which all of them start."""
     given = FitInputs(None, None, {})
     if law is not None:
         return assemble(given, singles, [], law, ())
     from .layered.identify import identify_layered
 
-    return identify_layered(singles, name, given, None)
+    return identify_layered(singles, name, given, None, progress=progress, grown=grown)
 
 
 def _shared_parameters(fit: Fit) -> int:

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The cycle of one recording for the fit: means over short bins of travel and of the hold."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ...recording import Recording
 from ...segmentation import Events
-from ..strokes import cycle_span, stroke_speed, strokes_of, undelayed_depth
+from ..one_layer.force_zero import MIN_FREE_SAMPLES, Drift, drift_of, free_samples
+from ..statistics.noise import noise_of
+from ..strokes import Strokes, cycle_span, stroke_speed, strokes_of, undelayed_depth
 
 COARSE, FINE = {"as_fitted": 125, "passive": 250, "yielding": 250}, 2000
 """Bins of a stroke: 0.2 mm of a stroke of 25 mm for the search, half of it in a passive form, whose tissue relaxes
@@ -16,11 +18,43 @@ along the samples."""
 HOLD_BINS = 24  # their edges are the squares of whole numbers, as relaxation is fastest at first
 
 
+@dataclass(frozen=True, kw_only=True)
+class ForceZero:
+    """The force [N] that the sensor shows without a load, its standard error, and its drift; an infinite error where
+    no free travel shows it."""
+
+    value: float = 0.0
+    error: float = np.inf
+    drift: Drift = field(default_factory=Drift)
+
+    @property
+    def known(self) -> bool:
+        """True if the free travel shows it."""
+        return bool(np.isfinite(self.error))
+
+    def at(self, time: np.ndarray) -> np.ndarray:
+        """The zero (n,) [N] at times (n,) [s]."""
+        return self.value + self.drift.at(time)
+
+
+@dataclass(frozen=True)
+class Rupture:
+    """A puncture of segmentation: depth [m] of its force peak, depth [m] of the end of its drop, and drop [N]."""
+
+    depth: float
+    end: float
+    drop: float
+
+    def moved(self, shift: float) -> "Rupture":
+        """The same deeper by ``shift`` [m]."""
+        return replace(self, depth=self.depth + shift, end=self.end + shift)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class BinnedCycle:
     """Bins (m,) of insertion, hold and withdrawal: mean depth [m], force [N], time step [s], number of samples.
 
-    ``stroke`` is 0, 1, 2 for insertion, hold, withdrawal. ``contact`` and ``punctures`` are depths [m] from
+    ``stroke`` is 0, 1, 2 for insertion, hold, withdrawal. ``contact`` [m] and ``punctures`` are from
     segmentation, all in the recording's own zero; ``speed`` [m/s] is that of the insertion, ``rest`` [s] the length of
     the hold, ``scale`` [N] the divisor of the residuals.
     """
@@ -31,10 +65,16 @@ class BinnedCycle:
     count: np.ndarray
     stroke: np.ndarray
     contact: float
-    punctures: tuple[float, ...]
+    punctures: tuple[Rupture, ...]
     speed: float
     rest: float
     scale: float
+    zero: ForceZero = field(default_factory=ForceZero)
+
+    @property
+    def zero_column(self) -> np.ndarray:
+        """The direction (m,) of the zero in the residuals, to be profiled out; empty where the free travel shows it."""
+        return np.empty(0) if self.zero.known else self.weight * self.scale
 
     @property
     def peak(self) -> float:
@@ -60,9 +100,14 @@ def binned_cycles(recordings: list[tuple[Recording, Events]], bins: int) -> tupl
 
 
 def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle:
-    """The first insertion with contact, with its hold and withdrawal if present; needs a contact."""
-    span, stroke = cycle_span(strokes_of(recording, events), events)
-    time, depth, force = recording.time[span], undelayed_depth(recording)[span], recording.force[span]
+    """The first insertion with contact, with its hold and withdrawal if present; needs a contact. Outliers of the force
+    are left out, and the sensor's zero is taken off where the free travel shows it."""
+    strokes = strokes_of(recording, events)
+    zero = force_zero(recording, events, strokes)
+    span, stroke = cycle_span(strokes, events)
+    used = without_outliers(recording, events)[span]
+    time, stroke = recording.time[span][used], stroke[used]
+    depth, force = undelayed_depth(recording)[span][used], (recording.force - zero.at(recording.time))[span][used]
     index = _bins(time, depth, stroke, bins)
     count = np.bincount(index)
 
@@ -77,11 +122,36 @@ def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle
         count=count,
         stroke=np.rint(mean(stroke)).astype(np.int64),
         contact=events.contact.depth,
-        punctures=tuple(puncture.depth for puncture in events.punctures),
+        punctures=tuple(
+            Rupture(each.depth, float(recording.depth[min(each.high, len(recording) - 1)]), each.drop)
+            for each in events.punctures
+        ),
         speed=stroke_speed(time[stroke == 0], depth[stroke == 0]),
         rest=float(np.ptp(time[stroke == 1])) if (stroke == 1).any() else 0.0,
         scale=float(np.abs(mean(force)).max()),
+        zero=zero,
     )
+
+
+def without_outliers(recording: Recording, events: Events) -> np.ndarray:
+    """True (n,) at the samples of a recording that are no outliers of the force."""
+    used = np.ones(len(recording), bool)
+    used[np.asarray(getattr(events, "outliers", ()), dtype=int)] = False
+    return used
+
+
+def force_zero(recording: Recording, events: Events, strokes: Strokes) -> ForceZero:
+    """The sensor's zero by the free travel before the contact, or after the exit; with its drift if that shows one.
+    Without free travel the zero is a parameter of the fit alone."""
+    before, after = free_samples(strokes, events, without_outliers(recording, events))
+    drift = drift_of(recording, before, after)
+    free = next((part for part in (before, after) if len(part) >= MIN_FREE_SAMPLES), None)
+    if free is None:
+        return ForceZero()
+    force = recording.force[free] - drift.at(recording.time[free])
+    noise = noise_of(force - force.mean(), len(force), recording.card.filter_length, 1.0)
+    error = np.sqrt(noise.long_run / len(force) + drift.uncertain_by**2)
+    return ForceZero(value=float(force.mean()), error=float(error), drift=drift)
 
 
 def _bins(time: np.ndarray, depth: np.ndarray, stroke: np.ndarray, bins: int) -> np.ndarray:

@@ -7,10 +7,11 @@ from ...display.quantities import counted
 from ..estimates import Estimate
 from ..recording_fit import RecordingFit
 from ..result import FitSettings
-from .model_selection import MIN_REPEATS, Candidate, ties
+from .model_selection import MIN_REPEATS, Candidate, as_good
 from .parameters import MM, NO_RELAXATION, prefix
 from .result import Evidence, LayeredSettings
 from .search import Solved
+from .uncertainty import absent
 
 MAX_RESIDUAL_RATIO = 2.0  # over the median residual
 MAX_RESIDUAL = 0.1  # [of the peak] repeats of one specimen differ by less
@@ -68,6 +69,9 @@ def held_fixed(solved: Solved) -> tuple[str, ...]:
     held = ["embedded length: measured from the moving surface; a separate cutting force then tends to zero"]
     if solved.x[unknowns.relaxing] > NO_RELAXATION:
         held.append(f"time constants of relaxation: {times[0]:.2g} s and {times[1]:.2g} s, from the length of the hold")
+    without = sorted(name for name in absent(solved) if name.endswith("saturation_depth"))
+    if without:
+        held.append(f"{', '.join(without)}: not in the model, as the contact does not saturate before its rupture")
     if unknowns.speed not in unknowns.held:
         speed = f"{1e3 * solved.problem.speed:.3g} mm/s"
         held.append(
@@ -98,8 +102,8 @@ def unknown(solved: Solved, parameters: dict[str, Estimate]) -> tuple[str, ...]:
 
 def settings_of(found: Candidate, tried: list[Candidate], settings: FitSettings) -> LayeredSettings:
     """The settings of any fit, and how the choice of layers was made."""
-    by_prediction = "prediction of held-out repeats, fewest parameters within 2 %"
-    by_bic = "BIC of the complete cycle, correlated samples counted as one"
+    by_prediction = "prediction of held-out repeats: the fewest layers within 2 % or a standard error of the best"
+    by_bic = "BIC of the complete cycle, correlated samples counted as one: the fewest layers within 10 of the lowest"
     unknowns = found.solved.problem.unknowns
     return LayeredSettings(
         **vars(settings) | {"answering": unknowns.runs},
@@ -118,6 +122,6 @@ def _evidence(each: Candidate, found: Candidate) -> Evidence:
         residual=each.residual,
         bic=each.bic,
         left_out=each.error if len(each.held_out) else None,
-        ties=each is not found and ties(each, found),
+        ties=each is not found and as_good(each, found) and as_good(found, each),
         chosen=each is found,
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...models.model import Model
-from ...vocabulary import Status
+from ...vocabulary import Phase, Status
 from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings_of, warnings_of
 from ..models import LAYERED, run_model
 from ..one_layer.fit_recording import SegmentedRecording
@@ -17,9 +17,10 @@ from ..result import Choice, Fit
 from ..strokes import cycle_span
 from . import diagnostics
 from .binned_cycle import COARSE, FINE, BinnedCycle, binned_cycles
-from .model import Ruptures, model_of, own_ruptures, ruptures
-from .model_selection import Candidate, candidate, chosen, removable, with_bic, without
+from .model import model_of, own_ruptures
+from .model_selection import Candidate, candidate, fewest_layers, fewest_mechanisms, removable, with_bic, without
 from .parameters import MM, TOP
+from .prediction import Expectation, Ruptures, expectation, ruptures, with_population
 from .result import LayeredFit
 from .search import Solved, grow, made_passive, population_fit, refined
 from .uncertainty import uncertainty_of
@@ -27,24 +28,35 @@ from .uncertainty import uncertainty_of
 MAX_LAYERS = 3
 
 
+Grown = dict[tuple[int, ...], list[Solved]]
+"""The fits with 1, 2, … layers in the form as fitted, from which the other forms start, by the recordings' ids."""
+
+
 def identify_layered(
-    singles: list[SegmentedRecording], name: str, given: FitInputs, layers: int | None, progress: Callable | None = None
+    singles: list[SegmentedRecording],
+    name: str,
+    given: FitInputs,
+    layers: int | None,
+    progress: Callable | None = None,
+    grown: Grown | None = None,
 ) -> Fit:
     """The layered fit of segmented recordings; ``layers`` is their number, None selects it by the evidence.
 
-    ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and are not fitted; one
-    without a puncture is fitted if others have one.
+    ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and are not fitted. A
+    puncture is not needed: a withdrawal shows as much. Calls with the same recordings may share ``grown``.
     """
     usable = [single for single in singles if single.events.contact is not None]
-    punctured = any(single.events.punctures for single in usable)
-    if not punctured:
+    if not any(single.events.punctures or single.events.spans(Phase.extraction) for single in usable):
         return _without_model(singles, name)
-    coarse, fine = (
-        binned_cycles([(s.recording, s.events) for s in usable], bins) for bins in (COARSE[LAYERED[name]], FINE)
-    )
-    solved = list(_watched(grow(coarse, layers or MAX_LAYERS), layers or MAX_LAYERS, progress, "layer by layer"))
-    if (form := LAYERED[name]) != "as_fitted":
-        solved = list(made_passive(solved, form))
+    pairs, form = [(single.recording, single.events) for single in usable], LAYERED[name]
+    fine, grown = binned_cycles(pairs, FINE), {} if grown is None else grown
+    if (key := tuple(map(id, usable))) not in grown:
+        work = grow(binned_cycles(pairs, COARSE["as_fitted"]), layers or MAX_LAYERS)
+        grown[key] = list(_watched(work, layers or MAX_LAYERS, progress, "layer by layer"))
+    solved = grown[key]
+    if form != "as_fitted":
+        work = made_passive(solved, form, binned_cycles(pairs, COARSE[form]))
+        solved = list(_watched(work, len(solved), progress, "in the passive form"))
     tried, best = _evidence(solved[-1:] if layers else solved, progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
     ended, population = next(work), next(work)
@@ -64,8 +76,9 @@ def identify_layered(
         choice=tuple(Choice(each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
         settings=diagnostics.settings_of(best, tried, settings_of("cone_cylinder", given.needle, singles)),
         ruptures=found,
+        expectation=None if model is None else _expectation(ended, found, population),
         uncertainty=known,
-        population=None if population is None else _model(population, ruptures(population), given, usable)[0],
+        population=None if population is None else _model(population, None, given, usable)[0],
         population_contact=MM * float((population or ended).x[TOP]),
     )
 
@@ -88,22 +101,30 @@ def _evidence(solved: list[Solved], progress: Callable | None) -> tuple[list[Can
     """Every candidate, and the chosen one: first the number of layers, then mechanisms that can be removed."""
     shown = progress or (lambda work, _: work)
     tried = [candidate(diagnostics.layers(each), each) for each in shown(solved, "predicting held-out repeats")]
-    best = chosen(with_bic(tried))
-    less = removable(best.solved.problem.unknowns)
+    best = fewest_layers(with_bic(tried))
+    less, count = removable(best.solved.problem.unknowns), len(tried)
     for what, values in shown(list(less.items()), "removing mechanisms"):
         tried.append(candidate(f"{best.name}, {what}", without(best.solved, values)))
     tried = with_bic(tried)
-    return tried, chosen(tried)
+    complete = next(each for each in tried if each.name == best.name)
+    return tried, fewest_mechanisms(complete, tried[count:])
 
 
 def _model(
-    solved: Solved, found: Ruptures, given: FitInputs, usable: list[SegmentedRecording]
+    solved: Solved, found: Ruptures | None, given: FitInputs, usable: list[SegmentedRecording]
 ) -> tuple[Model | None, tuple[str, ...]]:
     """The model with the mean ruptures, or None and the reason."""
+    depth = MM * solved.problem.unknowns.punctures(solved.x).mean(axis=0) if found is None else found.depth
     try:
-        return model_of(solved, found.depth, given.needle, reference_of(usable)), ()
+        return model_of(solved, depth, given.needle, reference_of(usable)), ()
     except InputError as error:
         return None, (NO_MODEL.format(error),)
+
+
+def _expectation(ended: Solved, found: Ruptures, population: Solved | None) -> Expectation:
+    """The expected force of the fit, and of that to a population if there is one."""
+    expected = expectation(ended, found)
+    return expected if population is None else with_population(expected, ended, population)
 
 
 def _without_values(single: SegmentedRecording) -> RecordingFit:
@@ -122,6 +143,7 @@ def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitI
     """The result of one recording with its own ruptures along its own motion."""
     base, own = _without_values(single), own_ruptures(solved, run)
     punctures = np.array([estimate.value for estimate in own.values()])
+    own["force_offset"] = zero = solved.problem.zero(run, solved.x)
     try:
         model = model_of(solved, punctures, given.needle)
     except InputError as error:
@@ -130,15 +152,16 @@ def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitI
     problem, cycle = solved.problem, solved.problem.cycles[run]
     factor = (cycle.speed / problem.speed) ** solved.x[problem.unknowns.speed]
     predicted = factor * run_model(model, single.recording, surface)
+    predicted += zero.value + cycle.zero.drift.at(single.recording.time)
     cycle, _ = cycle_span(single.strokes, single.events)
     residual = quality(single.recording.force[cycle], predicted[cycle])
     return replace(base, parameters=own, quality=residual, predicted=predicted)
 
 
 def _without_model(singles: list[SegmentedRecording], name: str) -> Fit:
-    note = f"The model {name} needs a puncture in at least one recording."
+    note = f"The model {name} needs a puncture or a withdrawal in at least one recording."
     recordings = tuple(
-        replace(each, notes=(*each.notes, note)) if each.status is Status.no_puncture else each
+        replace(each, notes=(*each.notes, note)) if each.status in (Status.no_puncture, Status.incomplete) else each
         for each in map(_without_values, singles)
     )
     settings = settings_of("cone_cylinder", None, singles)

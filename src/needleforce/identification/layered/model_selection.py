@@ -5,22 +5,29 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..statistics.noise import noise_of, student_quantile
+from ..statistics.noise import noise_of
 from ..statistics.regression import VERY_STRONG_BIC, independent_samples
 from .binned_cycle import BinnedCycle
 from .parameters import (
+    COEFFICIENT,
+    MM,
     NO_RELAXATION,
     NO_SATURATION,
     PER_LAYER,
     RUPTURE_LENGTH,
     SATURATION,
     SHARP_RUPTURE,
+    TOP,
     LayeredParameters,
 )
-from .search import Solved, again, population_fit
+from .prediction import expectation
+from .problem import REFUSED_RESIDUAL
+from .search import Solved, again
 
-MAX_ERROR_RATIO = 1.02  # over the smallest error; of these the model with the fewest parameters is chosen
-ROUNDING = 1e-9  # of a ratio of errors
+MAX_ERROR_RATIO = 1.02  # over the smallest error: a smaller difference matters to nobody
+BIN_ERROR = 0.005  # [of the peak] between the force along the bins of the search and along the samples
+MIN_HOLD_BINS, MAX_T = 6, 3.6  # Student's quantile of 0.1 % with 20 degrees of freedom
+HELD_OUT_STEPS = 25  # of the fit to the other repeats, which starts at the fit to all
 MIN_REPEATS = 3  # for a selection by held-out repeats, and for a scatter between repeats
 
 
@@ -65,7 +72,8 @@ def without_run(solved: Solved, run: int) -> Solved:
     unknowns, cycles = solved.problem.unknowns, solved.problem.cycles
     punctures = np.delete(unknowns.punctures(solved.x), run, axis=0).ravel()
     x = np.concatenate([solved.x[: unknowns.shared], punctures])
-    return again(solved, x, cycles=cycles[:run] + cycles[run + 1 :], unknowns=one_run_less(unknowns))
+    problem = replace(solved.problem, cycles=cycles[:run] + cycles[run + 1 :], unknowns=one_run_less(unknowns))
+    return Solved(problem, *problem.solve(x, HELD_OUT_STEPS))
 
 
 def one_run_less(unknowns: LayeredParameters) -> LayeredParameters:
@@ -74,10 +82,10 @@ def one_run_less(unknowns: LayeredParameters) -> LayeredParameters:
 
 
 def prediction_error(solved: Solved, cycle: BinnedCycle) -> float:
-    """Rms error over the peak on a held-out cycle, predicted by the population fit."""
-    population = population_fit(solved)
-    punctures = population.problem.unknowns.punctures(population.x).mean(axis=0)
-    return float(np.sqrt(population.problem.squares(cycle, population.x[None], punctures[None])[0]))
+    """Rms error over the scale of the expected force on a held-out cycle."""
+    force = solved.problem.speed_factor(cycle, solved.x) * expectation(solved).force(cycle.depth, cycle.dt)
+    error = (force - cycle.force) * cycle.weight
+    return float(np.sqrt(np.nan_to_num(error @ error, nan=REFUSED_RESIDUAL)))
 
 
 def with_bic(candidates: list[Candidate]) -> list[Candidate]:
@@ -94,32 +102,43 @@ def _independent(solved: Solved, run: int) -> float:
     return independent_samples([noise])
 
 
-def chosen(candidates: list[Candidate]) -> Candidate:
-    """Of those that predict held-out repeats as well as the best, within 2 %, the one with the fewest parameters; with
-    fewer than three repeats the one with the lowest BIC."""
-    if not all(len(each.held_out) for each in candidates):
-        return min(candidates, key=lambda each: each.bic)
-    smallest = min(each.error for each in candidates)
-    good = [each for each in candidates if each.error <= MAX_ERROR_RATIO * smallest]
-    return min(good, key=lambda each: (each.parameters, each.error))
+def fewest_layers(candidates: list[Candidate]) -> Candidate:
+    """The fit with the fewest layers of those that are as good as the best."""
+    best = min(candidates, key=_merit)
+    return min((each for each in candidates if as_good(each, best)), key=lambda each: (each.parameters, _merit(each)))
 
 
-def ties(one: Candidate, other: Candidate) -> bool:
-    """True if the ratio of the errors on held-out repeats does not differ from 1, by Student's t; without them, if the
-    BIC values differ by less than 10."""
-    if not (len(one.held_out) and len(other.held_out)):
-        return abs(one.bic - other.bic) < VERY_STRONG_BIC
-    return abs(_log_error_ratio(one, other)) <= student_quantile(len(one.held_out) - 1)
+def fewest_mechanisms(complete: Candidate, reduced: list[Candidate]) -> Candidate:
+    """The fit with the fewest parameters of ``complete`` and those reduced ones that are as good, and against which the
+    residual of the recordings is no very strong evidence. Relaxation stays where the force falls at rest."""
+    unknowns, shown = complete.solved.problem.unknowns, any(map(relaxes, complete.solved.problem.cycles))
+    kept = [
+        each
+        for each in reduced
+        if as_good(each, complete)
+        and each.bic - complete.bic < VERY_STRONG_BIC
+        and not (shown and unknowns.relaxing in each.solved.problem.unknowns.held)
+    ]
+    return min([complete, *kept], key=lambda each: (each.parameters, _merit(each)))
 
 
-def _log_error_ratio(one: Candidate, other: Candidate) -> float:
-    """Mean logarithm of the ratio of the errors on held-out repeats, in its standard errors.
+def as_good(one: Candidate, best: Candidate) -> bool:
+    """True if ``one`` predicts held-out repeats as well as ``best``.
 
-    Repeats that are copies of one another have ratios without scatter; the error is then that of rounding.
+    The error is larger by no more than 2 %, or by no more than the standard error of the difference. Without held-out
+    repeats: the BIC is larger by no more than 10.
     """
-    difference = np.log(one.held_out / other.held_out)
-    error = max(float(difference.std(ddof=1)) / np.sqrt(len(difference)), ROUNDING)
-    return float(difference.mean()) / error
+    if not (len(one.held_out) and len(best.held_out)):
+        return bool(one.bic - best.bic < VERY_STRONG_BIC)
+    ratio = np.log(np.hypot(one.held_out, BIN_ERROR) / np.hypot(best.held_out, BIN_ERROR))
+    if ratio.mean() <= np.log(MAX_ERROR_RATIO):
+        return True
+    return bool(ratio.mean() <= ratio.std(ddof=1) / np.sqrt(len(ratio)))
+
+
+def _merit(each: Candidate) -> float:
+    """The smaller the better: error on held-out repeats, or the BIC without them."""
+    return each.error if len(each.held_out) else each.bic
 
 
 def removable(unknowns: LayeredParameters) -> dict[str, dict[int, float]]:
@@ -133,8 +152,27 @@ def removable(unknowns: LayeredParameters) -> dict[str, dict[int, float]]:
     return found if unknowns.speed in unknowns.held else found | {"no dependence on speed": {unknowns.speed: 0.0}}
 
 
+def relaxes(cycle: BinnedCycle) -> bool:
+    """True if the force falls over the hold: the slope of a line over the bins, by Student's t (one-sided, 0.1 %)."""
+    force = cycle.force[cycle.stroke == 1]
+    count = len(force)
+    if count < MIN_HOLD_BINS:
+        return False
+    place = np.arange(count) - 0.5 * (count - 1)
+    slope = place @ force / (place @ place)
+    residual = force - force.mean() - slope * place
+    error = np.sqrt(residual @ residual / (count - 2) / (place @ place))
+    return bool(-slope > MAX_T * error)
+
+
 def without(solved: Solved, values: dict[int, float]) -> Solved:
-    """The fit with parameters held at values."""
+    """The fit with parameters held at values. A contact that no longer saturates starts with the same force at its
+    rupture."""
     x, unknowns = solved.x.copy(), solved.problem.unknowns
+    tops = x[: unknowns.relaxing].reshape(unknowns.layers, PER_LAYER)[:, TOP]
+    reached = MM * np.maximum(unknowns.punctures(x).mean(axis=0) - tops, 1e-3)
+    for k in (k for k in values if k < unknowns.relaxing and k % PER_LAYER == SATURATION):
+        share = min(np.exp(x[k]) / reached[k // PER_LAYER], 1.0)
+        x[k - SATURATION + COEFFICIENT] += np.log(share * (2.0 - share))
     x[list(values)] = list(values.values())
     return again(solved, x, unknowns=replace(unknowns, held=unknowns.held | frozenset(map(int, values))))

@@ -15,7 +15,7 @@ from ..estimates import Correlations
 from ..models import with_ruptures
 from ..result import Fit, FitSettings
 from ..strokes import stroke_speed
-from .model import Ruptures
+from .prediction import Expectation, Ruptures, ruptures_of
 from .uncertainty import Uncertainty
 
 
@@ -56,7 +56,9 @@ class LayeredFit(Fit):
     Attributes
     ----------
     ruptures : Ruptures
-        Mean depths at which the layers rupture.
+        Mean depths at which the layers rupture, and their scatter.
+    expectation : Expectation or None
+        The mean force over that scatter; None without a model.
     uncertainty : Uncertainty
         Covariance of the parameters and their scatter between repeats.
     population : Model or None
@@ -68,21 +70,32 @@ class LayeredFit(Fit):
 
     settings: LayeredSettings
     ruptures: Ruptures
+    expectation: Expectation | None = None
     uncertainty: Uncertainty | None = None
     population: Model | None = None
     population_contact: float = 0.0
 
     def predict(self, recording: Recording, events: Events | None = None) -> np.ndarray:
-        """As ``Fit.predict``; forces change with the power ``speed_exponent`` of the insertion's speed if it was
-        identified."""
-        return self._speed_factor(recording) * super().predict(recording, events)
+        """As ``Fit.predict``: the mean force over the scatter of the rupture depths, which errs least.
+
+        With ``events`` a layer ruptures at the puncture that plausibly is its own, by depth and drop; a layer without
+        one keeps its scatter. Forces change with the power ``speed_exponent`` of the insertion's speed if it was
+        identified.
+        """
+        self.identified_model()
+        if self.expectation is None:
+            return self._speed_factor(recording) * super().predict(recording, events)
+        shift = self.ruptures.shift(events)
+        own = () if events is None else self.ruptures.assigned(ruptures_of(events, recording), shift)
+        dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
+        force = self.expectation.force(np.ascontiguousarray(recording.depth, float), dt, own, shift)
+        return self._speed_factor(recording) * force
 
     def placed(self, recording: Recording, events: Events | None = None) -> tuple[Model, float]:
         """As ``Fit.placed``; without ``events`` the population model. Forces at another speed are not scaled."""
         model, contact = self.identified_model(), self.parameters["contact_depth"].value
         if self.population is not None and (events is None or not events.punctures):
-            shift = self.ruptures.of(events, recording)[0] if events is not None else 0.0
-            return self.population, self.population_contact + shift
+            return self.population, self.population_contact + self.ruptures.shift(events)
         if events is None:
             return model, contact
         shift, depths = self.ruptures.of(events, recording)

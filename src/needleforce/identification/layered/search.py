@@ -21,7 +21,7 @@ from .parameters import (
 from .problem import TIED_RIDGE, Problem
 
 SCREENING_STEPS, FINAL_STEPS = 15, 100  # of the descent from every start, and from the finalists
-N_FINALISTS = 2  # best starts after the screening
+N_FINALISTS = 3  # best starts after the screening
 TIME_SHARES = (0.13, 1.0)  # [of the hold] 0.7 s and 5 s for a hold of 5 s; a hold does not identify longer times
 STIFFER_STARTS = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7))  # added to the logarithms of c and k_t
 MIN_SPEED_RATIO = 1.3  # between repeats, to identify the dependence of forces on speed
@@ -99,18 +99,21 @@ def population_fit(solved: Solved) -> Solved:
     return Solved(problem, unknowns.in_order(x), cost)
 
 
-def made_passive(solved: Iterable[Solved], form: str = "passive") -> Iterator[Solved]:
-    """Fits with 1, 2, … layers in a passive form, started at those in the form as fitted and, as those, without."""
+def made_passive(
+    solved: Iterable[Solved], form: str = "passive", cycles: tuple[BinnedCycle, ...] | None = None
+) -> Iterator[Solved]:
+    """Fits with 1, 2, … layers in a passive form, to ``cycles`` if given, started at those in the form as fitted and,
+    as those, without."""
     upwards: list[Solved] = []
     for fitted in solved:
-        problem = replace(fitted.problem, form=form)
-        found = [best(problem, _stiffer(fitted))]
+        problem = replace(fitted.problem, form=form, cycles=cycles or fitted.problem.cycles)
+        starts = list(_stiffer(fitted))
         if problem.unknowns.layers < 3:
-            found.append(best(problem, first_starts(problem.cycles, problem.unknowns)))
+            starts += first_starts(problem.cycles, problem.unknowns)
         if upwards:
             # without this start, one layer more might fit worse in this form
-            found.append(best(problem, grown_starts(problem.cycles, upwards[-1].problem.unknowns, upwards[-1].x)))
-        upwards.append(min(found, key=lambda each: each.cost))
+            starts += grown_starts(problem.cycles, upwards[-1].problem.unknowns, upwards[-1].x)
+        upwards.append(best(problem, starts))
     yield from _downwards(upwards)
 
 
@@ -119,7 +122,11 @@ def _downwards(upwards: list[Solved]) -> Iterator[Solved]:
     kept = upwards[-1:]
     for fewer in reversed(upwards[:-1]):
         found = best(fewer.problem, _without_a_layer(kept[0]))
-        kept.insert(0, min(found, fewer, key=lambda each: each.cost))
+        less, more = min(found, fewer, key=lambda each: each.cost), kept[0]
+        if less.cost < more.cost:  # the fit with one layer more has missed this one
+            starts = grown_starts(more.problem.cycles, less.problem.unknowns, less.x)
+            kept[0] = min(more, best(more.problem, starts), key=lambda each: each.cost)
+        kept.insert(0, less)
     yield from kept
 
 
@@ -173,6 +180,11 @@ def grown_starts(cycles: tuple[BinnedCycle, ...], before: LayeredParameters, x: 
             added[TOP] = top
             own = np.column_stack([before.punctures(x), np.full(before.runs, puncture)])
             yield np.concatenate([shared, added, common, own.ravel()])
+    # and one that weighs next to nothing, so that one layer more never fits worse
+    added = np.array(WEAK_LAYER)
+    added[[COEFFICIENT, TISSUE_STIFFNESS, TOP]] = 0.0, 0.0, 0.5 * (highest + deepest)
+    own = np.column_stack([before.punctures(x), np.full(before.runs, deepest + BEYOND_DEEPEST_MM)])
+    yield np.concatenate([shared, added, common, own.ravel()])
 
 
 def _start(cycles: tuple[BinnedCycle, ...], tops: list[float], punctures: np.ndarray) -> np.ndarray:
@@ -194,7 +206,7 @@ def _start(cycles: tuple[BinnedCycle, ...], tops: list[float], punctures: np.nda
 def _first_punctures(cycles: tuple[BinnedCycle, ...], above: float, otherwise: float) -> np.ndarray:
     """Each run's first puncture deeper than ``above`` [mm]; the median for a run without one, ``otherwise`` if no run
     has one."""
-    found = [[depth / MM for depth in cycle.punctures if depth / MM > above] for cycle in cycles]
+    found = [[one.depth / MM for one in cycle.punctures if one.depth / MM > above] for cycle in cycles]
     known = [depths[0] for depths in found if depths]
     middle = float(np.median(known)) if known else otherwise
     return np.array([depths[0] if depths else middle for depths in found])

@@ -10,11 +10,37 @@ from ...display.quantities import counted
 from ..estimates import Correlations, Estimate
 from ..statistics.noise import TWO_SIDED, noise_of, student_quantile
 from .model_selection import MIN_REPEATS
-from .parameters import PER_LAYER, RUPTURE_LENGTH, SATURATION, SHARES, by_unknowns, positive, prefix, units, values
+from .parameters import (
+    COEFFICIENT,
+    FRICTION_RATIO,
+    PER_LAYER,
+    RESTING_SURFACE,
+    RUPTURE_LENGTH,
+    SATURATION,
+    SHARES,
+    TISSUE_STIFFNESS,
+    LayerRow,
+    by_unknowns,
+    positive,
+    prefix,
+    units,
+    values,
+)
 from .search import Solved
 
 MIN_SENSITIVITY = 1e-9  # [of the median of the diagonal of J'J] below, no run informs about a parameter
 MAX_FACTOR = 3.0  # upper limit over value, beyond which a positive parameter is not identifiable
+MAX_DEPTH_SHARE = 0.5  # [of the indentation at the rupture] a depth with a larger half width is not known
+MAX_EXPONENT_HALF = 1.0
+NAMES = {
+    COEFFICIENT: "stiffness_coefficient",
+    SATURATION: "saturation_depth",
+    FRICTION_RATIO: "friction_per_length",
+    TISSUE_STIFFNESS: "tissue_stiffness",
+    RUPTURE_LENGTH: "rupture_length",
+    RESTING_SURFACE: "resting_surface",
+}
+OF_A_RUPTURE = ("friction_per_length", "tissue_stiffness", "rupture_length", "resting_surface", "puncture_indentation")
 DERIVED = ("contact_stiffness", "puncture_indentation")
 MAX_LOG, MAX_LOG_HALF = 300.0, 7.0  # of draws; of a half width: more than a factor of 1000 is no interval
 
@@ -37,8 +63,12 @@ class Uncertainty:
         step, as a new search could stop at the jump of the force at a rupture.
     travel : float
         Travel of the needle [m].
-    held : frozenset of str
-        Names of parameters that were not fitted.
+    deepest : float
+        Largest depth [m] of the runs: a layer with a deeper rupture did not rupture.
+    absent : frozenset of str
+        Names of parameters that are not in the model: a contact that does not saturate, tissue that does not relax.
+    limited : frozenset of str
+        Names of parameters at a limit of the search, whose intervals have no meaning.
     """
 
     units: dict[str, str]
@@ -46,7 +76,9 @@ class Uncertainty:
     within: np.ndarray
     moves: np.ndarray
     travel: float
-    held: frozenset[str]
+    deepest: float = np.inf
+    absent: frozenset[str] = frozenset()
+    limited: frozenset[str] = frozenset()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -77,15 +109,28 @@ class Uncertainty:
             return within
         return np.fmax(within, student_quantile(self.runs - 1) * self.between_sd / np.sqrt(self.runs))
 
+    def _indentation(self, name: str) -> float:
+        """Indentation [m] at the rupture of the layer to which a parameter belongs, within the travel."""
+        found = name.split("_")[1] if name.startswith("layer_") else "1"
+        value = self.value[self.names.index(prefix(int(found) - 1) + "puncture_indentation")]
+        return min(float(value), self.travel)
+
     def estimates(self) -> dict[str, Estimate]:
         """Every parameter with its interval; a positive one has an interval of its logarithm."""
         enough, source = self.runs >= MIN_REPEATS, f"layered fit, {counted(self.runs, 'recording')}"
         source += ", jackknife over repeats" if enough else ""
         made = {}
         for k, (name, unit) in enumerate(self.units.items()):
+            if name in self.absent:
+                continue
             value, half, above_zero = float(self.value[k]), float(self.half[k]), bool(positive([name])[0])
             low, high = _limits(value, half, above_zero)
-            identifiable = high < MAX_FACTOR * value if above_zero else half < (self.travel if unit == "m" else 1.0)
+            if name.endswith("puncture_depth") and value > self.deepest:
+                low, high = self.deepest, np.inf
+            within = MAX_DEPTH_SHARE * self._indentation(name) if unit == "m" else MAX_EXPONENT_HALF
+            identifiable = high < MAX_FACTOR * value if above_zero else 0.5 * (high - low) < within
+            if name.endswith("saturation_depth"):  # a contact that may not saturate before its rupture shows no depth
+                identifiable = identifiable and high < self._indentation(name)
             made[name] = Estimate(
                 name,
                 value,
@@ -93,7 +138,7 @@ class Uncertainty:
                 low,
                 high,
                 between_repeats_sd=float(self.between_sd[k]) if enough else None,
-                identifiable=bool(identifiable and name not in self.held),
+                identifiable=bool(identifiable and name not in self.limited),
                 source=source,
                 within_run_sd=float(self.within_sd[k]) if enough else None,
             )
@@ -138,17 +183,23 @@ class Uncertainty:
 def uncertainty_of(solved: Solved) -> Uncertainty:
     """The uncertainty of the parameters of a fit."""
     problem, size = solved.problem, solved.problem.unknowns.size
-    grams, slopes, longs = [], [], []
+    grams, slopes, longs, zeros = [], [], [], []
     for run, cycle in enumerate(problem.cycles):
         places, jacobian = problem.jacobian(run, solved.x)
         residual, gram, slope = problem.residuals(run, solved.x), np.zeros((size, size)), np.zeros(size)
+        if not cycle.zero.known:  # a parameter of the fit
+            jacobian = jacobian - np.outer(cycle.zero_column, cycle.zero_column @ jacobian)
+            residual = residual - cycle.zero_column * (cycle.zero_column @ residual)
         gram[np.ix_(places, places)], slope[places] = jacobian.T @ jacobian, jacobian.T @ residual
         grams, slopes = [*grams, gram], [*slopes, slope]
+        moved = np.zeros(size)
+        moved[places] = jacobian.T @ cycle.weight * (cycle.zero.error if cycle.zero.known else 0.0)
+        zeros.append(np.outer(moved, moved))
         longs.append(noise_of(residual, len(cycle.depth)).long_run)
     total, by = sum(grams), by_unknowns(solved.problem.unknowns, solved.x)
     known = total.diagonal() > MIN_SENSITIVITY * np.median(total.diagonal()[problem.unknowns.free])
     bread = by @ _inverse(total, known)
-    within = bread @ sum(long * gram for long, gram in zip(longs, grams)) @ bread.T
+    within = bread @ (sum(long * gram for long, gram in zip(longs, grams)) + sum(zeros)) @ bread.T
     fitted = np.isin(np.arange(size), problem.unknowns.free)
     unknown = np.abs(by[:, ~known & fitted]).max(axis=1, initial=0.0) > 0.0
     within[unknown, unknown] = np.inf
@@ -159,16 +210,35 @@ def uncertainty_of(solved: Solved) -> Uncertainty:
         within=within,
         moves=_moves(solved, by, grams, slopes, known),
         travel=max(float(np.ptp(cycle.depth)) for cycle in problem.cycles),
-        held=_held(solved),
+        deepest=max(cycle.deepest for cycle in problem.cycles),
+        absent=absent(solved),
+        limited=_limited(solved),
     )
 
 
-def _held(solved: Solved) -> frozenset[str]:
-    """Names of parameters that were held to remove a mechanism."""
-    unknowns = solved.problem.unknowns
-    names = {SATURATION: "saturation_depth", RUPTURE_LENGTH: "rupture_length"}
-    own = {prefix(k // PER_LAYER) + names[k % PER_LAYER] for k in unknowns.held if k < unknowns.relaxing}
+def absent(solved: Solved) -> frozenset[str]:
+    """Names of parameters that are not in the model: removed, or a saturation that no contact reaches before its
+    rupture, and what follows a rupture that no run shows."""
+    unknowns, x = solved.problem.unknowns, solved.x
+    own = {prefix(k // PER_LAYER) + "saturation_depth" for k in unknowns.held if k % PER_LAYER == SATURATION}
+    rows = unknowns.rows(x[None], unknowns.punctures(x).max(axis=0)[None])[0]
+    deepest = max(cycle.deepest for cycle in solved.problem.cycles)
+    for layer, row in enumerate(LayerRow(*row) for row in rows):
+        if row.saturation_depth >= min(row.puncture_depth, deepest) - row.top:
+            own.add(f"{prefix(layer)}saturation_depth")
+        if row.puncture_depth > deepest:
+            own |= {prefix(layer) + name for name in OF_A_RUPTURE}
     return frozenset(own | (set(SHARES) if unknowns.relaxing in unknowns.held else set()))
+
+
+def _limited(solved: Solved) -> frozenset[str]:
+    """Names of parameters that were held, or that the search ended with at one of their limits."""
+    unknowns, x = solved.problem.unknowns, solved.x
+    low, high = solved.problem.bounds()
+    near = 1e-6 * (high - low)
+    at = np.flatnonzero((x <= low + near) | (x >= high - near))
+    places = {k for k in (*at, *unknowns.held) if k < unknowns.relaxing}
+    return frozenset(prefix(k // PER_LAYER) + NAMES[k % PER_LAYER] for k in places if k % PER_LAYER in NAMES)
 
 
 def _moves(solved: Solved, by: np.ndarray, grams: list, slopes: list, known: np.ndarray) -> np.ndarray:
