@@ -58,6 +58,8 @@ def _saturated(events: Events, summary: RecordingSummary) -> Iterator[Anomaly]:
         return
     deformation = next(iter(events.spans("deformation")), None)
     before = deformation is None or not events.punctures or summary.flat_ends - summary.flat <= deformation.last
+    # the longest part at the extreme may lie deeper than a peak that is cut off at the same force
+    before = before or abs(events.punctures[0].force) >= abs(summary.peak)
     sentence = f"The force is saturated: {summary.flat} consecutive samples are at its extreme of "
     sentence += f"{formatted(summary.peak, 'N')} while the needle moves"
     sentence += ", up to the puncture" if before else ", beyond the puncture"

@@ -42,6 +42,11 @@ MISSES_PUNCTURE = (
     "No model: none of the laws meets the measured force at the puncture within 5 % or its noise, {law} has the lowest "
     "BIC. Give a model by name to see it as it stands."
 )
+DEFAULT_LAYERED = "layered"
+LAYERED_BY_DEFAULT = (
+    "The model is layered: no model of one layer describes these recordings up to their puncture. Give "
+    "model='cone_cylinder' for one layer as it stands."
+)
 TWO_PASS = "second insertion at the same site"
 
 
@@ -70,7 +75,9 @@ def identify(
     model : str, optional
         A name in ``MODELS`` or ``BENT``, or ``layered`` or ``layered_yielding`` (both passive) or
         ``layered_as_fitted``, which are fitted to complete cycles.
-        Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves.
+        Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves; another law where
+        neither meets the puncture or the noise; ``layered`` where no law of one layer meets the puncture and there is a
+        withdrawal. The choice is in ``choice`` and ``warnings``.
     needle : Needle or Model, optional
         Needle with its tip, or a model that has one; needed for a modulus.
     bending : str or path-like, optional
@@ -118,7 +125,22 @@ def identify(
         singles, laws = [fitted(each, more, saturation) for each in singles], (*laws, *more)
     choice = choice_of(singles, laws, preferred)
     law = choice[0].name if choice else laws[0]
-    return assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
+    fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
+    if model is not None or fit.model is not None or seconds or layers is not None:
+        return fit
+    return _with_layers(fit, singles, FitInputs(needle, None, bench), progress)
+
+
+def _with_layers(fit: Fit, singles: list[SegmentedRecording], given: FitInputs, progress: Progress | None) -> Fit:
+    """The layered fit of recordings that no one-layer law describes, where there is one; else ``fit``."""
+    from .layered.identify import identify_layered
+
+    if not any(single.fits and len(single.strokes.depth_out) for single in singles):
+        return fit
+    layered = identify_layered(singles, DEFAULT_LAYERED, given, None, progress)
+    if layered.model is None:
+        return fit
+    return dataclasses.replace(layered, warnings=(LAYERED_BY_DEFAULT, *layered.warnings))
 
 
 def _layered(
