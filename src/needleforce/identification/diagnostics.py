@@ -61,7 +61,12 @@ def recording_fit(
     single: SegmentedRecording, own: dict[str, Estimate], law: str, needle: Needle | None, refused: str
 ) -> RecordingFit:
     """The result of one recording with its own model along its own motion; ``refused`` is a note on its second pass."""
-    notes = single.notes + ((refused,) if refused else ()) + tuple(note.message for note in single.recording.notes)
+    notes = (
+        single.notes
+        + single.law_notes.get(law, ())
+        + ((refused,) if refused else ())
+        + tuple(note.message for note in single.recording.notes)
+    )
     base = RecordingFit(
         file=single.recording.card.source,
         status=single.status,

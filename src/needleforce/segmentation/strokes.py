@@ -114,10 +114,11 @@ def insertions(time: np.ndarray, depth: np.ndarray, surface: float) -> tuple[Cyc
     )
     highs = [a + int(np.argmax(depth[a:b])) for a, b in spans]
     lows = [*cuts[1:], _last_low(depth, highs[-1])]
-    return tuple(
+    found = (
         _cycle(time, depth, low=a, high=b, next_low=c, rest_distance=rest_distance)
         for a, b, c in zip(cuts, highs, lows, strict=True)
     )
+    return tuple(each for each in found if each.speed > 0.0)
 
 
 def _last_low(depth: np.ndarray, high: int) -> int | None:
@@ -135,7 +136,7 @@ def _cycle(
     at_top = _longest_rest(np.flatnonzero(depth[low:end] >= depth[low:end].max() - rest_distance) + low)
     stop, withdrawal_start = int(at_top[0]), int(at_top[-1]) + 1
     speed = (depth[stop] - depth[start]) / max(time[stop] - time[start], 1e-9)
-    if time[withdrawal_start - 1] - time[stop] < max(MIN_HOLD_S, 4.0 * rest_distance / speed):
+    if time[withdrawal_start - 1] - time[stop] < max(MIN_HOLD_S, 4.0 * rest_distance / max(speed, 1e-12)):
         stop = withdrawal_start = int(low + np.argmax(depth[low:end])) + 1
     return Cycle(
         start=start,

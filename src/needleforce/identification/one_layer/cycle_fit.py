@@ -94,6 +94,9 @@ def _solve(
         margin=margin,
     )
     _refuse_failure(found["outcome"], strokes, window)
+    if not (math.isfinite(found["sse"]) and np.isfinite(found["matrices"]).all()):
+        step = "Give more samples before the puncture, or begin above the surface."
+        raise InputError("fit of the cycle", "not finite", "the samples do not determine it", "insertion", step)
     return found
 
 

@@ -38,9 +38,9 @@ ONLY_STAGED = "The law {} has only a staged fit: first the loading curve, then f
 class SegmentedRecording:
     """One recording's events, strokes, and the fit of each stiffness law that could be fitted.
 
-    ``loading`` has each law's fit of the loading curve. The ``strokes`` have the ``drift`` of the zero subtracted;
-    ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` are sentences on a lag or a
-    filter that is not declared.
+    ``loading`` has each law's fit of the loading curve, ``law_notes`` its notes. The ``strokes`` have the ``drift`` of
+    the zero subtracted; ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` are
+    sentences on a lag or a filter that is not declared.
     """
 
     recording: Recording
@@ -50,6 +50,7 @@ class SegmentedRecording:
     notes: tuple[str, ...]
     fits: dict[str, CycleFit] = field(default_factory=dict)
     loading: dict[str, DeformationFit] = field(default_factory=dict)
+    law_notes: dict[str, tuple[str, ...]] = field(default_factory=dict)
     timing: tuple[str, ...] = ()
     drift: Drift = field(default_factory=Drift)
     free_after: np.ndarray = field(default_factory=lambda: np.empty(0, int))
@@ -119,18 +120,18 @@ def fitted(single: SegmentedRecording, laws: tuple[str, ...], saturation: float 
     """A segmented recording with the fits of further stiffness laws."""
     if not single.events.punctures:
         return single
-    fits, loading, notes = dict(single.fits), dict(single.loading), list(single.notes)
+    fits, loading, notes = dict(single.fits), dict(single.loading), dict(single.law_notes)
     given = saturation, single.recording.card.filter_length
     complete = functools.cache(lambda law: _complete(_first_layer(single), single, law, *given))
     before = loading_samples(single.recording, single.strokes, single.events)
     for law in laws:
         try:
             fits[law], loading[law], sentences = _fit(single, law, given, before=before, complete=complete)
-            notes += [sentence for sentence in sentences if sentence not in notes]
+            notes[law] = tuple(dict.fromkeys(sentences))
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # InputError is a ValueError
-            notes.append(f"The law {law} cannot be fitted: {error}")
+            notes[law] = (f"The law {law} cannot be fitted: {error}",)
     status = single.events.status if fits else Status.unreadable
-    return dataclasses.replace(single, status=status, notes=tuple(notes), fits=fits, loading=loading)
+    return dataclasses.replace(single, status=status, law_notes=notes, fits=fits, loading=loading)
 
 
 def _fit(
