@@ -25,7 +25,7 @@ from strangers_judge import (
     wrong_share,
 )
 
-SEEDS = range(60)
+SEEDS = range(200)
 # The bars of the trial stand here and nowhere else.
 MAX_WRONG = 0.01  # share of the judged parameters that are wrong and not warned of
 MAX_DECLINED = 0.10  # share that is declined
