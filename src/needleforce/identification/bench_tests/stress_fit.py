@@ -4,7 +4,7 @@ interval that includes that choice."""
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,93 +14,23 @@ from ...display.quantities import percent
 from ...errors import InputError
 from ..estimates import Estimate
 from ..statistics.noise import LEVEL
+from .law_fit import LawFit, Readings, StressCurve, solved, without_unstable
 from .laws import (
     MODES,
-    OGDEN,
-    SUMS,
-    initial_modulus,
     initial_stiffness,
-    is_stable,
     laws_named,
     mode_number,
     nominal_stress,
-    stable_range,
 )
-from .ogden import fit_ogden
 
 MAX_MISFIT = 0.05  # [of the peak stress] rms residual above which a warning is given
 MIN_WEIGHT = 0.05  # a law with a smaller weight does not fit comparably
 ROUNDING = 1e-9  # [of the peak stress] a smaller residual is rounding
 MIN_READINGS = 3
 MAX_FITTED_READINGS = 1000  # of a curve; more are averaged in blocks of neighbours
-MAX_CONDITION = 1e10  # of the scaled normal equations: beyond, the readings do not determine the coefficients
 FALSE_CORRELATION = 0.01  # probability with which independent residuals are taken as correlated
 MIN_SLOPE_READINGS = 4  # nearest to stretch 1 whose slope is compared with that of the law
 MIN_FREEDOM = 3.0  # of a standard error from correlated residuals
-
-
-@dataclass(frozen=True, eq=False)
-class StressCurve:
-    """One stress-stretch curve of a specimen.
-
-    Attributes
-    ----------
-    stretch : array_like
-        Length over undeformed length (n,) [1], above 0: below 1 in compression.
-    stress : array_like
-        Nominal stress (n,) [Pa]: force over undeformed area, positive in tension.
-    mode : str
-        "uniaxial", "equibiaxial" or "planar" (pure shear): a curve does not show which of them it is.
-    name : str
-        For messages and figures.
-    """
-
-    stretch: Any
-    stress: Any
-    mode: str = "uniaxial"
-    name: str = ""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class LawFit:
-    """One law, fitted to all readings.
-
-    Attributes
-    ----------
-    law : str
-        One of ``LAWS``.
-    coefficients : numpy.ndarray
-        As ``nominal_stress`` takes them.
-    young_modulus, standard_error : float
-        E = 3 mu_0 and its standard error for this law [Pa].
-    freedom : float
-        Effective number of readings minus the number of unknowns.
-    residual : numpy.ndarray
-        Measured minus fitted stress (n,) [Pa].
-    misfit : float
-        Root mean square of the residual over the largest measured stress [1].
-    criterion : float
-        Akaike's criterion, corrected for few readings, from the effective number of readings.
-    weight : float
-        Akaike weight [1]; 0 for a law that is unstable within the readings.
-    stable : dict of str to tuple of float
-        Loading mode -> the stretches between which the law is stable; 0 or infinity where no end was found.
-    excluded : str
-        Why the law is not in the choice; empty if it is.
-    """
-
-    law: str
-    coefficients: np.ndarray
-    young_modulus: float
-    standard_error: float
-    freedom: float
-    residual: np.ndarray = field(repr=False)
-    misfit: float
-    criterion: float
-    weight: float = 0.0
-    stable: dict[str, tuple[float, float]]
-    excluded: str = ""
-    zero: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -190,9 +120,9 @@ def fit_stress(
     """
     names = laws_named(law)
     used = _checked(curves, min_stretch, max_stretch)
-    readings = _Readings(used, fit_zero)
+    readings = Readings(used, fit_zero)
     work = progress(names, "fitting") if progress else names
-    found = [fit for fit in (_solved(name, readings) for name in work) if fit is not None]
+    found = [fit for fit in (solved(name, readings) for name in work) if fit is not None]
     if not found:
         limit, step = f"not enough for {names[0]}", "Give more readings, or a law with fewer coefficients."
         raise InputError("number of readings", len(readings.stress), limit, next_step=step)
@@ -204,21 +134,6 @@ def fit_stress(
     modulus = _estimate(fits, used, chosen=len(names) > 1)
     notes = _notes(fits, used, modulus)
     return StressFit(laws=fits, young_modulus=modulus, curves=used, effective_readings=effective, notes=notes)
-
-
-class _Readings:
-    """The readings of all curves in one column each."""
-
-    def __init__(self, curves: tuple[StressCurve, ...], fit_zero: bool):
-        self.curves = curves
-        self.stretch = np.concatenate([curve.stretch for curve in curves])
-        self.stress = np.concatenate([curve.stress for curve in curves])
-        lengths = [len(curve.stretch) for curve in curves]
-        self.t = np.repeat([mode_number(curve.mode) for curve in curves], lengths)
-        owner = np.repeat(np.arange(len(curves)), lengths)
-        self.zeros = (owner[:, None] == np.arange(len(curves))).astype(float)[:, : len(curves) * fit_zero]
-        self.ends = np.cumsum(lengths)[:-1]
-        self.peak = float(np.abs(self.stress).max())
 
 
 def _checked(
@@ -265,79 +180,11 @@ def _in_range(curve: StressCurve, min_stretch: float, max_stretch: float) -> Str
     return replace(curve, stretch=means[:, 0], stress=means[:, 1])
 
 
-def _solved(name: str, readings: _Readings) -> LawFit | None:
-    """One law by least squares; None with fewer readings than it needs."""
-    count = len(SUMS[name].names) if name in SUMS else 2 * OGDEN[name]
-    unknowns = count + readings.zeros.shape[1]
-    if len(np.unique(readings.stretch)) <= unknowns:
-        return None
-    if name in SUMS:
-        design = np.column_stack([*SUMS[name].columns(readings.stretch, readings.t), readings.zeros])
-        values, gradient = _scaled_solution(design, readings.stress), np.array(SUMS[name].weights)
-    else:
-        values, design = fit_ogden(OGDEN[name], readings.stretch, readings.t, readings.stress, readings.zeros)
-        gradient = 1.5 * np.ravel(np.column_stack([values[1:count:2], values[:count:2]]))
-    zero, residual = values[count:], readings.stress - readings.zeros @ values[count:]
-    for curve, part in zip(readings.curves, np.split(np.arange(len(residual)), readings.ends)):
-        residual[part] -= nominal_stress(name, curve.stretch, values[:count], curve.mode)
-    error, determined = _unit_error(design, np.append(gradient, np.zeros(len(zero))))
-    stable = {
-        curve.mode: stable_range(name, _of_mode(readings, curve.mode), values[:count], curve.mode)
-        for curve in readings.curves
-    }
-    return LawFit(
-        law=name,
-        coefficients=values[:count],
-        young_modulus=initial_modulus(name, values[:count]),
-        standard_error=error,  # per unit of the noise, until that is known
-        freedom=float(unknowns + 1),
-        residual=residual,
-        misfit=_rms(residual) / readings.peak,
-        criterion=math.nan,
-        stable=stable,
-        excluded="" if determined else _UNDETERMINED["ogden" if name in OGDEN else "sum"],
-        zero=zero,
-    )
-
-
-_UNDETERMINED = {
-    "ogden": "terms are equal or 0: fewer terms fit as well",
-    "sum": "the readings do not determine its coefficients",
-}
-
-
-def _scaled_solution(design: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    scale = np.linalg.norm(design, axis=0)
-    scale[scale == 0.0] = 1.0
-    return np.linalg.lstsq(design / scale, stress, rcond=None)[0] / scale
-
-
-def _unit_error(jacobian: np.ndarray, gradient: np.ndarray) -> tuple[float, bool]:
-    """Standard error of a linear function of the coefficients for noise of size 1, infinite if it is not determined,
-    and whether each coefficient is."""
-    scale = np.linalg.norm(jacobian, axis=0)
-    scale[scale == 0.0] = 1.0
-    values, vectors = np.linalg.eigh((jacobian / scale).T @ (jacobian / scale))
-    known = values > values[-1] / MAX_CONDITION
-    parts = vectors.T @ (gradient / scale)
-    lost = float(np.linalg.norm(parts[~known])) > 1e-3 * float(np.linalg.norm(parts))
-    error = math.inf if lost else math.sqrt(float(np.sum(parts[known] ** 2 / values[known])))
-    return error, bool(known.all())
-
-
-def _of_mode(readings: _Readings, mode: str) -> np.ndarray:
-    return readings.stretch[readings.t == mode_number(mode)]
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _weighted(found: list[LawFit], readings: _Readings) -> tuple[tuple[LawFit, ...], float]:
+def _weighted(found: list[LawFit], readings: Readings) -> tuple[tuple[LawFit, ...], float]:
     """The laws with their criterion, standard errors and weights, best first, and the effective number of readings."""
     if all(fit.excluded for fit in found):  # E may be determined where its terms are not
         found = [replace(fit, excluded="") if math.isfinite(fit.standard_error) else fit for fit in found]
-    found = [_without_unstable(fit, readings) for fit in found]
+    found = [without_unstable(fit, readings) for fit in found]
     closest = min(found, key=lambda fit: (bool(fit.excluded), _variance(fit, readings)))
     effective = len(readings.stress) / _correlation(closest, readings)[0]
     fits = [_with_criterion(fit, readings, effective) for fit in found]
@@ -348,27 +195,14 @@ def _weighted(found: list[LawFit], readings: _Readings) -> tuple[tuple[LawFit, .
     return tuple(sorted(fits, key=lambda fit: (bool(fit.excluded), -fit.weight, fit.misfit))), effective
 
 
-def _variance(fit: LawFit, readings: _Readings) -> float:
+def _variance(fit: LawFit, readings: Readings) -> float:
     """Variance of the noise that a law leaves [Pa^2]; of rounding at least."""
     count = len(readings.stress)
     left = max(float(np.sum(fit.residual**2)), count * (ROUNDING * readings.peak) ** 2)
     return left / max(count - fit.freedom + 1.0, 1.0)
 
 
-def _without_unstable(fit: LawFit, readings: _Readings) -> LawFit:
-    if fit.excluded:
-        return fit
-    for mode in dict.fromkeys(curve.mode for curve in readings.curves):
-        own = _of_mode(readings, mode)
-        path = np.exp(np.linspace(min(np.log(own.min()), 0.0), max(np.log(own.max()), 0.0), 200))
-        stable = is_stable(fit.law, path, fit.coefficients, mode)
-        if not stable.all():
-            first = path[~stable][np.argmin(np.abs(np.log(path[~stable])))]
-            return replace(fit, excluded=f"it softens: not stable (Drucker) at a stretch of {first:.3g}, {mode}")
-    return fit
-
-
-def _with_criterion(fit: LawFit, readings: _Readings, effective: float) -> LawFit:
+def _with_criterion(fit: LawFit, readings: Readings, effective: float) -> LawFit:
     """With the criterion, the standard error of E and its degrees of freedom."""
     count, unknowns = len(readings.stress), fit.freedom
     (inflation, slope), noise = _correlation(fit, readings), math.sqrt(_variance(fit, readings))
@@ -382,7 +216,7 @@ def _with_criterion(fit: LawFit, readings: _Readings, effective: float) -> LawFi
     )
 
 
-def _correlation(fit: LawFit, readings: _Readings) -> tuple[float, float]:
+def _correlation(fit: LawFit, readings: Readings) -> tuple[float, float]:
     """Inflation of the residuals, and ``_missed_slope`` [Pa] if they change sign too seldom for independent noise."""
     parts = [part for part in np.split(np.arange(len(readings.stress)), readings.ends) if len(part) > 1]
     residuals = [fit.residual[part] for part in parts]
@@ -420,7 +254,7 @@ def _changes(residual: np.ndarray) -> int:
     return int(np.count_nonzero(np.diff(np.sign(residual))))
 
 
-def _missed_slope(fit: LawFit, readings: _Readings, wave: float, inflation: float) -> float:
+def _missed_slope(fit: LawFit, readings: Readings, wave: float, inflation: float) -> float:
     """Slope of the residual through stretch 1 over the readings within one ``wave`` of it, the stretch that counts as
     one independent reading, in terms of E [Pa], beyond its own noise."""
     strain = readings.stretch - 1.0
