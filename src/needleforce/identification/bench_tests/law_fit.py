@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from .laws import OGDEN, SUMS, initial_modulus, is_stable, mode_number, nominal_stress, stable_range
-from .ogden import fit_ogden
+from .ogden import at_bound, fit_ogden
 
 MAX_CONDITION = 1e10  # of the scaled normal equations: beyond, the readings do not determine the coefficients
 
@@ -130,12 +130,20 @@ def solved(name: str, readings: Readings) -> LawFit | None:
         misfit=_rms(residual) / readings.peak,
         criterion=math.nan,
         stable=stable,
-        excluded="" if determined else _UNDETERMINED["ogden" if name in OGDEN else "sum"],
+        excluded=_why_excluded(name, values[:count], readings, determined),
         zero=zero,
     )
 
 
+def _why_excluded(name: str, coefficients: np.ndarray, readings: Readings, determined: bool) -> str:
+    """Why a fit is not one of the choice; empty if it is."""
+    if name in OGDEN and at_bound(coefficients[1::2], readings.stretch):
+        return _UNDETERMINED["bound"]
+    return "" if determined else _UNDETERMINED["ogden" if name in OGDEN else "sum"]
+
+
 _UNDETERMINED = {
+    "bound": "the readings do not determine an exponent: it is at the bound of the search",
     "ogden": "terms are equal or 0: fewer terms fit as well",
     "sum": "the readings do not determine its coefficients",
 }

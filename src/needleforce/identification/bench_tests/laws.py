@@ -147,6 +147,21 @@ def ogden_column(stretch: np.ndarray, t: np.ndarray, alpha: ArrayLike) -> np.nda
     return (np.expm1(logarithm) - np.expm1(-(1.0 + t) * logarithm)) / (alpha * stretch)
 
 
+def ogden_slope(stretch: np.ndarray, t: np.ndarray, alpha: np.ndarray) -> np.ndarray:
+    """Derivative of ``ogden_column`` by alpha."""
+    logarithm, other = np.log(stretch), (1.0 + t) * np.log(stretch)
+    # d/dx of expm1(x b)/x is b^2 g(x b), g(y) = (y e^y - expm1(y))/y^2
+    return (logarithm**2 * _curvature(alpha * logarithm) - other**2 * _curvature(-alpha * other)) / stretch
+
+
+def _curvature(y: np.ndarray) -> np.ndarray:
+    """(y e^y - expm1(y))/y^2, by its series where that loses digits; relative error 1e-12."""
+    small = np.abs(y) < 1e-2
+    safe = np.where(small, 1.0, y)
+    series = 0.5 + y / 3.0 + y**2 / 8.0 + y**3 / 30.0 + y**4 / 144.0 + y**5 / 840.0
+    return np.where(small, series, (safe * np.exp(safe) - np.expm1(safe)) / safe**2)
+
+
 def initial_modulus(law: str, coefficients: Sequence[float] | np.ndarray) -> float:
     """Initial Young modulus E = 3 mu_0 [Pa] of one of ``LAWS`` with its coefficients."""
     if law in SUMS:

@@ -28,9 +28,7 @@ MIN_WEIGHT = 0.05  # a law with a smaller weight does not fit comparably
 ROUNDING = 1e-9  # [of the peak stress] a smaller residual is rounding
 MIN_READINGS = 3
 MAX_FITTED_READINGS = 1000  # of a curve; more are averaged in blocks of neighbours
-FALSE_CORRELATION = 0.01  # probability with which independent residuals are taken as correlated
-MIN_SLOPE_READINGS = 4  # nearest to stretch 1 whose slope is compared with that of the law
-MIN_FREEDOM = 3.0  # of a standard error from correlated residuals
+MIN_FREEDOM = 1.0  # of a standard error: Student's distribution has no fewer
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -110,13 +108,12 @@ def fit_stress(
     Least squares of the nominal stress. An Ogden law has mu_k alpha_k > 0, which makes it stable (Ogden 1972, eq. 22).
     A law that is unstable within the readings, or whose coefficients they do not determine, is excluded.
 
-    Residuals of a digitised, filtered or misfitted curve are correlated: n readings count as n (1 - r)/(1 + r), r the
-    correlation of neighbours, or as half the number of runs of one sign if these are more. From the effective number of
-    the closest law comes the criterion, AIC corrected for few readings (Hurvich & Tsai 1989), from that of each law its
-    standard error. Where the residuals change sign less often than 99 % of independent ones, what the readings near
-    stretch 1 have more, or less, than the initial slope of the law, within the stretch that counts as one reading, is
-    added to that error. The interval is that of the mixture of Student distributions of E over the laws, weighted by
-    exp(-AICc/2) (Burnham & Anderson 2002, ch. 4). docs/bench_tests.md has how often it contains the truth.
+    Residuals of a digitised, filtered or misfitted curve are correlated: n readings count as n_eff = n (1 - r)/(1 + r),
+    r the correlation of neighbours, or as the number of waves of the residuals if these are more. n_eff of the closest
+    law is the number of readings of the criterion, AIC corrected for few of them (Hurvich & Tsai 1989). n_eff of each
+    law sets its standard error and its degrees of freedom, n_eff less the coefficients: a law with a smooth misfit has
+    few, and so a wide interval. The interval is that of the mixture of Student distributions of E over the laws,
+    weighted by exp(-AICc/2) (Burnham & Anderson 2002). docs/bench_tests.md has how often it contains the truth.
     """
     names = laws_named(law)
     used = _checked(curves, min_stretch, max_stretch)
@@ -186,7 +183,7 @@ def _weighted(found: list[LawFit], readings: Readings) -> tuple[tuple[LawFit, ..
         found = [replace(fit, excluded="") if math.isfinite(fit.standard_error) else fit for fit in found]
     found = [without_unstable(fit, readings) for fit in found]
     closest = min(found, key=lambda fit: (bool(fit.excluded), _variance(fit, readings)))
-    effective = len(readings.stress) / _correlation(closest, readings)[0]
+    effective = len(readings.stress) / _inflation(closest, readings)
     fits = [_with_criterion(fit, readings, effective) for fit in found]
     lowest = min((fit.criterion for fit in fits if not fit.excluded), default=0.0)
     raw = [0.0 if fit.excluded else math.exp(-0.5 * (fit.criterion - lowest)) for fit in fits]
@@ -195,46 +192,41 @@ def _weighted(found: list[LawFit], readings: Readings) -> tuple[tuple[LawFit, ..
     return tuple(sorted(fits, key=lambda fit: (bool(fit.excluded), -fit.weight, fit.misfit))), effective
 
 
-def _variance(fit: LawFit, readings: Readings) -> float:
-    """Variance of the noise that a law leaves [Pa^2]; of rounding at least."""
-    count = len(readings.stress)
-    left = max(float(np.sum(fit.residual**2)), count * (ROUNDING * readings.peak) ** 2)
-    return left / max(count - fit.freedom + 1.0, 1.0)
+def _variance(fit: LawFit, readings: Readings, inflation: float = 1.0) -> float:
+    """Variance of the noise that a law leaves [Pa^2]; of rounding at least.
+
+    Of n_eff independent readings a fit of p coefficients leaves the share 1 - p/n_eff.
+    """
+    effective = len(readings.stress) / inflation
+    left = max(float(np.mean(fit.residual**2)), (ROUNDING * readings.peak) ** 2)
+    return left * effective / max(effective - fit.freedom + 1.0, MIN_FREEDOM)
 
 
 def _with_criterion(fit: LawFit, readings: Readings, effective: float) -> LawFit:
     """With the criterion, the standard error of E and its degrees of freedom."""
-    count, unknowns = len(readings.stress), fit.freedom
-    (inflation, slope), noise = _correlation(fit, readings), math.sqrt(_variance(fit, readings))
+    unknowns, inflation = fit.freedom, _inflation(fit, readings)
     left = max(float(np.mean(fit.residual**2)), (ROUNDING * readings.peak) ** 2)
-    few = 1.0 + (unknowns + 1.0) / max(count - unknowns - 1.0, 0.5)
+    # by the number of readings: a close fit leaves few more waves than it has coefficients, and n_eff would exclude it
+    few = 1.0 + (unknowns + 1.0) / max(len(readings.stress) - unknowns - 1.0, 0.5)
     return replace(
         fit,
         criterion=effective * math.log(left / readings.peak**2) + 2.0 * unknowns * few,
-        freedom=max(count / inflation - unknowns + 1.0, min(MIN_FREEDOM, count - unknowns + 1.0)),
-        standard_error=math.hypot(noise * fit.standard_error * math.sqrt(inflation), slope),
+        freedom=max(len(readings.stress) / inflation - unknowns + 1.0, MIN_FREEDOM),
+        standard_error=fit.standard_error * math.sqrt(_variance(fit, readings, inflation) * inflation),
     )
 
 
-def _correlation(fit: LawFit, readings: Readings) -> tuple[float, float]:
-    """Inflation of the residuals, and ``_missed_slope`` [Pa] if they change sign too seldom for independent noise."""
-    parts = [part for part in np.split(np.arange(len(readings.stress)), readings.ends) if len(part) > 1]
-    residuals = [fit.residual[part] for part in parts]
-    if fit.misfit <= ROUNDING:
-        return 1.0, 0.0
-    inflation = inflation_of(residuals, fit.freedom - 1.0)
-    if not has_runs(residuals):
-        return inflation, 0.0
-    wave = sum(float(np.ptp(readings.stretch[part])) for part in parts) * inflation / len(readings.stress)
-    return inflation, _missed_slope(fit, readings, wave, inflation)
+def _inflation(fit: LawFit, readings: Readings) -> float:
+    """``inflation_of`` the residuals; 1 where they are rounding."""
+    return 1.0 if fit.misfit <= ROUNDING else inflation_of(readings.by_curve(fit.residual), fit.freedom - 1.0)
 
 
 def inflation_of(residuals: Sequence[np.ndarray], lost: float) -> float:
-    """Long-run variance over variance of residuals (n,) in the order of stretch, at least 1.
+    """How many residuals (n,) in the order of stretch count as one independent one, at least 1.
 
-    Of autocorrelated (AR(1)) noise it is (1 + r)/(1 - r), r the correlation of neighbours, which a fit of ``lost``
-    coefficients lowers by ``lost``/n. A smooth misfit has a larger r than its half waves are long: no more than twice
-    the mean length of a run of one sign.
+    Of autocorrelated (AR(1)) noise it is long-run variance over variance, (1 + r)/(1 - r), r the correlation of
+    neighbours, which a fit of ``lost`` coefficients lowers by ``lost``/n. By the same r a smooth misfit of m half waves
+    would count as 2.5 m^2/n: less than one for each wave. A wave, that is two runs of one sign, counts as one at least.
     """
     count, changes = sum(map(len, residuals)), sum(map(_changes, residuals))
     squares = sum(float(each @ each) for each in residuals)
@@ -245,35 +237,8 @@ def inflation_of(residuals: Sequence[np.ndarray], lost: float) -> float:
     return max(1.0, min((1.0 + r) / (1.0 - r), 2.0 * count / (changes + len(residuals))))
 
 
-def has_runs(residuals: Sequence[np.ndarray]) -> bool:
-    """Whether residuals (n,) change sign less often than 99 % of independent ones: a smooth misfit."""
-    return _too_few_changes(sum(map(_changes, residuals)), sum(map(len, residuals)) - len(residuals))
-
-
 def _changes(residual: np.ndarray) -> int:
     return int(np.count_nonzero(np.diff(np.sign(residual))))
-
-
-def _missed_slope(fit: LawFit, readings: Readings, wave: float, inflation: float) -> float:
-    """Slope of the residual through stretch 1 over the readings within one ``wave`` of it, the stretch that counts as
-    one independent reading, in terms of E [Pa], beyond its own noise."""
-    strain = readings.stretch - 1.0
-    distance = np.abs(strain)
-    used = distance <= max(wave, np.sort(distance)[min(MIN_SLOPE_READINGS, len(strain)) - 1])
-    lever = strain[used] * initial_stiffness(readings.t[used])
-    if not lever.any():
-        return math.inf
-    slope = float(fit.residual[used] @ lever / (lever @ lever))
-    noise = _variance(fit, readings) * inflation / float(lever @ lever)
-    return math.sqrt(max(slope**2 - noise, 0.0))
-
-
-def _too_few_changes(changes: int, steps: int) -> bool:
-    """Whether independent noise has so few changes of sign, of ``steps`` possible ones, with a probability below
-    ``FALSE_CORRELATION``."""
-    from scipy.stats import binom
-
-    return bool(binom.cdf(changes, steps, 0.5) < FALSE_CORRELATION)
 
 
 def _estimate(fits: tuple[LawFit, ...], curves: tuple[StressCurve, ...], chosen: bool) -> Estimate:
