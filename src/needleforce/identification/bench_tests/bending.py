@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core import Needle
+from ...display.quantities import percent
 from ...errors import InputError
+from ..estimates import Estimate
 from ..statistics.noise import student_quantile
 from .elastica import three_point_load, tip_compliance, tip_of_cantilever
 from .stress_fit import ROUNDING, inflation_of
@@ -57,6 +59,18 @@ class BendingFit:
     misfit: float
     used: np.ndarray = field(repr=False)
     notes: tuple[str, ...] = ()
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """``needle_young_modulus`` [Pa] where the section is known, and ``clamp_compliance`` [rad/(N m)] if found."""
+        source = f"bending, large deflections, {len(self.used)} readings; misfit {percent(self.misfit)}"
+        found = [
+            Estimate("needle_young_modulus", self.young_modulus, "Pa", self.low, self.high, source=source),
+            Estimate(
+                "clamp_compliance", self.clamp_compliance, "rad/(N m)", self.clamp_low, self.clamp_high, source=source
+            ),
+        ]
+        return tuple(each for each in found if math.isfinite(each.value) and each.value != 0.0)
 
 
 def needle_modulus(

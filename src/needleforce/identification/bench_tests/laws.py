@@ -67,6 +67,20 @@ LAWS = (*SUMS, *OGDEN)
 ALIASES = {"mooney": ("mooney_rivlin",), "ogden": tuple(OGDEN)}
 
 
+SOURCES = {
+    "linear": "by definition: Hooke's law with the Poisson ratio 1/2",
+    "neo_hookean": "Rivlin 1948",
+    "mooney_rivlin": "Mooney 1940; Rivlin 1948",
+    "yeoh": "Yeoh 1993",
+    "ogden": "Ogden 1972",
+    "tests of rubber": "Treloar 1944",
+    "fit of Ogden's law": "Golub & Pereyra 1973",
+    "choice": "Hurvich & Tsai 1989; Burnham & Anderson 2002",
+    "elastica": "Bisshopp & Drucker 1945",
+}
+"""What the laws, the choice between them and the bending of a needle follow, by the keys of the bibliography."""
+
+
 def initial_stiffness(t: ArrayLike) -> np.ndarray:
     """dP/dlambda at lambda = 1 over the Young modulus [1] of an incompressible tissue: 1, 2 and 4/3 in ``MODES``."""
     return 2.0 / 3.0 * (2.0 + np.asarray(t, float))

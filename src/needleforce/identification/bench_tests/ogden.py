@@ -69,7 +69,7 @@ class _Problem:
         """The least squares over the exponents alone, c being the best for them; None if that ends out of bounds.
 
         Three terms lie in a valley in which c and the exponents together hardly move (variable projection: Golub &
-        Pereyra 1973, without the second part of the Jacobian: Kaufman 1975).
+        Pereyra 1973, with the first part of its Jacobian alone).
         """
         from scipy.optimize import least_squares
 
