@@ -85,13 +85,15 @@ def test_bending_of_a_cantilever_and_of_a_supported_needle(tmp_path):
     np.savetxt(tmp_path / "c.csv", rows, delimiter=",", header="position_mm,force_N,tip_deflection_mm", comments="")
     done = run("bending", tmp_path / "c.csv", "--needle", "paper", "--json", "-")
     found = json.loads(done.stdout)
-    assert found["low"] <= needle.young_modulus <= found["high"] and found["readings"] == 5
+    (modulus,) = found["parameters"]  # the form of `tension` and `identify`
+    assert modulus["name"] == "needle_young_modulus" and modulus["unit"] == "Pa"
+    assert modulus["low"] <= needle.young_modulus <= modulus["high"] and found["readings"] == 5
     assert "formula for small ones" in done.stderr
     share = np.linspace(0.0, 0.15, 30)
     rows = np.column_stack([40.0 * share, needle.bending_stiffness / 0.04**2 * three_point_load(share)])
     np.savetxt(tmp_path / "t.csv", rows, delimiter=",", header="Extension (mm),Load (N)", comments="")
     done = run("bending", tmp_path / "t.csv", "--span-mm", "40", "--json", "-")
-    assert json.loads(done.stdout)["bending_stiffness"] == pytest.approx(needle.bending_stiffness, rel=1e-4)
+    assert json.loads(done.stdout)["bending_stiffness_Nm2"] == pytest.approx(needle.bending_stiffness, rel=1e-4)
     shown = run("bending", tmp_path / "t.csv", "--span-mm", "40", "--needle", "paper")
     assert shown.exit_code == 0 and "Young's modulus" in shown.stdout
 

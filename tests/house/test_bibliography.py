@@ -5,6 +5,7 @@ import pytest
 
 import needleforce as nf
 from needleforce import core
+from needleforce.identification.bench_tests.laws import SOURCES
 from needleforce.models.laws import FAMILIES, laws_of
 from needleforce.models.named_models import NAMED_MODELS
 from needleforce.references import keys_in, published_values, unnamed_parts, works
@@ -21,6 +22,7 @@ def sources():
         if hasattr(owner, "source"):
             yield owner.source
     yield from (named.source for named in NAMED_MODELS.values())
+    yield from SOURCES.values()
 
 
 def test_every_part_of_a_source_names_a_known_work():

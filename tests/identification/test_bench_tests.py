@@ -16,7 +16,7 @@ from needleforce.identification.bench_tests import (
     stable_range,
     tissue_estimate,
 )
-from needleforce.identification.bench_tests.stress_fit import has_runs, inflation_of
+from needleforce.identification.bench_tests.stress_fit import inflation_of
 
 # law, coefficients, Young's modulus by the textbook: E = 3 mu_0
 CASES = [
@@ -75,9 +75,8 @@ def test_each_law_finds_its_own_modulus(law, coefficients, modulus, mode):
     stretch = np.linspace(low, high, 60)
     curve = StressCurve(stretch, nominal_stress(law, stretch, coefficients, mode), mode=mode)
     found = fit_stress(curve, law=law)
-    # three terms lie in a flat valley: other exponents fit within 1e-5 of the peak
-    assert found.young_modulus.value == pytest.approx(modulus, rel=1e-2 if law == "ogden_3" else 1e-6)
-    assert found.misfit < 1e-4
+    assert found.young_modulus.value == pytest.approx(modulus, rel=1e-6)
+    assert found.misfit < 1e-9
 
 
 def test_planar_loading_does_not_separate_the_terms_of_mooney_rivlin():
@@ -90,9 +89,16 @@ def test_planar_loading_does_not_separate_the_terms_of_mooney_rivlin():
 
 def test_an_exact_curve_chooses_the_simplest_law():
     stretch = np.linspace(0.9, 1.25, 30)
-    for law in ("linear", "neo_hookean"):
-        found = fit_stress(StressCurve(stretch, nominal_stress(law, stretch, [39e3])))
-        assert found.best.law == law and found.best.weight > 0.5
+    found = {law: fit_stress(StressCurve(stretch, nominal_stress(law, stretch, [39e3]))).best
+             for law in ("linear", "neo_hookean")}  # fmt: skip
+    assert found["linear"].law == "linear" and found["linear"].weight > 0.99
+    # Mooney-Rivlin, Yeoh and Ogden's law contain the neo-Hookean one and fit as exactly: by AICc = 2 k n/(n - k - 1)
+    # alone, k with the variance, it has this weight and no more
+    penalty = [2.0 * k * 30.0 / (30.0 - k - 1.0) for k in (2, 3, 3, 4)]
+    expected = 1.0 / np.sum(np.exp(-0.5 * (np.array(penalty) - penalty[0])))
+    assert found["neo_hookean"].law == "neo_hookean" and found["neo_hookean"].weight == pytest.approx(
+        expected, rel=0.02
+    )
 
 
 def coverage(law, coefficients, modulus, *, noise, readings, count, seed=1, smooth=0.0):
@@ -111,20 +117,19 @@ def coverage(law, coefficients, modulus, *, noise, readings, count, seed=1, smoo
 
 
 def test_the_interval_holds_the_truth_where_the_law_is_chosen_too():
-    # benchmarks/stress_laws.py does the same with 400 curves of each
+    # benchmarks/stress_laws.py does the same with 200 curves of each, and with laws that are not in the list
     shares = [coverage(*case, noise=0.005, readings=40, count=25) for case in CASES]
     assert min(shares) >= 0.8 and np.mean(shares) >= 0.94
 
 
 def test_the_interval_holds_the_truth_with_correlated_noise():
     shares = [coverage(*case, noise=0.005, readings=80, count=25, smooth=0.7) for case in CASES[:3]]
-    assert np.mean(shares) >= 0.9
+    assert np.mean(shares) >= 0.92
 
 
 def test_correlated_residuals_count_for_less():
     random = np.random.default_rng(3)
     white = random.standard_normal((400, 60))
-    assert np.mean([has_runs([each]) for each in white]) <= 0.02  # 1 % by design
     assert np.mean([inflation_of([each], 0) for each in white]) < 1.3
     noise = white.copy()
     for k in range(1, 60):
@@ -260,6 +265,8 @@ def test_ogdens_fit_of_rubber(recordings):
     assert np.sqrt(np.mean(published**2)) / 6.3e6 < 0.05  # they are the right curves
     assert found.misfit <= np.sqrt(np.mean(published**2)) / 6.3176e6
     assert found.young_modulus.low <= 3 * 0.39e6 <= found.young_modulus.high  # Treloar's own
+    # Ogden's own values have four times the misfit and are not the truth of the interval: 0.6 % above its end
+    assert np.sqrt(np.mean(published**2)) / 6.3176e6 > 3.0 * found.misfit
     assert found.young_modulus.value == pytest.approx(CASES[-1][2], rel=0.2)
 
 

@@ -201,8 +201,16 @@ def _bending_fit(readings: dict, body: object, span_mm: float | None, compliance
 
 
 def _bending_document(fit: "BendingFit") -> dict:
-    shown = {name: value for name, value in asdict(fit).items() if name != "used"}
-    return {**shown, "readings": int(fit.used.sum())}
+    """The fit as a document for JSON: ``parameters`` as of every other result, what else was found next to them."""
+    return {
+        "parameters": [asdict(each) for each in fit.estimates],
+        "bending_stiffness_Nm2": fit.bending_stiffness,
+        "slack_m": fit.slack,
+        "small_deflection_modulus_Pa": fit.small_deflection_modulus,
+        "misfit": fit.misfit,
+        "readings": int(fit.used.sum()),
+        "notes": list(fit.notes),
+    }
 
 
 def _show_bending(fit: "BendingFit", quiet: bool) -> None:

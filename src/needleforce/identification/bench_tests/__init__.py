@@ -9,15 +9,13 @@ from ...core import Needle
 from ...display.quantities import percent
 from ...errors import InputError
 from ..estimates import Estimate
-from .bending import (
-    BendingFit,
+from .bending import BendingFit, needle_modulus, three_point_modulus
+from .elastica import (
     cantilever_deflection,
     cantilever_modulus,
     cantilever_sensitivities,
     elastica_deflection,
-    needle_modulus,
     three_point_load,
-    three_point_modulus,
 )
 from .laws import LAWS, MODES, initial_modulus, nominal_stress, stable_range, strain_energy
 from .ogden import fit_ogden

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bending tests of a needle with large deflections: elastica of a cantilever with an elastic clamp and of three-point
-bending, and the Young modulus that fits the readings."""
+"""Young modulus of a needle from the readings of a bending test, large deflections included."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -10,170 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core import Needle
+from ...display.quantities import percent
 from ...errors import InputError
+from ..estimates import Estimate
 from ..statistics.noise import student_quantile
+from .elastica import three_point_load, tip_compliance, tip_of_cantilever
 from .stress_fit import ROUNDING, inflation_of
 
 MIN_READINGS = 3
 MIN_SPARE_FOR_CLAMP = 2  # readings more than unknowns, to find a clamp compliance
 SMALL_DEFLECTION = 0.1  # [1] F a^2 / (E I), about twice the slope at the force
 SOFTER_STARTS = (0.5, 0.2)  # [of the modulus for small deflections] further starting values
-_BISECTIONS = 54
 _STEP = 1e-5  # relative, of the derivatives of the readings
-
-
-def elastica_deflection(
-    force: ArrayLike, position: ArrayLike, needle: Needle, *, clamp_compliance: float = 0.0
-) -> np.ndarray:
-    """Deflection of the tip of a clamped needle, for any deflection.
-
-    Parameters
-    ----------
-    force : array_like
-        Force F (n,) [N], which keeps the direction perpendicular to the undeformed needle.
-    position : array_like
-        Its distance a (n,) [m] from the clamp along the needle.
-    needle : Needle
-        Section, length and Young modulus are used.
-    clamp_compliance : float
-        Rotation of the clamp per moment [rad/(N m)].
-
-    Returns
-    -------
-    numpy.ndarray
-        Deflection of the tip (n,) [m], with the sign of the force.
-
-    Notes
-    -----
-    Between clamp and force EI theta'' = -F cos(theta); beyond it the needle is straight. With the slope theta_0 at the
-    clamp and theta_a at the force, k^2 = (1 + sin theta_a)/2 and sin^2 phi = (1 + sin theta_0)/(2 k^2):
-    a sqrt(F/EI) = K(k) - F(phi, k), deflection at the force a - 2 sqrt(EI/F) (E(k) - E(phi, k)): Bisshopp & Drucker
-    1945, extended by theta_0 = clamp_compliance times the moment. For small deflections
-    F a^2 (3 L - a)/(6 EI) + clamp_compliance F a L.
-    """
-    force, position = np.broadcast_arrays(np.asarray(force, float), np.asarray(position, float))
-    return _tip(force, position, needle.length, needle.bending_stiffness, clamp_compliance)
-
-
-def _tip(force: np.ndarray, position: np.ndarray, length: float, stiffness: float, compliance: float) -> np.ndarray:
-    sag, slope = _cantilever(np.abs(force) * position**2 / stiffness, compliance * stiffness / position)
-    return np.sign(force) * (position * sag + (length - position) * np.sin(slope))
-
-
-def _cantilever(load: np.ndarray, softness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Deflection over a and slope [rad] at the force, for the loads F a^2/EI (n,) [1] and the compliances of the clamp
-    c EI/a (n,) [1].
-
-    Bisection over the curvature at the clamp: the length that a rod under the force needs to come to no curvature grows
-    with it.
-    """
-    from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
-
-    load = np.maximum(load, 1e-12)
-    low, high = np.zeros_like(load), np.minimum(np.sqrt(2.0 * load), load)  # no arm is longer than the rod
-    for _ in range(_BISECTIONS):
-        curvature = 0.5 * (low + high)
-        possible, k2, phi = _end(curvature, load, softness)
-        short = possible & (ellipk(k2) - ellipkinc(phi, k2) < np.sqrt(load))
-        low, high = np.where(short, curvature, low), np.where(short, high, curvature)
-    _, k2, phi = _end(low, load, softness)
-    sag = 1.0 - 2.0 * (ellipe(k2) - ellipeinc(phi, k2)) / np.sqrt(load)
-    return _series_where_small(sag, load, softness), np.arcsin(np.clip(2.0 * k2 - 1.0, -1.0, 1.0))
-
-
-def _end(curvature: np.ndarray, load: np.ndarray, softness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Whether a rod with this curvature at the clamp exists, with k^2 and phi of ``elastica_deflection``."""
-    start = np.minimum(softness * curvature, 0.5 * np.pi)
-    end = np.sin(start) + curvature**2 / (2.0 * load)
-    possible = (start < 0.5 * np.pi) & (end < 1.0)
-    k2 = np.where(possible, 0.5 * (1.0 + end), 1.0 - 1e-15)
-    return possible, k2, np.arcsin(np.minimum(np.sqrt(0.5 * (1.0 + np.sin(start)) / k2), 1.0))
-
-
-def _series_where_small(sag: np.ndarray, load: np.ndarray, softness: np.ndarray) -> np.ndarray:
-    """The deflection from its expansion in the load where the closed form would lose digits; relative error 1e-8."""
-    return np.where(load * (1.0 + softness) < 1e-4, load * (1.0 / 3.0 + softness), sag)
-
-
-def three_point_load(deflection: ArrayLike) -> np.ndarray:
-    """Load F S^2/(E I) [1] of three-point bending at a midpoint deflection over the span S (n,) [1], for any
-    deflection.
-
-    Parameters
-    ----------
-    deflection : array_like
-        Deflection of the midpoint over the span (n,) [1], 0 to 0.5.
-
-    Returns
-    -------
-    numpy.ndarray
-        F S^2/(E I) (n,) [1]; 48 times the deflection if that is small.
-
-    Raises
-    ------
-    InputError
-        For a deflection outside 0 to 0.5.
-
-    Notes
-    -----
-    The needle slides on two supports of fixed span without friction: each pushes at right angles to the needle, F/2 in
-    the direction of the force. In axes along the needle at a support, with psi the slope from there,
-    EI psi'^2/2 = R sin(psi): half the span is sqrt(EI/R) X, X = sqrt(2 sin t) cos t + J sin(t)/sqrt 2, the deflection
-    sqrt(EI/R) (sqrt(2 sin t) sin t - J cos(t)/sqrt 2), F = 2 R cos t, with the slope t at the support and
-    J = integral of sqrt(sin) = B(sin^2 t; 3/4, 1/2)/2.
-    """
-    share = np.atleast_1d(np.asarray(deflection, float))
-    if not ((share >= 0.0) & (share <= 0.5)).all():
-        wrong = share[~((share >= 0.0) & (share <= 0.5))][0]
-        step = "Check zero and direction of the deflection, and the span."
-        raise InputError("deflection over span", f"{wrong:g}", "it must be 0 to 0.5", next_step=step)
-    low, high = np.zeros_like(share), np.full_like(share, 0.5 * np.pi)
-    for _ in range(_BISECTIONS):
-        slope = 0.5 * (low + high)
-        below = _three_point(slope)[0] < share
-        low, high = np.where(below, slope, low), np.where(below, high, slope)
-    load = np.where(share < 1e-5, 48.0 * share, _three_point(0.5 * (low + high))[1])
-    return load.reshape(np.shape(deflection))
-
-
-def _three_point(slope: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Deflection over span and load at the slope (n,) [rad] at the supports."""
-    from scipy.special import beta, betainc
-
-    slope = np.maximum(slope, 1e-12)
-    sine, cosine = np.sin(slope), np.cos(slope)
-    j = 0.5 * beta(0.75, 0.5) * betainc(0.75, 0.5, sine**2)
-    half_span = np.sqrt(2.0 * sine) * cosine + j * sine / np.sqrt(2.0)
-    sag = np.sqrt(2.0 * sine) * sine - j * cosine / np.sqrt(2.0)
-    return 0.5 * sag / half_span, 8.0 * cosine * half_span**2
-
-
-def cantilever_deflection(force: ArrayLike, position: ArrayLike, needle: Needle) -> Any:
-    """Tip deflection [m] under ``force`` [N] at ``position`` [m] from the clamp: F a^2 (3 L - a) / (6 E I), small
-    slopes; ``elastica_deflection`` is that of any deflection."""
-    return force * _compliance(position, needle) / needle.young_modulus
-
-
-def cantilever_modulus(force: ArrayLike, position: ArrayLike, deflection: ArrayLike, needle: Needle) -> Any:
-    """Young modulus [Pa] that one reading implies for small deflections; ``needle.young_modulus`` is not used."""
-    return force * _compliance(position, needle) / deflection
-
-
-def cantilever_sensitivities(position: float, needle: Needle) -> dict[str, float]:
-    """d ln E / d ln x of one reading, for x = force, deflection, outer_diameter, position, length; solid needle."""
-    length = needle.length
-    return {
-        "force": 1.0,
-        "deflection": -1.0,
-        "outer_diameter": -4.0,
-        "position": 2.0 - position / (3.0 * length - position),
-        "length": 3.0 * length / (3.0 * length - position),
-    }
-
-
-def _compliance(position: Any, needle: Needle) -> Any:
-    """a^2 (3 L - a) / (6 I): small deflection times E over force [1/m]."""
-    return position**2 * (3.0 * needle.length - position) / (6.0 * needle.second_moment)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -212,6 +59,18 @@ class BendingFit:
     misfit: float
     used: np.ndarray = field(repr=False)
     notes: tuple[str, ...] = ()
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """``needle_young_modulus`` [Pa] where the section is known, and ``clamp_compliance`` [rad/(N m)] if found."""
+        source = f"bending, large deflections, {len(self.used)} readings; misfit {percent(self.misfit)}"
+        found = [
+            Estimate("needle_young_modulus", self.young_modulus, "Pa", self.low, self.high, source=source),
+            Estimate(
+                "clamp_compliance", self.clamp_compliance, "rad/(N m)", self.clamp_low, self.clamp_high, source=source
+            ),
+        ]
+        return tuple(each for each in found if math.isfinite(each.value) and each.value != 0.0)
 
 
 def needle_modulus(
@@ -280,7 +139,7 @@ class _Cantilever:
     def linear(self, clamp: bool, given: float) -> np.ndarray | None:
         """1/E, slack and compliance for small deflections, or with the ``given`` one; None without a positive
         stiffness."""
-        columns = [self.force * _compliance(self.position, self.needle), np.ones_like(self.force)]
+        columns = [self.force * tip_compliance(self.position, self.needle), np.ones_like(self.force)]
         known = given * self.force * self.position * self.needle.length
         if clamp:
             columns.append(self.force * self.position * self.needle.length)
@@ -292,7 +151,7 @@ class _Cantilever:
     def predicted(self, x: np.ndarray) -> np.ndarray:
         compliance = max(x[2], 0.0) if len(x) > 2 else self.compliance
         stiffness = math.exp(x[0]) * self.needle.second_moment
-        return x[1] + _tip(self.force, self.position, self.needle.length, stiffness, compliance)
+        return x[1] + tip_of_cantilever(self.force, self.position, self.needle.length, stiffness, compliance)
 
     def residual(self, x: np.ndarray) -> np.ndarray:
         return self.predicted(x) / self.deflection - 1.0

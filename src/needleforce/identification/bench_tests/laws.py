@@ -67,6 +67,20 @@ LAWS = (*SUMS, *OGDEN)
 ALIASES = {"mooney": ("mooney_rivlin",), "ogden": tuple(OGDEN)}
 
 
+SOURCES = {
+    "linear": "by definition: Hooke's law with the Poisson ratio 1/2",
+    "neo_hookean": "Rivlin 1948",
+    "mooney_rivlin": "Mooney 1940; Rivlin 1948",
+    "yeoh": "Yeoh 1993",
+    "ogden": "Ogden 1972",
+    "tests of rubber": "Treloar 1944",
+    "fit of Ogden's law": "Golub & Pereyra 1973",
+    "choice": "Hurvich & Tsai 1989; Burnham & Anderson 2002",
+    "elastica": "Bisshopp & Drucker 1945",
+}
+"""What the laws, the choice between them and the bending of a needle follow, by the keys of the bibliography."""
+
+
 def initial_stiffness(t: ArrayLike) -> np.ndarray:
     """dP/dlambda at lambda = 1 over the Young modulus [1] of an incompressible tissue: 1, 2 and 4/3 in ``MODES``."""
     return 2.0 / 3.0 * (2.0 + np.asarray(t, float))
@@ -145,6 +159,21 @@ def ogden_column(stretch: np.ndarray, t: np.ndarray, alpha: ArrayLike) -> np.nda
     alpha = np.where(np.abs(alpha) < _SMALL_EXPONENT, _SMALL_EXPONENT, alpha)
     logarithm = alpha * np.log(stretch)
     return (np.expm1(logarithm) - np.expm1(-(1.0 + t) * logarithm)) / (alpha * stretch)
+
+
+def ogden_slope(stretch: np.ndarray, t: np.ndarray, alpha: np.ndarray) -> np.ndarray:
+    """Derivative of ``ogden_column`` by alpha."""
+    logarithm, other = np.log(stretch), (1.0 + t) * np.log(stretch)
+    # d/dx of expm1(x b)/x is b^2 g(x b), g(y) = (y e^y - expm1(y))/y^2
+    return (logarithm**2 * _curvature(alpha * logarithm) - other**2 * _curvature(-alpha * other)) / stretch
+
+
+def _curvature(y: np.ndarray) -> np.ndarray:
+    """(y e^y - expm1(y))/y^2, by its series where that loses digits; relative error 1e-12."""
+    small = np.abs(y) < 1e-2
+    safe = np.where(small, 1.0, y)
+    series = 0.5 + y / 3.0 + y**2 / 8.0 + y**3 / 30.0 + y**4 / 144.0 + y**5 / 840.0
+    return np.where(small, series, (safe * np.exp(safe) - np.expm1(safe)) / safe**2)
 
 
 def initial_modulus(law: str, coefficients: Sequence[float] | np.ndarray) -> float:

@@ -5,13 +5,18 @@ from itertools import combinations
 
 import numpy as np
 
-from .laws import ogden_column
+from .laws import ogden_column, ogden_slope
 
-MAX_EXPONENT = 20.0  # [1 / largest logarithmic strain]: stresses grow by exp(20) over the readings
+MAX_EXPONENT = 20.0
+"""[1 / largest logarithmic strain] A term with a larger exponent has at half the strain less than exp(-10), 5e-5 of its
+largest stress, which no load cell resolves: it is a term of the last readings, whose exponent they do not determine."""
 GRID = 61  # exponents of the search, from -MAX_EXPONENT to MAX_EXPONENT
-N_STARTS = 3
+N_STARTS = 5  # sets of exponents, each of its own valley
+N_BOUNDED = 2  # of these, also fitted within the bounds, at which a coefficient may end
+MAX_COMPARED = 500  # best sets
+MAX_STEPS = 200  # an exact curve takes up to 150 of them, a noisy one 20
+_OPTIONS = {"ftol": 1e-10, "xtol": 1e-10, "gtol": 1e-15, "x_scale": "jac"}
 SEARCH_READINGS = 200  # the search uses about so many
-_STEP = 1e-4  # [1 / largest logarithmic strain] of the derivative by an exponent
 
 
 def fit_ogden(
@@ -21,21 +26,12 @@ def fit_ogden(
 
     Each term has mu alpha >= 0.
     """
-    from scipy.optimize import least_squares
-
     size = float(np.abs(stress).max())
     fit = _Problem(terms, stretch, t, stress / size, zeros)
-    bounds = np.r_[np.zeros(terms), np.full(terms, -MAX_EXPONENT), np.full(zeros.shape[1], -np.inf)]
-    high = np.r_[np.full(terms, np.inf), np.full(terms, MAX_EXPONENT), np.full(zeros.shape[1], np.inf)]
-    best = None
-    for start in fit.starts():
-        start = np.clip(start, bounds + 1e-9, high - 1e-9)
-        found = least_squares(
-            fit.residual, start, fit.jacobian, bounds=(bounds, high), x_scale="jac", ftol=1e-13, xtol=1e-13, gtol=1e-13,
-            max_nfev=100,
-        )  # fmt: skip
-        best = found if best is None or found.cost < best.cost else best
-    return _coefficients(best.x, fit, size)
+    starts = fit.starts()
+    found = [x for start in starts if (x := fit.projected(start)) is not None]
+    found += [fit.within_bounds(start) for start in starts[:N_BOUNDED]]
+    return _coefficients(min(found, key=lambda x: float(np.sum(fit.residual(x) ** 2))), fit, size)
 
 
 class _Problem:
@@ -56,8 +52,48 @@ class _Problem:
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         k = self.terms
         c, a = x[:k], x[k : 2 * k]
-        slopes = (self.columns(a + _STEP) - self.columns(a - _STEP)) / (2.0 * _STEP)
+        slopes = ogden_slope(self.stretch[:, None], self.t[:, None], a[None, :] / self.scale) / self.scale
         return np.hstack([self.columns(a), slopes * c, self.zeros])
+
+    def within_bounds(self, start: np.ndarray) -> np.ndarray:
+        """The least squares from ``start`` with c >= 0 and limited exponents."""
+        from scipy.optimize import least_squares
+
+        k, offsets = self.terms, np.full(self.zeros.shape[1], np.inf)
+        low = np.r_[np.zeros(k), np.full(k, -MAX_EXPONENT), -offsets]
+        high = np.r_[np.full(k, np.inf), np.full(k, MAX_EXPONENT), offsets]
+        inside = np.clip(start, low + 1e-9, high - 1e-9)
+        return least_squares(self.residual, inside, self.jacobian, bounds=(low, high), max_nfev=100, **_OPTIONS).x
+
+    def projected(self, start: np.ndarray) -> np.ndarray | None:
+        """The least squares over the exponents alone, c being the best for them; None if that ends out of bounds.
+
+        Three terms lie in a valley in which c and the exponents together hardly move (variable projection: Golub &
+        Pereyra 1973, with the first part of its Jacobian alone).
+        """
+        from scipy.optimize import least_squares
+
+        k = self.terms
+        if len(self.stress) < 2 * k + self.zeros.shape[1]:
+            return None
+
+        def linear(a: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            design = np.hstack([self.columns(a), self.zeros])
+            norm = np.linalg.norm(design, axis=0) + 1e-300
+            basis, triangle = np.linalg.qr(design / norm)
+            values = np.linalg.lstsq(triangle, basis.T @ self.stress, rcond=None)[0] / norm
+            return design @ values - self.stress, basis, values
+
+        def slopes(a: np.ndarray) -> np.ndarray:
+            _, basis, values = linear(a)
+            columns = self.jacobian(np.r_[values[:k], a, values[k:]])[:, k : 2 * k]
+            return columns - basis @ (basis.T @ columns)
+
+        limit = MAX_EXPONENT * (1.0 - 1e-9)
+        guess, bounds = np.clip(start[k : 2 * k], -limit, limit), (-MAX_EXPONENT, MAX_EXPONENT)
+        a = least_squares(lambda a: linear(a)[0], guess, slopes, bounds=bounds, max_nfev=MAX_STEPS, **_OPTIONS).x
+        values = linear(a)[2]
+        return np.r_[values[:k], a, values[k:]] if (values[:k] >= 0.0).all() else None
 
     def starts(self) -> list[np.ndarray]:
         """The best sets of exponents on the grid, each with its coefficients."""
@@ -70,9 +106,26 @@ class _Problem:
         gram, right = (columns / norm).T @ (columns / norm), (columns / norm).T @ stress
         sets = np.array(_sets(gram, right, self.terms))
         gain, c = _gains(gram, right, sets)
-        order = np.argsort(-gain, kind="stable")[:N_STARTS]
+        order = _apart(sets[np.argsort(-gain, kind="stable")], N_STARTS)
+        places = {tuple(each): k for k, each in enumerate(sets.tolist())}
         offset = np.zeros(zeros.shape[1])
-        return [np.r_[np.maximum(c[k], 1e-6) / norm[sets[k]], grid[sets[k]], offset] for k in order]
+        chosen = [places[tuple(each)] for each in order.tolist()]
+        return [np.r_[np.maximum(c[k], 1e-6) / norm[sets[k]], grid[sets[k]], offset] for k in chosen]
+
+
+def _apart(sets: np.ndarray, count: int) -> np.ndarray:
+    """The first ``count`` sets of places, best first, without those that are a neighbour of a better one: they descend
+    into the same valley."""
+    kept = sets[:1]
+    for each in sets[:MAX_COMPARED]:
+        if len(kept) < count and (np.abs(kept - each).max(axis=1) > 2).all():
+            kept = np.vstack([kept, each])
+    return kept
+
+
+def at_bound(alpha: np.ndarray, stretch: np.ndarray) -> bool:
+    """Whether an exponent is at ``MAX_EXPONENT``: no optimum, so that its coefficients have no standard error."""
+    return bool((np.abs(alpha) * np.abs(np.log(stretch)).max() >= MAX_EXPONENT * (1.0 - 1e-3)).any())
 
 
 def _sets(gram: np.ndarray, right: np.ndarray, terms: int) -> list[tuple[int, ...]]:

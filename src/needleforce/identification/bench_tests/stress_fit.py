@@ -4,7 +4,7 @@ interval that includes that choice."""
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,93 +14,21 @@ from ...display.quantities import percent
 from ...errors import InputError
 from ..estimates import Estimate
 from ..statistics.noise import LEVEL
+from .law_fit import LawFit, Readings, StressCurve, solved, without_unstable
 from .laws import (
     MODES,
-    OGDEN,
-    SUMS,
-    initial_modulus,
     initial_stiffness,
-    is_stable,
     laws_named,
     mode_number,
     nominal_stress,
-    stable_range,
 )
-from .ogden import fit_ogden
 
 MAX_MISFIT = 0.05  # [of the peak stress] rms residual above which a warning is given
 MIN_WEIGHT = 0.05  # a law with a smaller weight does not fit comparably
 ROUNDING = 1e-9  # [of the peak stress] a smaller residual is rounding
 MIN_READINGS = 3
 MAX_FITTED_READINGS = 1000  # of a curve; more are averaged in blocks of neighbours
-MAX_CONDITION = 1e10  # of the scaled normal equations: beyond, the readings do not determine the coefficients
-FALSE_CORRELATION = 0.01  # probability with which independent residuals are taken as correlated
-MIN_SLOPE_READINGS = 4  # nearest to stretch 1 whose slope is compared with that of the law
-MIN_FREEDOM = 3.0  # of a standard error from correlated residuals
-
-
-@dataclass(frozen=True, eq=False)
-class StressCurve:
-    """One stress-stretch curve of a specimen.
-
-    Attributes
-    ----------
-    stretch : array_like
-        Length over undeformed length (n,) [1], above 0: below 1 in compression.
-    stress : array_like
-        Nominal stress (n,) [Pa]: force over undeformed area, positive in tension.
-    mode : str
-        "uniaxial", "equibiaxial" or "planar" (pure shear): a curve does not show which of them it is.
-    name : str
-        For messages and figures.
-    """
-
-    stretch: Any
-    stress: Any
-    mode: str = "uniaxial"
-    name: str = ""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class LawFit:
-    """One law, fitted to all readings.
-
-    Attributes
-    ----------
-    law : str
-        One of ``LAWS``.
-    coefficients : numpy.ndarray
-        As ``nominal_stress`` takes them.
-    young_modulus, standard_error : float
-        E = 3 mu_0 and its standard error for this law [Pa].
-    freedom : float
-        Effective number of readings minus the number of unknowns.
-    residual : numpy.ndarray
-        Measured minus fitted stress (n,) [Pa].
-    misfit : float
-        Root mean square of the residual over the largest measured stress [1].
-    criterion : float
-        Akaike's criterion, corrected for few readings, from the effective number of readings.
-    weight : float
-        Akaike weight [1]; 0 for a law that is unstable within the readings.
-    stable : dict of str to tuple of float
-        Loading mode -> the stretches between which the law is stable; 0 or infinity where no end was found.
-    excluded : str
-        Why the law is not in the choice; empty if it is.
-    """
-
-    law: str
-    coefficients: np.ndarray
-    young_modulus: float
-    standard_error: float
-    freedom: float
-    residual: np.ndarray = field(repr=False)
-    misfit: float
-    criterion: float
-    weight: float = 0.0
-    stable: dict[str, tuple[float, float]]
-    excluded: str = ""
-    zero: np.ndarray = field(default_factory=lambda: np.zeros(0))
+MIN_FREEDOM = 1.0  # of a standard error: Student's distribution has no fewer
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -180,19 +108,18 @@ def fit_stress(
     Least squares of the nominal stress. An Ogden law has mu_k alpha_k > 0, which makes it stable (Ogden 1972, eq. 22).
     A law that is unstable within the readings, or whose coefficients they do not determine, is excluded.
 
-    Residuals of a digitised, filtered or misfitted curve are correlated: n readings count as n (1 - r)/(1 + r), r the
-    correlation of neighbours, or as half the number of runs of one sign if these are more. From the effective number of
-    the closest law comes the criterion, AIC corrected for few readings (Hurvich & Tsai 1989), from that of each law its
-    standard error. Where the residuals change sign less often than 99 % of independent ones, what the readings near
-    stretch 1 have more, or less, than the initial slope of the law, within the stretch that counts as one reading, is
-    added to that error. The interval is that of the mixture of Student distributions of E over the laws, weighted by
-    exp(-AICc/2) (Burnham & Anderson 2002, ch. 4). docs/bench_tests.md has how often it contains the truth.
+    Residuals of a digitised, filtered or misfitted curve are correlated: n readings count as n_eff = n (1 - r)/(1 + r),
+    r the correlation of neighbours, or as the number of waves of the residuals if these are more. n_eff of the closest
+    law is the number of readings of the criterion, AIC corrected for few of them (Hurvich & Tsai 1989). n_eff of each
+    law sets its standard error and its degrees of freedom, n_eff less the coefficients: a law with a smooth misfit has
+    few, and so a wide interval. The interval is that of the mixture of Student distributions of E over the laws,
+    weighted by exp(-AICc/2) (Burnham & Anderson 2002). docs/bench_tests.md has how often it contains the truth.
     """
     names = laws_named(law)
     used = _checked(curves, min_stretch, max_stretch)
-    readings = _Readings(used, fit_zero)
+    readings = Readings(used, fit_zero)
     work = progress(names, "fitting") if progress else names
-    found = [fit for fit in (_solved(name, readings) for name in work) if fit is not None]
+    found = [fit for fit in (solved(name, readings) for name in work) if fit is not None]
     if not found:
         limit, step = f"not enough for {names[0]}", "Give more readings, or a law with fewer coefficients."
         raise InputError("number of readings", len(readings.stress), limit, next_step=step)
@@ -204,21 +131,6 @@ def fit_stress(
     modulus = _estimate(fits, used, chosen=len(names) > 1)
     notes = _notes(fits, used, modulus)
     return StressFit(laws=fits, young_modulus=modulus, curves=used, effective_readings=effective, notes=notes)
-
-
-class _Readings:
-    """The readings of all curves in one column each."""
-
-    def __init__(self, curves: tuple[StressCurve, ...], fit_zero: bool):
-        self.curves = curves
-        self.stretch = np.concatenate([curve.stretch for curve in curves])
-        self.stress = np.concatenate([curve.stress for curve in curves])
-        lengths = [len(curve.stretch) for curve in curves]
-        self.t = np.repeat([mode_number(curve.mode) for curve in curves], lengths)
-        owner = np.repeat(np.arange(len(curves)), lengths)
-        self.zeros = (owner[:, None] == np.arange(len(curves))).astype(float)[:, : len(curves) * fit_zero]
-        self.ends = np.cumsum(lengths)[:-1]
-        self.peak = float(np.abs(self.stress).max())
 
 
 def _checked(
@@ -265,81 +177,13 @@ def _in_range(curve: StressCurve, min_stretch: float, max_stretch: float) -> Str
     return replace(curve, stretch=means[:, 0], stress=means[:, 1])
 
 
-def _solved(name: str, readings: _Readings) -> LawFit | None:
-    """One law by least squares; None with fewer readings than it needs."""
-    count = len(SUMS[name].names) if name in SUMS else 2 * OGDEN[name]
-    unknowns = count + readings.zeros.shape[1]
-    if len(np.unique(readings.stretch)) <= unknowns:
-        return None
-    if name in SUMS:
-        design = np.column_stack([*SUMS[name].columns(readings.stretch, readings.t), readings.zeros])
-        values, gradient = _scaled_solution(design, readings.stress), np.array(SUMS[name].weights)
-    else:
-        values, design = fit_ogden(OGDEN[name], readings.stretch, readings.t, readings.stress, readings.zeros)
-        gradient = 1.5 * np.ravel(np.column_stack([values[1:count:2], values[:count:2]]))
-    zero, residual = values[count:], readings.stress - readings.zeros @ values[count:]
-    for curve, part in zip(readings.curves, np.split(np.arange(len(residual)), readings.ends)):
-        residual[part] -= nominal_stress(name, curve.stretch, values[:count], curve.mode)
-    error, determined = _unit_error(design, np.append(gradient, np.zeros(len(zero))))
-    stable = {
-        curve.mode: stable_range(name, _of_mode(readings, curve.mode), values[:count], curve.mode)
-        for curve in readings.curves
-    }
-    return LawFit(
-        law=name,
-        coefficients=values[:count],
-        young_modulus=initial_modulus(name, values[:count]),
-        standard_error=error,  # per unit of the noise, until that is known
-        freedom=float(unknowns + 1),
-        residual=residual,
-        misfit=_rms(residual) / readings.peak,
-        criterion=math.nan,
-        stable=stable,
-        excluded="" if determined else _UNDETERMINED["ogden" if name in OGDEN else "sum"],
-        zero=zero,
-    )
-
-
-_UNDETERMINED = {
-    "ogden": "terms are equal or 0: fewer terms fit as well",
-    "sum": "the readings do not determine its coefficients",
-}
-
-
-def _scaled_solution(design: np.ndarray, stress: np.ndarray) -> np.ndarray:
-    scale = np.linalg.norm(design, axis=0)
-    scale[scale == 0.0] = 1.0
-    return np.linalg.lstsq(design / scale, stress, rcond=None)[0] / scale
-
-
-def _unit_error(jacobian: np.ndarray, gradient: np.ndarray) -> tuple[float, bool]:
-    """Standard error of a linear function of the coefficients for noise of size 1, infinite if it is not determined,
-    and whether each coefficient is."""
-    scale = np.linalg.norm(jacobian, axis=0)
-    scale[scale == 0.0] = 1.0
-    values, vectors = np.linalg.eigh((jacobian / scale).T @ (jacobian / scale))
-    known = values > values[-1] / MAX_CONDITION
-    parts = vectors.T @ (gradient / scale)
-    lost = float(np.linalg.norm(parts[~known])) > 1e-3 * float(np.linalg.norm(parts))
-    error = math.inf if lost else math.sqrt(float(np.sum(parts[known] ** 2 / values[known])))
-    return error, bool(known.all())
-
-
-def _of_mode(readings: _Readings, mode: str) -> np.ndarray:
-    return readings.stretch[readings.t == mode_number(mode)]
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _weighted(found: list[LawFit], readings: _Readings) -> tuple[tuple[LawFit, ...], float]:
+def _weighted(found: list[LawFit], readings: Readings) -> tuple[tuple[LawFit, ...], float]:
     """The laws with their criterion, standard errors and weights, best first, and the effective number of readings."""
     if all(fit.excluded for fit in found):  # E may be determined where its terms are not
         found = [replace(fit, excluded="") if math.isfinite(fit.standard_error) else fit for fit in found]
-    found = [_without_unstable(fit, readings) for fit in found]
+    found = [without_unstable(fit, readings) for fit in found]
     closest = min(found, key=lambda fit: (bool(fit.excluded), _variance(fit, readings)))
-    effective = len(readings.stress) / _correlation(closest, readings)[0]
+    effective = len(readings.stress) / _inflation(closest, readings)
     fits = [_with_criterion(fit, readings, effective) for fit in found]
     lowest = min((fit.criterion for fit in fits if not fit.excluded), default=0.0)
     raw = [0.0 if fit.excluded else math.exp(-0.5 * (fit.criterion - lowest)) for fit in fits]
@@ -348,59 +192,41 @@ def _weighted(found: list[LawFit], readings: _Readings) -> tuple[tuple[LawFit, .
     return tuple(sorted(fits, key=lambda fit: (bool(fit.excluded), -fit.weight, fit.misfit))), effective
 
 
-def _variance(fit: LawFit, readings: _Readings) -> float:
-    """Variance of the noise that a law leaves [Pa^2]; of rounding at least."""
-    count = len(readings.stress)
-    left = max(float(np.sum(fit.residual**2)), count * (ROUNDING * readings.peak) ** 2)
-    return left / max(count - fit.freedom + 1.0, 1.0)
+def _variance(fit: LawFit, readings: Readings, inflation: float = 1.0) -> float:
+    """Variance of the noise that a law leaves [Pa^2]; of rounding at least.
 
-
-def _without_unstable(fit: LawFit, readings: _Readings) -> LawFit:
-    if fit.excluded:
-        return fit
-    for mode in dict.fromkeys(curve.mode for curve in readings.curves):
-        own = _of_mode(readings, mode)
-        path = np.exp(np.linspace(min(np.log(own.min()), 0.0), max(np.log(own.max()), 0.0), 200))
-        stable = is_stable(fit.law, path, fit.coefficients, mode)
-        if not stable.all():
-            first = path[~stable][np.argmin(np.abs(np.log(path[~stable])))]
-            return replace(fit, excluded=f"it softens: not stable (Drucker) at a stretch of {first:.3g}, {mode}")
-    return fit
-
-
-def _with_criterion(fit: LawFit, readings: _Readings, effective: float) -> LawFit:
-    """With the criterion, the standard error of E and its degrees of freedom."""
-    count, unknowns = len(readings.stress), fit.freedom
-    (inflation, slope), noise = _correlation(fit, readings), math.sqrt(_variance(fit, readings))
+    Of n_eff independent readings a fit of p coefficients leaves the share 1 - p/n_eff.
+    """
+    effective = len(readings.stress) / inflation
     left = max(float(np.mean(fit.residual**2)), (ROUNDING * readings.peak) ** 2)
-    few = 1.0 + (unknowns + 1.0) / max(count - unknowns - 1.0, 0.5)
+    return left * effective / max(effective - fit.freedom + 1.0, MIN_FREEDOM)
+
+
+def _with_criterion(fit: LawFit, readings: Readings, effective: float) -> LawFit:
+    """With the criterion, the standard error of E and its degrees of freedom."""
+    unknowns, inflation = fit.freedom, _inflation(fit, readings)
+    left = max(float(np.mean(fit.residual**2)), (ROUNDING * readings.peak) ** 2)
+    # by the number of readings: a close fit leaves few more waves than it has coefficients, and n_eff would exclude it
+    few = 1.0 + (unknowns + 1.0) / max(len(readings.stress) - unknowns - 1.0, 0.5)
     return replace(
         fit,
         criterion=effective * math.log(left / readings.peak**2) + 2.0 * unknowns * few,
-        freedom=max(count / inflation - unknowns + 1.0, min(MIN_FREEDOM, count - unknowns + 1.0)),
-        standard_error=math.hypot(noise * fit.standard_error * math.sqrt(inflation), slope),
+        freedom=max(len(readings.stress) / inflation - unknowns + 1.0, MIN_FREEDOM),
+        standard_error=fit.standard_error * math.sqrt(_variance(fit, readings, inflation) * inflation),
     )
 
 
-def _correlation(fit: LawFit, readings: _Readings) -> tuple[float, float]:
-    """Inflation of the residuals, and ``_missed_slope`` [Pa] if they change sign too seldom for independent noise."""
-    parts = [part for part in np.split(np.arange(len(readings.stress)), readings.ends) if len(part) > 1]
-    residuals = [fit.residual[part] for part in parts]
-    if fit.misfit <= ROUNDING:
-        return 1.0, 0.0
-    inflation = inflation_of(residuals, fit.freedom - 1.0)
-    if not has_runs(residuals):
-        return inflation, 0.0
-    wave = sum(float(np.ptp(readings.stretch[part])) for part in parts) * inflation / len(readings.stress)
-    return inflation, _missed_slope(fit, readings, wave, inflation)
+def _inflation(fit: LawFit, readings: Readings) -> float:
+    """``inflation_of`` the residuals; 1 where they are rounding."""
+    return 1.0 if fit.misfit <= ROUNDING else inflation_of(readings.by_curve(fit.residual), fit.freedom - 1.0)
 
 
 def inflation_of(residuals: Sequence[np.ndarray], lost: float) -> float:
-    """Long-run variance over variance of residuals (n,) in the order of stretch, at least 1.
+    """How many residuals (n,) in the order of stretch count as one independent one, at least 1.
 
-    Of autocorrelated (AR(1)) noise it is (1 + r)/(1 - r), r the correlation of neighbours, which a fit of ``lost``
-    coefficients lowers by ``lost``/n. A smooth misfit has a larger r than its half waves are long: no more than twice
-    the mean length of a run of one sign.
+    Of autocorrelated (AR(1)) noise it is long-run variance over variance, (1 + r)/(1 - r), r the correlation of
+    neighbours, which a fit of ``lost`` coefficients lowers by ``lost``/n. By the same r a smooth misfit of m half waves
+    would count as 2.5 m^2/n: less than one for each wave. A wave, that is two runs of one sign, counts as one at least.
     """
     count, changes = sum(map(len, residuals)), sum(map(_changes, residuals))
     squares = sum(float(each @ each) for each in residuals)
@@ -411,35 +237,8 @@ def inflation_of(residuals: Sequence[np.ndarray], lost: float) -> float:
     return max(1.0, min((1.0 + r) / (1.0 - r), 2.0 * count / (changes + len(residuals))))
 
 
-def has_runs(residuals: Sequence[np.ndarray]) -> bool:
-    """Whether residuals (n,) change sign less often than 99 % of independent ones: a smooth misfit."""
-    return _too_few_changes(sum(map(_changes, residuals)), sum(map(len, residuals)) - len(residuals))
-
-
 def _changes(residual: np.ndarray) -> int:
     return int(np.count_nonzero(np.diff(np.sign(residual))))
-
-
-def _missed_slope(fit: LawFit, readings: _Readings, wave: float, inflation: float) -> float:
-    """Slope of the residual through stretch 1 over the readings within one ``wave`` of it, the stretch that counts as
-    one independent reading, in terms of E [Pa], beyond its own noise."""
-    strain = readings.stretch - 1.0
-    distance = np.abs(strain)
-    used = distance <= max(wave, np.sort(distance)[min(MIN_SLOPE_READINGS, len(strain)) - 1])
-    lever = strain[used] * initial_stiffness(readings.t[used])
-    if not lever.any():
-        return math.inf
-    slope = float(fit.residual[used] @ lever / (lever @ lever))
-    noise = _variance(fit, readings) * inflation / float(lever @ lever)
-    return math.sqrt(max(slope**2 - noise, 0.0))
-
-
-def _too_few_changes(changes: int, steps: int) -> bool:
-    """Whether independent noise has so few changes of sign, of ``steps`` possible ones, with a probability below
-    ``FALSE_CORRELATION``."""
-    from scipy.stats import binom
-
-    return bool(binom.cdf(changes, steps, 0.5) < FALSE_CORRELATION)
 
 
 def _estimate(fits: tuple[LawFit, ...], curves: tuple[StressCurve, ...], chosen: bool) -> Estimate:
