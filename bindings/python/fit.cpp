@@ -66,7 +66,6 @@ nb::dict result_dict(const fit::CycleResult& r) {
   dict["admitted"] = nb::make_tuple(r.first, r.last);
   dict["first_gain"] = r.profile.first;
   dict["unconstrained_friction"] = r.unconstrained_friction;
-  dict["backtrack"] = r.backtrack;
   return dict;
 }
 

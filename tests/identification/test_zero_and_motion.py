@@ -118,6 +118,12 @@ def test_reversals_and_pull_backs_leave_the_intervals_right(motion):
     assert len(nf.segment(recorded(motion)).punctures) == 1
 
 
+def test_the_length_of_a_pull_back_is_in_the_notes():
+    notes = nf.identify(recorded(pulled_back(0.5e-3)), model="paper").recordings[0].notes
+    assert any("pulled back within the insertion, by up to 0.5 mm" in note for note in notes)
+    assert not any("pulled back" in note for note in nf.identify(recorded(), model="paper").recordings[0].notes)
+
+
 def test_motion_by_hand_leaves_the_intervals_right():
     inside = covered(recorded(by_hand(k), seed=k) for k in range(24))
     # a puncture with a pull-back right behind it may not be found: then there is no answer

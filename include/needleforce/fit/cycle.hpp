@@ -32,7 +32,6 @@ struct CycleResult {
   std::size_t first = 0, last = 0;  // the punctures that were admitted
   Profile profile;
   double unconstrained_friction = 0;
-  double backtrack = 0;  // largest reverse travel [m] within a stroke
 };
 
 /// Rows of workspace that `fit_cycle` needs for n_in and n_out samples.
@@ -96,7 +95,6 @@ inline CycleResult fit_cycle(const Stroke& in, const Stroke& out, const Settings
   Problem p = problem_of(in, out, scale, settings, workspace);
   const Moments all = p.insertion.total() + p.withdrawal.total();
   if (!std::isfinite(all.ff + all.u4)) return r;
-  r.backtrack = std::max(p.insertion.backtrack(), p.withdrawal.backtrack());
   r.first = p.first, r.last = p.last, r.outcome = Outcome::no_room;
   if (p.first > p.last || scale.half <= tiny) return r;
   p.spread_punctures();

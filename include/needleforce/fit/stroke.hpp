@@ -109,7 +109,6 @@ class Series {
   const Scale& scale() const noexcept { return scale_; }
   std::span<const Row> rows() const noexcept { return rows_; }
   const Moments& total() const noexcept { return rows_.back().before; }
-  double backtrack() const noexcept { return backtrack_ * scale_.half; }  // [m], between blocks
   double u(std::size_t i) const noexcept { return (stroke_.depth[i] - scale_.centre) * inverse_; }
   double force(std::size_t i) const noexcept { return stroke_.force[i]; }
 
@@ -142,16 +141,13 @@ class Series {
       pairs.add(v, pair_at(&stroke_.force[i]));
     }
     Moments sums = sum(pairs);
-    const double end = direction_ * u(last - 1);
     if ((last - first) % 2 == 1) sums.add(u(last - 1), force(last - 1));
-    const double reach = std::max({far[0], far[1], end});
-    backtrack_ = std::max(backtrack_, reach - end);
-    return {row.before + sums, reach};
+    return {row.before + sums, std::max({far[0], far[1], direction_ * u(last - 1)})};
   }
 
   Stroke stroke_;
   Scale scale_;
-  double direction_ = 1, inverse_ = 1 / scale_.half, backtrack_ = 0;
+  double direction_ = 1, inverse_ = 1 / scale_.half;
   std::span<Row> rows_;
 };
 

@@ -261,8 +261,6 @@ class CycleEstimates:
             yield "A cone without saturation fits best: the contact does not saturate before the puncture."
         if not len(self.strokes[2]):
             yield "There is no withdrawal: friction and cutting force are identified from the insertion only."
-        if found["backtrack"] > 0.02 * (depth[-1] - depth[0]):
-            yield f"The motion reverses within a stroke, by up to {found['backtrack'] * 1e3:.3g} mm."
         last_lag = max(noise.last_lag for noise in self.noises)
         if last_lag > 1.5 * self.filter_length and self.variance > (1e-9 * v["puncture_force"]) ** 2:
             yield (

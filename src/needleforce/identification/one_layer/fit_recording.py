@@ -72,10 +72,20 @@ def segmented(recording: Recording) -> SegmentedRecording:
         events=events,
         strokes=strokes,
         status=events.status if punctured else Status.no_puncture,
-        notes=events.notes + ((drift.note,) if drift.note else ()) + timing,
+        notes=(*events.notes, *_motion_notes(strokes), *([drift.note] if drift.note else []), *timing),
         timing=timing,
         drift=drift,
         free_after=free_after,
+    )
+
+
+def _motion_notes(strokes: Strokes) -> tuple[str, ...]:
+    """A sentence on a pull-back within the insertion."""
+    if not strokes.backtrack > 0.0:
+        return ()
+    return (
+        f"The needle is pulled back within the insertion, by up to {1e3 * strokes.backtrack:.3g} mm: the fit uses the "
+        "samples at the deepest depth so far, and those where the needle slides back.",
     )
 
 
