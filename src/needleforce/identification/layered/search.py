@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .binned_cycle import BinnedCycle
+from .hold import relaxation_times
 from .parameters import (
     COEFFICIENT,
     FRICTION_RATIO,
@@ -22,10 +23,8 @@ from .problem import TIED_RIDGE, Problem
 
 SCREENING_STEPS, FINAL_STEPS = 15, 100  # of the descent from every start, and from the finalists
 N_FINALISTS = 3  # best starts after the screening
-TIME_SHARES = (0.13, 1.0)  # [of the hold] 0.7 s and 5 s for a hold of 5 s; a hold does not identify longer times
 STIFFER_STARTS = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7))  # added to the logarithms of c and k_t
 MIN_SPEED_RATIO = 1.3  # between repeats, to identify the dependence of forces on speed
-DEFAULT_HOLD_S = 5.0  # [s] for recordings without a hold
 TISSUE_START = (0.0, 0.0, 0.0, 0.2, 5.5, -7.8, 2.0)
 """Friction ratio, stiffness of 250 N/m, rupture within 0.4 mm, resting surface at 2 mm; the force sets the contact."""
 WEAK_LAYER = (7.6, -6.9, 0.0, 0.0, 4.6, -7.6, 1.0)
@@ -55,12 +54,10 @@ class Solved:
 def grow(cycles: tuple[BinnedCycle, ...], max_layers: int, form: str = "as_fitted") -> Iterator[Solved]:
     """Fits with 1, 2, … ``max_layers`` layers in the form that is not passive, each without a warm start and from the
     fit with one layer less."""
-    rests = [cycle.rest for cycle in cycles if cycle.rest > 0.0]
-    rest = float(np.median(rests)) if rests else DEFAULT_HOLD_S
     speeds, before = [cycle.speed for cycle in cycles], None
     typical = float(np.exp(np.mean(np.log(speeds))))
     for layers in range(1, max_layers + 1):
-        unknowns = LayeredParameters(layers, len(cycles), (TIME_SHARES[0] * rest, TIME_SHARES[1] * rest))
+        unknowns = LayeredParameters(layers, len(cycles), relaxation_times(cycles))
         if max(speeds) < MIN_SPEED_RATIO * min(speeds):
             unknowns = replace(unknowns, held=frozenset({unknowns.speed}))
         starts = list(first_starts(cycles, unknowns)) if layers < 3 else []
