@@ -18,7 +18,8 @@
 namespace needleforce::fit {
 
 /// Places of a layer's values in the vector x; behind all layers the logits of the relaxing share and of its
-/// short part, the exponent of the speed, and the punctures [mm] run by run.
+/// short part, the exponent of the speed, the logarithm of the friction outwards over that inwards, and the
+/// punctures [mm] run by run.
 enum LayerPlace : std::size_t {
   coefficient_x,
   saturation_x,
@@ -66,9 +67,10 @@ class LayeredSearch {
   std::size_t layers() const noexcept { return settings_.layers; }
   std::size_t runs() const noexcept { return runs_.size(); }
   const LayeredRun& run(std::size_t r) const noexcept { return runs_[r]; }
-  std::size_t shared() const noexcept { return per_layer * layers() + 3; }
+  std::size_t shared() const noexcept { return withdrawal() + 1; }
   std::size_t relaxing() const noexcept { return per_layer * layers(); }
   std::size_t speed() const noexcept { return per_layer * layers() + 2; }
+  std::size_t withdrawal() const noexcept { return per_layer * layers() + 3; }
   std::size_t size() const noexcept { return shared() + layers() * runs(); }
   std::size_t puncture(std::size_t r, std::size_t layer) const noexcept {
     return shared() + r * layers() + layer;
@@ -82,16 +84,18 @@ class LayeredSearch {
     constexpr double mm = 1e-3, min_indentation = 1e-6;
     const double* own = x + per_layer * layer;
     const double top = mm * own[top_x], stiffness = std::exp(own[stiffness_x]);
+    const double ratio = std::exp(x[withdrawal()]);
     const double at = std::max(mm * puncture, top + min_indentation);
     return {std::exp(own[coefficient_x]),
             std::exp(own[saturation_x]),
             top,
             at,
-            stiffness * logistic(own[ratio_x]),
+            stiffness * logistic(own[ratio_x]) / ratio,
             stiffness,
             std::exp(own[length_x]),
             std::min(mm * own[surface_x], at - top),
-            settings_.brittleness};
+            settings_.brittleness,
+            ratio};
   }
   RelaxationNumbers relaxation(const double* x) const noexcept {
     const double share = logistic(x[relaxing()]), part = logistic(x[relaxing() + 1]);

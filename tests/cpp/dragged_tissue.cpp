@@ -41,6 +41,18 @@ TYPED_TEST(Dragged, ReversalUnloadsTheSpringAndThenSlides) {
   EXPECT_NEAR(walk.force(), -140.0 * length, 2e-3);
 }
 
+TYPED_TEST(Dragged, FrictionOutwardsIsTheRatioTimesThatInwards) {
+  Shafted<TypeParam> walk(TypeParam{60.0, 220.0, 0.4e-3, 1e-3, 2.5}, 8e-3, 0.2);
+  go(walk, 8e-3, 1e-3, 1e-6);
+  EXPECT_NEAR(walk.force(), 60.0 * (16e-3 - 1e-3) / (1.0 + 60.0 / 220.0), 2e-3);
+  go(walk, -12.9e-3, 1e-3, 1e-6);
+  // F = -rho f' l, l (1 - rho f' / k_t) = z - z_r
+  const double length = (walk.tip.depth - 1e-3) / (1.0 - 150.0 / 220.0);
+  EXPECT_NEAR(walk.force(), -150.0 * length, 2e-3);
+  EXPECT_NEAR(walk.by_depth(), -150.0, 1e-9);
+  EXPECT_NE((TypeParam{100.0, 220.0, 0.4e-3, 1e-3, 2.5}.contradiction()), nullptr);
+}
+
 TYPED_TEST(Dragged, ReleasesAtOnceWhenNothingIsEmbedded) {
   Shafted<TypeParam> walk(fitted<TypeParam>, 8e-3, 0.2);
   go(walk, 2e-3, 1e-3, 1e-6);

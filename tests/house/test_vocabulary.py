@@ -17,7 +17,7 @@ GLOSSARY = {
     "bristle_stiffness", "bristle_damping", "viscous", "coulomb", "static_friction", "stribeck_speed",
     "stribeck_exponent",
     "recovery_time", "surface_stiffness", "tip_force", "stiffness", "rupture_length", "resting_surface",
-    "brittleness", "rupture_time",
+    "withdrawal_ratio", "brittleness", "rupture_time",
     "toughness", "crack_length", "plane_strain_modulus", "recovered", "break_force", "arrest_force", "arrest_speed",
     "settlement_ratio", "deflection_length", "bending_length",
     "damping", "static_force", "kinetic_force", "mass", "share_1", "time_1", "share_2", "time_2",

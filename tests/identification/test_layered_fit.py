@@ -148,7 +148,7 @@ def test_layers_run_one_by_one_add_up_to_the_engine(name):
         own = [friction.per_length, friction.stiffness, friction.rupture_length, friction.resting_surface]
         brittleness = getattr(friction, "brittleness", 0.0)
         shares = [fading.share_1, fading.time_1, fading.share_2, fading.time_2]
-        rows.append([c, saturation, layer.top, puncture, *own, brittleness, *shares])
+        rows.append([c, saturation, layer.top, puncture, *own, brittleness, friction.withdrawal_ratio, *shares])
     alone = core.layer_forces(np.array(rows), LAYERED[name], run.depth, dt)
     np.testing.assert_allclose(alone.sum(axis=0), whole, atol=1e-12 * whole.max())
     assert np.isnan(core.layer_forces(np.array(rows)[:1] * -1.0, LAYERED[name], run.depth, dt)).all()
@@ -244,17 +244,18 @@ def test_the_search_runs_the_laws_of_the_engine():
         for _ in range(20):
             c, saturation, puncture = random.uniform((5e3, 1e-3, 2e-3), (1e5, 8e-3, 10e-3))
             stiffness, length, surface = random.uniform((50.0, 2e-5, 0.0), (900.0, 2e-3, 3e-3))
-            friction = [random.uniform(0.05, 0.9) * stiffness, stiffness, length, surface]
+            outwards, ratio = random.uniform((0.05, 0.3), (0.9, 4.0))
+            friction = [outwards * stiffness / ratio, stiffness, length, surface]
             shares = [random.uniform(0.0, 0.45), 0.2, random.uniform(0.0, 0.45), 1.5]
             model = nf.Model(
                 stiffness=laws.ConeCylinder(0.5 * np.pi * c, 0.25 * np.pi, saturation / (0.5 * np.pi)),
                 puncture=laws.PunctureDepth(puncture),
-                friction=NAMED[name](*friction),
+                friction=NAMED[name](*friction, withdrawal_ratio=ratio),
                 cutting=laws.NoCutting(),
                 relaxation=relaxation(*shares),
             )
             whole = nf.Insertion(model, max_speed=np.inf).run(run.depth, None, dt)["force"]
-            row = np.array([[c, saturation, 0.0, puncture, *friction, 0.0, *shares]])
+            row = np.array([[c, saturation, 0.0, puncture, *friction, 0.0, ratio, *shares]])
             alone = core.layer_forces(row, LAYERED[name], run.depth, dt)[0]
             np.testing.assert_allclose(alone, whole, atol=1e-12 * np.abs(whole).max())
 

@@ -39,7 +39,8 @@ inline double friction(const laws::LuGre& law, double speed) {
 /// Its surface follows until the spring balances the grip: l = (z - z_r) / (1 - f'/k_t).
 template <bool passive>
 double friction(const laws::DraggedTissue<passive>& law, double) {
-  const double grip = law.per_length * 2.0 * widest / (1.0 - law.per_length / law.stiffness);
+  const double outwards = law.per_length * std::max(1.0, law.withdrawal_ratio);
+  const double grip = outwards * 2.0 * widest / (1.0 - outwards / law.stiffness);
   return std::max(grip, law.stiffness * 2.0 * widest);
 }
 
@@ -53,7 +54,9 @@ double friction(const laws::NonlinearFoundation<Form>& law, double) {
 }
 /// The contact that is left is no stronger than the stiffness law's, which is counted with it.
 inline double friction(const laws::YieldingTissue& law, double speed) {
-  return friction(laws::DraggedTissuePassive{law.per_length, law.stiffness, law.rupture_length}, speed);
+  return friction(laws::DraggedTissuePassive{law.per_length, law.stiffness, law.rupture_length, 0.0,
+                                               law.withdrawal_ratio},
+                  speed);
 }
 
 inline double cutting(const laws::ConstantCutting& law, double) { return law.force; }

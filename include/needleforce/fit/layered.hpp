@@ -26,6 +26,7 @@ struct LayerNumbers {
   double rupture_length;   ///< delta [m]
   double resting_surface;  ///< z_r - z_0 [m]
   double brittleness;      ///< q, of a contact that yields
+  double withdrawal;       ///< rho, friction outwards over friction inwards
 };
 
 /// Shares and time constants [s] of relaxation, the same in every layer.
@@ -52,17 +53,17 @@ Model laws_of(const LayerNumbers& layer, const Friction& friction,
 
 inline Model laws_of(const LayerNumbers& layer, const RelaxationNumbers& relaxation,
                      LayeredForm form) noexcept {
-  const auto& [c, h_s, top, puncture, per_length, stiffness, length, surface, brittleness] = layer;
+  const auto& [c, h_s, top, puncture, per_length, stiffness, length, surface, brittleness, rho] = layer;
   switch (form) {
     case LayeredForm::passive:
-      return laws_of<laws::Prony>(layer, laws::DraggedTissuePassive{per_length, stiffness, length, surface},
+      return laws_of<laws::Prony>(layer, laws::DraggedTissuePassive{per_length, stiffness, length, surface, rho},
                                   relaxation);
     case LayeredForm::yielding:
       return laws_of<laws::PronyLocked>(
-          layer, laws::YieldingTissue{per_length, stiffness, length, surface, brittleness, 0.0}, relaxation);
+          layer, laws::YieldingTissue{per_length, stiffness, length, surface, brittleness, 0.0, rho}, relaxation);
     default:
       return laws_of<laws::PronyAtRest>(
-          layer, laws::DraggedTissueAsFitted{per_length, stiffness, length, surface}, relaxation);
+          layer, laws::DraggedTissueAsFitted{per_length, stiffness, length, surface, rho}, relaxation);
   }
 }
 
@@ -151,9 +152,11 @@ class LoneLayer {
   static Friction friction_of(const LayerNumbers& layer) noexcept {
     if constexpr (form == LayeredForm::yielding)
       return {layer.per_length,      layer.stiffness,   layer.rupture_length,
-              layer.resting_surface, layer.brittleness, 0.0};
+              layer.resting_surface, layer.brittleness, 0.0,
+              layer.withdrawal};
     else
-      return {layer.per_length, layer.stiffness, layer.rupture_length, layer.resting_surface};
+      return {layer.per_length, layer.stiffness, layer.rupture_length, layer.resting_surface,
+              layer.withdrawal};
   }
 
   double press(const Move& move) noexcept {

@@ -30,10 +30,9 @@ struct DraggedTissueMemory {
 /// The law that real recordings support: after the puncture one spring k_t with a Coulomb limit connects the
 /// tissue to the shaft, and its surface follows:
 ///
-///     u = F_e / k_t        l = z - z_r - u        -f' l <= F <= f' l + (F_p - f' l)+ exp(-(z_max - z_1) /
-///     delta)
+///     u = F_e / k_t    l = z - z_r - u    -rho f' l <= F <= f' l + (F_p - f' l)+ exp(-(z_max - z_1) / delta)
 ///
-/// The rupture is gradual, and when the embedded length l reaches zero on withdrawal the layer releases at
+/// rho is the friction outwards over that inwards. The rupture is gradual, and when the embedded length l reaches zero on withdrawal the layer releases at
 /// once. `z_r` is the resting surface, a dimple that stays. Passive: the spring takes over no more energy
 /// than the contact held, which does not hold for a force taken over unchanged (as fitted to recordings).
 template <bool passive>
@@ -42,6 +41,7 @@ struct DraggedTissue {
   double stiffness;
   double rupture_length;
   double resting_surface;
+  double withdrawal_ratio = 1.0;
 
   static constexpr const char* name = passive ? "dragged_tissue" : "dragged_tissue_as_fitted";
   static constexpr Family family = Family::friction;
@@ -56,7 +56,7 @@ struct DraggedTissue {
   static constexpr const char* source = "layered law; eqs. (7)-(11), the Coulomb limit";
   static constexpr const char* validity =
       "Skin on muscle and gelatine at 1 to 3 mm/s, in, hold, out; other motions are extrapolation.";
-  static constexpr std::array<Parameter<DraggedTissue>, 4> table{{
+  static constexpr std::array<Parameter<DraggedTissue>, 5> table{{
       {&DraggedTissue::per_length, "per_length", "N/m", 0.0, 1e5, required, "f'",
        "friction force per embedded length while sliding", "layered law"},
       {&DraggedTissue::stiffness, "stiffness", "N/m", 1e-2, 1e6, required, "k_t",
@@ -65,19 +65,21 @@ struct DraggedTissue {
        "advance over which the force of the puncture falls to that of friction", "layered law"},
       {&DraggedTissue::resting_surface, "resting_surface", "m", -5e-2, 2e-1, 0.0, "z_r - z_0",
        "depth of the dimple that stays, from the layer's undeformed top", "layered law"},
+      {&DraggedTissue::withdrawal_ratio, "withdrawal_ratio", "1", 1e-2, 1e2, 1.0, "rho",
+       "friction outwards over friction inwards", "Okamura, Simone & O'Leary 2004"},
   }};
 
   const char* contradiction() const noexcept {
-    return per_length < stiffness
+    return per_length * withdrawal_ratio < stiffness
                ? nullptr
-               : "per_length reaches stiffness: on withdrawal the surface would never be released";
+               : "the friction outwards reaches stiffness: on withdrawal the surface would never be released";
   }
 
   struct Prepared {
     using Memory = DraggedTissueMemory;
     // the surface moves with the force and may be above the undeformed one
     static constexpr bool own_surface = true;
-    double per_length, stiffness, per_rupture, resting_surface;
+    double per_length, stiffness, per_rupture, resting_surface, withdrawal_ratio;
 
     [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                                    const Relaxing& relaxing) const noexcept {
@@ -89,7 +91,8 @@ struct DraggedTissue {
       const double grip = per_length * shaft.embedded;
       const double torn = std::exp(-(move.deepest - extent.puncture) * per_rupture);
       const double high = grip + std::max(0.0, memory.peak - grip) * torn;
-      memory.force = memory.element.drag(stiffness * move.travel, -grip, high, relaxing, move.advancing);
+      memory.force = memory.element.drag(stiffness * move.travel, -withdrawal_ratio * grip, high, relaxing,
+                                          move.advancing);
       memory.force_by_depth = slope(shaft, memory, grip, torn, move);
     }
     void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {
@@ -121,13 +124,15 @@ struct DraggedTissue {
                  const Move& move) const noexcept {
       if (memory.element.stiffening > 0.0) return stiffness * memory.element.stiffening;
       if (shaft.embedded <= 0.0 && memory.force <= 0.0) return 0.0;
-      if (memory.force < 0.0) return -per_length;
+      if (memory.force < 0.0) return -withdrawal_ratio * per_length;
       const double above = std::max(0.0, memory.peak - grip) * torn;
       const double tears = move.depth >= move.deepest ? above * per_rupture : 0.0;
       return per_length * (above > 0.0 ? 1.0 - torn : 1.0) - tears;
     }
   };
-  Prepared prepare() const noexcept { return {per_length, stiffness, 1.0 / rupture_length, resting_surface}; }
+  Prepared prepare() const noexcept {
+    return {per_length, stiffness, 1.0 / rupture_length, resting_surface, withdrawal_ratio};
+  }
 };
 
 using DraggedTissuePassive = DraggedTissue<true>;

@@ -36,6 +36,7 @@ struct YieldingTissue {
   double resting_surface;
   double brittleness;
   double rupture_time;
+  double withdrawal_ratio = 1.0;
 
   static constexpr const char* name = "yielding_tissue";
   static constexpr Family family = Family::friction;
@@ -47,7 +48,7 @@ struct YieldingTissue {
   static constexpr const char* source = "layered law; Kachanov 1958; eqs. (7)-(11), the Coulomb limit";
   static constexpr const char* validity =
       "Skin on muscle and gelatine at 1 to 3 mm/s, in, hold, out; other motions are extrapolation.";
-  static constexpr std::array<Parameter<YieldingTissue>, 6> table{{
+  static constexpr std::array<Parameter<YieldingTissue>, 7> table{{
       {&YieldingTissue::per_length, "per_length", "N/m", 0.0, 1e5, required, "f'",
        "friction force per embedded length while sliding", "layered law"},
       {&YieldingTissue::stiffness, "stiffness", "N/m", 1e-2, 1e6, required, "k_t",
@@ -62,10 +63,13 @@ struct YieldingTissue {
        "Kachanov 1958"},
       {&YieldingTissue::rupture_time, "rupture_time", "s", 0.0, 1.0, 0.0, "tau_r",
        "time constant with which the contact follows its rupture, however fast the tip", "free"},
+      {&YieldingTissue::withdrawal_ratio, "withdrawal_ratio", "1", 1e-2, 1e2, 1.0, "rho",
+       "friction outwards over friction inwards", "Okamura, Simone & O'Leary 2004"},
   }};
 
   const char* contradiction() const noexcept {
-    return DraggedTissuePassive{per_length, stiffness, rupture_length, resting_surface}.contradiction();
+    return DraggedTissuePassive{per_length, stiffness, rupture_length, resting_surface, withdrawal_ratio}
+        .contradiction();
   }
 
   struct Prepared {
@@ -118,7 +122,8 @@ struct YieldingTissue {
     }
   };
   Prepared prepare() const noexcept {
-    return {{per_length, stiffness, 0.0, resting_surface}, {1.0 / rupture_length, brittleness, rupture_time}};
+    return {{per_length, stiffness, 0.0, resting_surface, withdrawal_ratio},
+            {1.0 / rupture_length, brittleness, rupture_time}};
   }
 };
 

@@ -47,6 +47,7 @@ _QUANTITIES = {
     "relaxation_share_1": "share of the force that relaxes with the short time constant",
     "relaxation_share_2": "share of the force that relaxes with the long time constant",
     "speed_exponent": "exponent of the speed in all forces",
+    "withdrawal_ratio": "friction on withdrawal over that on insertion",
 } | {f"friction_coefficient_{reading}": f"friction coefficient, reading {reading}" for reading in READINGS}
 _STATUS = {
     "ok": "identified",

@@ -66,8 +66,9 @@ def _layer(row: LayerRow, top: float, angle: float, form: str) -> Layer:
 def _friction(row: LayerRow, form: str) -> Any:
     numbers = row.friction_per_length, row.tissue_stiffness, row.rupture_length, row.resting_surface
     if form == "yielding":
-        return core.laws.YieldingTissue(*numbers, row.brittleness)
-    return (core.laws.DraggedTissue if form == "passive" else core.laws.DraggedTissueAsFitted)(*numbers)
+        return core.laws.YieldingTissue(*numbers, row.brittleness, withdrawal_ratio=row.withdrawal_ratio)
+    law = core.laws.DraggedTissue if form == "passive" else core.laws.DraggedTissueAsFitted
+    return law(*numbers, row.withdrawal_ratio)
 
 
 def _relaxation(row: LayerRow, form: str) -> Any:

@@ -9,20 +9,17 @@ from ..statistics.noise import noise_of
 from ..statistics.regression import VERY_STRONG_BIC, independent_samples
 from .binned_cycle import BinnedCycle
 from .parameters import (
-    COEFFICIENT,
-    MM,
     NO_RELAXATION,
     NO_SATURATION,
     PER_LAYER,
     RUPTURE_LENGTH,
     SATURATION,
     SHARP_RUPTURE,
-    TOP,
     LayeredParameters,
 )
 from .prediction import expectation
 from .problem import REFUSED_RESIDUAL
-from .search import Solved, again
+from .search import Solved, again, with_saturation
 
 MAX_ERROR_RATIO = 1.02  # over the smallest error: a smaller difference matters to nobody
 BIN_ERROR = 0.005  # [of the peak] between the force along the bins of the search and along the samples
@@ -149,7 +146,8 @@ def removable(unknowns: LayeredParameters) -> dict[str, dict[int, float]]:
         "no saturation": dict.fromkeys(first + SATURATION, NO_SATURATION),
         "no relaxation": {unknowns.relaxing: NO_RELAXATION, unknowns.relaxing + 1: 0.0},
     }
-    return found if unknowns.speed in unknowns.held else found | {"no dependence on speed": {unknowns.speed: 0.0}}
+    common = {"no dependence on speed": unknowns.speed, "the same friction in both directions": unknowns.withdrawal}
+    return found | {name: {place: 0.0} for name, place in common.items() if place not in unknowns.held}
 
 
 def relaxes(cycle: BinnedCycle) -> bool:
@@ -169,10 +167,7 @@ def without(solved: Solved, values: dict[int, float]) -> Solved:
     """The fit with parameters held at values. A contact that no longer saturates starts with the same force at its
     rupture."""
     x, unknowns = solved.x.copy(), solved.problem.unknowns
-    tops = x[: unknowns.relaxing].reshape(unknowns.layers, PER_LAYER)[:, TOP]
-    reached = MM * np.maximum(unknowns.punctures(x).mean(axis=0) - tops, 1e-3)
     for k in (k for k in values if k < unknowns.relaxing and k % PER_LAYER == SATURATION):
-        share = min(np.exp(x[k]) / reached[k // PER_LAYER], 1.0)
-        x[k - SATURATION + COEFFICIENT] += np.log(share * (2.0 - share))
+        x = with_saturation(unknowns, x, k // PER_LAYER, NO_SATURATION)
     x[list(values)] = list(values.values())
     return again(solved, x, unknowns=replace(unknowns, held=unknowns.held | frozenset(map(int, values))))

@@ -10,14 +10,14 @@ import numpy as np
 MM = 1e-3
 PER_LAYER = 7
 COEFFICIENT, SATURATION, TOP, FRICTION_RATIO, TISSUE_STIFFNESS, RUPTURE_LENGTH, RESTING_SURFACE = range(PER_LAYER)
-"""Indices in a layer: log c, log h_s, top [mm], logit f'/k_t, log k_t, log delta, z_r - z_0 [mm]."""
+"""Indices in a layer: log c, log h_s, top [mm], logit rho f'/k_t, log k_t, log delta, z_r - z_0 [mm]."""
 MIN_INDENTATION_M = 1e-6  # [m] between the top of a layer and its puncture
 SHARP_RUPTURE, NO_SATURATION, NO_RELAXATION = np.log(2e-5), np.log(0.15), -30.0
 """Values of x that remove a mechanism: rupture within 20 um, saturation beyond 150 mm, no relaxing share."""
 
 LOWEST = (np.log(1.0), np.log(2e-4), -500.0, -6.0, np.log(0.1), np.log(2e-5), -30.0)
 HIGHEST = (np.log(1e9), np.log(0.15), 500.0, 7.0, np.log(1e6), np.log(3e-2), 60.0)
-MIN_COMMON, MAX_COMMON = (-31.0, -4.0, -1.0), (4.0, 4.0, 1.0)
+MIN_COMMON, MAX_COMMON = (-31.0, -4.0, -1.0, -2.5), (4.0, 4.0, 1.0, 2.5)
 MAX_PUNCTURE_MM = 1e4  # [mm] no insertion is deeper
 STEPS = np.array([1e-4, 1e-4, 1e-3, 1e-4, 1e-4, 1e-4, 1e-3])
 STEP_PUNCTURE_MM = 0.03  # [mm] a third of a bin: a smaller step leaves the rupture in its bin
@@ -57,6 +57,8 @@ class LayerRow(NamedTuple):
     """z_r - z_0 [m]."""
     brittleness: Any
     """q [1]."""
+    withdrawal_ratio: Any
+    """rho [1]."""
     share_1: Any
     """Relaxing share [1] with the time constant ``time_1`` [s]."""
     time_1: Any
@@ -67,11 +69,12 @@ class LayerRow(NamedTuple):
 
 @dataclass(frozen=True)
 class LayeredParameters:
-    """Layout of the vector x: ``layers`` times ``PER_LAYER`` values, two of relaxation, one of speed, punctures [mm]
-    run by run.
+    """Layout of the vector x: ``layers`` times ``PER_LAYER`` values, two of relaxation, one of speed, one of the
+    withdrawal, punctures [mm] run by run.
 
     All repeats share everything except the punctures. Relaxation is the logit of the relaxing share, and of the part of
-    it with the shorter of the two ``times`` [s]; all forces change with the power ``speed`` of the insertion's speed.
+    it with the shorter of the two ``times`` [s]; all forces change with the power ``speed`` of the insertion's speed;
+    ``withdrawal`` is the logarithm of the friction outwards over that inwards, the same in all layers.
     ``held`` are indices in x of values that are not fitted.
     """
 
@@ -84,7 +87,7 @@ class LayeredParameters:
     @property
     def shared(self) -> int:
         """Number of values that the repeats share."""
-        return PER_LAYER * self.layers + 3
+        return self.withdrawal + 1
 
     @property
     def relaxing(self) -> int:
@@ -95,6 +98,11 @@ class LayeredParameters:
     def speed(self) -> int:
         """Index in x of the exponent of the speed."""
         return PER_LAYER * self.layers + 2
+
+    @property
+    def withdrawal(self) -> int:
+        """Index in x of the logarithm of the friction outwards over that inwards."""
+        return PER_LAYER * self.layers + 3
 
     @property
     def size(self) -> int:
@@ -132,7 +140,7 @@ class LayeredParameters:
 
     def steps(self) -> np.ndarray:
         """Steps (size,) of the finite differences."""
-        common, punctures = np.full(3, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE_MM)
+        common, punctures = np.full(4, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE_MM)
         return np.concatenate([np.tile(STEPS, self.layers), common, punctures])
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -152,22 +160,24 @@ class LayeredParameters:
         return np.concatenate([own[order].ravel(), common, self.punctures(x)[:, order].ravel()])
 
     def rows(self, xs: np.ndarray, punctures: np.ndarray) -> np.ndarray:
-        """Rows (k, layers, 13) for the core, each in the order of ``LayerRow``, from x (k, shared or more) and
+        """Rows (k, layers, 14) for the core, each in the order of ``LayerRow``, from x (k, shared or more) and
         punctures (k, layers) [mm]."""
         own = xs[:, : self.relaxing].reshape(len(xs), self.layers, PER_LAYER)
         tissue_stiffness, top = np.exp(own[..., TISSUE_STIFFNESS]), MM * own[..., TOP]
         relaxing, short = (logistic(xs[:, self.relaxing + k])[:, None] for k in (0, 1))
+        ratio = np.exp(xs[:, self.withdrawal])[:, None]
         at = np.maximum(MM * punctures, top + MIN_INDENTATION_M)
         row = LayerRow(
             stiffness_coefficient=np.exp(own[..., COEFFICIENT]),
             saturation_depth=np.exp(own[..., SATURATION]),
             top=top,
             puncture_depth=at,
-            friction_per_length=tissue_stiffness * logistic(own[..., FRICTION_RATIO]),
+            friction_per_length=tissue_stiffness * logistic(own[..., FRICTION_RATIO]) / ratio,
             tissue_stiffness=tissue_stiffness,
             rupture_length=np.exp(own[..., RUPTURE_LENGTH]),
             resting_surface=np.minimum(MM * own[..., RESTING_SURFACE], at - top),
             brittleness=self.brittleness,
+            withdrawal_ratio=ratio,
             share_1=relaxing * short,
             time_1=self.times[0],
             share_2=relaxing * (1 - short),
@@ -186,13 +196,14 @@ def prefix(layer: int) -> str:
     return f"layer_{layer + 1}_" if layer else ""
 
 
-def units(layers: int, speed: bool = False) -> dict[str, str]:
+def units(unknowns: LayeredParameters) -> dict[str, str]:
     """Every name with its SI unit, in the order of ``values``."""
     found = {}
-    for layer in range(layers):
+    for layer in range(unknowns.layers):
         found[f"{prefix(layer)}{'top' if layer else 'contact_depth'}"] = "m"
         found |= {prefix(layer) + name: unit for name, unit in OF_A_LAYER.items()}
-    return found | SHARES | ({"speed_exponent": "1"} if speed else {})
+    common = {"speed_exponent": unknowns.speed, "withdrawal_ratio": unknowns.withdrawal}
+    return found | SHARES | {name: "1" for name, place in common.items() if place not in unknowns.held}
 
 
 def values(unknowns: LayeredParameters, x: np.ndarray, excluded: int | None = None) -> np.ndarray:
@@ -215,8 +226,9 @@ def values(unknowns: LayeredParameters, x: np.ndarray, excluded: int | None = No
             row.rupture_length,
             row.resting_surface,
         ]
-    exponent = [] if unknowns.speed in unknowns.held else [x[unknowns.speed]]
-    return np.array([*found, first.share_1, first.share_2, *exponent])
+    common = {unknowns.speed: x[unknowns.speed], unknowns.withdrawal: first.withdrawal_ratio}
+    fitted = [value for place, value in common.items() if place not in unknowns.held]
+    return np.array([*found, first.share_1, first.share_2, *fitted])
 
 
 def positive(names: Sequence[str]) -> np.ndarray:

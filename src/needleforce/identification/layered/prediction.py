@@ -157,7 +157,7 @@ class Ruptures:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Member:
-    """One fit of an expectation: ``rows`` (layers, 13) in the order of ``LayerRow``, rupture depths (runs, layers) [m],
+    """One fit of an expectation: ``rows`` (layers, 14) in the order of ``LayerRow``, rupture depths (runs, layers) [m],
     and their distance (layers,) [m] from the mean depths of ``Ruptures``."""
 
     rows: np.ndarray

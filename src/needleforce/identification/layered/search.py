@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The search layer by layer over starting values, which are derived from the events, not given by the user."""
 
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,7 +14,9 @@ from .parameters import (
     COEFFICIENT,
     FRICTION_RATIO,
     MM,
+    NO_SATURATION,
     PER_LAYER,
+    RESTING_SURFACE,
     SATURATION,
     TISSUE_STIFFNESS,
     TOP,
@@ -23,14 +26,17 @@ from .problem import TIED_RIDGE, Problem
 
 SCREENING_STEPS, FINAL_STEPS = 15, 100  # of the descent from every start, and from the finalists
 N_FINALISTS = 3  # best starts after the screening
+N_REPLACED, REPLACED_STEPS, MIN_GAIN = 3, 40, 1e-3  # of other mechanisms, and the gain of cost that one of them needs
+ROUGH_STEPS = 10  # of the descent from every rough start before the screening
 STIFFER_STARTS = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7))  # added to the logarithms of c and k_t
 MIN_SPEED_RATIO = 1.3  # between repeats, to identify the dependence of forces on speed
 TISSUE_START = (0.0, 0.0, 0.0, 0.2, 5.5, -7.8, 2.0)
 """Friction ratio, stiffness of 250 N/m, rupture within 0.4 mm, resting surface at 2 mm; the force sets the contact."""
 WEAK_LAYER = (7.6, -6.9, 0.0, 0.0, 4.6, -7.6, 1.0)
 """A layer to be added: c = 2 kN/m^2, h_s = 1 mm, k_t = 100 N/m."""
-COMMON_START = (0.2, 0.0, 0.0)
-"""Half of the force relaxes, half of that with the shorter time; forces do not depend on speed."""
+COMMON_START = (0.2, 0.0, 0.0, 0.0)
+"""Half of the force relaxes, half of that with the shorter time; forces do not depend on speed, friction is the same
+in both directions."""
 BEYOND_DEEPEST_MM = 1.0  # [mm] below the deepest point: puncture of a layer that does not rupture
 MIN_INDENTATION_MM = 1.0  # [mm] between a layer's top and its puncture
 TOP_SHARES = (0.35, 0.7, 1.0)  # [of the distance from contact to first puncture] starts of a second layer's top
@@ -56,22 +62,76 @@ def grow(cycles: tuple[BinnedCycle, ...], max_layers: int, form: str = "as_fitte
     fit with one layer less."""
     speeds, before = [cycle.speed for cycle in cycles], None
     typical = float(np.exp(np.mean(np.log(speeds))))
+    times = relaxation_times(cycles)
     for layers in range(1, max_layers + 1):
-        unknowns = LayeredParameters(layers, len(cycles), relaxation_times(cycles))
-        if max(speeds) < MIN_SPEED_RATIO * min(speeds):
-            unknowns = replace(unknowns, held=frozenset({unknowns.speed}))
-        starts = list(first_starts(cycles, unknowns)) if layers < 3 else []
+        unknowns = LayeredParameters(layers, len(cycles), times)
+        held = {unknowns.speed} if max(speeds) < MIN_SPEED_RATIO * min(speeds) else set()
+        held |= set() if any((cycle.stroke == 2).any() for cycle in cycles) else {unknowns.withdrawal}
+        unknowns = replace(unknowns, held=frozenset(held))
+        problem = Problem(cycles=cycles, unknowns=unknowns, form=form, speed=typical)
+        starts = list(_symmetric(problem, first_starts(cycles, unknowns))) if layers < 3 else []
         if before is not None:
             starts += grown_starts(cycles, before.problem.unknowns, before.x)
-        before = best(Problem(cycles=cycles, unknowns=unknowns, form=form, speed=typical), starts)
+        before = best(problem, starts)
         yield before
 
 
+def _symmetric(problem: Problem, starts: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
+    """Rough starts after a few steps with the same friction in both directions: with their ratio free at once, a search
+    from them ends more often where friction stands for something else."""
+    unknowns = problem.unknowns
+    held = replace(problem, unknowns=replace(unknowns, held=unknowns.held | {unknowns.withdrawal}))
+    yield from (held.solve(x, ROUGH_STEPS)[0] for x in starts)
+
+
 def best(problem: Problem, starts: Iterable[np.ndarray]) -> Solved:
-    """The best of several starts: all with few steps, the best with more and with scans of the punctures."""
+    """The best of several starts: all with few steps, the best with more and with scans of the punctures; then with
+    other mechanisms from there, as long as one of them leads lower."""
     screened = sorted((problem.solve(x, SCREENING_STEPS) for x in starts), key=lambda found: found[1])
     x, cost = min((problem.settled(x, FINAL_STEPS) for x, _ in screened[:N_FINALISTS]), key=lambda found: found[1])
+    for _ in range(N_REPLACED):
+        tried = [problem.solve(other, REPLACED_STEPS) for other in _other_mechanisms(problem.unknowns, x)]
+        other, lower = min(tried, key=lambda found: found[1])
+        if not lower < (1.0 - MIN_GAIN) * cost:
+            break
+        x, cost = problem.settled(other, FINAL_STEPS)
     return Solved(problem, problem.unknowns.in_order(x), cost)
+
+
+def _other_mechanisms(unknowns: LayeredParameters, x: np.ndarray) -> Iterator[np.ndarray]:
+    """Vectors that a descent does not reach: with the springs of two layers exchanged, whose forces add up below both
+    ruptures, so that only the strokes above the deeper one distinguish them; and with a contact that does not saturate
+    in one of the layers."""
+    for upper, lower in itertools.combinations(range(unknowns.layers), 2):
+        yield _with_exchanged_springs(unknowns, x, upper, lower)
+    for layer in range(unknowns.layers):
+        yield with_saturation(unknowns, x, layer, NO_SATURATION)
+
+
+def _with_exchanged_springs(unknowns: LayeredParameters, x: np.ndarray, one: int, other: int) -> np.ndarray:
+    """The vector with friction, spring and surface at rest of two layers exchanged."""
+    x = x.copy()
+    layers = x[: unknowns.relaxing].reshape(unknowns.layers, PER_LAYER)  # a view
+    surfaces = layers[[one, other], TOP] + layers[[one, other], RESTING_SURFACE]
+    for place in (FRICTION_RATIO, TISSUE_STIFFNESS):
+        layers[[one, other], place] = layers[[other, one], place]
+    layers[[one, other], RESTING_SURFACE] = np.maximum(surfaces[::-1] - layers[[one, other], TOP], 0.0)
+    return x
+
+
+def indentations(unknowns: LayeredParameters, x: np.ndarray) -> np.ndarray:
+    """Mean indentations (layers,) [m] at the ruptures."""
+    tops = x[: unknowns.relaxing].reshape(unknowns.layers, PER_LAYER)[:, TOP]
+    return MM * np.maximum(unknowns.punctures(x).mean(axis=0) - tops, MIN_INDENTATION_MM)
+
+
+def with_saturation(unknowns: LayeredParameters, x: np.ndarray, layer: int, depth: float) -> np.ndarray:
+    """The vector with another logarithm of a saturation ``depth``, and the same force of the contact at its rupture."""
+    x, first, reached = x.copy(), PER_LAYER * layer, indentations(unknowns, x)[layer]
+    before, after = (min(np.exp(value) / reached, 1.0) for value in (x[first + SATURATION], depth))
+    x[first + COEFFICIENT] += np.log(before * (2.0 - before)) - np.log(after * (2.0 - after))
+    x[first + SATURATION] = depth
+    return x
 
 
 def again(solved: Solved, x: np.ndarray, **changes: Any) -> Solved:

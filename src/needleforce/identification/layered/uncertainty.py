@@ -203,7 +203,7 @@ def uncertainty_of(solved: Solved) -> Uncertainty:
     fitted = np.isin(np.arange(size), problem.unknowns.free)
     unknown = np.abs(by[:, ~known & fitted]).max(axis=1, initial=0.0) > 0.0
     within[unknown, unknown] = np.inf
-    named = units(problem.unknowns.layers, problem.unknowns.speed not in problem.unknowns.held)
+    named = units(problem.unknowns)
     return Uncertainty(
         units=named,
         value=values(solved.problem.unknowns, solved.x),
@@ -238,7 +238,8 @@ def _limited(solved: Solved) -> frozenset[str]:
     near = 1e-6 * (high - low)
     at = np.flatnonzero((x <= low + near) | (x >= high - near))
     places = {k for k in (*at, *unknowns.held) if k < unknowns.relaxing}
-    return frozenset(prefix(k // PER_LAYER) + NAMES[k % PER_LAYER] for k in places if k % PER_LAYER in NAMES)
+    common = {"withdrawal_ratio"} if unknowns.withdrawal in at else set()
+    return frozenset(common | {prefix(k // PER_LAYER) + NAMES[k % PER_LAYER] for k in places if k % PER_LAYER in NAMES})
 
 
 def _moves(solved: Solved, by: np.ndarray, grams: list, slopes: list, known: np.ndarray) -> np.ndarray:
