@@ -68,9 +68,7 @@ def held_fixed(solved: Solved) -> tuple[str, ...]:
     times, unknowns = solved.problem.unknowns.times, solved.problem.unknowns
     held = ["embedded length: measured from the moving surface; a separate cutting force then tends to zero"]
     if solved.x[unknowns.relaxing] > NO_RELAXATION:
-        held.append(
-            f"time constants of relaxation: {times[0]:.2g} s and {times[1]:.2g} s, from the decay in the hold"
-        )
+        held.append(f"time constants of relaxation: {times[0]:.2g} s and {times[1]:.2g} s, from the decay in the hold")
     without = sorted(name for name in absent(solved) if name.endswith("saturation_depth"))
     if without:
         held.append(f"{', '.join(without)}: not in the model, as the contact does not saturate before its rupture")

@@ -8,6 +8,7 @@ import numpy as np
 from .binned_cycle import BinnedCycle
 
 DEFAULT_TIMES_S = (0.3, 3.0)  # [s] for recordings without a hold
+SPEED_AT_REST = 1e-4  # [m/s] as in the engine
 MIN_BINS = 8  # of a hold, for a level and two exponentials with samples to spare
 SHORTEST = 0.01  # [of the hold] its first bins show no shorter time, and none of it a longer one than itself
 MIN_RATIO = 2.0  # of the two times: nearer ones have the same decay
@@ -30,7 +31,7 @@ def relaxation_times(cycles: tuple[BinnedCycle, ...]) -> tuple[float, float]:
     tuple of float
         The shorter and the longer time; ``DEFAULT_TIMES_S`` without a hold.
     """
-    holds = [_hold(cycle) for cycle in cycles if (cycle.stroke == 1).sum() >= MIN_BINS]
+    holds = [_hold(cycle) for cycle in cycles if at_rest(cycle).sum() >= MIN_BINS]
     if not holds:
         return DEFAULT_TIMES_S
     length = float(np.median([time[-1] for time, _, _ in holds]))
@@ -44,11 +45,20 @@ def relaxation_times(cycles: tuple[BinnedCycle, ...]) -> tuple[float, float]:
     return float(np.exp(middle[0])), float(np.exp(middle[1]))
 
 
+def at_rest(cycle: BinnedCycle) -> np.ndarray:
+    """True (m,) for bins of the hold before and after which the needle does not move: where it still settles, or has
+    begun to withdraw, the force changes with the travel."""
+    speed = np.abs(np.diff(cycle.depth, prepend=cycle.depth[0])) / cycle.dt
+    still = speed < SPEED_AT_REST
+    return (cycle.stroke == 1) & still & np.append(still[1:], True)
+
+
 def _hold(cycle: BinnedCycle) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time [s] since rest began, weighted force over the scale, and weights (bins,) of one hold."""
-    here = cycle.stroke == 1
+    here = at_rest(cycle)
     weight = cycle.weight[here]
-    return np.cumsum(cycle.dt[here]), weight * cycle.force[here], weight
+    time = np.cumsum(cycle.dt)[here]
+    return time - time[0], weight * cycle.force[here], weight
 
 
 def _squares(hold: tuple[np.ndarray, np.ndarray, np.ndarray], times: np.ndarray) -> np.ndarray:

@@ -21,6 +21,7 @@ from .parameters import (
     TISSUE_STIFFNESS,
     TOP,
     LayeredParameters,
+    logistic,
 )
 from .problem import TIED_RIDGE, Problem
 
@@ -99,11 +100,12 @@ def best(problem: Problem, starts: Iterable[np.ndarray]) -> Solved:
 
 
 def _other_mechanisms(unknowns: LayeredParameters, x: np.ndarray) -> Iterator[np.ndarray]:
-    """Vectors that a descent does not reach: with the springs of two layers exchanged, whose forces add up below both
-    ruptures, so that only the strokes above the deeper one distinguish them; and with a contact that does not saturate
-    in one of the layers."""
+    """Vectors that a descent does not reach: with the springs of two layers exchanged or equal, whose forces add up
+    below both ruptures, so that only the strokes above the deeper one distinguish them; and with a contact that does
+    not saturate in one of the layers."""
     for upper, lower in itertools.combinations(range(unknowns.layers), 2):
         yield _with_exchanged_springs(unknowns, x, upper, lower)
+        yield _with_equal_springs(unknowns, x, upper, lower)
     for layer in range(unknowns.layers):
         yield with_saturation(unknowns, x, layer, NO_SATURATION)
 
@@ -116,6 +118,18 @@ def _with_exchanged_springs(unknowns: LayeredParameters, x: np.ndarray, one: int
     for place in (FRICTION_RATIO, TISSUE_STIFFNESS):
         layers[[one, other], place] = layers[[other, one], place]
     layers[[one, other], RESTING_SURFACE] = np.maximum(surfaces[::-1] - layers[[one, other], TOP], 0.0)
+    return x
+
+
+def _with_equal_springs(unknowns: LayeredParameters, x: np.ndarray, one: int, other: int) -> np.ndarray:
+    """The vector with the mean stiffness and friction in two layers, whose surfaces come to rest at their tops."""
+    x = x.copy()
+    layers = x[: unknowns.relaxing].reshape(unknowns.layers, PER_LAYER)  # a view
+    stiffness = np.exp(layers[[one, other], TISSUE_STIFFNESS])
+    ratio = (stiffness @ logistic(layers[[one, other], FRICTION_RATIO])) / stiffness.sum()
+    layers[[one, other], TISSUE_STIFFNESS] = np.log(stiffness.mean())
+    layers[[one, other], FRICTION_RATIO] = np.log(ratio / (1.0 - ratio))
+    layers[[one, other], RESTING_SURFACE] = 0.0
     return x
 
 
