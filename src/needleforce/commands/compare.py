@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 NAME = "compare"
 MODELS_HELP = (
     "Names of models, separated by commas: paper (quadratic), cone_cylinder, power_law, okamura or simone "
-    "(second-order polynomial), maurin (exponential), layered, layered_yielding and layered_as_fitted (some "
-    "seconds each for four recordings); or all for all of them. With friction of a bent shaft: cubic_foundation, hyperbolic_foundation, "
-    "tanh_foundation."
+    "(second-order polynomial), maurin (exponential), layered, layered_yielding and layered_as_fitted (some seconds "
+    "each for four recordings); or all for all of them. With friction of a bent shaft: cubic_foundation, "
+    "hyperbolic_foundation, tanh_foundation."
 )
 
 

@@ -18,7 +18,16 @@ from ..strokes import cycle_span
 from . import diagnostics
 from .binned_cycle import COARSE, FINE, BinnedCycle, binned_cycles
 from .model import model_of, own_ruptures
-from .model_selection import Candidate, candidate, fewest_layers, fewest_mechanisms, removable, with_bic, without
+from .model_selection import (
+    Candidate,
+    candidate,
+    fewest_layers,
+    fewest_mechanisms,
+    removable,
+    undecided_saturations,
+    with_bic,
+    without,
+)
 from .parameters import MM, TOP
 from .prediction import Expectation, Ruptures, expectation, ruptures, with_population
 from .result import LayeredFit
@@ -60,7 +69,8 @@ def identify_layered(
     tried, best = _evidence(solved[-1:] if layers else solved, progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
     ended, population = next(work), next(work)
-    found, known = ruptures(ended), uncertainty_of(ended)
+    found = ruptures(ended)
+    known = replace(uncertainty_of(ended), undecided=undecided_saturations(best.solved))
     parameters = known.estimates()
     model, trouble = _model(ended, found, given, usable)
     own = {single: _recording(single, run, ended, given) for run, single in enumerate(usable)}

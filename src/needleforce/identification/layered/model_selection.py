@@ -16,6 +16,7 @@ from .parameters import (
     SATURATION,
     SHARP_RUPTURE,
     LayeredParameters,
+    prefix,
 )
 from .prediction import expectation
 from .problem import REFUSED_RESIDUAL
@@ -148,6 +149,21 @@ def removable(unknowns: LayeredParameters) -> dict[str, dict[int, float]]:
     }
     common = {"no dependence on speed": unknowns.speed, "the same friction in both directions": unknowns.withdrawal}
     return found | {name: {place: 0.0} for name, place in common.items() if place not in unknowns.held}
+
+
+def undecided_saturations(found: Solved) -> frozenset[str]:
+    """Names of saturation depths in the model against whose absence the residual is no very strong evidence, by the
+    BIC: an interval about one minimum does not contain the other."""
+    unknowns, undecided = found.problem.unknowns, set()
+    samples = sum(_independent(found, run) for run in range(len(found.problem.cycles)))
+    for layer in range(unknowns.layers):
+        place = PER_LAYER * layer + SATURATION
+        if place in unknowns.held:
+            continue
+        ratio = without(found, {place: NO_SATURATION}).residual / found.residual
+        if 2.0 * samples * np.log(ratio) - np.log(samples) < VERY_STRONG_BIC:
+            undecided.add(f"{prefix(layer)}saturation_depth")
+    return frozenset(undecided)
 
 
 def relaxes(cycle: BinnedCycle) -> bool:

@@ -69,6 +69,8 @@ class Uncertainty:
         Names of parameters that are not in the model: a contact that does not saturate, tissue that does not relax.
     limited : frozenset of str
         Names of parameters at a limit of the search, whose intervals have no meaning.
+    undecided : frozenset of str
+        Names of saturation depths without which the fit is about as good: their intervals have no upper end.
     """
 
     units: dict[str, str]
@@ -79,6 +81,7 @@ class Uncertainty:
     deepest: float = np.inf
     absent: frozenset[str] = frozenset()
     limited: frozenset[str] = frozenset()
+    undecided: frozenset[str] = frozenset()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -127,6 +130,7 @@ class Uncertainty:
             low, high = _limits(value, half, above_zero)
             if name.endswith("puncture_depth") and value > self.deepest:
                 low, high = self.deepest, np.inf
+            high = np.inf if name in self.undecided else high
             within = MAX_DEPTH_SHARE * self._indentation(name) if unit == "m" else MAX_EXPONENT_HALF
             identifiable = high < MAX_FACTOR * value if above_zero else 0.5 * (high - low) < within
             if name.endswith("saturation_depth"):  # a contact that may not saturate before its rupture shows no depth
