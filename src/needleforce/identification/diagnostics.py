@@ -32,7 +32,7 @@ MAX_SMEARING = 0.02  # [of the indentation] travel within the filter's length; b
 MIN_HOLD_S = 1.0  # [s] a shorter hold is the reversal between the strokes
 TIMING = (
     "Force and depth of a recording are not of the same instant, or its filter is not the declared one: see its notes. "
-    "The intervals do not include that."
+    "The intervals of a model of one layer hold the values with and without that."
 )
 WHITE = "white"
 AUTOREGRESSIVE = "autocorrelated (AR(1)) over {}: long-run variance of a first-order autoregression"
@@ -187,7 +187,7 @@ def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecordin
 def exceeded_limits(single: SegmentedRecording, one_layer: bool = True) -> list[str]:
     """A sentence for each limit that one recording exceeds; a layered model includes layers and relaxation."""
     found = [_lateral(single), _deep(single), _smeared(single)]
-    found += [TIMING] if single.timing else []
+    found += [TIMING] if single.timing.notes else []
     found += [_layers(single.events), _relaxation(single)] if one_layer else []
     return [sentence for sentence in found if sentence]
 

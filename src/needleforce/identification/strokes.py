@@ -133,7 +133,16 @@ def _insertion_samples(
 
 def undelayed_depth(recording: Recording) -> np.ndarray:
     """The depth (n,) [m] at the time of the filtered force: an average filter of n samples delays by (n - 1) / 2."""
-    delay = 0.5 * (recording.card.filter_length - 1) / recording.rate
+    return depth_before(recording, filter_delay(recording, recording.card.filter_length))
+
+
+def filter_delay(recording: Recording, length: int) -> float:
+    """Delay [s] of the force behind an average filter of ``length`` samples."""
+    return 0.5 * (length - 1) / recording.rate
+
+
+def depth_before(recording: Recording, delay: float) -> np.ndarray:
+    """The depth (n,) [m] by a ``delay`` [s] before each sample."""
     return recording.depth if delay == 0.0 else np.interp(recording.time - delay, recording.time, recording.depth)
 
 

@@ -17,7 +17,8 @@ from ..segmentation import Events
 from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
 from .motion import smoothed, smoothed_depth
-from .statistics.noise import noise_of
+from .statistics.noise import TWO_SIDED, noise_of
+from .strokes import undelayed_depth
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
 MAX_LAG_S = 0.15  # [s]
@@ -47,6 +48,12 @@ class Lag:
         return 0.5 * (self.low + self.high)
 
     @property
+    def largest(self) -> float:
+        """The end [s] of the range that is farther from no lag, with its 95 % error."""
+        end = max(self.low, self.high, key=abs)
+        return end + math.copysign(TWO_SIDED * self.error, end)
+
+    @property
     def significant(self) -> bool:
         """Whether no lag is excluded: noise leads to that less than once in a thousand recordings."""
         return max(self.low, -self.high) > SIGNIFICANT * self.error
@@ -63,7 +70,7 @@ def lag_of(recording: Recording, events: Events) -> Lag | None:
     window = _window(recording, events)
     if window is None:
         return None
-    smooth, left = smoothed_depth(recording.depth)
+    smooth, left = smoothed_depth(undelayed_depth(recording))
     time, depth, force = (values[window] for values in (recording.time, smooth, recording.force))
     step = float(np.median(np.diff(recording.time)))
     held = float(np.median(depth[time <= time[0] + 0.5 * BEFORE_S]))
@@ -165,10 +172,21 @@ def undeclared_filter(free: np.ndarray, declared: int) -> int:
     return length if straight and length >= 2 and abs(length - declared) > 0.25 * declared else 0
 
 
-def timing_notes(recording: Recording, events: Events) -> tuple[str, ...]:
-    """A sentence for a lag between force and depth, and for an average filter that is not declared."""
+@dataclass(frozen=True)
+class Timing:
+    """The significant ``lag`` between force and depth or None, the ``filter_length`` [samples] of an average filter that
+    is not declared or 0, and a sentence for each."""
+
+    lag: Lag | None = None
+    filter_length: int = 0
+    notes: tuple[str, ...] = ()
+
+
+def timing_of(recording: Recording, events: Events) -> Timing:
+    """The lag between force and depth and the undeclared filter of a recording, with their sentences."""
     found, lag = [], lag_of(recording, events)
-    if lag is not None and lag.significant:
+    lag = lag if lag is not None and lag.significant else None
+    if lag is not None:
         side = "behind" if lag.time > 0.0 else "ahead of"
         span = sorted(1e3 * abs(end) for end in (lag.low, lag.high))
         found.append(
@@ -182,4 +200,4 @@ def timing_notes(recording: Recording, events: Events) -> tuple[str, ...]:
             f"The noise of the free travel is that behind an average filter of about {length} samples, declared are "
             f"{recording.card.filter_length}: declare it, so that its delay and its smearing are counted."
         )
-    return tuple(found)
+    return Timing(lag, length, tuple(found))

@@ -63,6 +63,8 @@ class CycleFit:
     saturation_sought: bool = False
     by_stages: bool = False
     """True for a staged fit: first the loading curve, then friction and cutting. False for a complete fit."""
+    widened: bool = False
+    """True if errors of the model are in the intervals too, not only noise; see ``model_errors``."""
 
     def with_puncture(self, depth: float, half: float) -> "CycleFit":
         """The fit with the puncture at another ``depth`` [m], within ``half`` of it; indentation and force follow."""

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """One recording through segmentation and the complete fit."""
 
+import contextlib
 import dataclasses
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,13 +14,14 @@ from ...recording import Recording
 from ...segmentation import Events, Puncture, segment
 from ...vocabulary import Status
 from ..statistics.noise import DriftEffect
-from ..strokes import Strokes, strokes_of, usable_samples
-from ..timing import timing_notes
+from ..strokes import Strokes, depth_before, filter_delay, strokes_of, usable_samples
+from ..timing import Timing, timing_of
 from .cycle_estimates import CycleFit
 from .cycle_fit import fit_cycle
 from .deformation_fit import DeformationFit, fit_deformation
 from .force_zero import Drift, drift_of, free_samples
 from .loading_curves import FITS
+from .model_errors import holding
 from .staged_fit import agrees, fit_by_stages
 
 WINDOW_MARGIN_M = 0.05e-3  # [m] beyond the samples between which segmentation finds the puncture
@@ -31,6 +33,7 @@ STAGED = (
     "The strokes below the puncture do not agree with the contact depth of the loading curve. The fit is therefore "
     "staged: first the loading curve, then friction and cutting."
 )
+FAILURES = (ValueError, ArithmeticError, np.linalg.LinAlgError)  # of a fit; an InputError is a ValueError
 ONLY_STAGED = "The law {} has only a staged fit: first the loading curve, then friction and cutting."
 
 
@@ -39,8 +42,8 @@ class SegmentedRecording:
     """One recording's events, strokes, and the fit of each stiffness law that could be fitted.
 
     ``loading`` has each law's fit of the loading curve, ``law_notes`` its notes. The ``strokes`` have the ``drift`` of
-    the zero subtracted; ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` are
-    sentences on a lag or a filter that is not declared.
+    the zero subtracted; ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` has
+    a lag and a filter that is not declared.
     """
 
     recording: Recording
@@ -51,7 +54,7 @@ class SegmentedRecording:
     fits: dict[str, CycleFit] = field(default_factory=dict)
     loading: dict[str, DeformationFit] = field(default_factory=dict)
     law_notes: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    timing: tuple[str, ...] = ()
+    timing: Timing = field(default_factory=Timing)
     drift: Drift = field(default_factory=Drift)
     free_after: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
@@ -65,14 +68,14 @@ def segmented(recording: Recording) -> SegmentedRecording:
             recording=recording, events=events, strokes=_no_strokes(), status=Status.unreadable, notes=events.notes
         )
     punctured = events.punctures or events.status is not Status.ok
-    timing = timing_notes(recording, events)
+    timing = timing_of(recording, events)
     strokes, drift, free_after = _without_drift(recording, events, strokes_of(recording, events))
     return SegmentedRecording(
         recording=recording,
         events=events,
         strokes=strokes,
         status=events.status if punctured else Status.no_puncture,
-        notes=(*events.notes, *_motion_notes(strokes), *([drift.note] if drift.note else []), *timing),
+        notes=(*events.notes, *_motion_notes(strokes), *([drift.note] if drift.note else []), *timing.notes),
         timing=timing,
         drift=drift,
         free_after=free_after,
@@ -131,21 +134,56 @@ def fitted(single: SegmentedRecording, laws: tuple[str, ...], saturation: float 
     if not single.events.punctures:
         return single
     fits, loading, notes = dict(single.fits), dict(single.loading), dict(single.law_notes)
-    given = saturation, single.recording.card.filter_length
-    complete = functools.cache(lambda law: _complete(_first_layer(single), single, law, *given))
-    before = loading_samples(single.recording, single.strokes, single.events)
+    fit, others = _fits(single, saturation), [_fits(other, saturation) for other in _retimed(single)]
     for law in laws:
         try:
-            fits[law], loading[law], sentences = _fit(single, law, given, before=before, complete=complete)
+            found, loading[law], sentences = fit(law)
             notes[law] = tuple(dict.fromkeys(sentences))
-        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # InputError is a ValueError
+            fits[law] = holding(found, _answers(others, law))
+        except FAILURES as error:
             notes[law] = (f"The law {law} cannot be fitted: {error}",)
     status = single.events.status if fits else Status.unreadable
     return dataclasses.replace(single, status=status, law_notes=notes, fits=fits, loading=loading)
 
 
+def _fits(single: SegmentedRecording, saturation: float | None) -> Callable:
+    """The fit of one recording as a function of the law, which finds the puncture once for several laws."""
+    given = saturation, single.recording.card.filter_length
+    complete = functools.cache(lambda law: _complete(_first_layer(single), single, law, *given))
+    before = loading_samples(single.recording, single.strokes, single.events)
+    return functools.partial(_fit, single, given=given, before=before, complete=complete)
+
+
+def _answers(others: list[Callable], law: str) -> Iterator[CycleFit]:
+    """The fits of one law to other readings of a recording, where they have one."""
+    for fit in others:
+        with contextlib.suppress(*FAILURES):
+            yield fit(law)[0]
+
+
+def _retimed(single: SegmentedRecording) -> list[SegmentedRecording]:
+    """The recording as it is if the lag that it shows is one of the record, and if it is behind the filter that it
+    shows: the depth belongs to the force at another time."""
+    recording, timing, found = single.recording, single.timing, []
+    declared = recording.card.filter_length
+    if timing.lag is not None:
+        found.append((recording, filter_delay(recording, declared) + timing.lag.largest))
+    if timing.filter_length > 1:
+        card = dataclasses.replace(recording.card, filter_length=timing.filter_length)
+        delay = filter_delay(recording, timing.filter_length)
+        found.append((dataclasses.replace(recording, card=card), delay))
+    return [_at_depth(single, each, depth_before(recording, delay)) for each, delay in found]
+
+
+def _at_depth(single: SegmentedRecording, recording: Recording, depth: np.ndarray) -> SegmentedRecording:
+    """The same samples at another ``depth`` (n,) [m]."""
+    strokes = single.strokes
+    moved = dataclasses.replace(strokes, depth_in=depth[strokes.index_in], depth_out=depth[strokes.index_out])
+    return dataclasses.replace(single, recording=recording, strokes=moved)
+
+
 def _fit(
-    single: SegmentedRecording, law: str, given: tuple, *, before: slice, complete: Callable
+    single: SegmentedRecording, law: str, *, given: tuple, before: slice, complete: Callable
 ) -> tuple[CycleFit, DeformationFit, list[str]]:
     """The complete fit, or the staged one where the strokes do not agree or the law has no other; the fit of the
     loading curve; notes."""
