@@ -21,7 +21,7 @@ from .cycle_fit import fit_cycle
 from .deformation_fit import DeformationFit, fit_deformation
 from .force_zero import Drift, drift_of, free_samples
 from .loading_curves import FITS
-from .model_errors import holding
+from .model_errors import holding, with_misfit_below
 from .staged_fit import agrees, fit_by_stages
 
 WINDOW_MARGIN_M = 0.05e-3  # [m] beyond the samples between which segmentation finds the puncture
@@ -151,7 +151,17 @@ def _fits(single: SegmentedRecording, saturation: float | None) -> Callable:
     given = saturation, single.recording.card.filter_length
     complete = functools.cache(lambda law: _complete(_first_layer(single), single, law, *given))
     before = loading_samples(single.recording, single.strokes, single.events)
-    return functools.partial(_fit, single, given=given, before=before, complete=complete)
+    fit = functools.partial(_fit, single, given=given, before=before, complete=complete)
+    return lambda law: _with_misfit(single, *fit(law))
+
+
+def _with_misfit(single: SegmentedRecording, fit: CycleFit, loading: DeformationFit, notes: list[str]) -> tuple:
+    """The result of a fit with the misfit below the puncture in its intervals; the load of a second layer, which a note
+    names, is no such misfit."""
+    if len(single.events.punctures) > 1:
+        return fit, loading, notes
+    fit, sentences = with_misfit_below(fit, single.strokes)
+    return fit, loading, [*notes, *sentences]
 
 
 def _answers(others: list[Callable], law: str) -> Iterator[CycleFit]:
