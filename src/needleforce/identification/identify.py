@@ -27,6 +27,7 @@ from .diagnostics import (
 )
 from .estimates import UNITS, Estimate, estimates_of, identified_together, mean_estimate, pool
 from .models import BENT, COMPARED, LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
+from .one_layer.contact_laws import over_laws
 from .one_layer.fit_recording import SegmentedRecording, fitted, segmented
 from .one_layer.law_choice import choice_of, match_of, meets_puncture, peak_of, supported
 from .one_layer.loading_curves import FITS
@@ -125,6 +126,8 @@ def identify(
         singles, laws = [fitted(each, more, saturation) for each in singles], (*laws, *more)
     choice = choice_of(singles, laws, preferred)
     law = choice[0].name if choice else laws[0]
+    if model is None:
+        singles = [over_laws(each, law) for each in singles]
     fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
     if model is not None or fit.model is not None or seconds or layers is not None:
         return fit
