@@ -174,8 +174,8 @@ def undeclared_filter(free: np.ndarray, declared: int) -> int:
 
 @dataclass(frozen=True)
 class Timing:
-    """The significant ``lag`` between force and depth or None, the ``filter_length`` [samples] of an average filter that
-    is not declared or 0, and a sentence for each."""
+    """The significant ``lag`` between force and depth or None, the ``filter_length`` [samples] of an average filter
+    that is not declared or 0, and a sentence for each."""
 
     lag: Lag | None = None
     filter_length: int = 0

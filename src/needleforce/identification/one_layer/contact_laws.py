@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The contact depth over all loading laws that a recording does not exclude, and its bounds without a law.
 
-A cone fits the loading curve of a polynomial within the noise, with a contact a tenth of a millimetre off. Where the law
-is chosen from the data, the interval of the contact carries that choice: a posterior over the laws.
+A cone fits the loading curve of a polynomial within the noise, with a contact a tenth of a millimetre off. Where the
+law is chosen from the data, the interval of the contact carries that choice: a posterior over the laws.
 """
 
 import math
@@ -21,13 +21,13 @@ from .loading_curves import CURVES, LoadingCurve
 from .model_errors import AFTER, strokes_below
 
 PREFERRED = ("cone", "cone_cylinder")
-OTHER_LAW_BIC = 2.0  # BIC difference from which on evidence is "positive" (Kass & Raftery 1995): the prior of other laws
+OTHER_LAW_BIC = 2.0  # for other laws, a priori: from here on, evidence is "positive" (Kass & Raftery 1995)
 BINS = 48  # of the samples in contact, as means: smooth curves lose nothing
 MIN_BINS = 12
 STARTS = np.linspace(0.05, 0.95, 5)  # [of the range of contacts]
 NODES, ROUNDS = 15, 5  # contacts of each law's profile, and times that they are narrowed to those with weight
 MAX_LOG_RATIO = 12.0  # a contact with less weight has none
-LINEAR_PARAMETERS = 4.0  # that a fit takes from the residual: amplitude, zero, contact, shape
+FITTED = 4.0  # that a fit takes from the residual: amplitude, zero, contact, shape
 HELD = 1e-9  # [indentations] range of a contact that is held
 
 
@@ -44,12 +44,11 @@ class Found:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Loading:
-    """Means of depth and force (k,) over ``size`` samples each up to the puncture, and the range ``low`` to ``high`` [m]
-    in which the force leaves its noise, whatever the law; ``independent`` is the effective number of samples."""
+    """Means of depth and force (k,) over equal numbers of samples up to the puncture, and the range ``low`` to ``high``
+    [m] in which the force leaves its noise, whatever the law; ``independent`` is the effective number of samples."""
 
     depth: np.ndarray
     force: np.ndarray
-    size: int
     low: float
     high: float
     independent: float
@@ -109,7 +108,7 @@ def loading_of(single: SegmentedRecording) -> Loading | None:
     first = len(depth) - count * size
     z, f = (values[first:].reshape(count, size).mean(axis=1) for values in (depth, force))
     independent = independent_samples([each.noise for each in single.loading.values()])
-    return Loading(depth=z, force=_straightened(f, size), size=size, low=low, high=high, independent=independent)
+    return Loading(depth=z, force=_straightened(f, size), low=low, high=high, independent=independent)
 
 
 def _straightened(mean: np.ndarray, size: int) -> np.ndarray:
@@ -131,14 +130,15 @@ def contact_interval(loading: Loading) -> tuple[float, float] | None:
     best = {name: found for name, found in best.items() if found is not None}
     if not best:
         return None
-    least = min(best.values(), key=lambda found: found.squares)
-    noise = noise_of(least.residual, len(least.residual), 1, LINEAR_PARAMETERS).long_run
+    closest = min(best.values(), key=lambda found: found.squares).residual
+    noise = noise_of(closest, len(closest), 1, FITTED).long_run
     if not noise > 0.0:
         return None
-    weights = {name: _log_prior(name, loading.independent) - 0.5 * found.squares / noise for name, found in best.items()}
-    most = max(weights.values())
-    likely = [name for name, weight in weights.items() if weight > most - MAX_LOG_RATIO]
-    return _ends([(weights[name] - most, *_profile(loading, CURVES[name], best[name], noise)) for name in likely])
+    priors = {name: _log_prior(name, loading.independent) for name in best}
+    weights = {name: priors[name] - 0.5 * found.squares / noise for name, found in best.items()}
+    largest = max(weights.values())
+    likely = [name for name, weight in weights.items() if weight > largest - MAX_LOG_RATIO]
+    return _ends([(weights[name] - largest, *_profile(loading, CURVES[name], best[name], noise)) for name in likely])
 
 
 def _log_prior(name: str, independent: float) -> float:
@@ -187,14 +187,15 @@ def _slopes(single: SegmentedRecording, fit: CycleFit) -> dict[str, float]:
     least squares of the strokes below the puncture."""
     place = fit.covariance_order.index("contact_depth")
     variance = float(fit.covariance[place, place])
-    found = {name: 0.0 for name in fit.covariance_order}
+    found = dict.fromkeys(fit.covariance_order, 0.0)
     if 0.0 < variance < math.inf:
-        found |= {n: float(c) / variance for n, c in zip(fit.covariance_order, fit.covariance[place]) if math.isfinite(c)}
+        across = np.where(np.isfinite(fit.covariance[place]), fit.covariance[place], 0.0) / variance
+        found |= dict(zip(fit.covariance_order, across.tolist()))
     parts = strokes_below(fit, single.strokes)
     if parts and parts[0].inwards:
         design = np.concatenate([part.design for part in parts])
         lever = -fit.values["friction_per_length"] * np.sign(design[:, 0])
-        found |= dict(zip(AFTER, -inverse(design.T @ design) @ (design.T @ lever)))
+        found |= dict(zip(AFTER, np.nan_to_num(-inverse(design.T @ design) @ (design.T @ lever)).tolist()))
     return found | {"contact_depth": 1.0}
 
 
@@ -212,5 +213,5 @@ def with_contact(fit: CycleFit, interval: tuple[float, float], slopes: Mapping[s
     by = np.array([slopes.get(each, 0.0) for each in fit.covariance_order])
     place = fit.covariance_order.index(name)
     wanted = (0.5 * (high[name] - low[name]) / TWO_SIDED) ** 2
-    added = max(wanted - max(float(fit.covariance[place, place]), 0.0), 0.0)
+    added = max(wanted - float(np.nan_to_num(fit.covariance[place, place])), 0.0)
     return replace(fit, low=low, high=high, covariance=fit.covariance + added * np.outer(by, by), widened=True)

@@ -8,7 +8,7 @@ along, and a contact depth that the law misses change the level of one stroke, h
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,9 +22,9 @@ from .loading_curves import FITS
 AFTER = ("friction_per_length", "cutting_force")
 MIN_SAMPLES = 20  # of a stroke in the tissue, for a line of its own
 DISAGREE = (
-    "Insertion and withdrawal disagree on the friction per length: {own} by themselves, {together:.3g} N/m together. The "
-    "surface may hold the shaft or rest on it, the tissue may be dragged along or differ over the depth: the intervals "
-    "of friction and cutting force hold each of them."
+    "Insertion and withdrawal disagree on the friction per length: {own} by themselves, {together:.3g} N/m together. "
+    "The surface may hold the shaft or rest on it, the tissue may be dragged along or differ over the depth: the "
+    "intervals of friction and cutting force hold each of them."
 )
 
 
@@ -157,7 +157,7 @@ def holding(fit: CycleFit, others: Iterable[CycleFit]) -> CycleFit:
     return replace(fit, low=low, high=high, covariance=covariance, widened=True) if others else fit
 
 
-def _farther(end, one: float, other: float) -> float:
+def _farther(end: Callable, one: float, other: float) -> float:
     """The farther of two limits; a limit that is not known does not count."""
     return one if math.isnan(other) else end(one, other)
 
