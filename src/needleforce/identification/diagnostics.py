@@ -21,6 +21,7 @@ from .models import UNKNOWN_TIP, model_of, run_model
 from .one_layer.fit_recording import SegmentedRecording, peak_force
 from .one_layer.loading_curves import FITS
 from .recording_fit import RecordingFit
+from .repeats import differing_repeats
 from .result import FitSettings
 from .statistics.noise import Noise
 
@@ -117,7 +118,8 @@ def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
 
 def warnings_of(singles: list[SegmentedRecording], model: Model | None, one_layer: bool = True) -> tuple[str, ...]:
     """Limits that a recording or the model exceeds, each once; some apply only to a model of one layer."""
-    found = [sentence for single in singles for sentence in exceeded_limits(single, one_layer)]
+    found = [*differing_repeats(singles)]
+    found += [sentence for single in singles for sentence in exceeded_limits(single, one_layer)]
     found += [] if model is None else list(model.warnings)
     return tuple(dict.fromkeys(found))
 

@@ -80,8 +80,9 @@ def segmented(recording: Recording) -> SegmentedRecording:
 
 
 def _motion_notes(strokes: Strokes) -> tuple[str, ...]:
-    """A sentence on a pull-back within the insertion."""
-    if not strokes.backtrack > 0.0:
+    """A sentence on a pull-back within the insertion that is longer than the travel in which friction reverses."""
+    reversal = strokes.friction_reversal
+    if not strokes.backtrack > (0.0 if reversal is None else reversal.high):
         return ()
     return (
         f"The needle is pulled back within the insertion, by up to {1e3 * strokes.backtrack:.3g} mm: the fit uses the "
