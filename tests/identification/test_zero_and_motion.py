@@ -91,6 +91,16 @@ def test_a_drift_that_the_free_travel_shows_is_part_of_the_fit():
     assert not any("drifts" in note for note in steady)
 
 
+def test_a_force_that_follows_the_travel_is_part_of_the_fit():
+    """A cable that pulls with 1 N/m: the free travel before and after shows it, a drift over time does not fit."""
+    runs = [recorded(seed=k) for k in range(12)]
+    pulled = [nf.Recording(time=run.time, depth=run.depth, force=run.force + 1.0 * run.depth) for run in runs]
+    inside = covered(pulled)
+    assert not inside["declined"] and min(inside[name] for name in TRUTH) >= 9, inside
+    (note,) = (each for each in nf.identify(pulled[0], model="paper").recordings[0].notes if "of travel" in each)
+    assert "changes by 1" in note and "N/m" in note
+
+
 def test_a_zero_that_jumps_is_reported_and_not_called_a_drift():
     run = recorded(offset=0.0)
     force = run.force + np.where(run.time > 6.0, 20e-3, 0.0)  # within the withdrawal

@@ -83,7 +83,7 @@ def recording_fit(
         model = model_of({name: estimate.value for name, estimate in own.items()}, law, needle)
     except InputError as error:
         return dataclasses.replace(base, notes=(*notes, NO_MODEL.format(error)))
-    zero = own["force_offset"].value + single.drift.at(single.recording.time)
+    zero = own["force_offset"].value + single.drift.at(single.recording)
     predicted = run_model(model, single.recording, own["contact_depth"].value) + zero
     inside = single.strokes.mask(len(predicted))
     residual = quality(single.recording.force[inside], predicted[inside])

@@ -102,8 +102,8 @@ def _without_drift(recording: Recording, events: Events, strokes: Strokes) -> tu
             force_out=strokes.force_out[kept],
             index_out=strokes.index_out[kept],
         )
-    force_in = strokes.force_in - drift.at(recording.time[strokes.index_in])
-    force_out = strokes.force_out - drift.at(recording.time[strokes.index_out])
+    force_in = strokes.force_in - drift.at(recording, strokes.index_in)
+    force_out = strokes.force_out - drift.at(recording, strokes.index_out)
     return dataclasses.replace(strokes, force_in=force_in, force_out=force_out), drift, after
 
 
@@ -166,24 +166,21 @@ def _loading(single: SegmentedRecording, law: str, before: slice, saturation: fl
     depth, force = strokes.depth_in[before], strokes.force_in[before]
     above = contact - 2.0 * max(float(depth.max(initial=contact)) - contact, 0.0)
     after, drift = single.free_after, single.drift
-    times = recording.time[np.append(strokes.index_in[before], after)]
+    samples = np.append(strokes.index_in[before], after)
     return fit_deformation(
         np.append(depth, np.full(len(after), above)),
-        np.append(force, recording.force[after] - drift.at(recording.time[after])),
+        np.append(force, recording.force[after] - drift.at(recording, after)),
         contact,
         law,
         known={"saturation_depth": saturation},
         filter_length=recording.card.filter_length,
-        drift=DriftEffect(lever=times - drift.origin, error=drift.error) if drift.error > 0.0 else None,
+        drift=drift.effect(recording, samples),
     )
 
 
 def _drift_effect(single: SegmentedRecording, strokes: Strokes) -> DriftEffect | None:
     """The drift at the samples of both strokes; None without one."""
-    if not single.drift.error > 0.0:
-        return None
-    samples = np.concatenate([strokes.index_in, strokes.index_out])
-    return DriftEffect(lever=single.recording.time[samples] - single.drift.origin, error=single.drift.error)
+    return single.drift.effect(single.recording, np.concatenate([strokes.index_in, strokes.index_out]))
 
 
 def loading_samples(recording: Recording, strokes: Strokes, events: Events) -> slice:

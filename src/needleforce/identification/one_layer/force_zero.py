@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sensor's zero as the free travel shows it: which samples are free, and whether the zero drifts over time.
+"""The sensor's zero as the free travel shows it: which samples are free, and whether the zero drifts over time or
+changes over the travel, as by a cable that is pulled along.
 
-The zero itself is a parameter of each fit, with these samples as data. A drift is one too where the free travel shows
-it: a slope over time that its noise explains once in a thousand recordings.
+The zero itself is a parameter of each fit, with these samples as data. A slope is one too where the free travel shows
+it: a slope over time or over depth that its noise explains once in a thousand recordings each. Free travel before the
+insertion alone, at one speed, does not distinguish the two: then it is called a drift over time.
 """
 
 import math
@@ -13,33 +15,49 @@ import numpy as np
 
 from ...recording import Recording
 from ...segmentation import Events
-from ..statistics.noise import noise_of
+from ..statistics.noise import DriftEffect, noise_of
 from ..statistics.regression import inverse
 from ..strokes import Strokes
 
 SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand recordings
+ALL = slice(None)
 MIN_FREE_SAMPLES = 10  # of a part of the free travel
 STEP = (
     "The force without contact is {before:.3g} N before the insertion and {after:.3g} N after it, and this is not a "
     "steady drift: the sensor's zero is uncertain by as much."
 )
-DRIFT = "The sensor's zero drifts by {:.3g} N/s, as the free travel shows; the drift is part of the fit."
+DRIFT = {
+    "time": "The sensor's zero drifts by {:.3g} N/s, as the free travel shows; the drift is part of the fit.",
+    "depth": (
+        "The force without contact changes by {:.3g} N/m of travel, as the free travel before and after shows: does a "
+        "cable pull or a guide rub? The slope is part of the fit."
+    ),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drift:
-    """``slope`` [N/s] of the sensor's zero with its standard error, about the time ``origin`` [s] where the zero is
-    best known; 0 where the free travel shows none. ``uncertain_by`` [N] is a change that is no steady drift."""
+    """``slope`` of the sensor's zero with its standard error, ``over`` the time [N/s] or the depth [N/m], about the
+    ``origin`` [s or m] where the zero is best known; 0 where the free travel shows none. ``uncertain_by`` [N] is a
+    change that is no steady drift."""
 
     slope: float = 0.0
     error: float = 0.0
     origin: float = 0.0
+    over: str = "time"
     uncertain_by: float = 0.0
     note: str = ""
 
-    def at(self, time: np.ndarray) -> np.ndarray:
-        """Change of the zero (n,) [N] at times (n,) [s]."""
-        return self.slope * (time - self.origin)
+    def at(self, recording: Recording, samples: np.ndarray | slice = ALL) -> np.ndarray:
+        """Change of the zero (n,) [N] at samples of the recording."""
+        return self.slope * self._lever(recording, samples)
+
+    def effect(self, recording: Recording, samples: np.ndarray) -> DriftEffect | None:
+        """The slope as an error of the fit at samples of the recording; None without one."""
+        return DriftEffect(lever=self._lever(recording, samples), error=self.error) if self.error > 0.0 else None
+
+    def _lever(self, recording: Recording, samples: np.ndarray | slice) -> np.ndarray:
+        return getattr(recording, self.over)[samples] - self.origin
 
 
 def free_samples(strokes: Strokes, events: Events, usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -55,27 +73,38 @@ def free_samples(strokes: Strokes, events: Events, usable: np.ndarray) -> tuple[
 def drift_of(recording: Recording, before: np.ndarray, after: np.ndarray) -> Drift:
     """The drift of the zero from the free samples before contact and after exit.
 
-    A line over time through both parts with its long-run noise. Where a step between the parts explains them better
-    than the line, it is no drift.
+    A line over time, or over depth if that leaves less, through both parts with its long-run noise. Where a step
+    between the parts explains them better than the line, it is no drift.
     """
     parts = [part for part in (before, after) if len(part) >= MIN_FREE_SAMPLES]
     if not parts:
         return Drift()
+    lines = [_line(recording, parts, over) for over in (("time", "depth") if len(parts) == 2 else ("time",))]
+    drift, _ = min(lines, key=lambda line: line[1])
+    if len(parts) == 2 and _steps(recording, parts, drift.over):
+        first, last = (float(recording.force[part].mean()) for part in parts)
+        return Drift(uncertain_by=abs(last - first) / math.sqrt(12.0), note=STEP.format(before=first, after=last))
+    return drift if abs(drift.slope) > SIGNIFICANT * drift.error else Drift()
+
+
+def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[Drift, float]:
+    """The line over time or depth through the free samples, and its sum of squares [N²]."""
     samples = np.concatenate(parts)
-    time, force = recording.time[samples], recording.force[samples]
-    origin = float(time.mean())
-    columns = [np.ones_like(time), time - origin]
-    slope, error = _coefficient(np.column_stack(columns), force, parts, 1)
-    if len(parts) == 2:
-        step, step_error = _coefficient(np.column_stack([*columns, samples >= after[0]]), force, parts, 2)
-        if abs(step) > SIGNIFICANT * step_error:
-            levels = (float(recording.force[part].mean()) for part in parts)
-            first, last = levels
-            note = STEP.format(before=first, after=last)
-            return Drift(uncertain_by=abs(last - first) / math.sqrt(12.0), note=note)
-    if not abs(slope) > SIGNIFICANT * error:
-        return Drift()
-    return Drift(slope=slope, error=error, origin=origin, note=DRIFT.format(slope))
+    x, force = getattr(recording, over)[samples], recording.force[samples]
+    origin = float(x.mean())
+    slope, error = _coefficient(np.column_stack([np.ones_like(x), x - origin]), force, parts, 1)
+    residual = force - force.mean() - slope * (x - origin)
+    drift = Drift(slope=slope, error=error, origin=origin, over=over, note=DRIFT[over].format(slope))
+    return drift, float(residual @ residual)
+
+
+def _steps(recording: Recording, parts: list[np.ndarray], over: str) -> bool:
+    """Whether a step between the parts is significant besides the line over time or depth."""
+    samples = np.concatenate(parts)
+    x = getattr(recording, over)[samples]
+    columns = [np.ones_like(x), x - x.mean(), samples >= parts[1][0]]
+    step, error = _coefficient(np.column_stack(columns), recording.force[samples], parts, 2)
+    return abs(step) > SIGNIFICANT * error
 
 
 def _coefficient(design: np.ndarray, force: np.ndarray, parts: list[np.ndarray], at: int) -> tuple[float, float]:
