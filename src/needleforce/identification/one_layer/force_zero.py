@@ -99,7 +99,7 @@ def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[Dri
 
 
 def _steps(recording: Recording, parts: list[np.ndarray], over: str) -> bool:
-    """Whether a step between the parts is significant besides the line over time or depth."""
+    """Whether a step between the parts is significant in addition to the line over time or depth."""
     samples = np.concatenate(parts)
     x = getattr(recording, over)[samples]
     columns = [np.ones_like(x), x - x.mean(), samples >= parts[1][0]]
