@@ -265,7 +265,7 @@ def test_wrong_and_not_warned_of(verdicts):
     assert wrong_share(verdicts) <= MAX_WRONG, [(v.seed, v.scenario, v.wrong) for v in verdicts if v.wrong]
 
 
-@pytest.mark.xfail(strict=False, reason="25 % of the parameters of 2000 recordings")
+@pytest.mark.xfail(strict=False, reason="16 % of the parameters of 2000 recordings")
 def test_declined(verdicts):
     counts = share(verdicts)
     assert counts["declined"] <= MAX_DECLINED * sum(counts.values())

@@ -27,9 +27,20 @@ from .diagnostics import (
 )
 from .estimates import UNITS, Estimate, estimates_of, identified_together, mean_estimate, pool
 from .layer_choice import cycle_evidence, misses_cycle, with_measured_puncture
-from .models import BENT, COMPARED, LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
+from .models import (
+    BENT,
+    COMPARED,
+    GRADUAL,
+    LAYERED,
+    MECHANICAL,
+    MODELS,
+    derived,
+    model_of,
+    needle_saturation,
+    stiffness_law,
+)
 from .one_layer.fit_recording import SegmentedRecording, fitted, segmented
-from .one_layer.law_choice import choice_of, match_of, meets_puncture, peak_of, supported
+from .one_layer.law_choice import choice_of, falls_gradually, match_of, meets_puncture, offered, peak_of, supported
 from .one_layer.loading_curves import FITS
 from .one_layer.puncture_force import puncture_match
 from .result import Fit
@@ -108,7 +119,7 @@ def identify(
     """
     recordings, seconds = paired(recordings, second_pass)
     needle = None if needle is None else needle_of(needle)
-    model = None if model is None else model_name(model, (*MODELS, *BENT, *LAYERED))
+    model = None if model is None else model_name(model, (*MODELS, *BENT, *GRADUAL, *LAYERED))
     bench = bench_estimates(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
@@ -122,15 +133,35 @@ def identify(
     watched = progress(recordings, "identifying") if progress else recordings
     singles = [fitted(segmented(each), laws, saturation) for each in watched]
     preferred = laws
-    if model is None and not supported(singles, laws):
-        more = tuple(stiffness_law(name) for name in COMPARED if name not in MECHANICAL)
-        singles, laws = [fitted(each, more, saturation) for each in singles], (*laws, *more)
+    if model is None:
+        singles, laws = _further_laws(singles, laws, saturation)
     choice = choice_of(singles, laws, preferred)
     law = choice[0].name if choice else laws[0]
     fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
     if model is not None or seconds or layers is not None or not singles:
         return fit
     return _with_layers(fit, law, singles, FitInputs(needle, None, bench), progress)
+
+
+def _further_laws(
+    singles: list[SegmentedRecording], laws: tuple[str, ...], saturation: float | None
+) -> tuple[list[SegmentedRecording], tuple[str, ...]]:
+    """The recordings fitted with further laws where the first ``laws`` are not supported, and the laws to choose from.
+
+    A gradual rupture is tried where the falls are gradual too, and where it is found, the laws with a sharp rupture are
+    ruled out.
+    """
+    supports, gradually = supported(singles, laws), falls_gradually(singles)
+    gradual = tuple(GRADUAL.values())
+    tried = gradual if gradually else () if supports else gradual[:1]
+    singles = [fitted(each, tried, saturation) for each in singles]
+    if tried and offered(singles, tried):
+        singles = [fitted(each, gradual[len(tried) :], saturation) for each in singles]
+        laws = offered(singles, (*laws, *gradual))
+    if not supports and not any(law in GRADUAL and meets_puncture(singles, law) for law in laws):
+        more = tuple(stiffness_law(name) for name in COMPARED if name not in MECHANICAL)
+        singles, laws = [fitted(each, more, saturation) for each in singles], (*laws, *more)
+    return singles, laws
 
 
 def _with_layers(

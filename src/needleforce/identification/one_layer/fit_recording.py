@@ -19,6 +19,7 @@ from .cycle_estimates import CycleFit
 from .cycle_fit import fit_cycle
 from .deformation_fit import DeformationFit, fit_deformation
 from .force_zero import Drift, drift_of, free_samples
+from .gradual_fit import end_of_layer, fit_gradual
 from .loading_curves import FITS
 from .staged_fit import agrees, fit_by_stages
 
@@ -30,6 +31,10 @@ RETRY_MARGIN_M = 0.5e-3  # [m] by which the window is widened if the puncture is
 STAGED = (
     "The strokes below the puncture do not agree with the contact depth of the loading curve. The fit is therefore "
     "staged: first the loading curve, then friction and cutting."
+)
+RUPTURES_GRADUALLY = (
+    "The rupture is gradual: it begins at an indentation of {rupture_onset:.3g} mm, before the force peak, and most of "
+    "the contact is lost over {rupture_length:.2g} mm. A sharp rupture does not explain the fall."
 )
 ONLY_STAGED = "The law {} has only a staged fit: first the loading curve, then friction and cutting."
 
@@ -152,12 +157,48 @@ def _fit(
     loading curve; notes."""
     saturation, filter_length = given
     joint, notes = complete(FITS[law].complete)
+    if FITS[law].gradual:
+        found = _gradual(single, law, joint, _loading(single, FITS[law].law.name, before, saturation), saturation)
+        values = {name: 1e3 * found[0].values[name] for name in ("rupture_onset", "rupture_length")}
+        return *found, [*notes, RUPTURES_GRADUALLY.format(**values)]
     loading = _loading(single, law, before, saturation)
     if law == joint.law and len(single.events.punctures) == 1 and agrees(joint, loading):
         return joint, loading, [*notes, *joint.warnings]
     strokes = single.strokes
     staged = fit_by_stages(joint, loading, strokes, filter_length, _drift_effect(single, strokes))
     return staged, loading, [*notes, STAGED if law == joint.law else ONLY_STAGED.format(law), *staged.warnings]
+
+
+def _gradual(
+    single: SegmentedRecording, law: str, joint: CycleFit, loading: DeformationFit, saturation: float | None
+) -> tuple[CycleFit, DeformationFit]:
+    """The fit of a gradual rupture to all samples of the first layer, those of the fall too."""
+    recording, events = single.recording, single.events
+    sharp = dataclasses.replace(
+        events, punctures=tuple(dataclasses.replace(p, gradual=False) for p in events.punctures)
+    )
+    complete, _, _ = _without_drift(recording, events, strokes_of(recording, sharp))
+    peak = _peak_sample(single)
+    second = complete.place_in(_place(recording, events.punctures[1])) if len(events.punctures) > 1 else None
+    end = end_of_layer(complete, complete.place_in(max(events.punctures[0].end, peak + 1)), second)
+    return fit_gradual(
+        joint,
+        loading,
+        complete,
+        law=law,
+        end=end,
+        peak=min(complete.place_in(peak), end - 1),
+        reduced=single.strokes,
+        filter_length=recording.card.filter_length,
+        known=saturation,
+        drift=_drift_effect(single, complete),
+        several=len(events.punctures) > 1,
+    )
+
+
+def _place(recording: Recording, puncture: Puncture) -> int:
+    """The recording's sample of a puncture's peak."""
+    return int(np.searchsorted(recording.time, puncture.time))
 
 
 def _loading(single: SegmentedRecording, law: str, before: slice, saturation: float | None) -> DeformationFit:
@@ -214,7 +255,7 @@ def _first_layer(single: SegmentedRecording) -> Strokes:
 
 def _peak_sample(single: SegmentedRecording) -> int:
     """The recording's sample of the first puncture's peak."""
-    return int(np.searchsorted(single.recording.time, single.events.punctures[0].time))
+    return _place(single.recording, single.events.punctures[0])
 
 
 def _complete(

@@ -19,7 +19,7 @@ from ..statistics.noise import DriftEffect, noise_of
 from ..statistics.regression import inverse
 from ..strokes import Strokes
 
-SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand recordings
+FALSE_ALARMS = 1e-3  # drifts, and steps, that are found in a recording whose free travel has only noise
 ALL = slice(None)
 MIN_FREE_SAMPLES = 10  # of a part of the free travel
 STEP = (
@@ -80,22 +80,23 @@ def drift_of(recording: Recording, before: np.ndarray, after: np.ndarray) -> Dri
     if not parts:
         return Drift()
     lines = [_line(recording, parts, over) for over in (("time", "depth") if len(parts) == 2 else ("time",))]
-    drift, _ = min(lines, key=lambda line: line[1])
+    drift, _, allowed = min(lines, key=lambda line: line[1])
     if len(parts) == 2 and _steps(recording, parts, drift.over):
         first, last = (float(recording.force[part].mean()) for part in parts)
         return Drift(uncertain_by=abs(last - first) / math.sqrt(12.0), note=STEP.format(before=first, after=last))
-    return drift if abs(drift.slope) > SIGNIFICANT * drift.error else Drift()
+    return drift if abs(drift.slope) > allowed else Drift()
 
 
-def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[Drift, float]:
-    """The line over time or depth through the free samples, and its sum of squares [N²]."""
+def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[Drift, float, float]:
+    """The line over time or depth through the free samples, its sum of squares [N²], and the slope that noise
+    explains."""
     samples = np.concatenate(parts)
     x, force = getattr(recording, over)[samples], recording.force[samples]
     origin = float(x.mean())
-    slope, error = _coefficient(np.column_stack([np.ones_like(x), x - origin]), force, parts, 1)
+    slope, error, allowed = _coefficient(np.column_stack([np.ones_like(x), x - origin]), force, parts, 1)
     residual = force - force.mean() - slope * (x - origin)
     drift = Drift(slope=slope, error=error, origin=origin, over=over, note=DRIFT[over].format(slope))
-    return drift, float(residual @ residual)
+    return drift, float(residual @ residual), allowed
 
 
 def _steps(recording: Recording, parts: list[np.ndarray], over: str) -> bool:
@@ -103,23 +104,35 @@ def _steps(recording: Recording, parts: list[np.ndarray], over: str) -> bool:
     samples = np.concatenate(parts)
     x = getattr(recording, over)[samples]
     columns = [np.ones_like(x), x - x.mean(), samples >= parts[1][0]]
-    step, error = _coefficient(np.column_stack(columns), recording.force[samples], parts, 2)
-    return abs(step) > SIGNIFICANT * error
+    step, _, allowed = _coefficient(np.column_stack(columns), recording.force[samples], parts, 2)
+    return abs(step) > allowed
 
 
-def _coefficient(design: np.ndarray, force: np.ndarray, parts: list[np.ndarray], at: int) -> tuple[float, float]:
-    """Least-squares coefficient ``at`` of force (n,) on design (n, p), and its standard error from correlated noise;
-    an infinite error where the samples do not determine it."""
+def _coefficient(design: np.ndarray, force: np.ndarray, parts: list[np.ndarray], at: int) -> tuple[float, float, float]:
+    """Least-squares coefficient ``at`` of force (n,) on design (n, p), its standard error from correlated noise, and
+    the size that noise explains; infinite errors where the samples do not determine it.
+
+    The noise is known from few independent samples where it is correlated: the size follows Student's distribution with
+    their number, less that of the coefficients. There are no more of them than the residual has runs of one sign, so
+    that a transient of the amplifier, which is no line, is no drift.
+    """
+    from scipy.special import stdtrit
+
     design = design.astype(float)
     bread = inverse(design.T @ design)
     if not np.isfinite(bread).all():
-        return 0.0, math.inf
+        return 0.0, math.inf, math.inf
     values = bread @ (design.T @ force)
     residual = force - design @ values
     ends = np.cumsum([0, *map(len, parts)])
-    meat = np.zeros_like(bread)
+    meat, independent = np.zeros_like(bread), -float(design.shape[1])
     for first, last in pairwise(ends):
         part = design[first:last]
         lost = min(float(design.shape[1]), 0.25 * (last - first))
-        meat += noise_of(residual[first:last], last - first, 1, lost).long_run * (part.T @ part)
-    return float(values[at]), math.sqrt(max(float((bread @ meat @ bread)[at, at]), 0.0))
+        noise = noise_of(residual[first:last], last - first, 1, lost)
+        runs = 1 + int(np.count_nonzero(np.diff(residual[first:last] > 0.0)))
+        known = (last - first) * noise.variance / noise.long_run if noise.long_run > 0.0 else 0.0
+        independent += min(known, runs)
+        meat += noise.long_run * (part.T @ part)
+    error = math.sqrt(max(float((bread @ meat @ bread)[at, at]), 0.0))
+    return float(values[at]), error, error * float(stdtrit(max(independent, 1.0), 1.0 - 0.5 * FALSE_ALARMS))
