@@ -83,7 +83,7 @@ def recording_fit(
     except InputError as error:
         return dataclasses.replace(base, notes=(*notes, NO_MODEL.format(error)))
     zero = own["force_offset"].value + single.drift.at(single.recording.time)
-    predicted = run_model(model, single.recording, own["contact_depth"].value) + zero
+    predicted = run_model(model, single.recording, own["contact_depth"].value, single.depth) + zero
     inside = single.strokes.mask(len(predicted))
     residual = quality(single.recording.force[inside], predicted[inside])
     return dataclasses.replace(base, predicted=predicted, quality=residual)

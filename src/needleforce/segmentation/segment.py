@@ -7,6 +7,7 @@ from numbers import Integral
 
 import numpy as np
 
+from .. import core
 from ..errors import InputError
 from ..recording.force_signal import glitches, outliers, quantum_of, spikes, without_outliers
 from ..recording.source import RecordingSource, recording_of
@@ -244,7 +245,7 @@ def _no_exit(chosen: CycleEvents, depth: np.ndarray, force: np.ndarray) -> str:
     if not len(back):
         return WITHDRAWAL_INCOMPLETE
     level = force[chosen.contact.low] if chosen.baseline is None else chosen.baseline
-    change = abs(float(np.median(force[cycle.withdrawal_start + back])) - level)
+    change = abs(core.median(force[cycle.withdrawal_start + back]) - level)
     peak = float(np.max(np.abs(force[cycle.start : cycle.stop] - level)))
     return NO_EXIT_TENSION if change <= max(5.0 * chosen.noise, MAX_BASELINE_CHANGE * peak) else NOT_AT_BASELINE
 
@@ -339,7 +340,7 @@ def _drift(depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: floa
     after = force[cycle.withdrawal_start : cycle.end][near[cycle.withdrawal_start : cycle.end]]
     if not cycle.withdrawn or min(len(after), len(before)) < MIN_CLIPPED:
         return ""
-    change = float(np.median(after) - np.median(before))
+    change = core.median(after) - core.median(before)
     if abs(change) < max(NOTED_SIGMA * chosen.noise, NOTED_SHARE * peak):
         return ""
     share = f"{100.0 * abs(change) / peak:.0f} % of the range"

@@ -6,6 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from .. import core
+
 REVERSAL_SHARE = 0.1  # of the depth's range: return travel after which a reversal counts
 REST_SHARE = 1e-3  # of the depth's range: distance from the deepest point within which the needle rests
 MIN_HOLD_S = 0.2  # [s] a shorter stop is part of the reversal
@@ -35,10 +37,7 @@ class Cycle:
 
 def white_noise(values: np.ndarray) -> float:
     """The standard deviation of white noise in a smooth (n,) series, from second differences, unaffected by trends."""
-    if len(values) < 3:
-        return 0.0
-    second = np.diff(values, 2)
-    return float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0)
+    return core.second_difference_noise(values)
 
 
 def reversals(depth: np.ndarray, min_travel: float) -> list[int]:
@@ -197,7 +196,8 @@ def advancing(stroke: Blocks) -> np.ndarray:
     top, half = np.maximum.accumulate(depth), ADVANCE_WINDOW // 2
     ahead, behind = np.append(top[half:], np.full(half, top[-1])), np.append(np.full(half, top[0]), top[:-half])
     gain = ahead - behind
-    typical = float(np.median(gain[gain > 0.0])) if (gain > 0.0).any() else 0.0
+    forwards = gain[gain > 0.0]
+    typical = core.median(forwards) if len(forwards) else 0.0
     inwards = (gain > MIN_ADVANCE_SHARE * typical) & (depth > top - typical)
     inwards[:-1] &= inwards[1:]
     inwards[-1] = False

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scans over whole recordings: medians, noise of the depth, origin of a rise, lag of a force.
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "module.hpp"
+#include "needleforce/fit/depth_noise.hpp"
+#include "needleforce/fit/lag.hpp"
+#include "needleforce/fit/median.hpp"
+#include "needleforce/fit/origin.hpp"
+
+namespace nb = nanobind;
+
+namespace needleforce::python {
+
+namespace {
+
+std::span<const double> span_of(const Values& values) { return {values.data(), values.shape(0)}; }
+
+/// Memory that is not set to zero first.
+class Scratch {
+ public:
+  explicit Scratch(std::size_t n) : memory_(std::make_unique_for_overwrite<double[]>(n)), size_(n) {}
+  operator std::span<double>() const { return {memory_.get(), size_}; }
+
+ private:
+  std::unique_ptr<double[]> memory_;
+  std::size_t size_;
+};
+
+double median(const Values& values) {
+  const Scratch scratch(values.shape(0));
+  const std::span<double> copy = scratch;
+  std::copy_n(values.data(), copy.size(), copy.begin());
+  return fit::median(copy);
+}
+
+/// The median of the steps from value to value.
+double median_step(const Values& values) {
+  const std::size_t n = std::max<std::size_t>(values.shape(0), 1) - 1;
+  const Scratch scratch(n);
+  const std::span<double> steps = scratch;
+  for (std::size_t i = 0; i < n; ++i) steps[i] = values.data()[i + 1] - values.data()[i];
+  return fit::median(steps);
+}
+
+double second_difference_noise(const Values& values) {
+  return fit::second_difference_noise(span_of(values), Scratch(values.shape(0)));
+}
+
+double depth_noise(const Values& depth) { return fit::depth_noise(span_of(depth), Scratch(depth.shape(0))); }
+
+Output moving_average(const Values& values, std::size_t half) {
+  double* out;
+  Output array = new_array(values.shape(0), out);
+  if (values.shape(0) > 0)
+    fit::moving_average(span_of(values), half, Scratch(values.shape(0) + 1), {out, values.shape(0)});
+  return array;
+}
+
+/// Least sums of squares [N²] and baselines [N], one for each origin.
+nb::tuple fit_origins(const Values& depth, const Values& force, const Values& origins) {
+  if (depth.shape(0) != force.shape(0) || depth.shape(0) == 0)
+    throw nb::value_error("depth and force are empty or differ in length");
+  std::vector<fit::OriginFit> fits(origins.shape(0));
+  fit::fit_origins({span_of(depth), span_of(force)}, span_of(origins), Scratch(force.shape(0)), fits);
+  double *squares, *baselines;
+  const Output first = new_array(fits.size(), squares), second = new_array(fits.size(), baselines);
+  for (const auto& each : fits) *squares++ = each.squares, *baselines++ = each.baseline;
+  return nb::make_tuple(first, second);
+}
+
+/// Least sums of squares [N²] of a force that follows a travel, one for each lag.
+Output squares_by_lag(const Values& time, const Values& force, const Values& travel_time,
+                      const Values& travel, const Values& lags, const Values& stretches, double least,
+                      bool linearly) {
+  const std::size_t n = time.shape(0);
+  if (n == 0 || force.shape(0) != n || travel_time.shape(0) == 0 || travel.shape(0) != travel_time.shape(0))
+    throw nb::value_error("time and values are empty or differ in length");
+  double* squares;
+  Output array = new_array(lags.shape(0), squares);
+  fit::squares_by_lag({span_of(time), span_of(force), span_of(travel_time), span_of(travel)},
+                      linearly ? fit::Follows::linearly : fit::Follows::exponentially, span_of(lags),
+                      span_of(stretches), least, Scratch(3 * n), {squares, lags.shape(0)});
+  return array;
+}
+
+}  // namespace
+
+void bind_scan(nb::module_& module) {
+  module.def("median", &median, nb::arg("values"));
+  module.def("median_step", &median_step, nb::arg("values"));
+  module.def("second_difference_noise", &second_difference_noise, nb::arg("values"));
+  module.def("depth_noise", &depth_noise, nb::arg("depth"));
+  module.def("moving_average", &moving_average, nb::arg("values"), nb::arg("half"));
+  module.def("fit_origins", &fit_origins, nb::arg("depth"), nb::arg("force"), nb::arg("origins"));
+  module.def("squares_by_lag", &squares_by_lag, nb::arg("time"), nb::arg("force"), nb::arg("travel_time"),
+             nb::arg("travel"), nb::arg("lags"), nb::arg("stretches"), nb::arg("least"), nb::arg("linearly"));
+}
+
+}  // namespace needleforce::python
