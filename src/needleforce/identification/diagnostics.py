@@ -3,6 +3,7 @@
 what cannot be identified."""
 
 import dataclasses
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,9 +92,10 @@ def recording_fit(
 
 def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
     """Residual of the predicted force against the measured one, (n,) [N] each."""
-    residual = float(np.mean((force - predicted) ** 2))
-    rmse = float(np.sqrt(residual))
-    return Quality(rmse, rmse / float(np.max(np.abs(force))), 1.0 - residual / float(np.var(force)))
+    left, about = force - predicted, force - force.mean()
+    residual, variance = float(left @ left) / len(force), float(about @ about) / len(force)
+    rmse, peak = math.sqrt(residual), max(float(force.max()), -float(force.min()))
+    return Quality(rmse, rmse / peak, 1.0 - residual / variance)
 
 
 def misfit_warning(found: Quality | None) -> tuple[str, ...]:

@@ -238,4 +238,4 @@ def run_model(
     ``signal`` is that of its depth, where it is known."""
     dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
     steady = (signal or DepthSignal(recording.depth)).steady
-    return Insertion(model, max_speed=np.inf).run(steady - contact_depth, None, dt)["force"]
+    return Insertion(model, max_speed=np.inf).forces(steady - contact_depth, dt)

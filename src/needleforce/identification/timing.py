@@ -180,7 +180,9 @@ def undeclared_filter(free: np.ndarray, declared: int) -> int:
     """
     if len(free) < MIN_FREE_SAMPLES:
         return 0
-    residual = free - np.polyval(np.polyfit(np.arange(len(free)), free, 1), np.arange(len(free)))
+    place = np.arange(len(free)) - 0.5 * (len(free) - 1)
+    residual = free - free.mean()
+    residual -= place * (float(place @ residual) / float(place @ place))
     noise = noise_of(residual, len(residual), 1, 2.0)
     if noise.last_lag < 1 or noise.ar1_factor:
         return 0

@@ -202,5 +202,6 @@ def only_drift(time: np.ndarray, force: np.ndarray, size: int) -> bool:
     short = blocks(time, force, 0, len(force), size)
     if len(short) < 10:
         return False
-    left = short.force - np.polyval(np.polyfit(short.depth, short.force, 1), short.depth)
+    left, about = short.force - short.force.mean(), short.depth - short.depth.mean()
+    left -= about * (float(about @ left) / max(float(about @ about), 1e-300))
     return float(left.std()) <= MAX_DRIFT_RESIDUAL * white_noise(short.force)

@@ -275,8 +275,11 @@ def doubts(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: Cycle
 def _jumps(depth: np.ndarray) -> str:
     """A note on steps of the depth that are far larger than all others."""
     step = np.abs(np.diff(depth))
+    min_jump = MIN_JUMP_SHARE * float(np.ptp(depth))
+    if not step.max(initial=0.0) > min_jump:
+        return ""
     usual = float(np.partition(step, int(0.95 * (len(step) - 1)))[int(0.95 * (len(step) - 1))])
-    far = np.flatnonzero(step > max(JUMP_RATIO * usual, MIN_JUMP_SHARE * float(np.ptp(depth))))
+    far = np.flatnonzero(step > max(JUMP_RATIO * usual, min_jump))
     if not len(far):
         return ""
     size = f"{1e3 * float(step[far].max()):.3g} mm"

@@ -233,7 +233,7 @@ def _complete(
 ) -> tuple[CycleFit, list[str]]:
     """The complete fit with a scan of the complete insertion; around the first puncture if there are several, if the
     scan finds another, or if the rupture is gradual: then the puncture is the peak before the fall."""
-    options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise}
+    options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise, "limited": False}
     options["drift"] = _drift_effect(single, strokes)
     if law == "cone_cylinder":
         options["saturation_depth"] = saturation

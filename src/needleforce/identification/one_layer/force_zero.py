@@ -64,10 +64,10 @@ def drift_of(recording: Recording, before: np.ndarray, after: np.ndarray) -> Dri
     samples = np.concatenate(parts)
     time, force = recording.time[samples], recording.force[samples]
     origin = float(time.mean())
-    columns = [np.ones_like(time), time - origin]
-    slope, error = _coefficient(np.column_stack(columns), force, parts, 1)
+    line = [np.ones_like(time), time - origin]
+    slope, error = _coefficient(np.array(line), force, parts, 1)
     if len(parts) == 2:
-        step, step_error = _coefficient(np.column_stack([*columns, samples >= after[0]]), force, parts, 2)
+        step, step_error = _coefficient(np.array([*line, samples >= after[0]]), force, parts, 2)
         if abs(step) > SIGNIFICANT * step_error:
             levels = (float(recording.force[part].mean()) for part in parts)
             first, last = levels
@@ -79,18 +79,17 @@ def drift_of(recording: Recording, before: np.ndarray, after: np.ndarray) -> Dri
 
 
 def _coefficient(design: np.ndarray, force: np.ndarray, parts: list[np.ndarray], at: int) -> tuple[float, float]:
-    """Least-squares coefficient ``at`` of force (n,) on design (n, p), and its standard error from correlated noise;
-    an infinite error where the samples do not determine it."""
-    design = design.astype(float)
-    bread = inverse(design.T @ design)
+    """Least-squares coefficient ``at`` of force (n,) on design (p, n), and its standard error from correlated noise; an
+    infinite error where the samples do not determine it."""
+    bread = inverse(design @ design.T)
     if not np.isfinite(bread).all():
         return 0.0, math.inf
-    values = bread @ (design.T @ force)
-    residual = force - design @ values
+    values = bread @ (design @ force)
+    residual = force - values @ design
     ends = np.cumsum([0, *map(len, parts)])
     meat = np.zeros_like(bread)
     for first, last in pairwise(ends):
-        part = design[first:last]
-        lost = min(float(design.shape[1]), 0.25 * (last - first))
-        meat += noise_of(residual[first:last], last - first, 1, lost).long_run * (part.T @ part)
+        part = design[:, first:last]
+        lost = min(float(len(design)), 0.25 * (last - first))
+        meat += noise_of(residual[first:last], last - first, 1, lost).long_run * (part @ part.T)
     return float(values[at]), math.sqrt(max(float((bread @ meat @ bread)[at, at]), 0.0))
