@@ -7,6 +7,7 @@
 #include "module.hpp"
 #include "needleforce/fit/depth_noise.hpp"
 #include "needleforce/fit/lag.hpp"
+#include "needleforce/fit/lagged.hpp"
 #include "needleforce/fit/median.hpp"
 #include "needleforce/fit/origin.hpp"
 
@@ -59,6 +60,25 @@ Output moving_average(const Values& values, std::size_t half) {
   return array;
 }
 
+using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+/// Sums of products (p, p) of every two of the rows (p, n).
+nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> gram(const Rows& rows) {
+  const std::size_t p = rows.shape(0), n = rows.shape(1);
+  double* sums;
+  const Output flat = new_array(p * p, sums);
+  for (std::size_t i = 0; i < p; ++i)
+    for (std::size_t k = 0; k <= i; ++k)
+      sums[i * p + k] = sums[k * p + i] = fit::product_of({rows.data() + i * n, n}, {rows.data() + k * n, n});
+  return {flat.data(), {p, p}, nb::cast(flat)};
+}
+
+/// The sum of products of two series.
+double product(const Values& a, const Values& b) {
+  if (a.shape(0) != b.shape(0)) throw nb::value_error("the series differ in length");
+  return fit::product_of(span_of(a), span_of(b));
+}
+
 /// Least sums of squares [N²] and baselines [N], one for each origin.
 nb::tuple fit_origins(const Values& depth, const Values& force, const Values& origins) {
   if (depth.shape(0) != force.shape(0) || depth.shape(0) == 0)
@@ -94,6 +114,8 @@ void bind_scan(nb::module_& module) {
   module.def("second_difference_noise", &second_difference_noise, nb::arg("values"));
   module.def("depth_noise", &depth_noise, nb::arg("depth"));
   module.def("moving_average", &moving_average, nb::arg("values"), nb::arg("half"));
+  module.def("gram", &gram, nb::arg("rows"));
+  module.def("product", &product, nb::arg("a"), nb::arg("b"));
   module.def("fit_origins", &fit_origins, nb::arg("depth"), nb::arg("force"), nb::arg("origins"));
   module.def("squares_by_lag", &squares_by_lag, nb::arg("time"), nb::arg("force"), nb::arg("travel_time"),
              nb::arg("travel"), nb::arg("lags"), nb::arg("stretches"), nb::arg("least"), nb::arg("linearly"));

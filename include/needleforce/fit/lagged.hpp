@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Products of a residual with itself some samples later: what autocovariances are made of.
+// Products of a residual with itself some samples later, what autocovariances are made of, and of series with
+// one another: on one core, whatever a library of matrices would do with long series.
 #pragma once
 
 #include <algorithm>
@@ -28,6 +29,18 @@ inline void lagged_products(std::span<const double> residual, std::span<double> 
     for (std::size_t k = 0; k < std::min(lanes, products.size() - first); ++k)
       products[first + k] = sum[k][0] + sum[k][1];
   }
+}
+
+/// The sum of products of two series of equal length.
+inline double product_of(std::span<const double> a, std::span<const double> b) noexcept {
+  std::array<Pair, 4> sums{};
+  std::size_t i = 0;
+  for (; i + 8 <= a.size(); i += 8)
+    for (std::size_t k = 0; k < 4; ++k) sums[k] += pair_at(&a[i + 2 * k]) * pair_at(&b[i + 2 * k]);
+  double rest = 0;
+  for (; i < a.size(); ++i) rest += a[i] * b[i];
+  const Pair all = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+  return all[0] + all[1] + rest;
 }
 
 }  // namespace needleforce::fit

@@ -25,6 +25,13 @@ struct OriginFit {
 struct Rise {
   std::span<const double> depth, centred;
   double mean, inverse_range;
+
+  /// Samples before the first one past an origin, from which on the shapes are above 0.
+  std::size_t before(double origin) const noexcept {
+    std::size_t i = 0;
+    while (i < depth.size() && !(depth[i] > origin)) ++i;
+    return i;
+  }
 };
 
 /// Depth past an origin in the rise's unit, and its fourth root.
@@ -54,10 +61,10 @@ struct ShapeSums {
   }
 };
 
-inline ShapeSums<double> shape_sums(const Rise& rise, double origin) noexcept {
+inline ShapeSums<double> shape_sums(const Rise& rise, double origin, std::size_t first) noexcept {
   ShapeSums<Pair> pairs;
   ShapeSums<double> sums;
-  std::size_t i = 0;
+  std::size_t i = first;
   for (; i + 1 < rise.depth.size(); i += 2) pairs.add(past_pair(rise, i, origin), pair_at(&rise.centred[i]));
   if (i < rise.depth.size()) sums.add(past_at(rise, i, origin), rise.centred[i]);
   for (std::size_t k = 0; k < exponents; ++k) {
@@ -70,11 +77,15 @@ inline ShapeSums<double> shape_sums(const Rise& rise, double origin) noexcept {
 
 /// The sum of squares of the force less `height` times the shape of one exponent, both about their means:
 /// squared sample by sample, because a difference of sums could be negative.
-inline double residual_squares(const Rise& rise, double origin, std::size_t exponent, double height,
-                               double mean) noexcept {
+inline double residual_squares(const Rise& rise, double origin, std::size_t first, std::size_t exponent,
+                               double height, double mean) noexcept {
   Pair pairs{};
   double rest = 0;
-  std::size_t i = 0;
+  std::size_t i = first;
+  for (std::size_t k = 0; k < first; ++k) {
+    const double left = rise.centred[k] + height * mean;
+    rest += left * left;
+  }
   for (; i + 1 < rise.depth.size(); i += 2) {
     const auto [past, root] = past_pair(rise, i, origin);
     Pair value = past;
@@ -87,14 +98,15 @@ inline double residual_squares(const Rise& rise, double origin, std::size_t expo
     double value = past;
     for (std::size_t k = 0; k < exponent; ++k) value *= root;
     const double left = rise.centred[i] - height * (value - mean);
-    rest = left * left;
+    rest += left * left;
   }
   return pairs[0] + pairs[1] + rest;
 }
 
 /// The best exponent at one origin, with c >= 0. The sums choose it; its squares are exact.
 inline OriginFit fit_at_origin(const Rise& rise, double origin) noexcept {
-  const ShapeSums<double> sums = shape_sums(rise, origin);
+  const std::size_t first = rise.before(origin);
+  const ShapeSums<double> sums = shape_sums(rise, origin, first);
   const double n = static_cast<double>(rise.depth.size());
   std::size_t best = 0;
   double most = -1, best_height = 0;
@@ -104,7 +116,7 @@ inline OriginFit fit_at_origin(const Rise& rise, double origin) noexcept {
     if (height * sums.force[k] > most) most = height * sums.force[k], best = k, best_height = height;
   }
   const double mean = sums.shape[best] / n;
-  return {residual_squares(rise, origin, best, best_height, mean), rise.mean - best_height * mean};
+  return {residual_squares(rise, origin, first, best, best_height, mean), rise.mean - best_height * mean};
 }
 
 /// Least squares at each of the origins for depths [m] and forces [N]; `centred` takes as many values as

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import core
 from ..core import Needle
 from ..errors import InputError
 from ..mechanics.buckling import equivalent_half_angle
@@ -93,7 +94,7 @@ def recording_fit(
 def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
     """Residual of the predicted force against the measured one, (n,) [N] each."""
     left, about = force - predicted, force - force.mean()
-    residual, variance = float(left @ left) / len(force), float(about @ about) / len(force)
+    residual, variance = core.product(left, left) / len(force), core.product(about, about) / len(force)
     rmse, peak = math.sqrt(residual), max(float(force.max()), -float(force.min()))
     return Quality(rmse, rmse / peak, 1.0 - residual / variance)
 

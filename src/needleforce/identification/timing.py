@@ -182,13 +182,13 @@ def undeclared_filter(free: np.ndarray, declared: int) -> int:
         return 0
     place = np.arange(len(free)) - 0.5 * (len(free) - 1)
     residual = free - free.mean()
-    residual -= place * (float(place @ residual) / float(place @ place))
+    residual -= place * (core.product(place, residual) / core.product(place, place))
     noise = noise_of(residual, len(residual), 1, 2.0)
     if noise.last_lag < 1 or noise.ar1_factor:
         return 0
     lags = np.arange(noise.last_lag + 1)
-    square = float(residual @ residual)
-    correlation = np.array([float(residual[lag:] @ residual[: len(residual) - lag]) / square for lag in lags])
+    correlation = core.lagged_products(residual, noise.last_lag)
+    correlation /= correlation[0]
     slope = float((1.0 - correlation) @ lags / (lags @ lags))
     misfit = float(np.max(np.abs(correlation - (1.0 - slope * lags))))
     length = round(1.0 / slope) if slope > 0.0 else 0

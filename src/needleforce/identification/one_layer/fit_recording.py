@@ -174,15 +174,21 @@ def _loading(single: SegmentedRecording, law: str, before: slice, saturation: fl
     depth, force = strokes.depth_in[before], strokes.force_in[before]
     above = contact - 2.0 * max(float(depth.max(initial=contact)) - contact, 0.0)
     after, drift = single.free_after, single.drift
-    times = recording.time[np.append(strokes.index_in[before], after)]
+    if len(after):
+        depth = np.append(depth, np.full(len(after), above))
+        force = np.append(force, recording.force[after] - drift.at(recording.time[after]))
+    effect = None
+    if drift.error > 0.0:
+        times = recording.time[np.append(strokes.index_in[before], after)]
+        effect = DriftEffect(lever=times - drift.origin, error=drift.error)
     return fit_deformation(
-        np.append(depth, np.full(len(after), above)),
-        np.append(force, recording.force[after] - drift.at(recording.time[after])),
+        depth,
+        force,
         contact,
         law,
         known={"saturation_depth": saturation},
         filter_length=recording.card.filter_length,
-        drift=DriftEffect(lever=times - drift.origin, error=drift.error) if drift.error > 0.0 else None,
+        drift=effect,
     )
 
 

@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ... import core
 from ...recording import Recording
 from ...segmentation import Events
 from ..statistics.noise import noise_of
@@ -81,15 +82,16 @@ def drift_of(recording: Recording, before: np.ndarray, after: np.ndarray) -> Dri
 def _coefficient(design: np.ndarray, force: np.ndarray, parts: list[np.ndarray], at: int) -> tuple[float, float]:
     """Least-squares coefficient ``at`` of force (n,) on design (p, n), and its standard error from correlated noise; an
     infinite error where the samples do not determine it."""
-    bread = inverse(design @ design.T)
+    products = core.gram(np.vstack([design, force]))
+    bread = inverse(products[:-1, :-1])
     if not np.isfinite(bread).all():
         return 0.0, math.inf
-    values = bread @ (design @ force)
-    residual = force - values @ design
+    values = bread @ products[:-1, -1]
+    residual = force - sum(value * row for value, row in zip(values.tolist(), design))
     ends = np.cumsum([0, *map(len, parts)])
     meat = np.zeros_like(bread)
     for first, last in pairwise(ends):
-        part = design[:, first:last]
+        part = np.ascontiguousarray(design[:, first:last])
         lost = min(float(len(design)), 0.25 * (last - first))
-        meat += noise_of(residual[first:last], last - first, 1, lost).long_run * (part @ part.T)
+        meat += noise_of(residual[first:last], last - first, 1, lost).long_run * core.gram(part)
     return float(values[at]), math.sqrt(max(float((bread @ meat @ bread)[at, at]), 0.0))
