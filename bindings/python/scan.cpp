@@ -10,6 +10,9 @@
 #include "needleforce/fit/lagged.hpp"
 #include "needleforce/fit/median.hpp"
 #include "needleforce/fit/origin.hpp"
+#include "needleforce/fit/outliers.hpp"
+#include "needleforce/fit/sliding_start.hpp"
+#include "needleforce/fit/windows.hpp"
 
 namespace nb = nanobind;
 
@@ -37,13 +40,33 @@ double median(const Values& values) {
   return fit::median(copy);
 }
 
-/// The median of the steps from value to value.
-double median_step(const Values& values) {
+/// The median of the steps from value to value, or of their magnitudes.
+double median_step(const Values& values, bool magnitude) {
   const std::size_t n = std::max<std::size_t>(values.shape(0), 1) - 1;
   const Scratch scratch(n);
   const std::span<double> steps = scratch;
   for (std::size_t i = 0; i < n; ++i) steps[i] = values.data()[i + 1] - values.data()[i];
+  if (magnitude)
+    for (double& step : steps) step = std::abs(step);
   return fit::median(steps);
+}
+
+double quantum_of(const Values& values) { return fit::quantum_of(span_of(values)); }
+
+/// Numbers of the samples that lie far from their neighbours, see fit::OutlierLimits.
+nb::list outliers(const Values& force, double level, double quantum, double max_span, double margin,
+                  std::size_t local, std::size_t common) {
+  nb::list found;
+  if (force.shape(0) < 20) throw nb::value_error("outliers need 20 samples");
+  fit::outliers(span_of(force), {level, quantum, max_span, margin, local, common},
+                Scratch(3 * force.shape(0)), [&](std::size_t i) { found.append(i); });
+  return found;
+}
+
+std::size_t sliding_start(const Values& depth, const Values& force, double bin, std::size_t ahead,
+                          std::size_t max_bins) {
+  if (depth.shape(0) != force.shape(0)) throw nb::value_error("depth and force differ in length");
+  return fit::sliding_start({span_of(depth), span_of(force)}, {bin, ahead, max_bins});
 }
 
 double second_difference_noise(const Values& values) {
@@ -71,6 +94,26 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> gram(const Rows& rows)
     for (std::size_t k = 0; k <= i; ++k)
       sums[i * p + k] = sums[k * p + i] = fit::product_of({rows.data() + i * n, n}, {rows.data() + k * n, n});
   return {flat.data(), {p, p}, nb::cast(flat)};
+}
+
+/// Fall, excess, bent fall and excess with a line, (4, k), of two windows of a series without its mean.
+nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> compare_windows(const Values& centred,
+                                                                          std::size_t window, std::size_t gap,
+                                                                          bool near_end) {
+  const fit::Windows windows{window, gap, near_end};
+  const std::size_t n = centred.shape(0), count = windows.places(n);
+  if (window < 2 || count == 0) throw nb::value_error("the series is shorter than two windows");
+  double* data;
+  const Output flat = new_array(4 * count, data);
+  const auto row = [&](std::size_t k) { return std::span(data + k * count, count); };
+  fit::compare_windows(span_of(centred), windows, Scratch(4 * n + 2), {row(0), row(1), row(2), row(3)});
+  return {flat.data(), {4, count}, nb::cast(flat)};
+}
+
+/// The magnitude about the upper median below which the share 1 / part of the values lies.
+double spread_of_part(const Values& values, std::size_t part) {
+  if (part < 1) throw nb::value_error("part must be 1 or more");
+  return fit::spread_of_part(span_of(values), part, Scratch(values.shape(0)));
 }
 
 /// The sum of products of two series.
@@ -110,12 +153,20 @@ Output squares_by_lag(const Values& time, const Values& force, const Values& tra
 
 void bind_scan(nb::module_& module) {
   module.def("median", &median, nb::arg("values"));
-  module.def("median_step", &median_step, nb::arg("values"));
+  module.def("median_step", &median_step, nb::arg("values"), nb::arg("magnitude") = false);
+  module.def("quantum_of", &quantum_of, nb::arg("values"));
+  module.def("outliers", &outliers, nb::arg("force"), nb::arg("level"), nb::arg("quantum"),
+             nb::arg("max_span"), nb::arg("margin"), nb::arg("local"), nb::arg("common"));
+  module.def("sliding_start", &sliding_start, nb::arg("depth"), nb::arg("force"), nb::arg("bin"),
+             nb::arg("ahead"), nb::arg("max_bins"));
   module.def("second_difference_noise", &second_difference_noise, nb::arg("values"));
   module.def("depth_noise", &depth_noise, nb::arg("depth"));
   module.def("moving_average", &moving_average, nb::arg("values"), nb::arg("half"));
   module.def("gram", &gram, nb::arg("rows"));
   module.def("product", &product, nb::arg("a"), nb::arg("b"));
+  module.def("compare_windows", &compare_windows, nb::arg("centred"), nb::arg("window"), nb::arg("gap"),
+             nb::arg("near_end"));
+  module.def("spread_of_part", &spread_of_part, nb::arg("values"), nb::arg("part"));
   module.def("fit_origins", &fit_origins, nb::arg("depth"), nb::arg("force"), nb::arg("origins"));
   module.def("squares_by_lag", &squares_by_lag, nb::arg("time"), nb::arg("force"), nb::arg("travel_time"),
              nb::arg("travel"), nb::arg("lags"), nb::arg("stretches"), nb::arg("least"), nb::arg("linearly"));

@@ -13,7 +13,7 @@ namespace needleforce::fit {
 
 /// Between what values the (k + 1)-th smallest of many certainly is, or most probably.
 struct Bracket {
-  double low, high;
+  double low, middle, high;
 };
 
 inline Bracket bracket_of(std::span<const double> values, std::size_t k) noexcept {
@@ -23,7 +23,21 @@ inline Bracket bracket_of(std::span<const double> values, std::size_t k) noexcep
   std::sort(some.begin(), some.end());
   const std::size_t at = k * samples / values.size();
   const double infinite = std::numeric_limits<double>::infinity();
-  return {at < margin ? -infinite : some[at - margin], at + margin >= samples ? infinite : some[at + margin]};
+  return {at < margin ? -infinite : some[at - margin], some[at],
+          at + margin >= samples ? infinite : some[at + margin]};
+}
+
+/// `select` where many values are equal: the middle of the bracket is tried alone.
+inline std::span<double> select_tied(std::span<double> values, std::size_t& k,
+                                     const Bracket& bracket) noexcept {
+  std::size_t below = 0, equal = 0;
+  for (const double value : values) below += value < bracket.middle, equal += value == bracket.middle;
+  if (k > below && k < below + equal) {
+    values[0] = values[1] = bracket.middle, k = 1;
+    return values.first(2);
+  }
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(k), values.end());
+  return values;
 }
 
 /// Orders `values` so far that the (k + 1)-th smallest, k > 0, is at k of the span returned, and the k-th
@@ -34,7 +48,8 @@ inline std::span<double> select(std::span<double> values, std::size_t& k) noexce
     const Bracket bracket = bracket_of(values, k);
     std::size_t below = 0, within = 0;
     for (const double value : values) below += value < bracket.low, within += value <= bracket.high;
-    if (k <= below || k >= within || within - below > values.size() / 2) break;
+    if (k <= below || k >= within) break;
+    if (within - below > values.size() / 2) return select_tied(values, k, bracket);
     within = 0;
     for (const double value : values) {
       values[within] = value;

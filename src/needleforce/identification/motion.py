@@ -57,7 +57,7 @@ class DepthSignal:
         """
         if not self.noise > 0.0:
             return self.depth, 0.0
-        step = core.median(np.abs(np.diff(smoothed(self.depth, 5))))
+        step = core.median_step(smoothed(self.depth, 5), magnitude=True)
         length = round((16.0 * self.noise / max(step, 1e-12)) ** (2.0 / 3.0))
         length = min(max(length, 1), max(len(self.depth) // 20, 1))
         return smoothed(self.depth, length), self.noise / math.sqrt(length)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import core
 from ..recording import Recording
 from ..segmentation import Events, Span
 from ..vocabulary import Phase
@@ -205,10 +206,12 @@ def friction_reversal_of(
     rest = _rest(depth, outwards, holds)
     if rest.stop >= outwards.stop:
         return None
-    slides = outwards.start + _slides(depth[outwards], force[outwards])
+    slides = outwards.start + core.sliding_start(
+        depth[outwards], force[outwards], bin=BIN_M, ahead=N_BINS_AHEAD, max_bins=MAX_BINS
+    )
     push, pull = float(np.mean(force[rest])), -float(np.mean(force[slides : slides + 5]))
     k = max(rest.stop + int(np.argmax(force[rest.stop : outwards.stop] <= 0.5 * (push - pull))), 1)
-    travel = float(np.median(depth[rest])) - depth[[k - 1, k]]
+    travel = core.median(depth[rest]) - depth[[k - 1, k]]
     resolution = MIN_REVERSAL_RATIO * float(np.ptp(depth[rest]))
     half = max(float(travel.mean()), resolution, 0.0)
     at_once = max(0.5 * (push + pull) / pull, 1.0) if pull > 0.0 else 1.0
@@ -228,15 +231,6 @@ def presliding_of(friction_reversal: FrictionReversal) -> Estimate:
         source = f"friction reversal too short to measure: {MIN_REVERSAL_RATIO:g} times the range of the depth at rest"
     half, low, high = friction_reversal.half, friction_reversal.low, friction_reversal.high
     return Estimate("presliding", half, "m", low, high, identifiable=friction_reversal.measured, source=source)
-
-
-def _slides(depth: np.ndarray, force: np.ndarray) -> int:
-    """Samples until no bin of travel ahead has a stronger mean pull."""
-    bins = np.maximum.accumulate(np.floor(np.clip((depth[0] - depth) / BIN_M, 0, MAX_BINS)).astype(int))
-    count = np.bincount(bins)
-    mean = np.where(count > 0, np.bincount(bins, force) / np.maximum(count, 1), np.inf)
-    ahead = np.lib.stride_tricks.sliding_window_view(np.append(mean, np.full(N_BINS_AHEAD, np.inf)), N_BINS_AHEAD + 1)
-    return int(np.searchsorted(bins, int(np.argmax(mean <= ahead.min(axis=1)))))
 
 
 def _rest(depth: np.ndarray, outwards: slice, holds: tuple[Span, ...]) -> slice:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
+from .. import core
 from .strokes import Blocks, white_noise
 
 FALSE_ALARMS = 1e-3  # punctures found in a recording that has only normal noise
@@ -82,6 +83,8 @@ class Comparison:
     """Two windows of ``window`` blocks, ``gap`` blocks apart, at every place: the ``fall`` between their means, its
     ``excess`` over that just before and after, the ``bent`` fall about the windows' slopes, and ``line``, the excess
     with the value at the end of a line for the first mean, (k,) each. The fall at j begins after block j + window - 1.
+    The decline before and after it is the larger of the falls a comparison's length away; after the last one it is that
+    of the second window's slope in short windows, and otherwise not known, so that there is no excess.
     """
 
     window: int
@@ -99,52 +102,23 @@ class Comparison:
 
 def robust_sd(values: np.ndarray) -> float:
     """Standard deviation of (n,) values about their median, from the median of their magnitudes."""
-    return middle(np.abs(values - middle(values))) / 0.6745 if len(values) > 3 else 0.0
-
-
-def middle(values: np.ndarray) -> float:
-    """The median of (n,) values, the upper one of two."""
-    half = len(values) // 2
-    return float(np.partition(values, half)[half])
+    return core.spread_of_part(values, 2) / 0.6745
 
 
 def comparisons(force: np.ndarray, max_gap: int) -> Iterator[Comparison]:
     """All comparisons of windows in the (n,) block ``force``, shortest windows first, by running sums."""
-    count = len(force)
-    place = np.arange(count) - count / 2
-    centred = force - force.mean()
-    sums, moments = (np.concatenate(([0.0], np.cumsum(each))) for each in (centred, centred * place))
+    count, centred = len(force), force - force.mean()
     for w in WINDOWS:
         if 2 * w > count:
             return
-        total = sums[w:] - sums[:-w]
-        slope = (moments[w:] - moments[:-w] - (place[: count - w + 1] + (w - 1) / 2) * total) * (12 / (w**3 - w))
-        mean = total / w
         for gap in (0, 2 * w):
             apart = w + gap
             if gap > max_gap or ((w > WINDOWS[0] or gap) and count < MIN_STROKE_WINDOWS * (apart + w)):
                 continue
-            before, after = slope[:-apart], slope[apart:]
-            fall = mean[:-apart] - mean[apart:]
-            decline = _decline(fall, -apart * after, apart + w, near_end=not gap and w <= MAX_END_WINDOW)
-            bent = fall + 0.5 * apart * (before + after)
-            yield Comparison(
-                window=w,
-                gap=gap,
-                fall=fall,
-                excess=fall - decline,
-                bent=bent,
-                line=fall + 0.5 * (w * before - decline),
+            fall, excess, bent, line = core.compare_windows(
+                centred, window=w, gap=gap, near_end=not gap and w <= MAX_END_WINDOW
             )
-
-
-def _decline(fall: np.ndarray, sloped: np.ndarray, shift: int, *, near_end: bool) -> np.ndarray:
-    """The (k,) decline around each fall: the larger of the falls ``shift`` blocks before and after it. After the last
-    one it is that of the second window's slope if ``near_end`` falls count, as those of short windows do."""
-    decline = np.maximum(sloped, 0.0) if near_end else np.full(len(fall), np.inf)
-    decline[:-shift] = np.maximum(fall[shift:], 0.0)
-    decline[shift:] = np.maximum(decline[shift:], fall[:-shift])
-    return decline
+            yield Comparison(window=w, gap=gap, fall=fall, excess=excess, bent=bent, line=line)
 
 
 def falls(stroke: Blocks, *, free: int, noise: ForceNoise, level: np.ndarray, rupture: int, max_gap: int) -> list[Fall]:
@@ -227,10 +201,7 @@ def _own_deviation(each: Comparison, free: int) -> float:
 
 def _quarter_sd(values: np.ndarray) -> float:
     """Standard deviation of (n,) normal values about their median of which up to three quarters may be disturbed."""
-    if len(values) < 4:
-        return 0.0
-    size, quarter = np.abs(values - middle(values)), len(values) // 4
-    return float(np.partition(size, quarter)[quarter]) / 0.3186
+    return core.spread_of_part(values, 4) / 0.3186
 
 
 def is_rough(force: np.ndarray, free: int, noise: ForceNoise, rupture: int) -> bool:

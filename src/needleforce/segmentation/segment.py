@@ -102,10 +102,11 @@ def segment(
     fault = unreadable(time, depth, force)
     if fault:
         return Events(status=Status.unreadable, notes=(fault,))
-    spikes_at = outliers(force)
+    quantum = quantum_of(force)
+    spikes_at = outliers(force, quantum)
     clean = without_outliers(force, spikes_at)
     options = {"crossing": crossing, "drop": drop, "within": within, "rate": recording.rate if len(time) > 1 else 1.0}
-    options |= {"filter_length": max(recording.card.filter_length, 1), "quantum": quantum_of(force)}
+    options |= {"filter_length": max(recording.card.filter_length, 1), "quantum": quantum}
     found = _insertions(time, depth, clean, options)
     touching = [each for each in found if each.contact is not None]
     spans = phases(time, touching)
@@ -121,7 +122,7 @@ def segment(
         exit=chosen.exit,
         phases=spans,
         status=status,
-        notes=(*remarks, *doubts(time, depth, clean, chosen, options["quantum"]), *notes),
+        notes=(*remarks, *doubts(time, depth, clean, chosen, quantum), *notes),
         minor=chosen.minor,
         outliers=spikes_at,
         baseline=chosen.baseline,
