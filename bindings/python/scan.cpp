@@ -73,6 +73,17 @@ double second_difference_noise(const Values& values) {
   return fit::second_difference_noise(span_of(values), Scratch(values.shape(0)));
 }
 
+bool noise_exceeds(const Values& values, double limit) {
+  return fit::noise_exceeds(span_of(values), limit, Scratch(values.shape(0)));
+}
+
+Output running_max(const Values& values) {
+  double* out;
+  Output array = new_array(values.shape(0), out);
+  fit::running_max(span_of(values), {out, values.shape(0)});
+  return array;
+}
+
 double depth_noise(const Values& depth) { return fit::depth_noise(span_of(depth), Scratch(depth.shape(0))); }
 
 Output moving_average(const Values& values, std::size_t half) {
@@ -160,6 +171,8 @@ void bind_scan(nb::module_& module) {
   module.def("sliding_start", &sliding_start, nb::arg("depth"), nb::arg("force"), nb::arg("bin"),
              nb::arg("ahead"), nb::arg("max_bins"));
   module.def("second_difference_noise", &second_difference_noise, nb::arg("values"));
+  module.def("noise_exceeds", &noise_exceeds, nb::arg("values"), nb::arg("limit"));
+  module.def("running_max", &running_max, nb::arg("values"));
   module.def("depth_noise", &depth_noise, nb::arg("depth"));
   module.def("moving_average", &moving_average, nb::arg("values"), nb::arg("half"));
   module.def("gram", &gram, nb::arg("rows"));

@@ -22,6 +22,22 @@ inline double second_difference_noise(std::span<const double> values, std::span<
   return median(scratch.first(n)) / 0.6745 / std::sqrt(6.0);
 }
 
+/// Whether the noise of `second_difference_noise` exceeds a limit: most series are decided by counting.
+inline bool noise_exceeds(std::span<const double> values, double limit, std::span<double> scratch) noexcept {
+  const double level = limit * std::sqrt(6.0) * 0.6745;
+  std::size_t above = 0;
+  for (std::size_t i = 0; i + 2 < values.size(); ++i)
+    above += !(std::abs((values[i + 2] - values[i + 1]) - (values[i + 1] - values[i])) < 0.999 * level);
+  return 2 * above + 8 >= values.size() && second_difference_noise(values, scratch) > limit;
+}
+
+/// The largest of the values so far at each of them.
+inline void running_max(std::span<const double> values, std::span<double> out) noexcept {
+  double largest = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < values.size(); ++i)
+    out[i] = largest = values[i] > largest ? values[i] : largest;
+}
+
 /// The steps of a depth: how many of them are none, the smallest other one, and how many are hardly larger.
 struct Steps {
   std::size_t moving = 0;
@@ -36,6 +52,7 @@ inline Steps steps_of(std::span<const double> depth) noexcept {
     steps.moving += step > 0;
     steps.smallest = std::min(steps.smallest, step > 0 ? step : steps.smallest);
   }
+  if (steps.moving + 1 == depth.size()) return steps;  // never at rest
   for (std::size_t i = 1; i < depth.size(); ++i)
     steps.small += std::abs(depth[i] - depth[i - 1]) <= 1.5 * steps.smallest;
   return steps;

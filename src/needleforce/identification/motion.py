@@ -46,7 +46,7 @@ class DepthSignal:
     @cached_property
     def deepest(self) -> np.ndarray:
         """The deepest depth so far, (n,) [m]."""
-        return np.maximum.accumulate(self.depth)
+        return core.running_max(self.depth)
 
     @cached_property
     def smoothed(self) -> tuple[np.ndarray, float]:

@@ -15,7 +15,7 @@ from ..vocabulary import Phase, Status
 from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
 from .cycle_events import CycleEvents, cycle_events, limits
 from .events import Events, Span
-from .strokes import Blocks, blocks, cycles, insertions, white_noise
+from .strokes import Blocks, blocks, cycles, insertions
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
 DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
@@ -259,7 +259,8 @@ def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
     if len(back):
         where = f"at {len(back)} places, first at sample {back[0] + 1}"
         return f"The time does not increase from sample to sample: {where}. Sort the samples by time."
-    if len(depth) >= MIN_ORDERED and white_noise(depth) > MAX_ALTERNATION_SHARE * float(np.ptp(depth)) > 0.0:
+    size = float(np.ptp(depth)) if len(depth) >= MIN_ORDERED else 0.0
+    if size > 0.0 and core.noise_exceeds(depth, MAX_ALTERNATION_SHARE * size):
         return "The depth jumps back and forth from sample to sample: are the samples in the wrong order?"
     return ""
 

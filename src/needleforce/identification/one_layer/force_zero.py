@@ -65,13 +65,13 @@ def drift_of(recording: Recording, before: np.ndarray, after: np.ndarray) -> Dri
     samples = np.concatenate(parts)
     time, force = recording.time[samples], recording.force[samples]
     origin = float(time.mean())
-    line = [np.ones_like(time), time - origin]
-    slope, error = _coefficient(np.array(line), force, parts, 1)
+    later = samples >= after[0] if len(parts) == 2 else np.zeros(len(samples))
+    fit = LineFit.of(np.array([np.ones_like(time), time - origin, later, force]), parts)
+    slope, error = fit.coefficient([0, 1])
     if len(parts) == 2:
-        step, step_error = _coefficient(np.array([*line, samples >= after[0]]), force, parts, 2)
+        step, step_error = fit.coefficient([0, 1, 2])
         if abs(step) > SIGNIFICANT * step_error:
-            levels = (float(recording.force[part].mean()) for part in parts)
-            first, last = levels
+            first, last = (float(recording.force[part].mean()) for part in parts)
             note = STEP.format(before=first, after=last)
             return Drift(uncertain_by=abs(last - first) / math.sqrt(12.0), note=note)
     if not abs(slope) > SIGNIFICANT * error:
@@ -79,19 +79,33 @@ def drift_of(recording: Recording, before: np.ndarray, after: np.ndarray) -> Dri
     return Drift(slope=slope, error=error, origin=origin, note=DRIFT.format(slope))
 
 
-def _coefficient(design: np.ndarray, force: np.ndarray, parts: list[np.ndarray], at: int) -> tuple[float, float]:
-    """Least-squares coefficient ``at`` of force (n,) on design (p, n), and its standard error from correlated noise; an
-    infinite error where the samples do not determine it."""
-    products = core.gram(np.vstack([design, force]))
-    bread = inverse(products[:-1, :-1])
-    if not np.isfinite(bread).all():
-        return 0.0, math.inf
-    values = bread @ products[:-1, -1]
-    residual = force - sum(value * row for value, row in zip(values.tolist(), design))
-    ends = np.cumsum([0, *map(len, parts)])
-    meat = np.zeros_like(bread)
-    for first, last in pairwise(ends):
-        part = np.ascontiguousarray(design[:, first:last])
-        lost = min(float(len(design)), 0.25 * (last - first))
-        meat += noise_of(residual[first:last], last - first, 1, lost).long_run * core.gram(part)
-    return float(values[at]), math.sqrt(max(float((bread @ meat @ bread)[at, at]), 0.0))
+@dataclass(frozen=True, eq=False)
+class LineFit:
+    """Least squares of the last of the ``rows`` (p + 1, n) on some of the others, with the sums of products ``grams``
+    (p + 1, p + 1) over each of the parts between ``ends``."""
+
+    rows: np.ndarray
+    ends: list[int]
+    grams: list[np.ndarray]
+
+    @classmethod
+    def of(cls, rows: np.ndarray, parts: list[np.ndarray]) -> "LineFit":
+        """The sums of products of the rows over each of the consecutive ``parts``."""
+        ends = np.cumsum([0, *map(len, parts)]).tolist()
+        grams = [core.gram(np.ascontiguousarray(rows[:, first:last])) for first, last in pairwise(ends)]
+        return cls(rows, ends, grams)
+
+    def coefficient(self, used: list[int]) -> tuple[float, float]:
+        """The coefficient of the last of the rows that are ``used``, and its standard error from correlated noise; an
+        infinite error where the samples do not determine it."""
+        products = sum(self.grams)
+        bread = inverse(products[np.ix_(used, used)])
+        if not np.isfinite(bread).all():
+            return 0.0, math.inf
+        values = bread @ products[used, -1]
+        residual = self.rows[-1] - sum(value * self.rows[row] for value, row in zip(values.tolist(), used))
+        meat = np.zeros_like(bread)
+        for (first, last), gram in zip(pairwise(self.ends), self.grams):
+            lost = min(float(len(used)), 0.25 * (last - first))
+            meat += noise_of(residual[first:last], last - first, 1, lost).long_run * gram[np.ix_(used, used)]
+        return float(values[-1]), math.sqrt(max(float((bread @ meat @ bread)[-1, -1]), 0.0))
