@@ -133,16 +133,21 @@ double product(const Values& a, const Values& b) {
   return fit::product_of(span_of(a), span_of(b));
 }
 
-/// Least sums of squares [N²] and baselines [N], one for each origin.
-nb::tuple fit_origins(const Values& depth, const Values& force, const Values& origins) {
+/// Depth of the origin and the earliest that is not excluded [m], baseline [N] and variance [N²] of a rise.
+nb::tuple fit_origin(const Values& depth, const Values& force, double noise, double max_rise,
+                     std::size_t min_free) {
   if (depth.shape(0) != force.shape(0) || depth.shape(0) == 0)
     throw nb::value_error("depth and force are empty or differ in length");
-  std::vector<fit::OriginFit> fits(origins.shape(0));
-  fit::fit_origins({span_of(depth), span_of(force)}, span_of(origins), Scratch(force.shape(0)), fits);
-  double *squares, *baselines;
-  const Output first = new_array(fits.size(), squares), second = new_array(fits.size(), baselines);
-  for (const auto& each : fits) *squares++ = each.squares, *baselines++ = each.baseline;
-  return nb::make_tuple(first, second);
+  const fit::Origin found =
+      fit::fit_origin({span_of(depth), span_of(force)}, {noise, max_rise, min_free}, Scratch(force.shape(0)));
+  return nb::make_tuple(found.depth, found.earliest, found.baseline, found.variance);
+}
+
+/// Sample numbers of the alternating minima and maxima of a depth, at least `min_travel` apart.
+nb::list reversals(const Values& depth, double min_travel) {
+  nb::list found;
+  fit::reversals(span_of(depth), min_travel, [&](std::size_t i) { found.append(i); });
+  return found;
 }
 
 /// Least sums of squares [N²] of a force that follows a travel, one for each lag.
@@ -180,7 +185,9 @@ void bind_scan(nb::module_& module) {
   module.def("compare_windows", &compare_windows, nb::arg("centred"), nb::arg("window"), nb::arg("gap"),
              nb::arg("near_end"));
   module.def("spread_of_part", &spread_of_part, nb::arg("values"), nb::arg("part"));
-  module.def("fit_origins", &fit_origins, nb::arg("depth"), nb::arg("force"), nb::arg("origins"));
+  module.def("fit_origin", &fit_origin, nb::arg("depth"), nb::arg("force"), nb::arg("noise"),
+             nb::arg("max_rise"), nb::arg("min_free"));
+  module.def("reversals", &reversals, nb::arg("depth"), nb::arg("min_travel"));
   module.def("squares_by_lag", &squares_by_lag, nb::arg("time"), nb::arg("force"), nb::arg("travel_time"),
              nb::arg("travel"), nb::arg("lags"), nb::arg("stretches"), nb::arg("least"), nb::arg("linearly"));
 }

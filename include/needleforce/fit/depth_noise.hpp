@@ -70,6 +70,24 @@ inline double depth_noise(std::span<const double> depth, std::span<double> scrat
   return std::hypot(scatter, steps.smallest / std::sqrt(12.0));
 }
 
+/// Calls found(i) for the alternating minima and maxima of a depth, at least `min_travel` apart, the last
+/// extreme of a motion that goes on included.
+template <class Function>
+void reversals(std::span<const double> depth, double min_travel, const Function& found) {
+  enum class Motion { unknown, rising, falling } motion = Motion::unknown;
+  std::size_t low = 0, high = 0;
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    if (motion != Motion::falling && depth[i] > depth[high]) high = i;
+    if (motion != Motion::rising && depth[i] < depth[low]) low = i;
+    if (motion != Motion::rising && depth[i] - depth[low] > min_travel) {
+      found(low), motion = Motion::rising, high = i;
+    } else if (motion != Motion::falling && depth[high] - depth[i] > min_travel) {
+      found(high), motion = Motion::falling, low = i;
+    }
+  }
+  found(motion == Motion::rising ? high : low);
+}
+
 /// Writes the average over `half` samples on either side of each, fewer at the ends, where it is symmetric
 /// too. `sums` takes one value more than there are.
 inline void moving_average(std::span<const double> values, std::size_t half, std::span<double> sums,

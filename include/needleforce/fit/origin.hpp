@@ -132,4 +132,75 @@ inline void fit_origins(const Stroke& rise, std::span<const double> origins, std
   for (std::size_t k = 0; k < origins.size(); ++k) fits[k] = fit_at_origin(given, origins[k]);
 }
 
+/// The variance of a series, (n,) about its mean.
+inline double variance_of(std::span<const double> values) noexcept {
+  const double n = static_cast<double>(values.size());
+  double sum = 0, squares = 0;
+  for (const double value : values) sum += value;
+  for (const double value : values) squares += (value - sum / n) * (value - sum / n);
+  return squares / n;
+}
+
+/// The variance of the mean of ten neighbours relative to that of ten independent values: 1 for white noise,
+/// and for few values. `scratch` takes a tenth as many.
+inline double correlation_of_tens(std::span<const double> values, std::span<double> scratch) noexcept {
+  constexpr std::size_t group = 10;
+  const std::size_t groups = values.size() / group;
+  if (groups < 5) return 1;
+  for (std::size_t k = 0; k < groups; ++k) {
+    double sum = 0;
+    for (std::size_t i = 0; i < group; ++i) sum += values[group * k + i];
+    scratch[k] = sum / group;
+  }
+  const double variance = variance_of(values), rounding = 1e-13 * values.front();
+  if (!(variance > rounding * rounding)) return 1;  // a constant
+  return std::max(1.0, group * (variance_of(scratch.first(groups)) / std::max(variance, 1e-300)));
+}
+
+/// The origin of a rise: its depth and the earliest that is not excluded, the baseline, and the variance
+/// about the fit.
+struct Origin {
+  double depth, earliest, baseline, variance;
+};
+
+/// What excludes an origin: a rise of the sum of squares by `max_rise` variances, at least `noise` squared,
+/// times the correlation of the force before the origin, which has `min_free` values at least.
+struct OriginLimits {
+  double noise, max_rise;
+  std::size_t min_free;
+};
+
+/// The origin of least squares: the best of a grid over all depths, then of a finer one near it. `scratch`
+/// takes as many values as there are forces.
+inline Origin fit_origin(const Stroke& rise, const OriginLimits& limits, std::span<double> scratch) noexcept {
+  constexpr std::size_t n_coarse = 64, n_fine = 33;
+  std::array<double, n_coarse> coarse;
+  std::array<double, n_fine> fine;
+  std::array<OriginFit, n_coarse> fits;
+  std::array<OriginFit, n_fine> finer;
+  const auto least = [](const OriginFit& a, const OriginFit& b) { return a.squares < b.squares; };
+  const double first = rise.depth.front(), step = (rise.depth.back() - first) / n_coarse;
+  for (std::size_t k = 0; k < n_coarse; ++k) coarse[k] = static_cast<double>(k) * step + first;
+  fit_origins(rise, coarse, scratch, fits);
+  const auto best =
+      static_cast<std::size_t>(std::min_element(fits.begin(), fits.end(), least) - fits.begin());
+  const double from = coarse[best ? best - 1 : 0], to = coarse[std::min(best + 1, n_coarse - 1)];
+  for (std::size_t k = 0; k < n_fine; ++k)
+    fine[k] = static_cast<double>(k) * ((to - from) / (n_fine - 1)) + from;
+  fine.back() = to;
+  fit_origins(rise, fine, scratch, finer);
+  const auto at =
+      static_cast<std::size_t>(std::min_element(finer.begin(), finer.end(), least) - finer.begin());
+  const double lowest = finer[at].squares;
+  const double variance = lowest / static_cast<double>(std::max<std::size_t>(rise.size(), 4) - 3);
+  const auto place = std::lower_bound(rise.depth.begin(), rise.depth.end(), fine[at]) - rise.depth.begin();
+  const std::size_t free = std::min(std::max(static_cast<std::size_t>(place), limits.min_free), rise.size());
+  const double rise_allowed = limits.max_rise * std::max(limits.noise * limits.noise, variance) *
+                              correlation_of_tens(rise.force.first(free), scratch);
+  double earliest = fine[at];
+  for (std::size_t k = 0; k < n_coarse; ++k)
+    if (fits[k].squares <= lowest + rise_allowed) earliest = std::min(earliest, coarse[k]);
+  return {fine[at], earliest - (coarse[1] - coarse[0]), finer[at].baseline, variance};
+}
+
 }  // namespace needleforce::fit

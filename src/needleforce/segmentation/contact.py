@@ -150,25 +150,10 @@ def fit_origin(z: np.ndarray, f: np.ndarray, noise: float) -> Origin:
 
     The exponents p are a quarter apart from 1, a flat punch, to 2, a cone.
     """
-    coarse = np.linspace(z[0], z[-1], 65)[:-1]
-    squares, _ = core.fit_origins(z, f, coarse)
-    best = int(np.argmin(squares))
-    fine = np.linspace(coarse[max(best - 1, 0)], coarse[min(best + 1, len(coarse) - 1)], 33)
-    fine_squares, baselines = core.fit_origins(z, f, fine)
-    at = int(np.argmin(fine_squares))
-    lowest, variance = float(fine_squares[at]), float(fine_squares[at]) / max(len(z) - 3, 1)
-    free = f[: max(int(np.searchsorted(z, fine[at])), MIN_BASELINE_BLOCKS)]
-    allowed = coarse[squares <= lowest + MAX_SQUARES_RISE * max(noise**2, variance) * _correlation(free)]
-    earliest = min([*allowed, fine[at]]) - (coarse[1] - coarse[0])
-    return Origin(float(fine[at]), float(earliest), float(baselines[at]), variance**0.5)
-
-
-def _correlation(free: np.ndarray, group: int = 10) -> float:
-    """The variance of the mean of ten neighbours relative to that of ten independent values: 1 for white noise."""
-    if len(free) < 5 * group:
-        return 1.0
-    groups = free[: len(free) // group * group].reshape(-1, group)
-    return max(1.0, group * float(groups.mean(axis=1).var() / max(free.var(), 1e-300)))
+    depth, earliest, baseline, variance = core.fit_origin(
+        z, f, noise=noise, max_rise=MAX_SQUARES_RISE, min_free=MIN_BASELINE_BLOCKS
+    )
+    return Origin(depth, earliest, baseline, variance**0.5)
 
 
 def exit_depth(depth: np.ndarray, force: np.ndarray, cycle: Cycle, size: int, crossing: float) -> Onset | None:

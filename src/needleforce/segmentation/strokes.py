@@ -42,20 +42,7 @@ def white_noise(values: np.ndarray) -> float:
 
 def reversals(depth: np.ndarray, min_travel: float) -> list[int]:
     """Sample numbers of the alternating minima and maxima of ``depth``, at least ``min_travel`` apart."""
-    found, low, high, rising = [], 0, 0, None
-    values = depth.tolist()
-    for i, z in enumerate(values):
-        if rising is not False and z > values[high]:
-            high = i
-        if rising is not True and z < values[low]:
-            low = i
-        if rising is not True and z - values[low] > min_travel:
-            found.append(low)
-            rising, high = True, i
-        elif rising is not False and values[high] - z > min_travel:
-            found.append(high)
-            rising, low = False, i
-    return [*found, high if rising else low]
+    return core.reversals(depth, min_travel)
 
 
 def cycles(time: np.ndarray, depth: np.ndarray) -> tuple[Cycle, ...]:
