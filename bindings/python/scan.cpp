@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scans over whole recordings: medians, noise of the depth, origin of a rise, lag of a force.
+#include <nanobind/stl/optional.h>
+
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "module.hpp"
@@ -96,14 +99,17 @@ Output moving_average(const Values& values, std::size_t half) {
 
 using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-/// Sums of products (p, p) of every two of the rows (p, n).
-nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> gram(const Rows& rows) {
-  const std::size_t p = rows.shape(0), n = rows.shape(1);
+/// Sums of products (p, p) of every two of the rows (p, n), over the columns from `first` up to `last`.
+nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> gram(const Rows& rows, std::size_t first,
+                                                               std::optional<std::size_t> last) {
+  const std::size_t p = rows.shape(0), n = rows.shape(1), end = last.value_or(n);
+  if (first > end || end > n) throw nb::value_error("no such columns");
   double* sums;
   const Output flat = new_array(p * p, sums);
   for (std::size_t i = 0; i < p; ++i)
     for (std::size_t k = 0; k <= i; ++k)
-      sums[i * p + k] = sums[k * p + i] = fit::product_of({rows.data() + i * n, n}, {rows.data() + k * n, n});
+      sums[i * p + k] = sums[k * p + i] = fit::product_of({rows.data() + i * n + first, end - first},
+                                                          {rows.data() + k * n + first, end - first});
   return {flat.data(), {p, p}, nb::cast(flat)};
 }
 
@@ -125,6 +131,23 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> compare_windows(const 
 double spread_of_part(const Values& values, std::size_t part) {
   if (part < 1) throw nb::value_error("part must be 1 or more");
   return fit::spread_of_part(span_of(values), part, Scratch(values.shape(0)));
+}
+
+/// Means of consecutive blocks of `size` values; what does not fill the last one is left out.
+Output block_means(const Values& values, std::size_t size) {
+  if (size < 1) throw nb::value_error("size must be 1 or more");
+  const std::size_t count = values.shape(0) / size;
+  double* means;
+  Output array = new_array(count, means);
+  for (std::size_t k = 0; k < count; ++k)
+    means[k] = fit::pairwise_sum({values.data() + k * size, size}) / static_cast<double>(size);
+  return array;
+}
+
+/// Where the first run of `length` values above a level starts; None without one.
+std::optional<std::size_t> first_run(const Values& values, double level, std::size_t length) {
+  const std::size_t found = fit::first_run(span_of(values), level, length);
+  return found < values.shape(0) ? std::optional(found) : std::nullopt;
 }
 
 /// The sum of products of two series.
@@ -180,11 +203,13 @@ void bind_scan(nb::module_& module) {
   module.def("running_max", &running_max, nb::arg("values"));
   module.def("depth_noise", &depth_noise, nb::arg("depth"));
   module.def("moving_average", &moving_average, nb::arg("values"), nb::arg("half"));
-  module.def("gram", &gram, nb::arg("rows"));
+  module.def("gram", &gram, nb::arg("rows"), nb::arg("first") = 0, nb::arg("last") = nb::none());
   module.def("product", &product, nb::arg("a"), nb::arg("b"));
   module.def("compare_windows", &compare_windows, nb::arg("centred"), nb::arg("window"), nb::arg("gap"),
              nb::arg("near_end"));
   module.def("spread_of_part", &spread_of_part, nb::arg("values"), nb::arg("part"));
+  module.def("block_means", &block_means, nb::arg("values"), nb::arg("size"));
+  module.def("first_run", &first_run, nb::arg("values"), nb::arg("level"), nb::arg("length"));
   module.def("fit_origin", &fit_origin, nb::arg("depth"), nb::arg("force"), nb::arg("noise"),
              nb::arg("max_rise"), nb::arg("min_free"));
   module.def("reversals", &reversals, nb::arg("depth"), nb::arg("min_travel"));

@@ -43,4 +43,23 @@ inline double product_of(std::span<const double> a, std::span<const double> b) n
   return all[0] + all[1] + rest;
 }
 
+/// The sum of a series, of halves down to 128 values each in eight parts: errors grow with the logarithm of
+/// the length only.
+inline double pairwise_sum(std::span<const double> values) noexcept {
+  const std::size_t n = values.size(), half = n / 2 - n / 2 % 8;
+  if (n > 128) return pairwise_sum(values.first(half)) + pairwise_sum(values.subspan(half));
+  double rest = 0;
+  std::size_t i = 0;
+  if (n >= 8) {
+    std::array<Pair, 4> part;
+    for (std::size_t k = 0; k < 4; ++k) part[k] = pair_at(&values[2 * k]);
+    for (i = 8; i + 8 <= n; i += 8)
+      for (std::size_t k = 0; k < 4; ++k) part[k] += pair_at(&values[i + 2 * k]);
+    rest = ((part[0][0] + part[0][1]) + (part[1][0] + part[1][1])) +
+           ((part[2][0] + part[2][1]) + (part[3][0] + part[3][1]));
+  }
+  for (; i < n; ++i) rest += values[i];
+  return rest;
+}
+
 }  // namespace needleforce::fit

@@ -67,6 +67,17 @@ inline void compare_windows(std::span<const double> centred, const Windows& wind
   }
 }
 
+/// Where the first run of at least `length` values above a level starts; the number of values if there is
+/// none.
+inline std::size_t first_run(std::span<const double> values, double level, std::size_t length) noexcept {
+  std::size_t run = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    run = values[i] > level ? run + 1 : 0;
+    if (run >= length) return i + 1 - length;
+  }
+  return values.size();
+}
+
 /// The (k + 1)-th smallest of the values, which are reordered.
 inline double kth(std::span<double> values, std::size_t k) noexcept {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(k);

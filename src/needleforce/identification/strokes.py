@@ -80,8 +80,8 @@ def strokes_of(recording: Recording, events: Events, signal: DepthSignal | None 
     cut, back, backtrack = _insertion_samples(
         recording.time, inner, inwards, events, _stretch(depth, outwards, reversal)
     )
-    slides = np.arange(outwards.start + (reversal.samples if reversal else 0), outwards.stop)
-    slides = slides[at_the_cut(DepthSignal(-depth[slides]))]
+    begin = outwards.start + (reversal.samples if reversal else 0)
+    slides = begin + np.flatnonzero(at_the_cut(DepthSignal(-depth[begin : outwards.stop])))
     usable = usable_samples(recording, events)
     cut, out = cut[usable[cut]], np.concatenate([back, slides])
     out = out[usable[out]]
@@ -130,7 +130,7 @@ def _insertion_samples(
     moving[: max(contact, 0)] = True
     backtrack = float(np.max(depth.deepest - depth.depth))
     if backtrack <= depth.backtrack_limit:
-        return samples[moving], samples[:0], 0.0
+        return inwards.start + np.flatnonzero(moving), samples[:0], 0.0
     pierced = events.punctures[0].high if events.punctures else inwards.stop
     back = sliding_back(depth, stretch) & (samples > pierced)
     return samples[at_the_cut(depth) & moving], samples[back], backtrack

@@ -115,11 +115,11 @@ def _iterated_onset(z: np.ndarray, f: np.ndarray, length: int, crossing: float, 
     peak, white = float(np.max(f)), max(white_noise(f), MIN_NOISE_SHARE * float(np.ptp(f)))
     for _ in range(MAX_ITERATIONS):
         baseline, noise = free_noise(f[:free], white)
-        if first_run(f > baseline + crossing * noise, length) is None:
+        if core.first_run(f, baseline + crossing * noise, length) is None:
             return None
         rise = min(max(FIT_FORCE_SIGMA * noise, FIT_FORCE_SHARE * (peak - baseline)), 0.6 * (peak - baseline))
         for share in FIT_SHARES:
-            top = max(first_run(f > baseline + share * rise, length) or 0, MIN_BASELINE_BLOCKS) + 1
+            top = max(core.first_run(f, baseline + share * rise, length) or 0, MIN_BASELINE_BLOCKS) + 1
             fit = fit_origin(z[:top], f[:top], noise)
             if fit.misfit <= MAX_MISFIT_SIGMA * noise:
                 break
@@ -141,7 +141,7 @@ def _iterated_onset(z: np.ndarray, f: np.ndarray, length: int, crossing: float, 
 
 def _free_blocks(force: np.ndarray, level: float, length: int) -> int:
     """A first estimate of the number of free blocks: 60 % of those before the force exceeds ``level``."""
-    crossed = first_run(force > level, length)
+    crossed = core.first_run(force, level, length)
     return max(MIN_BASELINE_BLOCKS, int(0.6 * (len(force) if crossed is None else crossed)))
 
 

@@ -170,8 +170,7 @@ def blocks(depth: np.ndarray, force: np.ndarray, first: int, last: int, size: in
     starts = first + size * np.arange(count + 1)
     if size == 1:
         return Blocks(starts, 1, depth[part], force[part])
-    mean = lambda values: values[part].reshape(count, size).mean(axis=1)  # noqa: E731
-    return Blocks(starts, size, mean(depth), mean(force))
+    return Blocks(starts, size, core.block_means(depth[part], size), core.block_means(force[part], size))
 
 
 def advancing(stroke: Blocks) -> np.ndarray:

@@ -175,6 +175,8 @@ def _inverse(jacobian: np.ndarray, count: int, above_zero: np.ndarray) -> np.nda
     gram = core.gram(jacobian)
     gram[-1, -1] = count
     known = np.flatnonzero(above_zero & (gram.diagonal() > 0.0))
+    if len(known) == len(gram):
+        return inverse(gram)
     found = np.diag(np.full(len(jacobian), np.inf))
     found[np.ix_(known, known)] = inverse(gram[np.ix_(known, known)])
     return found

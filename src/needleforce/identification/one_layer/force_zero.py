@@ -92,7 +92,7 @@ class LineFit:
     def of(cls, rows: np.ndarray, parts: list[np.ndarray]) -> "LineFit":
         """The sums of products of the rows over each of the consecutive ``parts``."""
         ends = np.cumsum([0, *map(len, parts)]).tolist()
-        grams = [core.gram(np.ascontiguousarray(rows[:, first:last])) for first, last in pairwise(ends)]
+        grams = [core.gram(rows, first, last) for first, last in pairwise(ends)]
         return cls(rows, ends, grams)
 
     def coefficient(self, used: list[int]) -> tuple[float, float]:
