@@ -69,7 +69,8 @@ nb::list outliers(const Values& force, double level, double quantum, double max_
 std::size_t sliding_start(const Values& depth, const Values& force, double bin, std::size_t ahead,
                           std::size_t max_bins) {
   if (depth.shape(0) != force.shape(0)) throw nb::value_error("depth and force differ in length");
-  return fit::sliding_start({span_of(depth), span_of(force)}, {bin, ahead, max_bins});
+  return fit::sliding_start({span_of(depth), span_of(force)}, {bin, ahead, max_bins},
+                            Scratch(2 * max_bins + 2));
 }
 
 double second_difference_noise(const Values& values) {

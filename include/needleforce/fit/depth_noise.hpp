@@ -71,7 +71,7 @@ inline double depth_noise(std::span<const double> depth, std::span<double> scrat
 }
 
 /// Calls found(i) for the alternating minima and maxima of a depth, at least `min_travel` apart, the last
-/// extreme of a motion that goes on included.
+/// extreme of a motion that continues included.
 template <class Function>
 void reversals(std::span<const double> depth, double min_travel, const Function& found) {
   enum class Motion { unknown, rising, falling } motion = Motion::unknown;

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <limits>
 #include <span>
-#include <vector>
 
 #include "stroke.hpp"
 
@@ -22,30 +21,32 @@ struct TravelBins {
 };
 
 /// The number of samples of a withdrawal before the first bin of which none of those ahead has a stronger
-/// mean pull, a lower force. A sample belongs to the furthest bin so far.
-inline std::size_t sliding_start(const Stroke& out, const TravelBins& bins) {
+/// mean pull, a lower force. A sample belongs to the furthest bin so far. `scratch` takes twice as many
+/// values as there may be bins, and two more.
+inline std::size_t sliding_start(const Stroke& out, const TravelBins& bins,
+                                 std::span<double> scratch) noexcept {
   if (out.size() == 0) return 0;
-  std::vector<double> mean;
-  std::vector<std::size_t> first;  // sample of each bin
+  const std::span<double> mean = scratch.first(bins.max_count + 1);
+  const std::span<double> first =
+      scratch.subspan(bins.max_count + 1, bins.max_count + 1);  // sample of each bin
   std::size_t bin = 0, count = 0;
   double sum = 0;
   const auto close = [&] {
-    mean.push_back(count ? sum / static_cast<double>(count) : std::numeric_limits<double>::infinity());
+    mean[bin] = count ? sum / static_cast<double>(count) : std::numeric_limits<double>::infinity();
   };
-  first.push_back(0);
+  first[0] = 0;
   for (std::size_t i = 0; i < out.size(); ++i) {
-    const double travel =
-        std::clamp((out.depth[0] - out.depth[i]) / bins.size, 0.0, static_cast<double>(bins.max_count));
-    for (const std::size_t now = std::max(bin, static_cast<std::size_t>(travel)); bin < now; ++bin)
-      close(), first.push_back(i), count = 0, sum = 0;
+    const double travel = (out.depth[0] - out.depth[i]) / bins.size;
+    const double limited = std::clamp(travel, 0.0, static_cast<double>(bins.max_count));
+    for (const std::size_t now = static_cast<std::size_t>(limited); bin < now; count = 0, sum = 0)
+      close(), first[++bin] = static_cast<double>(i);
     ++count, sum += out.force[i];
   }
   close();
-  for (std::size_t k = 0; k < mean.size(); ++k) {
-    const std::size_t end = std::min(k + bins.ahead + 1, mean.size());
-    if (mean[k] <= *std::min_element(mean.begin() + static_cast<std::ptrdiff_t>(k),
-                                     mean.begin() + static_cast<std::ptrdiff_t>(end)))
-      return first[k];
+  for (std::size_t k = 0; k <= bin; ++k) {
+    const std::size_t ahead = std::min(bins.ahead + 1, bin + 1 - k);
+    const auto here = mean.subspan(k, ahead);
+    if (mean[k] <= *std::min_element(here.begin(), here.end())) return static_cast<std::size_t>(first[k]);
   }
   return 0;
 }

@@ -96,11 +96,11 @@ class LagSearch:
 
     def best(self, *, linearly: bool) -> tuple[float, float]:
         """The lag [s] with the least sum of squares, and half the range of lags that the noise allows [s]."""
+        given = {"time": self.time, "force": self.force, "travel_time": self.travel_time, "travel": self.travel}
+        given |= {"stretches": self.stretches, "least": MIN_FOLLOWING, "linearly": linearly}
         lags = np.linspace(-MAX_LAG_S, MAX_LAG_S, 21)
         for _ in range(3):
-            squares = core.squares_by_lag(
-                self.time, self.force, self.travel_time, self.travel, lags, self.stretches, MIN_FOLLOWING, linearly
-            )
+            squares = core.squares_by_lag(**given, lags=lags)
             best = int(np.argmin(squares))
             found, width = float(lags[best]), float(lags[1] - lags[0])
             allowed = lags[squares <= squares[best] * (1.0 + self.correlation / max(len(self.time) - 5, 1))]

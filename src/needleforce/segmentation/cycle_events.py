@@ -78,7 +78,7 @@ def cycle_events(
 ) -> CycleEvents:
     """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N] without outliers."""
     stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
-    begin, last = _ends(time, depth, force, cycle, allowed, stroke)
+    begin, last = _ends(time, depth, force, stroke, cycle=cycle, allowed=allowed)
     free = 0 if begin is None else int(np.searchsorted(stroke.depth, begin.depth))
     if (begin is None or free) and _loaded_before(force, stroke, free, allowed):
         begin, free = _from_the_start(stroke), 0
@@ -234,7 +234,7 @@ def _event(time: np.ndarray, depth: np.ndarray, force: np.ndarray, where: Onset,
 
 
 def _ends(
-    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits, stroke: Blocks
+    time: np.ndarray, depth: np.ndarray, force: np.ndarray, stroke: Blocks, *, cycle: Cycle, allowed: DetectionLimits
 ) -> tuple[Onset | None, Onset | None]:
     """Contact, in the blocks ``stroke`` of the insertion, and exit with ``low`` and ``high`` as samples; both are
     determined again after the drift between them is subtracted."""
