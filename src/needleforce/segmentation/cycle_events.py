@@ -77,8 +77,8 @@ def cycle_events(
     time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
 ) -> CycleEvents:
     """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N] without outliers."""
+    begin, last = _ends(time, depth, force, cycle, allowed)
     stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
-    begin, last = _ends(time, depth, force, stroke, cycle=cycle, allowed=allowed)
     free = 0 if begin is None else int(np.searchsorted(stroke.depth, begin.depth))
     if (begin is None or free) and _loaded_before(force, stroke, free, allowed):
         begin, free = _from_the_start(stroke), 0
@@ -234,14 +234,14 @@ def _event(time: np.ndarray, depth: np.ndarray, force: np.ndarray, where: Onset,
 
 
 def _ends(
-    time: np.ndarray, depth: np.ndarray, force: np.ndarray, stroke: Blocks, *, cycle: Cycle, allowed: DetectionLimits
+    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
 ) -> tuple[Onset | None, Onset | None]:
-    """Contact, in the blocks ``stroke`` of the insertion, and exit with ``low`` and ``high`` as samples; both are
-    determined again after the drift between them is subtracted."""
+    """Contact and exit with ``low`` and ``high`` as samples; both are determined again after the drift between them is
+    subtracted."""
     span = slice(cycle.start, cycle.end)
     if cycle.withdrawn and only_drift(time[span], force[span], allowed.size(cycle)):
         return None, None
-    begin, last = _contact(stroke, allowed), None
+    begin, last = _contact(depth, force, cycle, allowed), None
     if begin is None or not cycle.withdrawn:
         return begin, None
     last = exit_depth(depth, force, cycle, allowed.size(cycle), allowed.crossing)
@@ -254,13 +254,14 @@ def _ends(
     before, after = time[(cycle.start + begin.low) // 2], time[(last.high + cycle.end - 1) // 2]
     level = force - drift * (time - before) / (after - before)
     again = (
-        _contact(inward_blocks(depth, level, cycle, allowed.size(cycle)), allowed),
+        _contact(depth, level, cycle, allowed),
         exit_depth(depth, level, cycle, allowed.size(cycle), allowed.crossing),
     )
     return again if None not in again else (begin, last)
 
 
-def _contact(stroke: Blocks, allowed: DetectionLimits) -> Onset | None:
+def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Onset | None:
     """The contact of the insertion stroke, with blocks converted to samples."""
+    stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
     found = onset(stroke, allowed.crossing)
     return None if found is None else replace(found, low=stroke.sample(found.low), high=stroke.sample(found.high + 1))
