@@ -5,9 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .comparisons import block_noise, robust_sd
 from .contact import Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Puncture
-from .punctures import Fall, ForceDrop, block_noise, falls, locate, robust_sd, sudden_share
+from .fall_location import ForceDrop, locate, sudden_share
+from .punctures import Fall, falls
 from .strokes import Blocks, Cycle, advancing, blocks
 
 MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
