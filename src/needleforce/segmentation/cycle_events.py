@@ -8,9 +8,9 @@ import numpy as np
 from .comparisons import block_noise, robust_sd
 from .contact import Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Puncture
-from .fall_location import ForceDrop, locate, sudden_share
+from .fall_location import ForceDrop, lasting_share, locate, sudden_share, unslowed_share
 from .punctures import Fall, falls
-from .strokes import Blocks, Cycle, advancing, blocks
+from .strokes import Blocks, Cut, Cycle, at_cut
 
 MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
 MIN_RUPTURE_SAMPLES = 5  # minimum number of samples of a rupture
@@ -20,6 +20,7 @@ MAX_GRADUAL_TRAVEL_M = 1e-3  # [m] travel of the most gradual rupture that is se
 NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
 MIN_LOAD_SIGMA = 8.0  # [sd] range of blocks beyond which the force before the contact may be a load
 MIN_RISE_RATIO = 3.0  # of the duration of a rise before a fall over that of the fall, if the stroke begins in contact
+LASTING_SHARE = 0.5  # of a fall beyond the pull-backs and rests in it: with less it is theirs
 MIN_REGULAR_FALLS = 5  # a force that falls regularly oscillates; fewer falls may be evenly spaced by chance
 MAX_SPACING_VARIATION = 0.3  # sd over mean of the spacing of such falls; random places have 1
 MAX_SIZE_RATIO = 3.0  # between a fall of such a series and their median
@@ -80,18 +81,19 @@ def cycle_events(
 ) -> CycleEvents:
     """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N] without outliers."""
     begin, last = _ends(time, depth, force, cycle, allowed)
-    stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
+    cut = at_cut(depth, force, cycle.start, cycle.stop, allowed.size(cycle))
+    stroke = cut.blocks
     free = 0 if begin is None else int(np.searchsorted(stroke.depth, begin.depth))
-    if (begin is None or free) and _loaded_before(force, stroke, free, allowed):
-        begin, free = _from_the_start(stroke), 0
+    if (begin is None or free) and _loaded_before(cut, depth, free, allowed):
+        begin, free = _from_the_start(cut), 0
     if begin is None:
         return CycleEvents(cycle=cycle)
-    in_contact = not begin.free and begin.low <= stroke.starts[0]
+    in_contact = not begin.free and begin.low <= cut.samples[0]
     contact = _event(time, depth, force, replace(begin, low=0) if in_contact else begin, allowed.lag)
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
-    found = _drops(force, stroke, free, begin.baseline, allowed)
-    sudden, minor, oscillations = _classified(found, force, depth, begin.baseline, allowed)
-    puncture = lambda each: _puncture(each, time, depth, contact.depth, allowed.lag)  # noqa: E731
+    found = _drops(cut, depth, free, begin.baseline, allowed)
+    sudden, minor, oscillations = _classified(found, cut, begin.baseline, allowed)
+    puncture = lambda each: _puncture(each, cut, time, contact.depth, allowed.lag)  # noqa: E731
     return CycleEvents(
         cycle=cycle,
         contact=contact,
@@ -106,24 +108,18 @@ def cycle_events(
     )
 
 
-def inward_blocks(depth: np.ndarray, force: np.ndarray, cycle: Cycle, size: int) -> Blocks:
-    """The blocks of the insertion stroke in which the needle goes deeper than before."""
-    stroke = blocks(depth, force, cycle.start, cycle.stop, size)
-    return stroke.part(advancing(stroke))
-
-
-def _loaded_before(force: np.ndarray, stroke: Blocks, free: int, allowed: DetectionLimits) -> bool:
+def _loaded_before(cut: Cut, depth: np.ndarray, free: int, allowed: DetectionLimits) -> bool:
     """Whether the force rises from the start and falls significantly before the supposed contact at block ``free`` (0:
     none was found): then the stroke begins in contact. Noise, hum and drift fall too, but do not rise for longer than
     they fall, by a good part of the fall."""
-    before = stroke if not free else stroke.part(np.arange(free))
+    before = cut.blocks if not free else cut.blocks.until(free)
     white = block_noise(before.force, 0, allowed.quantum, before.size).white
     if len(before) < 2 * MIN_RUPTURE_SAMPLES or np.ptp(before.force) < MIN_LOAD_SIGMA * white:
         return False
     return any(
         _rises_until(before.force[: fall.first + 1], drop.drop)
         and fall.first > MIN_RISE_RATIO * _blocks_of(drop, before)
-        for fall, drop in _drops(force, before, 0, float(before.force.min()), allowed)
+        for fall, drop in _drops(replace(cut, blocks=before), depth, 0, float(before.force.min()), allowed)
     )
 
 
@@ -138,24 +134,26 @@ def _blocks_of(drop: ForceDrop, stroke: Blocks) -> float:
     return (drop.end - drop.peak) / stroke.size
 
 
-def _from_the_start(stroke: Blocks) -> Onset:
+def _from_the_start(cut: Cut) -> Onset:
     """The contact of a stroke that begins in contact: its first sample, at the latest."""
-    first, low = float(stroke.depth[0]), stroke.sample(0)
-    return Onset(depth=first, low=low, high=low, baseline=float(stroke.force.min()), noise=0.0, free=False)
+    first, low = float(cut.blocks.depth[0]), cut.sample(0)
+    return Onset(depth=first, low=low, high=low, baseline=float(cut.blocks.force.min()), noise=0.0, free=False)
 
 
 def _drops(
-    force: np.ndarray, stroke: Blocks, free: int, baseline: float, allowed: DetectionLimits
+    cut: Cut, depth: np.ndarray, free: int, baseline: float, allowed: DetectionLimits
 ) -> list[tuple[Fall, ForceDrop]]:
     """The significant falls after the ``free`` first blocks, located; of falls within a window the most significant:
-    the needle oscillates after a rupture."""
+    the needle oscillates after a rupture. What a pull-back, a rest or the speed explains is none."""
+    stroke = cut.blocks
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
-    level = stroke.force - baseline
     sizes = {"rupture": -(-allowed.window // stroke.size), "max_gap": -(-allowed.gradual // stroke.size)}
-    found = falls(stroke, free=free, noise=noise, level=level, **sizes)
     kept: list[tuple[Fall, ForceDrop]] = []
-    for fall in found:
-        drop = locate(force, fall, stroke, size=stroke.size, window=allowed.window, noise=noise)
+    for fall in falls(stroke, free=free, noise=noise, **sizes):
+        drop = locate(cut.force, fall, stroke, size=stroke.size, window=allowed.window, noise=noise)
+        share = unslowed_share(drop, cut, baseline, allowed.gradual)
+        if fall.statistic * share < fall.threshold or lasting_share(drop, cut, depth, allowed.window) < LASTING_SHARE:
+            continue
         if not kept or drop.peak > kept[-1][1].end + allowed.window:
             kept.append((fall, drop))
         elif fall.statistic > kept[-1][0].statistic:
@@ -164,11 +162,7 @@ def _drops(
 
 
 def _classified(
-    found: list[tuple[Fall, ForceDrop]],
-    force: np.ndarray,
-    depth: np.ndarray,
-    baseline: float,
-    allowed: DetectionLimits,
+    found: list[tuple[Fall, ForceDrop]], cut: Cut, baseline: float, allowed: DetectionLimits
 ) -> tuple[list[tuple[Fall, ForceDrop]], list[tuple[Fall, ForceDrop]], int]:
     """Punctures, minor falls, and the number of the latter that are a regular oscillation.
 
@@ -176,9 +170,9 @@ def _classified(
     tissue, which grows with the force: there a puncture falls by the share ``allowed.drop`` of the force within a
     third of the rupture travel.
     """
-    share = lambda drop: sudden_share(force, drop, baseline, allowed.window)  # noqa: E731
+    share = lambda drop: sudden_share(cut.force, drop, baseline, allowed.window)  # noqa: E731
     sudden = [each for each in found if not each[0].rough or share(each[1]) >= allowed.drop]
-    regular = _oscillation(sudden, depth)
+    regular = _oscillation(sudden, cut.depth)
     minor = [each for each in found if each not in sudden or each in regular]
     return [each for each in sudden if each not in regular], minor, len(regular)
 
@@ -203,25 +197,23 @@ def _oscillation(found: list[tuple[Fall, ForceDrop]], depth: np.ndarray) -> list
     return similar if regular else []
 
 
-def _puncture(
-    found: tuple[Fall, ForceDrop], time: np.ndarray, depth: np.ndarray, contact_depth: float, lag: int
-) -> Puncture:
+def _puncture(found: tuple[Fall, ForceDrop], cut: Cut, time: np.ndarray, contact_depth: float, lag: int) -> Puncture:
     """A located fall as a puncture; a filter may delay it by ``lag`` samples."""
     fall, drop = found
-    peak_depth = float(depth[drop.peak])
+    peak_depth = float(cut.depth[drop.peak])
     return Puncture(
-        time=float(time[drop.peak]),
+        time=float(time[cut.number(drop.peak)]),
         depth=peak_depth,
         force=drop.force,
-        low=max(drop.low - lag, 0),
-        high=drop.high,
+        low=max(cut.number(drop.low) - lag, 0),
+        high=cut.number(drop.high),
         drop=drop.drop,
         indentation=peak_depth - contact_depth,
         statistic=fall.statistic,
         drop_low=drop.drop_low,
         drop_high=drop.drop_high,
-        end=drop.end,
-        end_depth=float(depth[drop.end]),
+        end=cut.number(drop.end),
+        end_depth=float(cut.depth[min(drop.end, len(cut.depth) - 1)]),
         gradual=drop.gradual,
     )
 
@@ -264,6 +256,6 @@ def _ends(
 
 def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Onset | None:
     """The contact of the insertion stroke, with blocks converted to samples."""
-    stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
-    found = onset(stroke, allowed.crossing)
-    return None if found is None else replace(found, low=stroke.sample(found.low), high=stroke.sample(found.high + 1))
+    cut = at_cut(depth, force, cycle.start, cycle.stop, allowed.size(cycle))
+    found = onset(cut.blocks, allowed.crossing)
+    return None if found is None else replace(found, low=cut.sample(found.low), high=cut.sample(found.high + 1))

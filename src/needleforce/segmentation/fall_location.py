@@ -7,9 +7,13 @@ import numpy as np
 
 from .comparisons import ForceNoise
 from .punctures import CHECK_SIGMA, Fall
-from .strokes import Blocks
+from .strokes import Blocks, Cut
 
 MIN_CONTINUED_SLOPE = 0.5  # of the mean slope of a fall: while it continues like this it has not ended
+STEADY_SPEED_RATIO = 0.7  # speed after over before a fall: below it the fall may be that of the speed
+SPEED_SAMPLES = 4  # samples over which a speed is measured, or a block,
+SPEED_NOISES = 8.0  # or what takes so many times the noise of the depth
+PEAK_SIGMA = 3.0  # [sd] height of a peak over the force before the steepest descent
 MAX_EXTENSIONS = 8  # windows by which peak or end of a gradual fall is moved
 NORMAL_95 = 1.96
 
@@ -44,7 +48,8 @@ def locate(force: np.ndarray, fall: Fall, stroke: Blocks, *, size: int, window: 
         means = _trailing(force, begin, end, size)
         step = means[:-size] - means[size:] if len(means) > size else means[:1]
         edge = int(np.argmax(step[: max(last - begin + 1, 1)]))
-        sd = max(sample_sd / size**0.5, noise.quantum / 12**0.5 if sample_sd < 0.5 * noise.quantum else 0.0)
+        rounding = noise.quantum / 12**0.5 if sample_sd < 0.5 * noise.quantum else 0.0
+        sd = max(sample_sd / size**0.5, rounding, fall.deviation)
         if step[edge] > CHECK_SIGMA * 2**0.5 * sd or 2 * size > max(window, 2):
             break
         size *= 2
@@ -60,6 +65,8 @@ def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) 
     bottom = after + _downhill(means[after:], window, 0.0)
     slope = (float(means[at]) - float(means[bottom])) / max(bottom - at, 1)
     top = at - _downhill(-means[: at + 1][::-1], window, MIN_CONTINUED_SLOPE * slope)
+    if means[top] - means[at] < PEAK_SIGMA * 2**0.5 * sd:  # the highest of a plateau before a sudden fall is noise
+        top = at
     peak, earlier = (_line_end(force[max(begin + k - size + 1, 0) : begin + k + 1]) for k in (top, top - size // 2))
     if earlier > peak + sd and top > size // 2:  # a mean over the last samples has its maximum after a rounded peak
         top, peak = top - size // 2, earlier
@@ -83,6 +90,52 @@ def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) 
         drop_high=drop + spread + 2.0 * growth,
         gradual=rise > max(window // 2, 3),
     )
+
+
+def lasting_share(drop: ForceDrop, cut: Cut, depth: np.ndarray, window: int) -> float:
+    """The share of a fall that outlasts the pull-backs and rests in it or within ``window`` samples after it.
+
+    A pull-back by b takes the stretch out of the shaft's last b at most, which is stretched again within b of new
+    travel: the force is compared with that beyond. A rest lets the force relax: what it lost there is no fall. Where a
+    stroke has nothing beyond, a fall counts as far as it came before the pull-back.
+    """
+    near = cut.gaps[(cut.gaps > drop.peak) & (cut.gaps <= drop.end + window)]
+    share = 1.0
+    for k in near.tolist():
+        first, last = int(cut.samples[k - 1]), int(cut.samples[k])
+        back = max(float(cut.depth[k - 1] - depth[first : last + 1].min()), 0.0)
+        beyond = cut.force[int(np.searchsorted(cut.depth, cut.depth[k - 1] + back)) :][:window]
+        before = cut.force[drop.end : k]
+        rest = float(cut.force[k - 1] - cut.force[k]) if back <= cut.noise and drop.end >= k else 0.0
+        if not len(beyond) and not len(before):
+            return 0.0
+        level = float(np.median(beyond if len(beyond) else before)) + max(rest, 0.0)
+        share = min(share, (drop.force - level) / max(drop.drop, 1e-300))
+    return share
+
+
+def unslowed_share(drop: ForceDrop, cut: Cut, baseline: float, reach: int) -> float:
+    """The share of a fall at the cut that the speed does not explain, as that of a force in proportion to it at most.
+
+    Such a force would follow the speed: the fall counts up to what is missing within ``reach`` samples after it, where
+    the speed may be back.
+    """
+    n = max(cut.blocks.size, SPEED_SAMPLES)
+    n = max(n, int(SPEED_NOISES * cut.noise / max(float(np.ptp(cut.depth)) / len(cut.depth), 1e-300)))
+    after = drop.end + np.arange(0, max(reach, 1), max(cut.blocks.size, 1))
+    after = after[after + n < len(cut.depth)]
+    low = max(drop.peak - n, 0)
+    if drop.peak - low < 2 or not len(after):
+        return 1.0
+    usual = float(cut.depth[drop.peak] - cut.depth[low]) / (drop.peak - low)
+    ratio = (cut.depth[after + n] - cut.depth[after]) / n / max(usual, 1e-300)
+    if ratio[0] >= STEADY_SPEED_RATIO:
+        return 1.0
+    sums = np.concatenate(([0.0], np.cumsum(cut.force)))
+    size = cut.blocks.size
+    level = (sums[after + size] - sums[after]) / size - baseline
+    missing = (drop.force - baseline) * np.where(ratio > STEADY_SPEED_RATIO, 1.0, ratio) - level
+    return float(np.clip(missing.max() / max(drop.drop, 1e-300), 0.0, 1.0))
 
 
 def sudden_share(force: np.ndarray, drop: ForceDrop, baseline: float, window: int) -> float:

@@ -19,29 +19,30 @@ MIN_LINE_WINDOW = 8  # [blocks] a line through fewer is less certain than their 
 CHECK_SIGMA = 4.0  # [sd] of the fall between short windows, where the larger one is judged by its line
 SHORT_SHARE = 0.4  # of a window: the short one of that check
 TEXTURE_FREEDOM = 4.0  # degrees of freedom of Student's t for the texture of a rough stroke
+END_WINDOWS = (12, 5)  # [blocks] before a fall near the end, the first that there is place for
 MIN_PLACES = 10.0  # of a stroke of few blocks
-STEADY_SPEED_RATIO = 0.7  # speed after over before a fall: below it the fall may be that of the speed
-SPEED_BLOCKS = 8  # blocks over which a speed is measured
 
 
 @dataclass(frozen=True, kw_only=True)
 class Fall:
-    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd], and whether it may be texture
-    of a ``rough`` stroke, one that fluctuates more than the sensor."""
+    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd] above a ``threshold``, the
+    standard ``deviation`` [N] of the means that show it, and whether it may be texture of a ``rough`` stroke, one that
+    fluctuates more than the sensor."""
 
     first: int
     last: int
     statistic: float
+    threshold: float
+    deviation: float
     rough: bool
 
 
-def falls(stroke: Blocks, *, free: int, noise: ForceNoise, level: np.ndarray, rupture: int, max_gap: int) -> list[Fall]:
+def falls(stroke: Blocks, *, free: int, noise: ForceNoise, rupture: int, max_gap: int) -> list[Fall]:
     """The significant falls in ``stroke`` after its ``free`` first blocks, in order of depth.
 
     The standard deviation of a comparison is the larger of the sensor's, from the free travel with its correlation, and
     that of the same comparison over the stroke, so that texture of the tissue is noise too. From the shortest windows
-    to the longest, a place is left out that an earlier fall affects, and so is a fall that the speed explains:
-    ``level`` [N] is the (m,) force above the baseline, of which a decrease of the speed takes its own share at most.
+    to the longest, a place is left out that an earlier fall affects.
 
     Noise is normal; the texture of a tissue has heavier tails: in a rough stroke a fall that Student's t with four
     degrees of freedom would reach at the same false-alarm rate is marked as ``rough``.
@@ -50,7 +51,7 @@ def falls(stroke: Blocks, *, free: int, noise: ForceNoise, level: np.ndarray, ru
     short: dict[int, np.ndarray] = {}
     rare = FALSE_ALARMS / _places(len(stroke) - free, max_gap)
     threshold, texture = float(-ndtri(rare)), float(-stdtrit(TEXTURE_FREEDOM, rare))
-    broken, correlated, rough = _breaks(stroke), 1.0, is_rough(stroke.force, free, noise, rupture)
+    correlated, rough = 1.0, is_rough(stroke.force, free, noise, rupture)
     for each in comparisons(stroke.force, max_gap):
         sensor, own = deviations(each, free, noise)
         sd = max(sensor, own, 1e-300)
@@ -60,25 +61,23 @@ def falls(stroke: Blocks, *, free: int, noise: ForceNoise, level: np.ndarray, ru
             short[each.window] = each.excess / sd
         score = _scores(each, sd, short)
         score[: max(free - each.window, 0)] = 0.0
-        for block in broken:
-            score[max(block - each.reach - each.window + 1, 0) : max(block, 0)] = 0.0
         for other in found:
             score[max(other.first - each.reach - each.window, 0) : max(other.last + each.reach, 0)] = 0.0
         for j in _peaks(score, threshold, each.reach):
-            a = j + each.window - 1
-            statistic = float(score[j]) * (1.0 - _slowed_share(stroke.depth, level, _parts(each, j), each.fall[j]))
-            if statistic > threshold:
-                unclear = rough and statistic < texture
-                found.append(Fall(first=a, last=a + each.gap + 1, statistic=statistic, rough=unclear))
-    found += _last_falls(
-        stroke,
-        found,
-        free=free,
-        level=level,
-        noise=noise,
-        rough=rough,
-        limits=(threshold * correlated, texture * correlated),
-    )
+            a, statistic = j + each.window - 1, float(score[j])
+            unclear = rough and statistic < texture
+            found.append(
+                Fall(
+                    first=a,
+                    last=a + each.gap + 1,
+                    statistic=statistic,
+                    threshold=threshold,
+                    deviation=sd / 2**0.5,
+                    rough=unclear,
+                )
+            )
+    limits = (threshold * correlated, texture * correlated)
+    found += _last_falls(stroke, found, free=free, noise=noise, rough=rough, limits=limits)
     return sorted(found, key=lambda fall: fall.first)
 
 
@@ -109,53 +108,32 @@ def _peaks(score: np.ndarray, threshold: float, reach: int) -> list[int]:
     return [int(group[np.argmax(score[group])]) for group in groups]
 
 
-def _breaks(stroke: Blocks) -> list[int]:
-    """The blocks after a stop or pull-back: a fall across it is none of inward travel."""
-    return [int(block) + 1 for block in np.flatnonzero(np.diff(stroke.starts[:-1]) > stroke.size)]
-
-
-def _slowed_share(depth: np.ndarray, level: np.ndarray, parts: tuple[slice, slice], fall: float) -> float:
-    """The share of a ``fall`` [N] from the first of two ``parts`` to the second that the speed explains, as that of a
-    force in proportion to it at most."""
-    before, after = (depth[part] for part in parts)
-    if min(len(before), len(after)) < 2:
-        return 0.0
-    speeds = [float(np.ptp(each)) / (len(each) - 1) for each in (before, after)]
-    ratio = speeds[1] / max(speeds[0], 1e-300)
-    explained = (1.0 - ratio) * max(float(level[parts[0]].max()), 0.0)
-    return min(explained / max(fall, 1e-300), 1.0) if ratio < STEADY_SPEED_RATIO else 0.0
-
-
-def _parts(each: Comparison, j: int) -> tuple[slice, slice]:
-    """The blocks before and after the fall at index j over which its speeds are measured."""
-    length = max(each.window, SPEED_BLOCKS)
-    return slice(max(j + each.window - length, 0), j + each.window), slice(j + each.reach, j + each.reach + length)
-
-
 def _last_falls(
-    stroke: Blocks,
-    found: list[Fall],
-    *,
-    free: int,
-    level: np.ndarray,
-    noise: ForceNoise,
-    rough: bool,
-    limits: tuple[float, float],
+    stroke: Blocks, found: list[Fall], *, free: int, noise: ForceNoise, rough: bool, limits: tuple[float, float]
 ) -> list[Fall]:
-    """Falls just before a stop, a pull-back or the end, with fewer blocks after than before them."""
-    extra, force, count = [], stroke.force, WINDOWS[1]
-    for end in [*_breaks(stroke), len(stroke)]:
-        for after in range(1, count):
-            k = end - after
-            if k - count < free:
-                continue
-            before = force[k - count : k]
-            place = np.arange(count) - (count - 1) / 2
-            decline = max(-float(place @ before) / float(place @ place), 0.0)
-            fall = float(before.mean() - force[k:end].mean()) - decline * 0.5 * (count + after)
-            score = fall / max(noise.of_mean(count) ** 2 + noise.of_mean(after) ** 2, 1e-300) ** 0.5
-            score *= 1.0 - _slowed_share(stroke.depth, level, (slice(k - count, k), slice(k - 1, end)), fall)
-            near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
-            if score > limits[0] and not near:
-                extra.append(Fall(first=k - 1, last=end - 1, statistic=score, rough=rough and score < limits[1]))
+    """Falls just before the end, with fewer blocks after than before them: below the line through these, where it
+    declines, and below their mean."""
+    extra, force, end = [], stroke.force, len(stroke)
+    for after in range(1, WINDOWS[1]):
+        k = end - after
+        count = next((w for w in END_WINDOWS if k - w >= free), 0)
+        if not count:
+            continue
+        before, place = force[k - count : k], np.arange(count) - (count - 1) / 2
+        decline, apart = max(-float(place @ before) / float(place @ place), 0.0), 0.5 * (count + after)
+        fall = float(before.mean() - force[k:end].mean()) - decline * apart
+        line = noise.of_mean(1) ** 2 * apart**2 / float(place @ place)
+        score = fall / max(noise.of_mean(count) ** 2 + line + noise.of_mean(after) ** 2, 1e-300) ** 0.5
+        near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
+        if score > limits[0] and not near:
+            extra.append(
+                Fall(
+                    first=k - 1,
+                    last=end - 1,
+                    statistic=score,
+                    threshold=limits[0],
+                    deviation=noise.of_mean(count),
+                    rough=rough and score < limits[1],
+                )
+            )
     return extra
