@@ -4,13 +4,14 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtrit
 
-from .comparisons import block_noise, robust_sd
+from .comparisons import block_noise
 from .contact import Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Puncture
 from .fall_location import ForceDrop, lasting_share, locate, sudden_share, unslowed_share
-from .punctures import Fall, falls
-from .strokes import Blocks, Cut, Cycle, at_cut
+from .punctures import FALSE_ALARMS, Fall, falls
+from .strokes import Blocks, Cut, Cycle, at_cut, reversals
 
 MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
 MIN_RUPTURE_SAMPLES = 5  # minimum number of samples of a rupture
@@ -21,9 +22,11 @@ NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not co
 MIN_LOAD_SIGMA = 8.0  # [sd] range of blocks beyond which the force before the contact may be a load
 MIN_RISE_RATIO = 3.0  # of the duration of a rise before a fall over that of the fall, if the stroke begins in contact
 LASTING_SHARE = 0.5  # of a fall beyond the pull-backs and rests in it: with less it is theirs
-MIN_REGULAR_FALLS = 5  # a force that falls regularly oscillates; fewer falls may be evenly spaced by chance
-MAX_SPACING_VARIATION = 0.3  # sd over mean of the spacing of such falls; random places have 1
-MAX_SIZE_RATIO = 3.0  # between a fall of such a series and their median
+MIN_HALF_WAVES = 5  # of a regular oscillation; two layers with a puncture each have four
+MIN_FALL_LENGTH = 0.5  # of that of a rise, in an oscillation that is no series of ruptures
+MIN_WAVE_SIGMA = 5.0  # [sd of a block] of the smallest half-wave
+MAX_SPACING_VARIATION = 0.3  # sd over mean of its periods; random places have 0.7
+MAX_SIZE_RATIO = 2.0  # between a half-wave and their median
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +95,7 @@ def cycle_events(
     contact = _event(time, depth, force, replace(begin, low=0) if in_contact else begin, allowed.lag)
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
     found = _drops(cut, depth, free, begin.baseline, allowed)
-    sudden, minor, oscillations = _classified(found, cut, begin.baseline, allowed)
+    sudden, minor, oscillations = _classified(found, cut, begin.baseline, noise.white, allowed)
     puncture = lambda each: _puncture(each, cut, time, contact.depth, allowed.lag)  # noqa: E731
     return CycleEvents(
         cycle=cycle,
@@ -162,7 +165,7 @@ def _drops(
 
 
 def _classified(
-    found: list[tuple[Fall, ForceDrop]], cut: Cut, baseline: float, allowed: DetectionLimits
+    found: list[tuple[Fall, ForceDrop]], cut: Cut, baseline: float, noise: float, allowed: DetectionLimits
 ) -> tuple[list[tuple[Fall, ForceDrop]], list[tuple[Fall, ForceDrop]], int]:
     """Punctures, minor falls, and the number of the latter that are a regular oscillation.
 
@@ -172,29 +175,50 @@ def _classified(
     """
     share = lambda drop: sudden_share(cut.force, drop, baseline, allowed.window)  # noqa: E731
     sudden = [each for each in found if not each[0].rough or share(each[1]) >= allowed.drop]
-    regular = _oscillation(sudden, cut.depth)
+    regular = _oscillation(sudden, cut, noise)
     minor = [each for each in found if each not in sudden or each in regular]
     return [each for each in sudden if each not in regular], minor, len(regular)
 
 
-def _oscillation(found: list[tuple[Fall, ForceDrop]], depth: np.ndarray) -> list[tuple[Fall, ForceDrop]]:
-    """Those of the located falls after the first that follow each other regularly, of similar size: a cutting force
-    that oscillates. The first fall ends the deformation and remains a puncture."""
+def _oscillation(found: list[tuple[Fall, ForceDrop]], cut: Cut, noise: float) -> list[tuple[Fall, ForceDrop]]:
+    """Those of the located falls after the first that belong to a regular oscillation, as that of a cutting force; the
+    first fall ends the deformation and remains a puncture.
+
+    The force after it rises and falls in half-waves of at least half of the smallest of these falls. They oscillate
+    regularly if there are enough of similar size, with a steady period over the depth: five, or twice as many where the
+    force falls faster than it rises, as at the punctures of layers. A fall whose half-wave is larger than the others
+    let expect, by Student's t for one false alarm in 1000 recordings, remains a puncture too.
+    """
     later = found[1:]
-    if len(later) < MIN_REGULAR_FALLS:
+    if not later:
         return []
-    sizes = np.array([drop.drop for _, drop in later])
-    middle = float(np.median(sizes))
-    similar = [
-        each
-        for each, size in zip(later, sizes, strict=True)
-        if middle / MAX_SIZE_RATIO < size < MAX_SIZE_RATIO * middle
+    first = int(np.searchsorted(cut.blocks.starts, found[0][1].end))
+    force, depth = cut.blocks.force[first:], cut.blocks.depth[first:]
+    turns = reversals(force, max(0.5 * min(drop.drop for _, drop in later), MIN_WAVE_SIGMA * noise))
+    sizes, at = np.abs(np.diff(force[turns])), depth[turns]
+    usual = float(np.median(sizes)) if len(sizes) else 0.0
+    similar = (sizes > usual / MAX_SIZE_RATIO) & (sizes < MAX_SIZE_RATIO * usual)
+    periods = (at[2:] - at[:-2])[similar[1:] & similar[:-1]]
+    falling = np.diff(force[turns]) < 0.0
+    lengths = [
+        float(np.median(np.diff(at)[similar & which])) if (similar & which).any() else 0.0
+        for which in (falling, ~falling)
     ]
-    spacing = np.diff([depth[drop.peak] for _, drop in similar])
-    regular = len(similar) >= MIN_REGULAR_FALLS and robust_sd(spacing) <= MAX_SPACING_VARIATION * float(
-        np.median(spacing)
-    )
-    return similar if regular else []
+    needed = MIN_HALF_WAVES * (1 if lengths[0] > MIN_FALL_LENGTH * lengths[1] else 2)
+    if similar.sum() < needed or np.std(periods) > MAX_SPACING_VARIATION * np.mean(periods):
+        return []
+    return [each for each in later if not _stands_out(cut.depth[each[1].peak], sizes[falling], at[1:][falling])]
+
+
+def _stands_out(depth: float, sizes: np.ndarray, ends: np.ndarray) -> bool:
+    """Whether the fall at a ``depth``, in one of (n,) half-waves with ``sizes`` and ``ends``, is larger than the others
+    of a regular oscillation let expect."""
+    own = min(int(np.searchsorted(ends, depth)), len(ends) - 1)
+    others = np.delete(sizes, own)
+    if len(others) < 3:
+        return False
+    limit = -float(stdtrit(len(others) - 1, FALSE_ALARMS / len(sizes))) * (1.0 + 1.0 / len(others)) ** 0.5
+    return bool(sizes[own] > float(others.mean()) + limit * float(others.std(ddof=1)))
 
 
 def _puncture(found: tuple[Fall, ForceDrop], cut: Cut, time: np.ndarray, contact_depth: float, lag: int) -> Puncture:

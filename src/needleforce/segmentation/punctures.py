@@ -16,7 +16,8 @@ from .strokes import Blocks
 
 FALSE_ALARMS = 1e-3  # punctures found in a recording that has only normal noise
 MIN_LINE_WINDOW = 8  # [blocks] a line through fewer is less certain than their mean
-CHECK_SIGMA = 4.0  # [sd] of the fall between short windows, where the larger one is judged by its line
+CHECK_SIGMA = 4.0  # [sd] of the step by which a fall is located
+SHORT_SIGMA = 5.0  # [sd] of the fall between short windows where a line judges it, which ends above a sharp bend
 SHORT_SHARE = 0.4  # of a window: the short one of that check
 TEXTURE_FREEDOM = 4.0  # degrees of freedom of Student's t for the texture of a rough stroke
 END_WINDOWS = (12, 5)  # [blocks] before a fall near the end, the first that there is place for
@@ -95,7 +96,7 @@ def _scores(each: Comparison, sd: float, short: dict[int, np.ndarray]) -> np.nda
     if each.gap or each.window < MIN_LINE_WINDOW:
         return score
     w = max(w for w in short if w <= SHORT_SHARE * each.window)
-    checked = short[w][each.window - w : each.window - w + len(score)] > CHECK_SIGMA
+    checked = short[w][each.window - w : each.window - w + len(score)] > SHORT_SIGMA
     return np.maximum(score, np.where(checked, each.line / (2.5**0.5 * sd), 0.0))
 
 
