@@ -122,12 +122,12 @@ def _own_deviation(each: Comparison, free: int) -> float:
     fall, apart = each.fall[min(free, len(each.fall)) :], each.window + each.reach
     if len(fall) > 4 * apart:
         left = fall[apart:-apart] - 0.5 * (fall[: -2 * apart] + fall[2 * apart :])
-        return _quarter_sd(left) / 1.5**0.5
+        return quarter_sd(left) / 1.5**0.5
     lever = 1.0 + 3.0 * (each.reach / each.window) ** 2  # variance of a bent fall over that of a fall, white noise
-    return _quarter_sd(each.bent[min(free, len(each.bent)) :]) / lever**0.5
+    return quarter_sd(each.bent[min(free, len(each.bent)) :]) / lever**0.5
 
 
-def _quarter_sd(values: np.ndarray) -> float:
+def quarter_sd(values: np.ndarray) -> float:
     """Standard deviation of (n,) normal values about their median of which up to three quarters may be disturbed."""
     if len(values) < 4:
         return 0.0

@@ -84,7 +84,7 @@ def cycle_events(
 ) -> CycleEvents:
     """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N] without outliers."""
     begin, last = _ends(time, depth, force, cycle, allowed)
-    cut = at_cut(depth, force, cycle.start, cycle.stop, allowed.size(cycle))
+    cut = at_cut(depth, force, cycle.start, cycle.stop, size=allowed.size(cycle), lag=allowed.lag)
     stroke = cut.blocks
     free = 0 if begin is None else int(np.searchsorted(stroke.depth, begin.depth))
     if (begin is None or free) and _loaded_before(cut, depth, free, allowed):
@@ -280,6 +280,6 @@ def _ends(
 
 def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Onset | None:
     """The contact of the insertion stroke, with blocks converted to samples."""
-    cut = at_cut(depth, force, cycle.start, cycle.stop, allowed.size(cycle))
+    cut = at_cut(depth, force, cycle.start, cycle.stop, size=allowed.size(cycle), lag=allowed.lag)
     found = onset(cut.blocks, allowed.crossing)
     return None if found is None else replace(found, low=cut.sample(found.low), high=cut.sample(found.high + 1))

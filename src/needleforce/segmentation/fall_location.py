@@ -95,22 +95,24 @@ def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) 
 def lasting_share(drop: ForceDrop, cut: Cut, depth: np.ndarray, window: int) -> float:
     """The share of a fall that outlasts the pull-backs and rests in it or within ``window`` samples after it.
 
-    A pull-back by b takes the stretch out of the shaft's last b at most, which is stretched again within b of new
-    travel: the force is compared with that beyond. A rest lets the force relax: what it lost there is no fall. Where a
-    stroke has nothing beyond, a fall counts as far as it came before the pull-back.
+    A pull-back after the fall leaves it as it is: the force has not come back when the needle is at the cut again. If
+    the fall lies across it, the stretch that it took out of the shaft counts too: a pull-back by b takes it from the
+    last b at most, which is stretched again within b of new travel, and the force is compared with that beyond. A rest
+    lets the force relax: what it lost there is no fall.
     """
-    near = cut.gaps[(cut.gaps > drop.peak) & (cut.gaps <= drop.end + window)]
     share = 1.0
-    for k in near.tolist():
-        first, last = int(cut.samples[k - 1]), int(cut.samples[k])
-        back = max(float(cut.depth[k - 1] - depth[first : last + 1].min()), 0.0)
-        beyond = cut.force[int(np.searchsorted(cut.depth, cut.depth[k - 1] + back)) :][:window]
-        before = cut.force[drop.end : k]
-        rest = float(cut.force[k - 1] - cut.force[k]) if back <= cut.noise and drop.end >= k else 0.0
-        if not len(beyond) and not len(before):
-            return 0.0
-        level = float(np.median(beyond if len(beyond) else before)) + max(rest, 0.0)
-        share = min(share, (drop.force - level) / max(drop.drop, 1e-300))
+    for k in cut.gaps[(cut.gaps > drop.peak) & (cut.gaps <= drop.end + window)].tolist():
+        first, last, reach = int(cut.samples[k - 1]), int(cut.samples[k]), window
+        back, rest = max(float(cut.depth[k - 1] - depth[first : last + 1].min()), 0.0), 0.0
+        if drop.end < k:
+            place, reach = k, cut.blocks.size
+        elif back > cut.noise:
+            place = int(np.searchsorted(cut.depth, cut.depth[k - 1] + back))
+        else:
+            place, rest = k, max(float(cut.force[k - 1] - cut.force[k]), 0.0)
+        after = cut.force[place : place + reach]
+        left = drop.force - float(np.median(after)) - rest if len(after) else 0.0
+        share = min(share, left / max(drop.drop, 1e-300))
     return share
 
 

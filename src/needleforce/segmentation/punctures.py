@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from .comparisons import WINDOWS, Comparison, ForceNoise, comparisons, deviations, is_rough
+from .comparisons import WINDOWS, Comparison, ForceNoise, comparisons, deviations, is_rough, quarter_sd, robust_sd
 from .strokes import Blocks
 
 FALSE_ALARMS = 1e-3  # punctures found in a recording that has only normal noise
@@ -20,6 +20,8 @@ CHECK_SIGMA = 4.0  # [sd] of the step by which a fall is located
 SHORT_SIGMA = 5.0  # [sd] of the fall between short windows where a line judges it, which ends above a sharp bend
 SHORT_SHARE = 0.4  # of a window: the short one of that check
 TEXTURE_FREEDOM = 4.0  # degrees of freedom of Student's t for the texture of a rough stroke
+LINE_BEFORE = 0.25 + 0.2 * 4.0 * np.array([-1.5, -0.5, 0.5, 1.5])  # a line through four blocks at 4 past their centre
+PLACES_SKIPPED = 2  # the block before a steep fall, and that after it
 END_WINDOWS = (12, 5)  # [blocks] before a fall near the end, the first that there is place for
 MIN_PLACES = 10.0  # of a stroke of few blocks
 
@@ -77,6 +79,7 @@ def falls(stroke: Blocks, *, free: int, noise: ForceNoise, rupture: int, max_gap
                     rough=unclear,
                 )
             )
+    found += _steep_falls(stroke.force, found, free=free, noise=noise, rough=texture if rough else 0.0, max_gap=max_gap)
     limits = (threshold * correlated, texture * correlated)
     found += _last_falls(stroke, found, free=free, noise=noise, rough=rough, limits=limits)
     return sorted(found, key=lambda fall: fall.first)
@@ -107,6 +110,43 @@ def _peaks(score: np.ndarray, threshold: float, reach: int) -> list[int]:
         return []
     groups = np.split(above, np.flatnonzero(np.diff(above) > reach) + 1)
     return [int(group[np.argmax(score[group])]) for group in groups]
+
+
+def _steep_falls(
+    force: np.ndarray, found: list[Fall], *, free: int, noise: ForceNoise, rough: float, max_gap: int
+) -> list[Fall]:
+    """Falls from one block to the next in a rise so steep that the mean before it is below that after it.
+
+    The fall is significant by itself, and so is that below the line through the four blocks before the last one, which
+    a single outlier does not bend. ``rough`` is the threshold for the texture of a rough stroke, or 0.
+    """
+    count = len(LINE_BEFORE)
+    if len(force) - free < 3 * count:
+        return []
+    line = np.convolve(force, LINE_BEFORE[::-1], "valid")[: -PLACES_SKIPPED - 1]
+    fall, below = -np.diff(force)[count:][: len(line)], line - 0.5 * (force[count + 1 : -1] + force[count + 2 :])
+    white, inside = noise.of_mean(1), max(free - count - 2, 0)
+    sds = (2.0**0.5 * white, (float(LINE_BEFORE @ LINE_BEFORE) + 0.5) ** 0.5 * white)
+    sds = [
+        max(sd, robust_sd(each[:inside]), quarter_sd(each[inside:]))
+        for sd, each in zip(sds, (fall, below), strict=True)
+    ]
+    score = np.minimum(fall / max(sds[0], 1e-300), below / max(sds[1], 1e-300))
+    score[:inside] = 0.0
+    threshold = float(-ndtri(FALSE_ALARMS / (_places(len(force) - free, max_gap) + len(score))))
+    for other in found:
+        score[max(other.first - 2 * count, 0) : max(other.last + count, 0)] = 0.0
+    return [
+        Fall(
+            first=j + count,
+            last=j + count + 1,
+            statistic=float(score[j]),
+            threshold=threshold,
+            deviation=sds[0] / 2**0.5,
+            rough=bool(score[j] < rough),
+        )
+        for j in _peaks(score, threshold, count)
+    ]
 
 
 def _last_falls(

@@ -215,9 +215,13 @@ class Cut:
         return int(self.samples[min(max(place, 0), len(self.samples) - 1)])
 
 
-def at_cut(depth: np.ndarray, force: np.ndarray, first: int, last: int, size: int) -> Cut:
-    """The samples from ``first`` up to ``last`` at the cut, in blocks of ``size``."""
+def at_cut(depth: np.ndarray, force: np.ndarray, first: int, last: int, *, size: int, lag: int = 0) -> Cut:
+    """The samples from ``first`` up to ``last`` at the cut, in blocks of ``size``; a filter delays the force by up to
+    ``lag`` samples, which are left out after a return to the cut."""
     samples, noise = cut_samples(depth, first, last, size * (ADVANCE_WINDOW // 2))
+    if lag and len(samples):
+        back = np.concatenate(([first - lag], np.where(np.diff(samples) > 1, samples[1:], first - lag)))
+        samples = samples[samples - np.maximum.accumulate(back) >= lag]
     z, f = depth[samples], force[samples]
     gaps = np.flatnonzero(np.diff(samples) > 1) + 1
     return Cut(samples, z, f, blocks(z, f, 0, len(samples), size), gaps, noise)
