@@ -9,7 +9,7 @@ from scipy.special import stdtrit
 from .comparisons import block_noise
 from .contact import Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Puncture
-from .fall_location import ForceDrop, lasting_share, locate, sudden_share, unslowed_share
+from .fall_location import ForceDrop, lasting_share, locate, rupture_share, unslowed_share
 from .punctures import FALSE_ALARMS, Fall, falls
 from .strokes import Blocks, Cut, Cycle, at_cut, reversals
 
@@ -173,7 +173,7 @@ def _classified(
     tissue, which grows with the force: there a puncture falls by the share ``allowed.drop`` of the force within a
     third of the rupture travel.
     """
-    share = lambda drop: sudden_share(cut.force, drop, baseline, allowed.window)  # noqa: E731
+    share = lambda drop: rupture_share(cut.force, drop, baseline, allowed.window, allowed.gradual)  # noqa: E731
     sudden = [each for each in found if not each[0].rough or share(each[1]) >= allowed.drop]
     regular = _oscillation(sudden, cut, noise)
     minor = [each for each in found if each not in sudden or each in regular]

@@ -13,6 +13,8 @@ MIN_CONTINUED_SLOPE = 0.5  # of the mean slope of a fall: while it continues lik
 STEADY_SPEED_RATIO = 0.7  # speed after over before a fall: below it the fall may be that of the speed
 SPEED_SAMPLES = 4  # samples over which a speed is measured, or a block,
 SPEED_NOISES = 8.0  # or what takes so many times the noise of the depth
+MIN_LOAD_SHARE = 1.0 / 3.0  # of a gradual fall: the rise before it
+LONGER_LENGTHS = 8  # over which a gradual fall is compared with texture
 PEAK_SIGMA = 3.0  # [sd] height of a peak over the force before the steepest descent
 MAX_EXTENSIONS = 8  # windows by which peak or end of a gradual fall is moved
 NORMAL_95 = 1.96
@@ -140,12 +142,24 @@ def unslowed_share(drop: ForceDrop, cut: Cut, baseline: float, reach: int) -> fl
     return float(np.clip(missing.max() / max(drop.drop, 1e-300), 0.0, 1.0))
 
 
-def sudden_share(force: np.ndarray, drop: ForceDrop, baseline: float, window: int) -> float:
-    """The largest share of the force above ``baseline`` [N] by which a located fall takes the raw (n,) ``force`` down
-    within a third of the ``window`` [samples] of a rupture; over all of it slow declines would pass."""
-    level = middle_of_three(force[max(drop.peak - 1, 0) : drop.end + window]) - baseline
-    travel = range(1, min(-(-window // 3) + 1, len(level)))
-    return max((float(np.max(1.0 - level[k:] / np.maximum(level[:-k], 1e-12))) for k in travel), default=0.0)
+def rupture_share(force: np.ndarray, drop: ForceDrop, baseline: float, window: int, reach: int) -> float:
+    """The largest share of the force above ``baseline`` [N] by which a located fall takes the raw (n,) ``force`` down.
+
+    It counts over a third of the ``window`` [samples] of a sudden rupture as it is. Over longer distances up to the
+    ``reach`` of a gradual one it is divided by the root of the distance over that third, as texture falls that is a
+    random walk, and counts only if it ends a rise: a rupture needs a load that builds up, a decline does not.
+    """
+    sudden = -(-window // 3)
+    if drop.force - float(force[max(drop.peak - reach, 0) : drop.peak + 1].min()) < MIN_LOAD_SHARE * drop.drop:
+        reach = sudden
+    level = middle_of_three(force[max(drop.peak - 1, 0) : min(drop.end, drop.peak + reach) + window]) - baseline
+    longer = np.unique(np.geomspace(sudden, max(reach, sudden), LONGER_LENGTHS).astype(int)).tolist()
+    found = 0.0
+    for k in [*range(1, sudden), *longer]:
+        if k < len(level):
+            share = float(np.max(1.0 - level[k:] / np.maximum(level[:-k], 1e-12)))
+            found = max(found, share / max(k / sudden, 1.0) ** 0.5)
+    return found
 
 
 def middle_of_three(values: np.ndarray) -> np.ndarray:
@@ -165,7 +179,7 @@ def _downhill(values: np.ndarray, window: int, min_slope: float) -> int:
         further = int(np.argmin(values[: lowest + window + 1]))
         slope = MIN_CONTINUED_SLOPE * (values[0] - values[lowest]) / max(lowest, 1)
         continued = (values[lowest] - values[further]) / max(further - lowest, 1)
-        if further == lowest or not lowest or lowest % window or continued < max(slope, min_slope):
+        if further == lowest or not lowest or -lowest % window > window // 4 or continued < max(slope, min_slope):
             break
         lowest = further
     return lowest
