@@ -94,7 +94,8 @@ def cycle_events(
     in_contact = not begin.free and begin.low <= cut.samples[0]
     contact = _event(time, depth, force, replace(begin, low=0) if in_contact else begin, allowed.lag)
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
-    found = _drops(cut, depth, free, begin.baseline, allowed)
+    turns = cycle.withdrawn and cycle.stop == cycle.withdrawal_start
+    found = _drops(cut, depth, free, begin.baseline, allowed, turns=turns)
     sudden, minor, oscillations = _classified(found, cut, begin.baseline, noise.white, allowed)
     puncture = lambda each: _puncture(each, cut, time, contact.depth, allowed.lag)  # noqa: E731
     return CycleEvents(
@@ -144,7 +145,7 @@ def _from_the_start(cut: Cut) -> Onset:
 
 
 def _drops(
-    cut: Cut, depth: np.ndarray, free: int, baseline: float, allowed: DetectionLimits
+    cut: Cut, depth: np.ndarray, free: int, baseline: float, allowed: DetectionLimits, *, turns: bool = False
 ) -> list[tuple[Fall, ForceDrop]]:
     """The significant falls after the ``free`` first blocks, located; of falls within a window the most significant:
     the needle oscillates after a rupture. What a pull-back, a rest or the speed explains is none."""
@@ -152,7 +153,7 @@ def _drops(
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
     sizes = {"rupture": -(-allowed.window // stroke.size), "max_gap": -(-allowed.gradual // stroke.size)}
     kept: list[tuple[Fall, ForceDrop]] = []
-    for fall in falls(stroke, free=free, noise=noise, **sizes):
+    for fall in falls(stroke, free=free, noise=noise, turns=turns, **sizes):
         drop = locate(cut.force, fall, stroke, size=stroke.size, window=allowed.window, noise=noise)
         share = unslowed_share(drop, cut, baseline, allowed.gradual)
         if fall.statistic * share < fall.threshold or lasting_share(drop, cut, depth, allowed.window) < LASTING_SHARE:

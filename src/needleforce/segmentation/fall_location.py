@@ -69,7 +69,9 @@ def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) 
     top = at - _downhill(-means[: at + 1][::-1], window, MIN_CONTINUED_SLOPE * slope)
     if means[top] - means[at] < PEAK_SIGMA * 2**0.5 * sd:  # the highest of a plateau before a sudden fall is noise
         top = at
-    peak, earlier = (_line_end(force[max(begin + k - size + 1, 0) : begin + k + 1]) for k in (top, top - size // 2))
+    peak, earlier = (
+        _line_end(force[max(begin + k - size + 1, 0) : begin + k + 1]) for k in (top, max(top - size // 2, 0))
+    )
     if earlier > peak + sd and top > size // 2:  # a mean over the last samples has its maximum after a rounded peak
         top, peak = top - size // 2, earlier
     drop = peak - float(means[bottom])
@@ -102,16 +104,16 @@ def lasting_share(drop: ForceDrop, cut: Cut, depth: np.ndarray, window: int) -> 
     last b at most, which is stretched again within b of new travel, and the force is compared with that beyond. A rest
     lets the force relax: what it lost there is no fall.
     """
-    share = 1.0
+    share, rest = 1.0, 0.0
     for k in cut.gaps[(cut.gaps > drop.peak) & (cut.gaps <= drop.end + window)].tolist():
         first, last, reach = int(cut.samples[k - 1]), int(cut.samples[k]), window
-        back, rest = max(float(cut.depth[k - 1] - depth[first : last + 1].min()), 0.0), 0.0
+        back = max(float(cut.depth[k - 1] - depth[first : last + 1].min()), 0.0)
         if drop.end < k:
             place, reach = k, cut.blocks.size
         elif back > cut.noise:
             place = int(np.searchsorted(cut.depth, cut.depth[k - 1] + back))
         else:
-            place, rest = k, max(float(cut.force[k - 1] - cut.force[k]), 0.0)
+            place, rest = k, rest + max(float(cut.force[k - 1] - cut.force[k]), 0.0)
         after = cut.force[place : place + reach]
         left = drop.force - float(np.median(after)) - rest if len(after) else 0.0
         share = min(share, left / max(drop.drop, 1e-300))

@@ -40,8 +40,11 @@ class Fall:
     rough: bool
 
 
-def falls(stroke: Blocks, *, free: int, noise: ForceNoise, rupture: int, max_gap: int) -> list[Fall]:
-    """The significant falls in ``stroke`` after its ``free`` first blocks, in order of depth.
+def falls(
+    stroke: Blocks, *, free: int, noise: ForceNoise, rupture: int, max_gap: int, turns: bool = False
+) -> list[Fall]:
+    """The significant falls in ``stroke`` after its ``free`` first blocks, in order of depth. Where it ``turns`` into
+    the withdrawal at once, a fall at its very end may be that of the withdrawal, which a lag can bring forward.
 
     The standard deviation of a comparison is the larger of the sensor's, from the free travel with its correlation, and
     that of the same comparison over the stroke, so that texture of the tissue is noise too. From the shortest windows
@@ -81,7 +84,8 @@ def falls(stroke: Blocks, *, free: int, noise: ForceNoise, rupture: int, max_gap
             )
     found += _steep_falls(stroke.force, found, free=free, noise=noise, rough=texture if rough else 0.0, max_gap=max_gap)
     limits = (threshold * correlated, texture * correlated)
-    found += _last_falls(stroke, found, free=free, noise=noise, rough=rough, limits=limits)
+    if not turns:
+        found += _last_falls(stroke, found, free=free, noise=noise, rough=rough, limits=limits)
     return sorted(found, key=lambda fall: fall.first)
 
 

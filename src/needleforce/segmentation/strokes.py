@@ -234,33 +234,36 @@ def cut_samples(depth: np.ndarray, first: int, last: int, reach: int) -> tuple[n
     The depth is averaged until its noise is small against its advance, and its deepest point so far is known to the
     noise that remains. A needle advances if that point moves within ``reach`` samples before and after.
     """
-    z, noise, step = _smooth(depth[first:last])
+    z, left, noise, step = _smooth(depth[first:last])
+    quantum = _quantum(depth[first:last], step)
     if len(z) < 2 * ADVANCE_WINDOW:
         return np.arange(first, last), 0.0
-    top, half = np.maximum.accumulate(z), max(reach, -(-int(4.0 * noise / max(step, 1e-300)) // 1), 1)
+    top, half = np.maximum.accumulate(z), max(reach, int(SMOOTH_RATIO * max(left, quantum) / max(step, 1e-300)), 1)
     half = min(half, len(z) // 4)
     gain = np.append(top[half:], np.full(half, top[-1])) - np.append(np.full(half, top[0]), top[:-half])
     typical = float(np.median(gain[gain > 0.0])) if (gain > 0.0).any() else 0.0
-    inwards = (gain > MIN_ADVANCE_SHARE * typical) & (z >= top - noise)
+    inwards = (gain > MIN_ADVANCE_SHARE * typical) & (z >= top - left)
     inwards[:-1] &= inwards[1:]  # where it turns, the force may turn already
     inwards[-1] = False
-    return first + np.flatnonzero(inwards), noise
+    return first + np.flatnonzero(inwards), max(noise, quantum)
 
 
-def _smooth(depth: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """The (n,) depth without most of its noise, what remains of it with its quantum, and its mean advance a sample."""
+def _smooth(depth: np.ndarray) -> tuple[np.ndarray, float, float, float]:
+    """The (n,) depth without most of its noise, what is left of that and all of it, at 4 sd,
+    and its mean advance a sample."""
     if len(depth) < 2 * ADVANCE_WINDOW:
-        return depth, 0.0, 0.0
+        return depth, 0.0, 0.0, 0.0
     step = max(float(depth.max() - depth[0]), 0.0) / len(depth)
     fourth = np.abs(np.diff(depth, 4))
     noise = float(np.median(fourth)) / 0.6745 / FOURTH_DIFFERENCE
     length = int(min((SMOOTH_RATIO * noise / max(step, 1e-300)) ** (2.0 / 3.0), len(depth) // 10))
     if length < 2:
-        return depth, max(CUT_SIGMA * noise, _quantum(depth, step)), step
+        return depth, CUT_SIGMA * noise, CUT_SIGMA * noise, step
     half = length // 2
     sums = np.concatenate(([0.0], np.cumsum(depth - depth[0])))
     low, high = np.maximum(np.arange(len(depth)) - half, 0), np.minimum(np.arange(len(depth)) + half + 1, len(depth))
-    return depth[0] + (sums[high] - sums[low]) / (high - low), CUT_SIGMA * noise / length**0.5, step
+    smooth = depth[0] + (sums[high] - sums[low]) / (high - low)
+    return smooth, CUT_SIGMA * noise / length**0.5, CUT_SIGMA * noise, step
 
 
 def _quantum(depth: np.ndarray, step: float) -> float:
