@@ -59,6 +59,16 @@ class Mirrored {
     }
     return {std::abs(force_[i] - 0.5 * (near[2] + near[3])), near[4] - near[1]};
   }
+  /// Distance from the nearer of two lines: through the three samples before, and after, with the bend of
+  /// these.
+  double off_lines(std::size_t i) const noexcept {
+    const auto off = [&](int side) {
+      const double far = at(i, 3 * side), middle = at(i, 2 * side), near = at(i, side);
+      const double line = (far + middle + near) / 3.0 + near - far;
+      return std::abs(force_[i] - line) + std::abs(far - 2.0 * middle + near);
+    };
+    return std::min(off(-1), off(1));
+  }
 
  private:
   std::span<const double> force_;
@@ -129,7 +139,8 @@ void outliers(std::span<const double> force, const OutlierLimits& limits, std::s
     for (std::size_t i = k * length; i < (k + 1 < rows ? (k + 1) * length : n); ++i) {
       if (!(second[i] > 0.5 * level)) continue;
       const auto [size, span] = mirrored.residual(i);
-      if (size > level && span < limits.max_span * size) found(i);
+      if (size > level && span < limits.max_span * size && mirrored.off_lines(i) > limits.max_span * size)
+        found(i);
     }
   }
 }

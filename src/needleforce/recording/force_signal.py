@@ -178,7 +178,8 @@ def outliers(force: np.ndarray, quantum: float | None = None) -> np.ndarray:
     A sample is compared with the median of its six neighbours. It is an outlier if the difference is beyond what normal
     noise reaches once in 1000 recordings of this length, with the robust standard deviation of such differences near
     it, and if the neighbours agree: but for one on either side they span less than half of the difference, as neither
-    those of a peak before a drop nor those of a step do. A quantum of the sensor counts as noise.
+    those of a peak before a drop nor those of a step do. A sample that lies nearer to the line through the three before
+    it, or after it, is the end of a rise before a drop and no outlier. A quantum of the sensor counts as noise.
     """
     count = len(force)
     if count < _MIN_SAMPLES:

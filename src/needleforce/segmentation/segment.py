@@ -64,8 +64,8 @@ def segment(
     within : float
         Travel [m] of a sudden rupture, 0 to 1.
     cycle : int
-        The insertion whose events are returned: 0 is the first with contact, and larger numbers than the last one mean
-        the last. The phases are those of all insertions.
+        The insertion whose events are returned: 0 is the first with a puncture, or with contact if none has one, and
+        larger numbers than the last one mean the last. The phases are those of all insertions.
 
     Returns
     -------
@@ -114,7 +114,8 @@ def segment(
     if not touching:
         notes = (*remarks, no_contact(time, depth, force, bool(found)))
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
-    chosen = touching[min(cycle, len(touching) - 1)]
+    pierced = next((number for number, each in enumerate(touching) if each.punctures), 0)
+    chosen = touching[min(pierced + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
     return Events(
         contact=chosen.contact,
