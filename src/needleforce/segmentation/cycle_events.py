@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtrit
 
-from .comparisons import block_noise
 from .contact import Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Puncture
 from .fall_location import ForceDrop, lasting_share, locate, rupture_share, unslowed_share
-from .punctures import FALSE_ALARMS, Fall, falls
+from .punctures import FALSE_ALARMS, Fall, block_noise, falls
 from .strokes import Blocks, Cut, Cycle, at_cut, reversals
 
 MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
