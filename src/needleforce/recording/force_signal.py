@@ -175,7 +175,8 @@ def outliers(force: np.ndarray) -> np.ndarray:
     A sample is compared with the median of its six neighbours. It is an outlier if the difference is beyond what normal
     noise reaches once in 1000 recordings of this length, with the robust standard deviation of such differences near
     it, and if the neighbours agree: but for one on either side they span less than half of the difference, as neither
-    those of a peak before a drop nor those of a step do. A quantum of the sensor counts as noise.
+    those of a peak before a drop nor those of a step do. A sample that lies nearer to the line through the three before
+    it, or after it, is the end of a rise before a drop and no outlier. A quantum of the sensor counts as noise.
     """
     count = len(force)
     if count < _MIN_SAMPLES:
@@ -187,7 +188,19 @@ def outliers(force: np.ndarray) -> np.ndarray:
     level = -NormalDist().inv_cdf(0.5 * _OUTLIER_FALSE_ALARMS / count) * noise
     some = np.flatnonzero(second > 0.5 * level)
     size, span = _residuals(padded, some)
-    return some[(size > level[some]) & (span < _MAX_NEIGHBOUR_SPAN * size)]
+    some, size = (each[(size > level[some]) & (span < _MAX_NEIGHBOUR_SPAN * size)] for each in (some, size))
+    return some[_off_lines(padded, some) > _MAX_NEIGHBOUR_SPAN * size]
+
+
+def _off_lines(padded: np.ndarray, some: np.ndarray) -> np.ndarray:
+    """Distances of the (k,) samples ``some`` from the nearer of two lines: through the three samples before, and after,
+    with the bend of these three; ``padded`` has three more samples at either end."""
+    off = []
+    for order in ((0, 1, 2), (6, 5, 4)):
+        far, middle, near = (padded[some + k] for k in order)
+        line = (far + middle + near) / 3.0 + near - far
+        off.append(np.abs(padded[some + 3] - line) + np.abs(far - 2.0 * middle + near))
+    return np.minimum(*off)
 
 
 def _residuals(padded: np.ndarray, some: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
