@@ -9,7 +9,7 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 210,
+    "Python files": 214,
     "modules imported by one other alone": 60,
     "files that run in `nf.read(file)`": 14,
     "files that run in `nf.identify(recording)`": 34,

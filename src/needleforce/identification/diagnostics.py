@@ -23,6 +23,7 @@ from .models import UNKNOWN_TIP, model_of, run_model
 from .one_layer.fit_recording import SegmentedRecording, peak_force
 from .one_layer.loading_curves import FITS
 from .recording_fit import RecordingFit
+from .repeats import differing_repeats
 from .result import FitSettings
 from .statistics.noise import Noise
 
@@ -84,7 +85,7 @@ def recording_fit(
         model = model_of({name: estimate.value for name, estimate in own.items()}, law, needle)
     except InputError as error:
         return dataclasses.replace(base, notes=(*notes, NO_MODEL.format(error)))
-    zero = own["force_offset"].value + single.drift.at(single.recording.time)
+    zero = own["force_offset"].value + single.drift.at(single.recording)
     predicted = run_model(model, single.recording, own["contact_depth"].value, single.depth) + zero
     inside = single.strokes.mask(len(predicted))
     residual = quality(single.recording.force[inside], predicted[inside])
@@ -120,7 +121,8 @@ def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
 
 def warnings_of(singles: list[SegmentedRecording], model: Model | None, one_layer: bool = True) -> tuple[str, ...]:
     """Limits that a recording or the model exceeds, each once; some apply only to a model of one layer."""
-    found = [sentence for single in singles for sentence in exceeded_limits(single, one_layer)]
+    found = [*differing_repeats(singles)]
+    found += [sentence for single in singles for sentence in exceeded_limits(single, one_layer)]
     found += [] if model is None else list(model.warnings)
     return tuple(dict.fromkeys(found))
 

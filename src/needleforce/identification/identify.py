@@ -26,6 +26,7 @@ from .diagnostics import (
     warnings_of,
 )
 from .estimates import UNITS, Estimate, estimates_of, identified_together, mean_estimate, pool
+from .layer_choice import cycle_evidence, misses_cycle, with_measured_puncture
 from .models import BENT, COMPARED, LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
 from .one_layer.fit_recording import SegmentedRecording, fitted, segmented
 from .one_layer.law_choice import choice_of, match_of, meets_puncture, peak_of, supported
@@ -76,8 +77,9 @@ def identify(
         A name in ``MODELS`` or ``BENT``, or ``layered`` or ``layered_yielding`` (both passive) or
         ``layered_as_fitted``, which are fitted to complete cycles.
         Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves; another law where
-        neither meets the puncture or the noise; ``layered`` where no law of one layer meets the puncture and there is a
-        withdrawal. The choice is in ``choice`` and ``warnings``.
+        neither meets the puncture or the noise. ``layered`` where there is a withdrawal and either no law of one layer
+        meets the puncture, or one layer leaves more than 5 % of the peak over insertion, hold and withdrawal and the
+        evidence for layers is very strong (a difference of BIC of 10). The choice is in ``choice`` and ``warnings``.
     needle : Needle or Model, optional
         Needle with its tip, or a model that has one; needed for a modulus.
     bending : str or path-like, optional
@@ -126,21 +128,32 @@ def identify(
     choice = choice_of(singles, laws, preferred)
     law = choice[0].name if choice else laws[0]
     fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
-    if model is not None or fit.model is not None or seconds or layers is not None:
+    if model is not None or seconds or layers is not None or not singles:
         return fit
-    return _with_layers(fit, singles, FitInputs(needle, None, bench), progress)
+    return _with_layers(fit, law, singles, FitInputs(needle, None, bench), progress)
 
 
-def _with_layers(fit: Fit, singles: list[SegmentedRecording], given: FitInputs, progress: Progress | None) -> Fit:
-    """The layered fit of recordings that no one-layer law describes, where there is one; else ``fit``."""
-    from .layered.identify import identify_layered
-
+def _with_layers(
+    fit: Fit, law: str, singles: list[SegmentedRecording], given: FitInputs, progress: Progress | None
+) -> Fit:
+    """The one-layer fit, or the layered one where the complete cycles support it."""
     if not any(single.fits and len(single.strokes.depth_out) for single in singles):
         return fit
+    if fit.model is not None and not misses_cycle(fit, singles):
+        return fit
+    from .layered.identify import identify_layered
+
     layered = identify_layered(singles, DEFAULT_LAYERED, given, None, progress)
     if layered.model is None:
         return fit
-    return dataclasses.replace(layered, warnings=(LAYERED_BY_DEFAULT, *layered.warnings))
+    layered = with_measured_puncture(layered, fit)
+    if fit.model is None:
+        return dataclasses.replace(layered, warnings=(LAYERED_BY_DEFAULT, *layered.warnings))
+    evidence = cycle_evidence(fit, layered, singles)
+    if evidence is None:
+        return fit
+    chosen = layered if evidence.for_layers else fit
+    return dataclasses.replace(chosen, warnings=(evidence.sentence(law), *chosen.warnings))
 
 
 def _layered(

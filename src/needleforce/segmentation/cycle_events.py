@@ -6,11 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtrit
 
-from .comparisons import block_noise
 from .contact import Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Puncture
 from .fall_location import ForceDrop, lasting_share, locate, rupture_share, unslowed_share
-from .punctures import FALSE_ALARMS, Fall, falls
+from .punctures import FALSE_ALARMS, Fall, block_noise, falls
 from .strokes import Blocks, Cut, Cycle, at_cut, reversals
 
 MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
@@ -21,6 +20,7 @@ MAX_GRADUAL_TRAVEL_M = 1e-3  # [m] travel of the most gradual rupture that is se
 NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
 MIN_LOAD_SIGMA = 8.0  # [sd] range of blocks beyond which the force before the contact may be a load
 MIN_RISE_RATIO = 3.0  # of the duration of a rise before a fall over that of the fall, if the stroke begins in contact
+SPEED_REACH = 4  # gradual ruptures within which the speed may be back after a fall, and the force is not
 LASTING_SHARE = 0.5  # of a fall beyond the pull-backs and rests in it: with less it is theirs
 MIN_HALF_WAVES = 5  # of a regular oscillation; two layers with a puncture each have four
 MIN_FALL_LENGTH = 0.5  # of that of a rise, in an oscillation that is no series of ruptures
@@ -155,7 +155,7 @@ def _drops(
     kept: list[tuple[Fall, ForceDrop]] = []
     for fall in falls(stroke, free=free, noise=noise, turns=turns, **sizes):
         drop = locate(cut.force, fall, stroke, size=stroke.size, window=allowed.window, noise=noise)
-        share = unslowed_share(drop, cut, baseline, allowed.gradual)
+        share = unslowed_share(drop, cut, baseline, SPEED_REACH * allowed.gradual)
         if fall.statistic * share < fall.threshold or lasting_share(drop, cut, depth, allowed.window) < LASTING_SHARE:
             continue
         if not kept or drop.peak > kept[-1][1].end + allowed.window:

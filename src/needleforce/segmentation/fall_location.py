@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .comparisons import ForceNoise
-from .punctures import CHECK_SIGMA, Fall
+from .punctures import CHECK_SIGMA, Fall, ForceNoise
 from .strokes import Blocks, Cut
 
 MIN_CONTINUED_SLOPE = 0.5  # of the mean slope of a fall: while it continues like this it has not ended

@@ -82,15 +82,15 @@ def segment(
     Contact: the force exceeds the mean of the free travel by ``crossing`` standard deviations for 10 samples; the rise
     is traced back to its origin by a fit. Without free travel the contact is not later than given.
 
-    Puncture: a fall of the force during inward travel that noise explains at most once in 1000 recordings. Windows of
-    several lengths before and after every place are compared, also with a gap for gradual ruptures of up to 1 mm. The
-    noise is that of the free travel with its correlation, or of the differences of the stroke without it, at least that
-    of the sensor's quantum; where the stroke itself fluctuates more, its fluctuation counts. A steady decline, a
-    regular oscillation, a fall in proportion to the speed, and anything during a stop or a pull-back are no punctures.
-    In a stroke that is rougher than the noise, a tissue with texture, a puncture also falls by ``drop`` times the force
-    within a third of ``within``, or by what noise with the tails of Student's t (4 degrees of freedom) does not explain
-    either. Other falls are in ``minor``: 0 for ``drop`` counts them all. A fall has to exceed what the force grows over
-    the shortest window, three blocks of a tenth of ``within`` or of a sample.
+    Puncture: a fall of the force at the cut, where the needle is deeper than ever before, that noise explains at most
+    once in 1000 recordings (0 of 2000 measured). Windows of several lengths before and after every place are compared,
+    also with a gap for gradual ruptures of up to 1 mm. The noise is that of the free travel with its correlation, or of
+    the differences of the stroke without it, at least that of the sensor's quantum; where the stroke itself fluctuates
+    more, its fluctuation counts. A steady decline, a regular oscillation, a fall in proportion to the speed, what a
+    rest relaxes, and what comes back after a pull-back are no punctures. In a stroke that is rougher than the noise, a
+    tissue with texture, a puncture also falls by ``drop`` times the force within a third of ``within``, or over more at
+    the end of a rise by that times the root of the longer distance, or by what noise with the tails of Student's t (4
+    degrees of freedom) does not explain either. Other falls are in ``minor``: 0 for ``drop`` counts them all.
 
     Exit: during withdrawal the force returns to its baseline and remains there. ``low`` and ``high`` of an event are
     samples that bound it. Pull-backs and pauses are part of one insertion as long as the needle stays in the tissue.

@@ -175,7 +175,7 @@ def blocks(depth: np.ndarray, force: np.ndarray, first: int, last: int, size: in
     return Blocks(starts, size, core.block_means(depth[part], size), core.block_means(force[part], size))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Cut:
     """The insertion at the cut: numbers of the (n,) ``samples`` at which the needle goes deeper than ever before, their
     ``depth`` and ``force``, and ``blocks`` of these, whose starts are places in these arrays.
@@ -209,12 +209,13 @@ def at_cut(depth: np.ndarray, force: np.ndarray, first: int, last: int, *, size:
         samples = samples[samples - np.maximum.accumulate(back) >= lag]
     z, f = depth[samples], force[samples]
     gaps = np.flatnonzero(np.diff(samples) > 1) + 1
-    return Cut(samples, z, f, blocks(z, f, 0, len(samples), size), gaps, noise)
+    part = blocks(z, f, 0, len(samples), size)
+    return Cut(samples=samples, depth=z, force=f, blocks=part, gaps=gaps, noise=noise)
 
 
 def cut_samples(depth: np.ndarray, first: int, last: int, reach: int) -> tuple[np.ndarray, float]:
-    """Numbers of the samples from ``first`` up to ``last`` at which the needle goes deeper than ever before: not at
-    rest, not pulled back, and not on its way through the hole that it left.
+    """Numbers of the samples from ``first`` up to ``last`` at which the needle goes deeper than ever before, not at
+    rest, not pulled back, and not on its way through the hole that it left; and the noise of the depth [m], at 4 sd.
 
     The depth is averaged until its noise is small against its advance, and its deepest point so far is known to the
     noise that remains. A needle advances if that point moves within ``reach`` samples before and after.

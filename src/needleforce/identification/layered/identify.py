@@ -152,7 +152,7 @@ def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitI
     problem, cycle = solved.problem, solved.problem.cycles[run]
     factor = (cycle.speed / problem.speed) ** solved.x[problem.unknowns.speed]
     predicted = factor * run_model(model, single.recording, surface, single.depth)
-    predicted += zero.value + cycle.zero.drift.at(single.recording.time)
+    predicted += zero.value + cycle.zero.drift.at(single.recording)
     cycle, _ = cycle_span(single.strokes, single.events)
     residual = quality(single.recording.force[cycle], predicted[cycle])
     return replace(base, parameters=own, quality=residual, predicted=predicted)

@@ -89,8 +89,9 @@ def segmented(recording: Recording) -> SegmentedRecording:
 
 
 def _motion_notes(strokes: Strokes) -> tuple[str, ...]:
-    """A sentence on a pull-back within the insertion."""
-    if not strokes.backtrack > 0.0:
+    """A sentence on a pull-back within the insertion that is longer than the travel in which friction reverses."""
+    reversal = strokes.friction_reversal
+    if not strokes.backtrack > (0.0 if reversal is None else reversal.high):
         return ()
     return (
         f"The needle is pulled back within the insertion, by up to {1e3 * strokes.backtrack:.3g} mm: the fit uses the "
@@ -110,8 +111,8 @@ def _without_drift(recording: Recording, events: Events, strokes: Strokes) -> tu
             force_out=strokes.force_out[kept],
             index_out=strokes.index_out[kept],
         )
-    force_in = strokes.force_in - drift.at(recording.time[strokes.index_in])
-    force_out = strokes.force_out - drift.at(recording.time[strokes.index_out])
+    force_in = strokes.force_in - drift.at(recording, strokes.index_in)
+    force_out = strokes.force_out - drift.at(recording, strokes.index_out)
     return dataclasses.replace(strokes, force_in=force_in, force_out=force_out), drift, after
 
 
@@ -174,30 +175,21 @@ def _loading(single: SegmentedRecording, law: str, before: slice, saturation: fl
     depth, force = strokes.depth_in[before], strokes.force_in[before]
     above = contact - 2.0 * max(float(depth.max(initial=contact)) - contact, 0.0)
     after, drift = single.free_after, single.drift
-    if len(after):
-        depth = np.append(depth, np.full(len(after), above))
-        force = np.append(force, recording.force[after] - drift.at(recording.time[after]))
-    effect = None
-    if drift.error > 0.0:
-        times = recording.time[np.append(strokes.index_in[before], after)]
-        effect = DriftEffect(lever=times - drift.origin, error=drift.error)
+    samples = np.append(strokes.index_in[before], after)
     return fit_deformation(
-        depth,
-        force,
+        np.append(depth, np.full(len(after), above)),
+        np.append(force, recording.force[after] - drift.at(recording, after)),
         contact,
         law,
         known={"saturation_depth": saturation},
         filter_length=recording.card.filter_length,
-        drift=effect,
+        drift=drift.effect(recording, samples),
     )
 
 
 def _drift_effect(single: SegmentedRecording, strokes: Strokes) -> DriftEffect | None:
     """The drift at the samples of both strokes; None without one."""
-    if not single.drift.error > 0.0:
-        return None
-    samples = np.concatenate([strokes.index_in, strokes.index_out])
-    return DriftEffect(lever=single.recording.time[samples] - single.drift.origin, error=single.drift.error)
+    return single.drift.effect(single.recording, np.concatenate([strokes.index_in, strokes.index_out]))
 
 
 def loading_samples(recording: Recording, strokes: Strokes, events: Events) -> slice:

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The sensor's zero as the free travel shows it: which samples are free, and whether the zero drifts over time.
+"""The sensor's zero as the free travel shows it: which samples are free, and whether the zero drifts over time or
+changes over the travel, as by a cable that is pulled along.
 
-The zero itself is a parameter of each fit, with these samples as data. A drift is one too where the free travel shows
-it: a slope over time that its noise explains once in a thousand recordings.
+The zero itself is a parameter of each fit, with these samples as data. A slope is one too where the free travel shows
+it: a slope over time or over depth that its noise explains once in a thousand recordings each. Free travel before the
+insertion alone, at one speed, does not distinguish the two: then it is called a drift over time.
 """
 
 import math
@@ -14,33 +16,49 @@ import numpy as np
 from ... import core
 from ...recording import Recording
 from ...segmentation import Events
-from ..statistics.noise import noise_of
+from ..statistics.noise import DriftEffect, noise_of
 from ..statistics.regression import inverse
 from ..strokes import Strokes
 
 SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand recordings
+ALL = slice(None)
 MIN_FREE_SAMPLES = 10  # of a part of the free travel
 STEP = (
     "The force without contact is {before:.3g} N before the insertion and {after:.3g} N after it, and this is not a "
     "steady drift: the sensor's zero is uncertain by as much."
 )
-DRIFT = "The sensor's zero drifts by {:.3g} N/s, as the free travel shows; the drift is part of the fit."
+DRIFT = {
+    "time": "The sensor's zero drifts by {:.3g} N/s, as the free travel shows; the drift is part of the fit.",
+    "depth": (
+        "The force without contact changes by {:.3g} N/m of travel, as the free travel before and after shows: does a "
+        "cable pull or a guide rub? The slope is part of the fit."
+    ),
+}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Drift:
-    """``slope`` [N/s] of the sensor's zero with its standard error, about the time ``origin`` [s] where the zero is
-    best known; 0 where the free travel shows none. ``uncertain_by`` [N] is a change that is no steady drift."""
+    """``slope`` of the sensor's zero with its standard error, ``over`` the time [N/s] or the depth [N/m], about the
+    ``origin`` [s or m] where the zero is best known; 0 where the free travel shows none. ``uncertain_by`` [N] is a
+    change that is no steady drift."""
 
     slope: float = 0.0
     error: float = 0.0
     origin: float = 0.0
+    over: str = "time"
     uncertain_by: float = 0.0
     note: str = ""
 
-    def at(self, time: np.ndarray) -> np.ndarray:
-        """Change of the zero (n,) [N] at times (n,) [s]."""
-        return self.slope * (time - self.origin)
+    def at(self, recording: Recording, samples: np.ndarray | slice = ALL) -> np.ndarray:
+        """Change of the zero (n,) [N] at samples of the recording."""
+        return self.slope * self._lever(recording, samples)
+
+    def effect(self, recording: Recording, samples: np.ndarray) -> DriftEffect | None:
+        """The slope as an error of the fit at samples of the recording; None without one."""
+        return DriftEffect(lever=self._lever(recording, samples), error=self.error) if self.error > 0.0 else None
+
+    def _lever(self, recording: Recording, samples: np.ndarray | slice) -> np.ndarray:
+        return getattr(recording, self.over)[samples] - self.origin
 
 
 def free_samples(strokes: Strokes, events: Events, usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -56,27 +74,35 @@ def free_samples(strokes: Strokes, events: Events, usable: np.ndarray) -> tuple[
 def drift_of(recording: Recording, before: np.ndarray, after: np.ndarray) -> Drift:
     """The drift of the zero from the free samples before contact and after exit.
 
-    A line over time through both parts with its long-run noise. Where a step between the parts explains them better
-    than the line, it is no drift.
+    A line over time, or over depth if that leaves less, through both parts with its long-run noise. Where a step
+    between the parts explains them better than the line, it is no drift.
     """
     parts = [part for part in (before, after) if len(part) >= MIN_FREE_SAMPLES]
     if not parts:
         return Drift()
+    lines = [_line(recording, parts, over) for over in (("time", "depth") if len(parts) == 2 else ("time",))]
+    drift, fit, _ = min(lines, key=lambda line: line[2])
+    if len(parts) == 2 and _steps(fit):
+        first, last = (float(recording.force[part].mean()) for part in parts)
+        return Drift(uncertain_by=abs(last - first) / math.sqrt(12.0), note=STEP.format(before=first, after=last))
+    return drift if abs(drift.slope) > SIGNIFICANT * drift.error else Drift()
+
+
+def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[Drift, "LineFit", float]:
+    """The line over time or depth through the free samples, its sums of products and its sum of squares [N²]."""
     samples = np.concatenate(parts)
-    time, force = recording.time[samples], recording.force[samples]
-    origin = float(time.mean())
-    later = samples >= after[0] if len(parts) == 2 else np.zeros(len(samples))
-    fit = LineFit.of(np.array([np.ones_like(time), time - origin, later, force]), parts)
-    slope, error = fit.coefficient([0, 1])
-    if len(parts) == 2:
-        step, step_error = fit.coefficient([0, 1, 2])
-        if abs(step) > SIGNIFICANT * step_error:
-            first, last = (float(recording.force[part].mean()) for part in parts)
-            note = STEP.format(before=first, after=last)
-            return Drift(uncertain_by=abs(last - first) / math.sqrt(12.0), note=note)
-    if not abs(slope) > SIGNIFICANT * error:
-        return Drift()
-    return Drift(slope=slope, error=error, origin=origin, note=DRIFT.format(slope))
+    x, force = getattr(recording, over)[samples], recording.force[samples]
+    origin = float(x.mean())
+    later = samples >= parts[-1][0] if len(parts) == 2 else np.zeros(len(samples))
+    fit = LineFit.of(np.array([np.ones_like(x), x - origin, later, force]), parts)
+    slope, error, left = fit.coefficient([0, 1])
+    return Drift(slope=slope, error=error, origin=origin, over=over, note=DRIFT[over].format(slope)), fit, left
+
+
+def _steps(fit: "LineFit") -> bool:
+    """Whether a step between the parts is significant in addition to the line."""
+    step, error, _ = fit.coefficient([0, 1, 2])
+    return abs(step) > SIGNIFICANT * error
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,17 +121,18 @@ class LineFit:
         grams = [core.gram(rows, first, last) for first, last in pairwise(ends)]
         return cls(rows, ends, grams)
 
-    def coefficient(self, used: list[int]) -> tuple[float, float]:
-        """The coefficient of the last of the rows that are ``used``, and its standard error from correlated noise; an
-        infinite error where the samples do not determine it."""
+    def coefficient(self, used: list[int]) -> tuple[float, float, float]:
+        """The coefficient of the last of the rows that are ``used``, its standard error from correlated noise, and the
+        sum of squares that is left; an infinite error where the samples do not determine it."""
         products = sum(self.grams)
         bread = inverse(products[np.ix_(used, used)])
         if not np.isfinite(bread).all():
-            return 0.0, math.inf
+            return 0.0, math.inf, float(products[-1, -1])
         values = bread @ products[used, -1]
         residual = self.rows[-1] - sum(value * self.rows[row] for value, row in zip(values.tolist(), used))
         meat = np.zeros_like(bread)
         for (first, last), gram in zip(pairwise(self.ends), self.grams):
             lost = min(float(len(used)), 0.25 * (last - first))
             meat += noise_of(residual[first:last], last - first, 1, lost).long_run * gram[np.ix_(used, used)]
-        return float(values[-1]), math.sqrt(max(float((bread @ meat @ bread)[-1, -1]), 0.0))
+        error = math.sqrt(max(float((bread @ meat @ bread)[-1, -1]), 0.0))
+        return float(values[-1]), error, float(residual @ residual)
