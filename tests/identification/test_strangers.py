@@ -276,8 +276,12 @@ def test_intervals_hold_the_truth(verdicts):
     assert np.mean([covered for v in verdicts for covered in v.covered.values()]) >= MIN_COVERED
 
 
-@pytest.mark.xfail(strict=False, reason="82 false ones in 2000 recordings, 107 of 1888 missed")
-def test_punctures(verdicts):
+def test_false_punctures(verdicts):
     true = sum(v.true_punctures for v in verdicts)
     assert sum(v.false_punctures for v in verdicts) <= 0.01 * true
+
+
+@pytest.mark.xfail(strict=False, reason="45 of 1889 in 2000 recordings, a third of them hidden by the sensor")
+def test_missed_punctures(verdicts):
+    true = sum(v.true_punctures for v in verdicts)
     assert sum(v.missed_punctures for v in verdicts) <= 0.01 * true

@@ -137,10 +137,8 @@ def test_the_length_of_a_pull_back_is_in_the_notes():
 
 def test_motion_by_hand_leaves_the_intervals_right():
     inside = covered(recorded(by_hand(k), seed=k) for k in range(24))
-    # a puncture with a pull-back right behind it may not be found: then there is no answer
-    assert inside["declined"] <= 4, inside
-    answered = 24 - inside["declined"]
-    assert min(inside[name] for name in ("friction_per_length", "cutting_force")) >= answered - 4, inside
+    assert not inside["declined"], inside  # a puncture with a pull-back right behind it was not found in three
+    assert min(inside[name] for name in ("friction_per_length", "cutting_force")) >= 20, inside
 
 
 def test_a_model_off_the_measured_puncture_is_no_answer():

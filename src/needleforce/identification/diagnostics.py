@@ -3,12 +3,14 @@
 what cannot be identified."""
 
 import dataclasses
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from .. import core
 from ..core import Needle
 from ..errors import InputError
 from ..mechanics.buckling import equivalent_half_angle
@@ -84,7 +86,7 @@ def recording_fit(
     except InputError as error:
         return dataclasses.replace(base, notes=(*notes, NO_MODEL.format(error)))
     zero = own["force_offset"].value + single.drift.at(single.recording)
-    predicted = run_model(model, single.recording, own["contact_depth"].value) + zero
+    predicted = run_model(model, single.recording, own["contact_depth"].value, single.depth) + zero
     inside = single.strokes.mask(len(predicted))
     residual = quality(single.recording.force[inside], predicted[inside])
     return dataclasses.replace(base, predicted=predicted, quality=residual)
@@ -92,9 +94,10 @@ def recording_fit(
 
 def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
     """Residual of the predicted force against the measured one, (n,) [N] each."""
-    residual = float(np.mean((force - predicted) ** 2))
-    rmse = float(np.sqrt(residual))
-    return Quality(rmse, rmse / float(np.max(np.abs(force))), 1.0 - residual / float(np.var(force)))
+    left, about = force - predicted, force - force.mean()
+    residual, variance = core.product(left, left) / len(force), core.product(about, about) / len(force)
+    rmse, peak = math.sqrt(residual), max(float(force.max()), -float(force.min()))
+    return Quality(rmse, rmse / peak, 1.0 - residual / variance)
 
 
 def misfit_warning(found: Quality | None) -> tuple[str, ...]:

@@ -206,6 +206,8 @@ def _layered(
 def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
     """The fit of one law from recordings that were segmented and fitted one by one."""
     answering = [single for single in singles if law in single.fits]
+    for single in answering:
+        single.fits[law] = single.fits[law].limited()
     own = {single: _own(single, law, given) for single in answering}
     parameters = pool(list(own.values()))
     two_pass, replaced, refused = _two_pass(singles, seconds, own, given, FITS[law].foundation)

@@ -19,7 +19,7 @@ from ..models.laws import law_called
 from ..models.model import Insertion, Model
 from ..recording import Recording
 from .estimates import Estimate
-from .motion import steady_depth
+from .motion import DepthSignal
 from .one_layer.loading_curves import FITS, LoadingCurve
 from .one_layer.loading_curves import GRADUAL as GRADUAL_FITS
 
@@ -239,7 +239,11 @@ def with_ruptures(model: Model, depths: Sequence[float] | np.ndarray) -> Model:
     return dataclasses.replace(model, puncture=first, deeper=tuple(deeper))
 
 
-def run_model(model: Model, recording: Recording, contact_depth: float) -> np.ndarray:
-    """Force (n,) [N] of ``model`` along a recording whose surface is at ``contact_depth`` [m] in its own zero."""
+def run_model(
+    model: Model, recording: Recording, contact_depth: float, signal: DepthSignal | None = None
+) -> np.ndarray:
+    """Force (n,) [N] of ``model`` along a recording whose surface is at ``contact_depth`` [m] in its own zero;
+    ``signal`` is that of its depth, where it is known."""
     dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
-    return Insertion(model, max_speed=np.inf).run(steady_depth(recording.depth) - contact_depth, None, dt)["force"]
+    steady = (signal or DepthSignal(recording.depth)).steady
+    return Insertion(model, max_speed=np.inf).forces(steady - contact_depth, dt)

@@ -12,6 +12,7 @@ from ...errors import InputError
 from ...recording import Recording
 from ...segmentation import Events, Puncture, segment
 from ...vocabulary import Status
+from ..motion import DepthSignal
 from ..statistics.noise import DriftEffect
 from ..strokes import Strokes, strokes_of, usable_samples
 from ..timing import timing_notes
@@ -41,7 +42,7 @@ ONLY_STAGED = "The law {} has only a staged fit: first the loading curve, then f
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SegmentedRecording:
-    """One recording's events, strokes, and the fit of each stiffness law that could be fitted.
+    """One recording's ``depth`` signal, events, strokes, and the fit of each stiffness law that could be fitted.
 
     ``loading`` has each law's fit of the loading curve, ``law_notes`` its notes. The ``strokes`` have the ``drift`` of
     the zero subtracted; ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` are
@@ -49,6 +50,7 @@ class SegmentedRecording:
     """
 
     recording: Recording
+    depth: DepthSignal
     events: Events
     strokes: Strokes
     status: Status
@@ -67,13 +69,20 @@ def segmented(recording: Recording) -> SegmentedRecording:
     events = Events(status=Status.unreadable, notes=(impossible,)) if impossible else segment(recording)
     if events.status is Status.unreadable:
         return SegmentedRecording(
-            recording=recording, events=events, strokes=_no_strokes(), status=Status.unreadable, notes=events.notes
+            recording=recording,
+            depth=DepthSignal(recording.depth),
+            events=events,
+            strokes=_no_strokes(),
+            status=Status.unreadable,
+            notes=events.notes,
         )
     punctured = events.punctures or events.status is not Status.ok
-    timing = timing_notes(recording, events)
-    strokes, drift, free_after = _without_drift(recording, events, strokes_of(recording, events))
+    depth = DepthSignal(recording.depth)
+    timing = timing_notes(recording, events, depth)
+    strokes, drift, free_after = _without_drift(recording, events, strokes_of(recording, events, depth))
     return SegmentedRecording(
         recording=recording,
+        depth=depth,
         events=events,
         strokes=strokes,
         status=events.status if punctured else Status.no_puncture,
@@ -263,7 +272,7 @@ def _complete(
 ) -> tuple[CycleFit, list[str]]:
     """The complete fit with a scan of the complete insertion; around the first puncture if there are several, if the
     scan finds another, or if the rupture is gradual: then the puncture is the peak before the fall."""
-    options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise}
+    options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise, "limited": False}
     options["drift"] = _drift_effect(single, strokes)
     if law == "cone_cylinder":
         options["saturation_depth"] = saturation

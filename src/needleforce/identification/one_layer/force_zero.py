@@ -13,6 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ... import core
 from ...recording import Recording
 from ...segmentation import Events
 from ..statistics.noise import DriftEffect, noise_of
@@ -80,59 +81,87 @@ def drift_of(recording: Recording, before: np.ndarray, after: np.ndarray) -> Dri
     if not parts:
         return Drift()
     lines = [_line(recording, parts, over) for over in (("time", "depth") if len(parts) == 2 else ("time",))]
-    drift, _, allowed = min(lines, key=lambda line: line[1])
-    if len(parts) == 2 and _steps(recording, parts, drift.over):
+    drift, fit, line = min(lines, key=lambda line: line[2].squares)
+    if len(parts) == 2 and fit.coefficient([0, 1, 2]).is_significant:
         first, last = (float(recording.force[part].mean()) for part in parts)
         return Drift(uncertain_by=abs(last - first) / math.sqrt(12.0), note=STEP.format(before=first, after=last))
-    return drift if abs(drift.slope) > allowed else Drift()
+    return drift if line.is_significant else Drift()
 
 
-def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[Drift, float, float]:
-    """The line over time or depth through the free samples, its sum of squares [N²], and the slope that noise
-    explains."""
+def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[Drift, "LineFit", "Coefficient"]:
+    """The line over time or depth through the free samples, its sums of products and its slope."""
     samples = np.concatenate(parts)
     x, force = getattr(recording, over)[samples], recording.force[samples]
     origin = float(x.mean())
-    slope, error, allowed = _coefficient(np.column_stack([np.ones_like(x), x - origin]), force, parts, 1)
-    residual = force - force.mean() - slope * (x - origin)
-    drift = Drift(slope=slope, error=error, origin=origin, over=over, note=DRIFT[over].format(slope))
-    return drift, float(residual @ residual), allowed
+    later = samples >= parts[-1][0] if len(parts) == 2 else np.zeros(len(samples))
+    fit = LineFit.of(np.array([np.ones_like(x), x - origin, later, force]), parts)
+    slope = fit.coefficient([0, 1])
+    note = DRIFT[over].format(slope.value)
+    return Drift(slope=slope.value, error=slope.error, origin=origin, over=over, note=note), fit, slope
 
 
-def _steps(recording: Recording, parts: list[np.ndarray], over: str) -> bool:
-    """Whether a step between the parts is significant in addition to the line over time or depth."""
-    samples = np.concatenate(parts)
-    x = getattr(recording, over)[samples]
-    columns = [np.ones_like(x), x - x.mean(), samples >= parts[1][0]]
-    step, _, allowed = _coefficient(np.column_stack(columns), recording.force[samples], parts, 2)
-    return abs(step) > allowed
+@dataclass(frozen=True, kw_only=True)
+class Coefficient:
+    """A coefficient with its standard error from correlated noise, the size that noise ``explains``, and the sum of
+    ``squares`` [N²] that is left; infinite errors where the samples do not determine it."""
+
+    value: float
+    error: float
+    explains: float
+    squares: float
+
+    @property
+    def is_significant(self) -> bool:
+        """Whether noise does not explain it."""
+        return abs(self.value) > self.explains
 
 
-def _coefficient(design: np.ndarray, force: np.ndarray, parts: list[np.ndarray], at: int) -> tuple[float, float, float]:
-    """Least-squares coefficient ``at`` of force (n,) on design (n, p), its standard error from correlated noise, and
-    the size that noise explains; infinite errors where the samples do not determine it.
+@dataclass(frozen=True, eq=False)
+class LineFit:
+    """Least squares of the last of the ``rows`` (p + 1, n) on some of the others, with the sums of products ``grams``
+    (p + 1, p + 1) over each of the parts between ``ends``."""
 
-    The noise is known from few independent samples where it is correlated: the size follows Student's distribution with
-    their number, less that of the coefficients. There are no more of them than the residual has runs of one sign, so
-    that a transient of the amplifier, which is no line, is no drift.
-    """
-    from scipy.special import stdtrit
+    rows: np.ndarray
+    ends: list[int]
+    grams: list[np.ndarray]
 
-    design = design.astype(float)
-    bread = inverse(design.T @ design)
-    if not np.isfinite(bread).all():
-        return 0.0, math.inf, math.inf
-    values = bread @ (design.T @ force)
-    residual = force - design @ values
-    ends = np.cumsum([0, *map(len, parts)])
-    meat, independent = np.zeros_like(bread), -float(design.shape[1])
-    for first, last in pairwise(ends):
-        part = design[first:last]
-        lost = min(float(design.shape[1]), 0.25 * (last - first))
-        noise = noise_of(residual[first:last], last - first, 1, lost)
-        runs = 1 + int(np.count_nonzero(np.diff(residual[first:last] > 0.0)))
-        known = (last - first) * noise.variance / noise.long_run if noise.long_run > 0.0 else 0.0
-        independent += min(known, runs)
-        meat += noise.long_run * (part.T @ part)
-    error = math.sqrt(max(float((bread @ meat @ bread)[at, at]), 0.0))
-    return float(values[at]), error, error * float(stdtrit(max(independent, 1.0), 1.0 - 0.5 * FALSE_ALARMS))
+    @classmethod
+    def of(cls, rows: np.ndarray, parts: list[np.ndarray]) -> "LineFit":
+        """The sums of products of the rows over each of the consecutive ``parts``."""
+        ends = np.cumsum([0, *map(len, parts)]).tolist()
+        grams = [core.gram(rows, first, last) for first, last in pairwise(ends)]
+        return cls(rows, ends, grams)
+
+    def coefficient(self, used: list[int]) -> Coefficient:
+        """The coefficient of the last of the rows that are ``used``.
+
+        The noise is known from few independent samples where it is correlated: the size that it explains follows
+        Student's distribution with their number, less that of the coefficients. There are no more of them than the
+        residual has runs of one sign, so that a transient of the amplifier, which is no line, is no drift.
+        """
+        from scipy.special import stdtrit
+
+        products = sum(self.grams)
+        bread = inverse(products[np.ix_(used, used)])
+        if not np.isfinite(bread).all():
+            return Coefficient(value=0.0, error=math.inf, explains=math.inf, squares=float(products[-1, -1]))
+        values = bread @ products[used, -1]
+        residual = self.rows[-1] - sum(value * self.rows[row] for value, row in zip(values.tolist(), used))
+        meat, independent = self._meat(residual, used)
+        error = math.sqrt(max(float((bread @ meat @ bread)[-1, -1]), 0.0))
+        student = float(stdtrit(max(independent, 1.0), 1.0 - 0.5 * FALSE_ALARMS))
+        return Coefficient(
+            value=float(values[-1]), error=error, explains=error * student, squares=float(residual @ residual)
+        )
+
+    def _meat(self, residual: np.ndarray, used: list[int]) -> tuple[np.ndarray, float]:
+        """The middle of the sandwich (p, p) from the long-run noise of each part; number of independent samples."""
+        meat, independent = np.zeros((len(used), len(used))), -float(len(used))
+        for (first, last), gram in zip(pairwise(self.ends), self.grams):
+            part = residual[first:last]
+            noise = noise_of(part, last - first, 1, min(float(len(used)), 0.25 * (last - first)))
+            runs = 1 + int(np.count_nonzero(np.diff(part > 0.0)))
+            known = (last - first) * noise.variance / noise.long_run if noise.long_run > 0.0 else 0.0
+            independent += min(known, runs)
+            meat += noise.long_run * gram[np.ix_(used, used)]
+        return meat, independent
