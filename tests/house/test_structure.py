@@ -9,8 +9,8 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 212,
-    "modules imported by one other alone": 60,
+    "Python files": 216,
+    "modules imported by one other alone": 62,
     "files that run in `nf.read(file)`": 14,
     "files that run in `nf.identify(recording)`": 34,
     "calls with six or more positional arguments": 0,

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Intervals hold what the recording allows beside noise: a lag, an undeclared filter, strokes that disagree, the law."""
+"""Intervals hold what the recording allows beside noise: a lag, an undeclared filter, unequal strokes, the law."""
 
 import numpy as np
 import pytest

@@ -55,6 +55,10 @@ double friction(const laws::NonlinearFoundation<Form>& law, double) {
 inline double friction(const laws::YieldingTissue& law, double speed) {
   return friction(laws::DraggedTissuePassive{law.per_length, law.stiffness, law.rupture_length}, speed);
 }
+/// As above; what is left is no deeper in than the tip.
+inline double friction(const laws::YieldingCoulomb& law, double speed) {
+  return friction(laws::Coulomb{law.per_length, law.presliding, 0.0}, speed);
+}
 
 inline double cutting(const laws::ConstantCutting& law, double) { return law.force; }
 inline double cutting(const laws::Fracture& law, double) { return law.prepare().steady(0.0); }

@@ -3,12 +3,14 @@
 what cannot be identified."""
 
 import dataclasses
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from .. import core
 from ..core import Needle
 from ..errors import InputError
 from ..mechanics.buckling import equivalent_half_angle
@@ -21,6 +23,7 @@ from .models import UNKNOWN_TIP, model_of, run_model
 from .one_layer.fit_recording import SegmentedRecording, peak_force
 from .one_layer.loading_curves import FITS
 from .recording_fit import RecordingFit
+from .repeats import differing_repeats
 from .result import FitSettings
 from .statistics.noise import Noise
 
@@ -82,8 +85,8 @@ def recording_fit(
         model = model_of({name: estimate.value for name, estimate in own.items()}, law, needle)
     except InputError as error:
         return dataclasses.replace(base, notes=(*notes, NO_MODEL.format(error)))
-    zero = own["force_offset"].value + single.drift.at(single.recording.time)
-    predicted = run_model(model, single.recording, own["contact_depth"].value) + zero
+    zero = own["force_offset"].value + single.drift.at(single.recording)
+    predicted = run_model(model, single.recording, own["contact_depth"].value, single.depth) + zero
     inside = single.strokes.mask(len(predicted))
     residual = quality(single.recording.force[inside], predicted[inside])
     return dataclasses.replace(base, predicted=predicted, quality=residual)
@@ -91,9 +94,10 @@ def recording_fit(
 
 def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
     """Residual of the predicted force against the measured one, (n,) [N] each."""
-    residual = float(np.mean((force - predicted) ** 2))
-    rmse = float(np.sqrt(residual))
-    return Quality(rmse, rmse / float(np.max(np.abs(force))), 1.0 - residual / float(np.var(force)))
+    left, about = force - predicted, force - force.mean()
+    residual, variance = core.product(left, left) / len(force), core.product(about, about) / len(force)
+    rmse, peak = math.sqrt(residual), max(float(force.max()), -float(force.min()))
+    return Quality(rmse, rmse / peak, 1.0 - residual / variance)
 
 
 def misfit_warning(found: Quality | None) -> tuple[str, ...]:
@@ -117,7 +121,8 @@ def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
 
 def warnings_of(singles: list[SegmentedRecording], model: Model | None, one_layer: bool = True) -> tuple[str, ...]:
     """Limits that a recording or the model exceeds, each once; some apply only to a model of one layer."""
-    found = [sentence for single in singles for sentence in exceeded_limits(single, one_layer)]
+    found = [*differing_repeats(singles)]
+    found += [sentence for single in singles for sentence in exceeded_limits(single, one_layer)]
     found += [] if model is None else list(model.warnings)
     return tuple(dict.fromkeys(found))
 

@@ -151,8 +151,8 @@ def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitI
     surface = MM * float(solved.x[TOP])
     problem, cycle = solved.problem, solved.problem.cycles[run]
     factor = (cycle.speed / problem.speed) ** solved.x[problem.unknowns.speed]
-    predicted = factor * run_model(model, single.recording, surface)
-    predicted += zero.value + cycle.zero.drift.at(single.recording.time)
+    predicted = factor * run_model(model, single.recording, surface, single.depth)
+    predicted += zero.value + cycle.zero.drift.at(single.recording)
     cycle, _ = cycle_span(single.strokes, single.events)
     residual = quality(single.recording.force[cycle], predicted[cycle])
     return replace(base, parameters=own, quality=residual, predicted=predicted)

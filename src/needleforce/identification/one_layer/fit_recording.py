@@ -13,13 +13,15 @@ from ...errors import InputError
 from ...recording import Recording
 from ...segmentation import Events, Puncture, segment
 from ...vocabulary import Status
+from ..motion import DepthSignal
 from ..statistics.noise import DriftEffect
-from ..strokes import Strokes, depth_before, filter_delay, strokes_of, usable_samples
+from ..strokes import Strokes, depth_before, filter_delay, strokes_of, undelayed_depth, usable_samples
 from ..timing import Timing, timing_of
 from .cycle_estimates import CycleFit
 from .cycle_fit import fit_cycle
 from .deformation_fit import DeformationFit, fit_deformation
 from .force_zero import Drift, drift_of, free_samples
+from .gradual_fit import end_of_layer, fit_gradual
 from .loading_curves import FITS
 from .model_errors import holding, with_misfit_below
 from .staged_fit import agrees, fit_by_stages
@@ -34,12 +36,16 @@ STAGED = (
     "staged: first the loading curve, then friction and cutting."
 )
 FAILURES = (ValueError, ArithmeticError, np.linalg.LinAlgError)  # of a fit; an InputError is a ValueError
+RUPTURES_GRADUALLY = (
+    "The rupture is gradual: it begins at an indentation of {rupture_onset:.3g} mm, before the force peak, and most of "
+    "the contact is lost over {rupture_length:.2g} mm. A sharp rupture does not explain the fall."
+)
 ONLY_STAGED = "The law {} has only a staged fit: first the loading curve, then friction and cutting."
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SegmentedRecording:
-    """One recording's events, strokes, and the fit of each stiffness law that could be fitted.
+    """One recording's ``depth`` signal, events, strokes, and the fit of each stiffness law that could be fitted.
 
     ``loading`` has each law's fit of the loading curve, ``law_notes`` its notes. The ``strokes`` have the ``drift`` of
     the zero subtracted; ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` has
@@ -47,6 +53,7 @@ class SegmentedRecording:
     """
 
     recording: Recording
+    depth: DepthSignal
     events: Events
     strokes: Strokes
     status: Status
@@ -65,13 +72,21 @@ def segmented(recording: Recording) -> SegmentedRecording:
     events = Events(status=Status.unreadable, notes=(impossible,)) if impossible else segment(recording)
     if events.status is Status.unreadable:
         return SegmentedRecording(
-            recording=recording, events=events, strokes=_no_strokes(), status=Status.unreadable, notes=events.notes
+            recording=recording,
+            depth=DepthSignal(recording.depth),
+            events=events,
+            strokes=_no_strokes(),
+            status=Status.unreadable,
+            notes=events.notes,
         )
     punctured = events.punctures or events.status is not Status.ok
-    timing = timing_of(recording, events)
-    strokes, drift, free_after = _without_drift(recording, events, strokes_of(recording, events))
+    depth = DepthSignal(recording.depth)
+    undelayed = DepthSignal(undelayed_depth(recording)) if recording.card.filter_length > 1 else depth
+    timing = timing_of(recording, events, undelayed)
+    strokes, drift, free_after = _without_drift(recording, events, strokes_of(recording, events, undelayed))
     return SegmentedRecording(
         recording=recording,
+        depth=depth,
         events=events,
         strokes=strokes,
         status=events.status if punctured else Status.no_puncture,
@@ -83,8 +98,9 @@ def segmented(recording: Recording) -> SegmentedRecording:
 
 
 def _motion_notes(strokes: Strokes) -> tuple[str, ...]:
-    """A sentence on a pull-back within the insertion."""
-    if not strokes.backtrack > 0.0:
+    """A sentence on a pull-back within the insertion that is longer than the travel in which friction reverses."""
+    reversal = strokes.friction_reversal
+    if not strokes.backtrack > (0.0 if reversal is None else reversal.high):
         return ()
     return (
         f"The needle is pulled back within the insertion, by up to {1e3 * strokes.backtrack:.3g} mm: the fit uses the "
@@ -104,8 +120,8 @@ def _without_drift(recording: Recording, events: Events, strokes: Strokes) -> tu
             force_out=strokes.force_out[kept],
             index_out=strokes.index_out[kept],
         )
-    force_in = strokes.force_in - drift.at(recording.time[strokes.index_in])
-    force_out = strokes.force_out - drift.at(recording.time[strokes.index_out])
+    force_in = strokes.force_in - drift.at(recording, strokes.index_in)
+    force_out = strokes.force_out - drift.at(recording, strokes.index_out)
     return dataclasses.replace(strokes, force_in=force_in, force_out=force_out), drift, after
 
 
@@ -199,6 +215,10 @@ def _fit(
     loading curve; notes."""
     saturation, filter_length = given
     joint, notes = complete(FITS[law].complete)
+    if FITS[law].gradual:
+        found = _gradual(single, law, joint, _loading(single, FITS[law].law.name, before, saturation), saturation)
+        values = {name: 1e3 * found[0].values[name] for name in ("rupture_onset", "rupture_length")}
+        return *found, [*notes, RUPTURES_GRADUALLY.format(**values)]
     loading = _loading(single, law, before, saturation)
     if law == joint.law and len(single.events.punctures) == 1 and agrees(joint, loading):
         return joint, loading, [*notes, *joint.warnings]
@@ -207,30 +227,59 @@ def _fit(
     return staged, loading, [*notes, STAGED if law == joint.law else ONLY_STAGED.format(law), *staged.warnings]
 
 
+def _gradual(
+    single: SegmentedRecording, law: str, joint: CycleFit, loading: DeformationFit, saturation: float | None
+) -> tuple[CycleFit, DeformationFit]:
+    """The fit of a gradual rupture to all samples of the first layer, those of the fall too."""
+    recording, events = single.recording, single.events
+    sharp = dataclasses.replace(
+        events, punctures=tuple(dataclasses.replace(p, gradual=False) for p in events.punctures)
+    )
+    complete, _, _ = _without_drift(recording, events, strokes_of(recording, sharp))
+    peak = _peak_sample(single)
+    second = complete.place_in(_place(recording, events.punctures[1])) if len(events.punctures) > 1 else None
+    end = end_of_layer(complete, complete.place_in(max(events.punctures[0].end, peak + 1)), second)
+    return fit_gradual(
+        joint,
+        loading,
+        complete,
+        law=law,
+        end=end,
+        peak=min(complete.place_in(peak), end - 1),
+        reduced=single.strokes,
+        filter_length=recording.card.filter_length,
+        known=saturation,
+        drift=_drift_effect(single, complete),
+        several=len(events.punctures) > 1,
+    )
+
+
+def _place(recording: Recording, puncture: Puncture) -> int:
+    """The recording's sample of a puncture's peak."""
+    return int(np.searchsorted(recording.time, puncture.time))
+
+
 def _loading(single: SegmentedRecording, law: str, before: slice, saturation: float | None) -> DeformationFit:
     """The fit of the loading curve, with the free travel after the exit as data of the zero."""
     strokes, contact, recording = single.strokes, single.events.contact.depth, single.recording
     depth, force = strokes.depth_in[before], strokes.force_in[before]
     above = contact - 2.0 * max(float(depth.max(initial=contact)) - contact, 0.0)
     after, drift = single.free_after, single.drift
-    times = recording.time[np.append(strokes.index_in[before], after)]
+    samples = np.append(strokes.index_in[before], after)
     return fit_deformation(
         np.append(depth, np.full(len(after), above)),
-        np.append(force, recording.force[after] - drift.at(recording.time[after])),
+        np.append(force, recording.force[after] - drift.at(recording, after)),
         contact,
         law,
         known={"saturation_depth": saturation},
         filter_length=recording.card.filter_length,
-        drift=DriftEffect(lever=times - drift.origin, error=drift.error) if drift.error > 0.0 else None,
+        drift=drift.effect(recording, samples),
     )
 
 
 def _drift_effect(single: SegmentedRecording, strokes: Strokes) -> DriftEffect | None:
     """The drift at the samples of both strokes; None without one."""
-    if not single.drift.error > 0.0:
-        return None
-    samples = np.concatenate([strokes.index_in, strokes.index_out])
-    return DriftEffect(lever=single.recording.time[samples] - single.drift.origin, error=single.drift.error)
+    return single.drift.effect(single.recording, np.concatenate([strokes.index_in, strokes.index_out]))
 
 
 def loading_samples(recording: Recording, strokes: Strokes, events: Events) -> slice:
@@ -264,7 +313,7 @@ def _first_layer(single: SegmentedRecording) -> Strokes:
 
 def _peak_sample(single: SegmentedRecording) -> int:
     """The recording's sample of the first puncture's peak."""
-    return int(np.searchsorted(single.recording.time, single.events.punctures[0].time))
+    return _place(single.recording, single.events.punctures[0])
 
 
 def _complete(
@@ -272,7 +321,7 @@ def _complete(
 ) -> tuple[CycleFit, list[str]]:
     """The complete fit with a scan of the complete insertion; around the first puncture if there are several, if the
     scan finds another, or if the rupture is gradual: then the puncture is the peak before the fall."""
-    options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise}
+    options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise, "limited": False}
     options["drift"] = _drift_effect(single, strokes)
     if law == "cone_cylinder":
         options["saturation_depth"] = saturation

@@ -96,6 +96,8 @@ def noise_of(residual: np.ndarray, count: int, filter_length: int = 1, lost: flo
 
 def _flat_top(covariance: np.ndarray, flat_lags: int) -> tuple[float, float]:
     """The sum of autocovariances within the window, and the sum of its weights."""
+    if not flat_lags:
+        return float(covariance[0]), 1.0
     weight = np.clip(2.0 - np.arange(1, 2 * flat_lags) / max(flat_lags, 1), 0.0, 1.0)
     return float(covariance[0] + 2.0 * (weight @ covariance[1 : len(weight) + 1])), 1.0 + 2.0 * float(weight.sum())
 
