@@ -24,7 +24,7 @@ from scipy.interpolate import PchipInterpolator
 
 import needleforce as nf
 from needleforce.identification.cross_validation import MeasuredCycle, measured_cycle
-from needleforce.identification.one_layer.fit_recording import segmented
+from needleforce.identification.one_layer.segmented_recording import segmented
 
 ROOT = Path(__file__).resolve().parents[1]
 CROSS_VALIDATION = runpy.run_path(str(ROOT / "benchmarks" / "cross_validation.py"))

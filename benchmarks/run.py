@@ -18,6 +18,7 @@ from rich.table import Table
 
 import needleforce as nf
 from needleforce import core
+from needleforce.identification.models import COMPARED, LAYERED
 
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = nf.preset("paper")
@@ -234,6 +235,43 @@ def reading():
     yield "segmenting them / reading them", f"{segmenting:.2f}", "", True
 
 
+def noisy_arrays(preset: str, rate: float, seed: int, **motion: float) -> tuple:
+    """Time, depth and force of a simulated insertion with hold and withdrawal, with noise of 5 mN."""
+    run = nf.simulate(nf.preset(preset), nf.Motion.insert(start=-5e-3, hold=1.0, withdraw=True, **motion), rate=rate)
+    return run.time, run.depth, run.force + np.random.default_rng(seed).normal(0.0, 5e-3, len(run))
+
+
+def processor_time(work) -> float:
+    """Processor time of a function [s]."""
+    start = time.process_time()
+    work()
+    return time.process_time() - start
+
+
+def identifying():
+    """The complete public call of arrays, the least of 30 runs, and of four repeats with layers and with every model.
+    Absolute limits."""
+    for samples, bar in ((30_000, 5.0), (2_000, None)):
+        arrays = noisy_arrays("paper", samples / 30.0, 0, speed=1e-3, depth=9.5e-3)
+        for what, model in (("default model", None), ("model paper", "paper")):
+            work = lambda arrays=arrays, model=model: nf.identify(arrays, model=model)  # noqa: E731
+            took = 1e3 * min(processor_time(work) for _ in range(30))
+            limit, met = ("", True) if bar is None else (f"<= {bar:g}", took <= bar)
+            yield (
+                f"identify, {len(arrays[0])} samples as arrays, {what} (ms of processor time)",
+                f"{took:.1f}",
+                limit,
+                met,
+            )
+    repeats = [noisy_arrays("layered", 200.0, seed, speed=2e-3, depth=15e-3) for seed in range(4)]
+    for what, bar, work in (
+        ("identify, four layered repeats", 1.5, lambda: nf.identify(repeats, model="layered")),
+        ("compare all models on four repeats", 15.0, lambda: nf.compare(repeats, models=(*COMPARED, *LAYERED))),
+    ):
+        took = processor_time(work)
+        yield f"{what} (s of processor time)", f"{took:.2f}", f"<= {bar:g}", took <= bar
+
+
 def starting():
     """Time of import and help. An absolute limit: printed and not asserted anywhere."""
     bare = best(lambda: subprocess.run([sys.executable, "-c", "pass"], check=True), 5)
@@ -304,7 +342,7 @@ def demo():
     yield "make demo after set-up (s)", f"{took:.1f}", "<= 30", took <= 30
 
 
-PARTS = (step, mujoco, energy, closed_paths, guard_search, evaluation, tips, reading, starting, demo, real)
+PARTS = (step, mujoco, energy, closed_paths, guard_search, evaluation, tips, reading, identifying, starting, demo, real)
 SCRIPTS = (
     "fit",
     "fit_peers",

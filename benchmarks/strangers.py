@@ -21,7 +21,17 @@ from rich.progress import track
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "identification"))
 from stranger_faults import SCENARIOS  # noqa: E402
-from strangers_judge import PARAMETERS, VERDICTS, WORDS, Verdict, causes_named, share, trial, wrong_share  # noqa: E402
+from strangers_judge import (  # noqa: E402
+    PARAMETERS,
+    VERDICTS,
+    WORDS,
+    Verdict,
+    causes_named,
+    declined_shares,
+    share,
+    trial,
+    wrong_share,
+)
 
 HEAD = "shares in %; covered: truth in the 95 % interval, of those with a value; vague: of these, too wide to be of use"
 
@@ -115,6 +125,9 @@ def summary(verdicts: list[Verdict]) -> list[str]:
     return [
         f"\nwrong and not warned of: {100 * wrong_share(verdicts):.2f} % of parameters (bar: 1 %)",
         f"recordings with such a parameter: {with_wrong:.1f} %",
+        "declined: {:.1%} of parameters, {:.1%} if those of incomplete recordings count too".format(
+            *declined_shares(verdicts)
+        ),
         f"punctures: {found[0]} false, {found[1]} missed of {found[2]}",
         f"intervals that do not hold their own value: {sum(v.malformed for v in verdicts)}",
         f"status: {dict(Counter(v.status for v in verdicts).most_common())}",

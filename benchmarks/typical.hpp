@@ -56,6 +56,10 @@ inline laws::YieldingTissue typical() {
   return {140.0, 220.0, 0.4e-3, 1e-3, 0.0, 0.0};
 }
 template <>
+inline laws::YieldingCoulomb typical() {
+  return {18.6, 20e-6, 0.4e-3, 2.0};
+}
+template <>
 inline laws::StickSlip typical() {
   return {0.1, 0.04, 1.5e-3, 25.07, 200.0};
 }

@@ -60,6 +60,18 @@ nb::dict run(Insertion& insertion, const Values& depth, const std::optional<Valu
   return result;
 }
 
+/// The force alone over whole arrays, the velocity being the change of depth.
+Output forces(Insertion& insertion, const Values& depth, const Values& dt) {
+  const std::size_t n = depth.shape(0);
+  require_length(dt, n, "dt");
+  double* force;
+  Output array = new_array(n, force);
+  nb::gil_scoped_release release;
+  for (std::size_t i = 0; i < n; ++i)
+    force[i] = insertion.step(depth.data()[i], no_velocity, dt.data()[i]).force;
+  return array;
+}
+
 void bind_sample(nb::module_& module) {
   nb::class_<Sample>(module, "Sample",
                      "One row of an insertion: force [N], + opposes insertion, and its parts.")
@@ -175,6 +187,8 @@ void bind_insertion(nb::module_& module) {
            "A whole series, (n,) each, as the columns of its samples: force, stiffness, friction, cutting "
            "[N]; phase and status "
            "as float64 indices into Phase and Status.")
+      .def("forces", &forces, nb::arg("depth"), nb::arg("dt"),
+           "The forces [N] of a whole series, (n,) each, the velocity being the change of depth.")
       .def("reset", &Insertion::reset, "Back to before the first contact.")
       .def(
           "restore", [](Insertion& self, const Insertion& saved) { self = saved; }, nb::arg("snapshot"),

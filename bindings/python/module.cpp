@@ -20,4 +20,5 @@ NB_MODULE(core, module) {
   needleforce::python::bind_guard(module);
   needleforce::python::bind_fit(module);
   needleforce::python::bind_fit_loading(module);
+  needleforce::python::bind_scan(module);
 }

@@ -26,5 +26,6 @@ void bind_guard(nanobind::module_& module);
 void bind_live(nanobind::module_& module);
 void bind_fit(nanobind::module_& module);
 void bind_fit_loading(nanobind::module_& module);
+void bind_scan(nanobind::module_& module);  // over whole recordings
 
 }  // namespace needleforce::python

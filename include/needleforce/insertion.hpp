@@ -271,6 +271,7 @@ class Insertion {
     }
     const double force = front().cut_force(state_.cut, state_.cutting, at).force;
     state_.cut.begin(at, force, at - layers_[i].top, contact.free_energy);
+    contact.cut = force;
     contact.free_force = std::max(0.0, contact.free_force - force);
     contact.free_energy *= 0.5;  // the cut has the other half
     layers_[i].take_over(state_.layers[i], contact);

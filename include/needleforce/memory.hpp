@@ -35,6 +35,7 @@ struct ContactAtPuncture {
   double slope;   ///< dF/dh, without relaxation [N/m]
   /// What friction may take over: force [N] and energy [J] apart from the cut's.
   double free_force = 0.0, free_energy = 0.0;
+  double cut = 0.0;  ///< force of the cut that begins [N]
   LayerExtent extent{};
   double depth = 0.0;  ///< of the tip [m]
   /// For a law that keeps the contact: the share of its force that has not relaxed; this share of force [N]

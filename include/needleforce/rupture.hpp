@@ -44,6 +44,30 @@ struct Rupture {
   static constexpr double last_travel = 1e-6;        // [m] the resolution of a good encoder
 };
 
+/// The same for a contact of many fibres in parallel that break at different advances: 1 - d is the share
+/// that has not broken yet, by the distribution of Weibull (1939; bundles of fibres: Daniels 1945):
+///
+///     1 - d = exp(-(s / delta)^m)
+///
+/// m = 1 begins to fall at once; from m = 2 on the fall begins and ends smoothly.
+struct FibreRupture {
+  double per_length;  ///< 1 / delta [1/m]
+  double exponent;    ///< m
+
+  static constexpr double time = 0.0;  // fibres that break do not lag behind
+
+  /// 1 - d after an advance [m].
+  double intact(double advance) const noexcept {
+    return std::exp(-std::pow(std::max(0.0, advance) * per_length, exponent));
+  }
+  /// d(intact) / d(advance) [1/m] where `intact` is left.
+  double slope(double advance, double intact) const noexcept {
+    const double s = std::max(0.0, advance) * per_length;
+    return -intact * exponent * std::pow(s, exponent - 1.0) * per_length;
+  }
+  double lagging(double) const noexcept { return 0.0; }
+};
+
 /// What is left of a contact of force U'(u) after its puncture: its energy is (1 - d) w U(u_e) / k. Neither d
 /// nor the relaxation in w ever recovers, and u_e falls k times as fast as the tip recedes: without a source
 /// of energy. k is 1, or as large as it takes for a contact that relaxed to hold no more than was paid.
@@ -71,7 +95,8 @@ struct RemainingContact {
     recession = std::max(1.0, contact.whole_energy / contact.work);
   }
   /// Damage and relaxation of one step; returns the indentation u_e [m] of what is left.
-  double advance(const Rupture& rupture, const Move& move, const LayerExtent& extent,
+  template <class Curve>
+  double advance(const Curve& rupture, const Move& move, const LayerExtent& extent,
                  const Relaxing& relaxing) noexcept {
     const bool tears = move.depth >= move.deepest;
     if (intact > 0.0 && (tears || rupture.time > 0.0)) tear(rupture, move, extent);
@@ -88,7 +113,8 @@ struct RemainingContact {
   }
 
  private:
-  void tear(const Rupture& rupture, const Move& move, const LayerExtent& extent) noexcept {
+  template <class Curve>
+  void tear(const Curve& rupture, const Move& move, const LayerExtent& extent) noexcept {
     const double advance = move.deepest - extent.puncture;
     const double curve = rupture.intact(advance), lagging = rupture.lagging(move.dt);
     if (curve < intact) intact = curve + (intact - curve) * lagging;

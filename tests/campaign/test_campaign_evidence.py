@@ -13,7 +13,7 @@ import simulated_runs as runs
 import needleforce as nf
 from needleforce.campaign import campaign
 from needleforce.campaign.field_inference import infer_fields
-from needleforce.campaign.outliers import _groups
+from needleforce.identification.repeats import groups
 
 PATTERN = "{specimen}_{repeat}"
 
@@ -189,13 +189,13 @@ def test_repeats_of_one_needle_form_no_groups(tmp_path):
 def test_normal_scatter_forms_two_groups_in_one_of_two_hundred(count):
     # 0.5 % for each of the two parts of the curves; interpolated counts have a small error
     values = np.random.default_rng(count).normal(0.0, 1.0, (10_000, count))
-    share = np.mean([_groups(each, 0.0) is not None for each in values])
+    share = np.mean([groups(each, 0.0) is not None for each in values])
     assert share < 0.0075
 
 
 def test_differences_within_the_noise_form_no_groups():
     apart = np.array([0.0, 1e-4, 1.0, 1.0001])
-    assert _groups(apart, 0.01) is not None and _groups(apart, 0.25) is None
+    assert groups(apart, 0.01) is not None and groups(apart, 0.25) is None
 
 
 def test_every_row_has_its_residual_and_r2(done, by_specimen):

@@ -9,7 +9,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.cross_validation import mean_of_others, measured_cycle
-from needleforce.identification.one_layer.fit_recording import segmented
+from needleforce.identification.one_layer.segmented_recording import segmented
 
 # error over the repeatability floor, from the table in docs/cross_validation.md; its 90th percentile is 1.18
 WORST = 1.27

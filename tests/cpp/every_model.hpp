@@ -87,6 +87,10 @@ inline laws::YieldingTissue usual() {
   return {40.0, 220.0, 0.4e-3, 1e-3, 2.0, 1e-3};
 }
 template <>
+inline laws::YieldingCoulomb usual() {
+  return {paper::friction, 20e-6, 0.4e-3, 2.0};
+}
+template <>
 inline laws::ConstantCutting usual() {
   return {paper::cutting, 20e-6};
 }

@@ -26,6 +26,7 @@ WITHOUT_REFERENCE = {
     "cubic_foundation": "quadrature of the pressure along the shaft, tests/cpp/nonlinear_foundation.cpp",
     "hyperbolic_foundation": "quadrature of the pressure along the shaft, tests/cpp/nonlinear_foundation.cpp",
     "tanh_foundation": "quadrature of the pressure along the shaft, tests/cpp/nonlinear_foundation.cpp",
+    "yielding_coulomb": "its formula is the definition: tests/mechanics/test_rupture.py",
     "dragged_tissue": "an independent transcription in tests/cpp/layered_law.cpp",
     "dragged_tissue_as_fitted": "an independent transcription in tests/cpp/layered_law.cpp",
     "no_cutting": "zero by definition",

@@ -87,7 +87,8 @@ SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue
              "sliding", "fit/layered", "exchange", "live", "guard_settings", "energy_controller", "guard",
              "flight_recorder"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
-          "fit/cycle", "fit/dead_band", "fit/loading_curves", "fit/loading"]  # fmt: skip
+          "fit/cycle", "fit/dead_band", "fit/loading_curves", "fit/loading", "fit/median", "fit/depth_noise",
+          "fit/origin", "fit/lag", "fit/outliers", "fit/sliding_start", "fit/windows"]  # fmt: skip
 
 
 def place(path: Path, include: Path) -> str:

@@ -2,7 +2,8 @@
 """Judges a fit by the truth of a stranger's recording.
 
 Each parameter is ``inside`` its 95 % interval; ``near`` (outside, but inside the interval widened to 1.5 times, or off
-by less than the practical tolerance); ``declined`` (refused, status not ok, no such parameter, or not identifiable);
+by less than the practical tolerance); ``declined`` (refused, no such parameter, or not identifiable; the numbers of an
+``incomplete`` recording are numbers, those of any other status but ``ok`` are not);
 ``warned`` (farther off, with a warning that names a fault of the recording); or ``wrong``: farther off without one.
 """
 
@@ -29,6 +30,7 @@ PARAMETERS = (
 VERDICTS = ("inside", "near", "declined", "warned", "wrong")
 DEPTH_TOLERANCE, SHARE_TOLERANCE, PEAK_TOLERANCE = 0.1e-3, 0.10, 0.03  # [m], of the value, of the largest force
 WIDENED = 1.5
+NUMBERS = ("ok", "incomplete")  # statuses with which numbers are given
 
 # A warning counts if it names what is there. These words are searched in warnings and notes, without regard to case.
 # That the model does not describe the data counts for every fault of the tissue and the rig, not for one of the sensor.
@@ -229,7 +231,7 @@ def judged(fit, truth):
     for name in PARAMETERS:
         if name not in truth.meaningful | truth.absent:
             continue
-        estimate = fit.parameters.get(name) if one.status == "ok" else None
+        estimate = fit.parameters.get(name) if one.status in NUMBERS else None
         explained = any(name in EXPLAINS.get(fault, PARAMETERS) for fault in out.named)
         out.verdicts[name], covered = verdict_of(name, estimate, truth, explained)
         if covered is not None:
@@ -269,6 +271,14 @@ def unguarded(seed, scenario, options):
 def share(verdicts, name=None):
     """Counts of each verdict over all parameters, or of one."""
     return Counter(v for one in verdicts for key, v in one.verdicts.items() if name in (None, key))
+
+
+def declined_shares(verdicts):
+    """Share of judged parameters that are declined, and the same with all of an incomplete recording declined."""
+    judged = [(v.status, each) for v in verdicts for each in v.verdicts.values()]
+    declined = sum(each == "declined" for _, each in judged)
+    strictly = sum(each == "declined" or status != "ok" for status, each in judged)
+    return declined / max(len(judged), 1), strictly / max(len(judged), 1)
 
 
 def wrong_share(verdicts):

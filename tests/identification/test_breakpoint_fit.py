@@ -185,6 +185,17 @@ def test_a_bare_cone_bounds_its_saturation_from_below_only():
     assert 1.5e-3 < fit.low["saturation_depth"] < 3.3e-3
 
 
+def test_the_lower_limit_of_a_saturation_may_be_left_for_later():
+    left = 0
+    for seed in range(8):
+        arrays = cycle(noise=5e-3, seed=seed)
+        fit = fit_cycle(*arrays, law="cone_cylinder", limited=False)
+        left += fit.low["saturation_depth"] == np.inf
+        assert fit.limited().low == fit.limited().limited().low == fit_cycle(*arrays, law="cone_cylinder").low
+        assert 1e-3 < fit.limited().low["saturation_depth"] < 3.3e-3
+    assert left > 0
+
+
 def test_a_filter_smears_both_steps_and_leaving_them_out_removes_the_bias():
     length = 25
     depth_in, force_in, depth_out, force_out = cycle()

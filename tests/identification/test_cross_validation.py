@@ -11,7 +11,8 @@ from needleforce.identification.compare import ModelRow, _ranked
 from needleforce.identification.cross_validation import CrossValidation, cross_validate, mean_of_others, measured_cycle
 from needleforce.identification.diagnostics import FitInputs
 from needleforce.identification.layered.identify import identify_layered
-from needleforce.identification.one_layer.fit_recording import fit_single, segmented
+from needleforce.identification.one_layer.fit_recording import fit_single
+from needleforce.identification.one_layer.segmented_recording import segmented
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, hold=1.0)
 RUN = nf.simulate(nf.preset("physical"), MOTION, rate=100.0)

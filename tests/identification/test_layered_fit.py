@@ -13,7 +13,7 @@ from needleforce.identification.layered.binned_cycle import COARSE, binned_cycle
 from needleforce.identification.layered.search import grow, made_passive, refined
 from needleforce.identification.layered.uncertainty import uncertainty_of
 from needleforce.identification.models import LAYERED, with_ruptures
-from needleforce.identification.one_layer.fit_recording import segmented
+from needleforce.identification.one_layer.segmented_recording import segmented
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=2e-3, depth=21e-3, hold=5.0)
 NAMED = {

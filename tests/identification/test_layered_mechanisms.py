@@ -11,7 +11,7 @@ from needleforce.identification.layered.binned_cycle import COARSE, BinnedCycle,
 from needleforce.identification.layered.hold import relaxation_times
 from needleforce.identification.layered.parameters import MM, LayerRow
 from needleforce.identification.layered.search import grow
-from needleforce.identification.one_layer.fit_recording import segmented
+from needleforce.identification.one_layer.segmented_recording import segmented
 from needleforce.models.model import Layer, Model
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=2e-3, depth=21e-3, hold=5.0)

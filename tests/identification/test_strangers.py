@@ -265,19 +265,22 @@ def test_wrong_and_not_warned_of(verdicts):
     assert wrong_share(verdicts) <= MAX_WRONG, [(v.seed, v.scenario, v.wrong) for v in verdicts if v.wrong]
 
 
-@pytest.mark.xfail(strict=False, reason="25 % of the parameters of 2000 recordings")
+@pytest.mark.xfail(strict=False, reason="16 % of the parameters of 2000 recordings")
 def test_declined(verdicts):
     counts = share(verdicts)
     assert counts["declined"] <= MAX_DECLINED * sum(counts.values())
 
 
-@pytest.mark.xfail(strict=False, reason="88 % of the intervals of 2000 recordings")
 def test_intervals_hold_the_truth(verdicts):
     assert np.mean([covered for v in verdicts for covered in v.covered.values()]) >= MIN_COVERED
 
 
-@pytest.mark.xfail(strict=False, reason="82 false ones in 2000 recordings, 107 of 1888 missed")
-def test_punctures(verdicts):
+def test_false_punctures(verdicts):
     true = sum(v.true_punctures for v in verdicts)
     assert sum(v.false_punctures for v in verdicts) <= 0.01 * true
+
+
+@pytest.mark.xfail(strict=False, reason="45 of 1889 in 2000 recordings, a third of them hidden by the sensor")
+def test_missed_punctures(verdicts):
+    true = sum(v.true_punctures for v in verdicts)
     assert sum(v.missed_punctures for v in verdicts) <= 0.01 * true

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.timing import lag_of, undeclared_filter
+from needleforce.identification.motion import DepthSignal
+from needleforce.identification.timing import lag_of, significant_lag, undeclared_filter
 
 NOISE = 4e-3
 
@@ -39,6 +40,15 @@ def test_without_a_lag_none_is_reported(preset):
         recording = lagging(run, 0.0, seed)
         reported += lag_of(recording, nf.segment(recording)).significant
     assert reported <= 2
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.003, -0.006, 0.05])
+def test_a_search_that_may_stop_early_reports_the_same_lags(run, lag):
+    for seed in range(8):
+        recording = lagging(run, lag, seed)
+        events = nf.segment(recording)
+        complete, early = lag_of(recording, events), significant_lag(recording, events, DepthSignal(recording.depth))
+        assert early == (complete if complete is not None and complete.significant else None)
 
 
 def test_a_recording_without_a_hold_has_no_lag_to_find():

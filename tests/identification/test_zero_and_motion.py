@@ -91,6 +91,17 @@ def test_a_drift_that_the_free_travel_shows_is_part_of_the_fit():
     assert not any("drifts" in note for note in steady)
 
 
+def test_a_force_that_follows_the_travel_is_part_of_the_fit():
+    """A cable that pulls with 1 N/m: the free travel before and after shows it, a drift over time does not fit."""
+    runs = [recorded(seed=k) for k in range(12)]
+    pulled = [nf.Recording(time=run.time, depth=run.depth, force=run.force + 1.0 * run.depth) for run in runs]
+    inside = covered(pulled)
+    assert not inside["declined"] and min(inside[name] for name in TRUTH) >= 9, inside
+    (note,) = (each for each in nf.identify(pulled[0], model="paper").recordings[0].notes if "of travel" in each)
+    slope = float(note.split("changes by ")[1].split(" N/m")[0])
+    assert slope == pytest.approx(1.0, abs=0.25)  # noise of 4 mN over 4 mm before and after: a standard error of 0.07
+
+
 def test_a_zero_that_jumps_is_reported_and_not_called_a_drift():
     run = recorded(offset=0.0)
     force = run.force + np.where(run.time > 6.0, 20e-3, 0.0)  # within the withdrawal
@@ -126,10 +137,8 @@ def test_the_length_of_a_pull_back_is_in_the_notes():
 
 def test_motion_by_hand_leaves_the_intervals_right():
     inside = covered(recorded(by_hand(k), seed=k) for k in range(24))
-    # a puncture with a pull-back right behind it may not be found: then there is no answer
-    assert inside["declined"] <= 4, inside
-    answered = 24 - inside["declined"]
-    assert min(inside[name] for name in ("friction_per_length", "cutting_force")) >= answered - 4, inside
+    assert not inside["declined"], inside  # a puncture with a pull-back right behind it was not found in three
+    assert min(inside[name] for name in ("friction_per_length", "cutting_force")) >= 20, inside
 
 
 def test_a_model_off_the_measured_puncture_is_no_answer():

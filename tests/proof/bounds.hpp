@@ -55,8 +55,12 @@ double friction(const laws::NonlinearFoundation<Form>& law, double) {
 /// The contact that is left is no stronger than the stiffness law's, which is counted with it.
 inline double friction(const laws::YieldingTissue& law, double speed) {
   return friction(laws::DraggedTissuePassive{law.per_length, law.stiffness, law.rupture_length, 0.0,
-                                               law.withdrawal_ratio},
+                                             law.withdrawal_ratio},
                   speed);
+}
+/// As above; what is left is no deeper in than the tip.
+inline double friction(const laws::YieldingCoulomb& law, double speed) {
+  return friction(laws::Coulomb{law.per_length, law.presliding, 0.0}, speed);
 }
 
 inline double cutting(const laws::ConstantCutting& law, double) { return law.force; }

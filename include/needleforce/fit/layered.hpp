@@ -56,11 +56,12 @@ inline Model laws_of(const LayerNumbers& layer, const RelaxationNumbers& relaxat
   const auto& [c, h_s, top, puncture, per_length, stiffness, length, surface, brittleness, rho] = layer;
   switch (form) {
     case LayeredForm::passive:
-      return laws_of<laws::Prony>(layer, laws::DraggedTissuePassive{per_length, stiffness, length, surface, rho},
-                                  relaxation);
+      return laws_of<laws::Prony>(
+          layer, laws::DraggedTissuePassive{per_length, stiffness, length, surface, rho}, relaxation);
     case LayeredForm::yielding:
       return laws_of<laws::PronyLocked>(
-          layer, laws::YieldingTissue{per_length, stiffness, length, surface, brittleness, 0.0, rho}, relaxation);
+          layer, laws::YieldingTissue{per_length, stiffness, length, surface, brittleness, 0.0, rho},
+          relaxation);
     default:
       return laws_of<laws::PronyAtRest>(
           layer, laws::DraggedTissueAsFitted{per_length, stiffness, length, surface, rho}, relaxation);

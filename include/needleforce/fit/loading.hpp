@@ -68,7 +68,7 @@ class LoadingProblem {
   /// those of `near` first, so that sums of their squares keep their digits.
   LoadingPoint at(const Stroke& samples, const LoadingPoint& near,
                   const std::array<double, 2>& x) const noexcept {
-    const Gram gram = gram_of(samples, near, x);
+    const Gram gram = gram_of<columns>(samples, near, x);
     LoadingPoint point = projected(gram, near);
     point.x = x;
     point.normal = normal_of(gram, near, point);
@@ -151,7 +151,15 @@ class LoadingProblem {
     return sum / static_cast<double>(samples.size());
   }
 
-  /// Sums of products of the curve's columns, 1, and the residual from `near`'s amplitudes.
+  /// The sum of squares at x alone, for which the derivatives' columns are not needed.
+  double sse_at(const Stroke& samples, const LoadingPoint& near,
+                const std::array<double, 2>& x) const noexcept {
+    return projected(gram_of<amplitudes>(samples, near, x), near).sse();
+  }
+
+  /// Sums of products of the first `used` of the curve's columns, 1, and the residual from `near`'s
+  /// amplitudes.
+  template <std::size_t used>
   Gram gram_of(const Stroke& samples, const LoadingPoint& near,
                const std::array<double, 2>& x) const noexcept {
     std::array<std::array<Pair, size>, size> sums{};
@@ -166,9 +174,9 @@ class LoadingProblem {
       for (std::size_t k = 0; k < amplitudes; ++k) residual -= near.amplitude[k] * v[k];
       v[target] = residual * one;
       v[ones] = one;
-      for (std::size_t i = 0; i < columns; ++i) {
+      for (std::size_t i = 0; i < used; ++i) {
         sums[i][ones] += v[i];
-        for (std::size_t k = i; k < columns; ++k) sums[i][k] += v[i] * v[k];
+        for (std::size_t k = i; k < used; ++k) sums[i][k] += v[i] * v[k];
         sums[i][target] += v[i] * v[target];
       }
       sums[ones][target] += v[target];
@@ -295,9 +303,10 @@ class LoadingProblem {
     for (std::size_t i = 0; i < places; ++i) {
       found[i].normal.sse = unreached;
       for (const double s : search_.shape.starts) {
-        const LoadingPoint start = at(means, none, {search_.place.starts[i], s});
-        if (start.sse() < found[i].sse()) found[i] = start;
+        const double sse = sse_at(means, none, {search_.place.starts[i], s});
+        if (sse < found[i].sse()) found[i].normal.sse = sse, found[i].x = {search_.place.starts[i], s};
       }
+      if (found[i].sse() < unreached) found[i] = at(means, none, found[i].x);
       found[i] = minimum(means, found[i], rough_gain);
     }
     return places;

@@ -26,6 +26,7 @@
 #include "stick_slip.hpp"
 #include "stribeck_cutting.hpp"
 #include "tip_contact.hpp"
+#include "yielding_coulomb.hpp"
 #include "yielding_tissue.hpp"
 
 namespace needleforce {
@@ -33,9 +34,10 @@ namespace needleforce {
 using Stiffness = std::variant<laws::Cone, laws::ConeCylinder, laws::PowerLaw, laws::Polynomial,
                                laws::Exponential, laws::TipContact>;
 using Puncture = std::variant<laws::PunctureDepth, laws::PunctureForce, laws::PunctureEnergy>;
-using Friction = std::variant<laws::Coulomb, laws::RelaxingSurface, laws::Karnopp, laws::LuGre,
-                              laws::DraggedTissuePassive, laws::DraggedTissueAsFitted, laws::CubicFoundation,
-                              laws::HyperbolicFoundation, laws::TanhFoundation, laws::YieldingTissue>;
+using Friction =
+    std::variant<laws::Coulomb, laws::RelaxingSurface, laws::Karnopp, laws::LuGre, laws::DraggedTissuePassive,
+                 laws::DraggedTissueAsFitted, laws::CubicFoundation, laws::HyperbolicFoundation,
+                 laws::TanhFoundation, laws::YieldingTissue, laws::YieldingCoulomb>;
 using Cutting = std::variant<laws::ConstantCutting, laws::Fracture, laws::StickSlip, laws::StribeckCutting,
                              laws::NoCutting>;
 using Relaxation = std::variant<laws::NoRelaxation, laws::Prony, laws::PronyAtRest, laws::PronyLocked>;

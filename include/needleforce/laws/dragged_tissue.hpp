@@ -32,9 +32,10 @@ struct DraggedTissueMemory {
 ///
 ///     u = F_e / k_t    l = z - z_r - u    -rho f' l <= F <= f' l + (F_p - f' l)+ exp(-(z_max - z_1) / delta)
 ///
-/// rho is the friction outwards over that inwards. The rupture is gradual, and when the embedded length l reaches zero on withdrawal the layer releases at
-/// once. `z_r` is the resting surface, a dimple that stays. Passive: the spring takes over no more energy
-/// than the contact held, which does not hold for a force taken over unchanged (as fitted to recordings).
+/// rho is the friction outwards over that inwards. The rupture is gradual, and when the embedded length l
+/// reaches zero on withdrawal the layer releases at once. `z_r` is the resting surface, a dimple that stays.
+/// Passive: the spring takes over no more energy than the contact held, which does not hold for a force taken
+/// over unchanged (as fitted to recordings).
 template <bool passive>
 struct DraggedTissue {
   double per_length;
@@ -92,7 +93,7 @@ struct DraggedTissue {
       const double torn = std::exp(-(move.deepest - extent.puncture) * per_rupture);
       const double high = grip + std::max(0.0, memory.peak - grip) * torn;
       memory.force = memory.element.drag(stiffness * move.travel, -withdrawal_ratio * grip, high, relaxing,
-                                          move.advancing);
+                                         move.advancing);
       memory.force_by_depth = slope(shaft, memory, grip, torn, move);
     }
     void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {

@@ -14,7 +14,7 @@ from ..recording import Recording
 from ..vocabulary import Status
 from .checks import check_repeats, moving_repeats
 from .labels import Label
-from .outliers import outliers, two_groups
+from .outliers import outliers
 from .recording_result import Anomaly, RecordingResult
 from .repeat_checks import copies
 from .result import Condition
@@ -75,7 +75,7 @@ def condition(
         model=pooled.model,
         quality=pooled.quality,
         why="" if pooled.model is not None else _why(results, pooled),
-        warnings=(*pooled.warnings, *two_groups([each for each in moving if each.name in names])),
+        warnings=pooled.warnings,
         shown=None if pooled.model is None else _model_trace(pooled),
     )
 

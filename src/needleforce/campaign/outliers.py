@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Outliers: parameters of one repeat far from those of the others, recordings that resemble another condition, and
-repeats that form two groups."""
+"""Outliers: parameters of one repeat far from those of the others, and recordings that resemble another condition."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -8,8 +7,6 @@ import numpy as np
 
 from ..identification.estimates import Estimate
 from .recording_result import Anomaly, formatted
-from .repeat_checks import Repeat
-from .summary import CURVE_STEP_M
 
 MIN_REPEATS = 4  # repeats
 CHECKED_PARAMETERS = (
@@ -26,14 +23,6 @@ _EVEN_QUANTILES = (
 _ODD_QUANTILES = (
     (5, 18.7), (7, 10.7), (9, 8.3), (11, 7.0), (13, 6.4), (15, 5.9), (21, 5.3), (31, 4.8), (51, 4.5), (101, 4.3),
 )  # fmt: skip
-# repeats -> 99.5 % quantile of the largest distance between the means of two groups in scatters within them, over all
-# cuts of the sorted values into groups of two or more, for normal samples (400 000 each)
-_GROUP_QUANTILES = (
-    (4, 24.96), (5, 14.97), (6, 11.03), (7, 9.07), (8, 7.91), (9, 7.17), (10, 6.60), (12, 5.94), (15, 5.30),
-    (20, 4.75), (30, 4.23), (50, 3.85), (100, 3.73),
-)  # fmt: skip
-MIN_GROUP_NOISES = 5.0  # standard errors of a repeat's force level, from the noise within the recordings
-MIN_POINTS = 10  # of the loading curves in which repeats are compared
 MIN_DISTANCE_RATIO = 2.5  # of the distance to its own condition to that of the other and to the scatter of its repeats
 MAX_DISTANCE_SCATTERS = 2.0  # scatters of the other condition within which a curve belongs to it
 MIN_DISTANCE_SHARE = 0.1  # of the peak of its own condition's mean: closer conditions cannot be distinguished
@@ -129,66 +118,3 @@ def _wrong_label(other: str, distance: float, nearest: float) -> Anomaly:
     sentence += f"but only by {formatted(nearest, 'N')} from that of the condition {other}. Check which condition was "
     sentence += "recorded."
     return Anomaly(kind="label", quantity="peak_force", value=distance, usual=nearest, unit="N", sentence=sentence)
-
-
-def group_limit(count: int) -> float:
-    """Distance of two groups of ``count`` values in scatters within them, exceeded by 0.5 % of normal samples."""
-    counts, limits = zip(*_GROUP_QUANTILES)
-    return float(np.interp(count, counts, limits))
-
-
-def two_groups(repeats: Sequence[Repeat]) -> Iterator[str]:
-    """A warning for repeats whose forces form two groups, as of two needles or specimens under one name.
-
-    The loading curves from the contact are compared up to the first puncture and beyond it: the logarithm of the ratio
-    of each to their mean. The groups have two or more repeats each; their means must differ by a tenth, by five
-    standard errors of the noise within the recordings, and by more than normal scatter between the repeats gives in
-    0.5 % of conditions. A condition whose repeats scatter normally is thus warned of in at most 1 %. Four repeats show
-    only groups that are 25 scatters apart, six 11, ten 7.
-    """
-    for words, first, last in _parts(repeats):
-        rows = np.array([each.summary.from_contact[first:last] for each in repeats])
-        mean = rows.mean(axis=0)
-        levels = rows @ mean / (mean @ mean)
-        if not (levels > 0.0).all():
-            continue
-        noise = max(each.summary.noise for each in repeats) / np.sqrt(mean @ mean)
-        found = _groups(np.log(levels), noise)
-        if found is not None:
-            yield _groups_sentence(words, [each.name for each in repeats], np.log(levels), found)
-            return
-
-
-def _parts(repeats: Sequence[Repeat]) -> list[tuple[str, int, int]]:
-    """The grid points of the loading curves up to the earliest first puncture and beyond the latest one, as far as all
-    repeats have them."""
-    if len(repeats) < MIN_REPEATS:
-        return []
-    end = min(len(each.summary.from_contact) for each in repeats)
-    depths = [each.events.punctures[0].indentation for each in repeats if each.events.punctures]
-    earliest, latest = (int(depth / CURVE_STEP_M) for depth in (min(depths), max(depths))) if depths else (end, end)
-    parts = [("up to the first puncture", 0, min(earliest, end)), ("beyond the first puncture", latest + 1, end)]
-    return [part for part in parts if part[2] - part[1] >= MIN_POINTS]
-
-
-def _groups(values: np.ndarray, noise: float) -> np.ndarray | None:
-    """Which values are in the upper of two groups; None if they form none."""
-    order = np.argsort(values)
-    best, cut, gap = 0.0, 0, 0.0
-    for k in range(2, len(values) - 1):
-        low, high = values[order[:k]], values[order[k:]]
-        within = np.sqrt((low.var() * len(low) + high.var() * len(high)) / (len(values) - 2))
-        distance = high.mean() - low.mean()
-        if distance > best * within:
-            best, cut, gap = distance / max(within, 1e-300), k, distance
-    large = gap > np.log1p(MIN_DEVIATION_SHARE) and not gap <= MIN_GROUP_NOISES * noise
-    return np.isin(np.arange(len(values)), order[cut:]) if large and best > group_limit(len(values)) else None
-
-
-def _groups_sentence(words: str, names: list[str], levels: np.ndarray, upper: np.ndarray) -> str:
-    ratio = np.exp(levels[upper].mean() - levels[~upper].mean()) - 1.0
-    low, high = (", ".join(name for name, is_in in zip(names, group) if is_in) for group in (~upper, upper))
-    return (
-        f"The repeats form two groups: {words}, the force of {high} is {100.0 * ratio:.0f} % larger than that of {low}"
-        ", far beyond the scatter within each. Check whether two needles or specimens have the same name."
-    )

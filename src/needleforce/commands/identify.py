@@ -157,8 +157,19 @@ def _show(fit: "Fit", quiet: bool) -> None:
         say(f"lateral forces: {100 * ratio:.0f} % of the axial force")
     for warning in fit.warnings:
         say(f"warning: {warning}")
+    _show_notes(fit)
     for bias in fit.two_pass.biases if fit.two_pass else ():
         say(f"two passes: {bias}")
+
+
+def _show_notes(fit: "Fit") -> None:
+    """Print the notes on the recordings with parameters, each once, with the files that it is about if not all."""
+    noted: dict[str, list[str]] = {}
+    for each in fit.recordings:
+        for note in each.notes if each.parameters else ():
+            noted.setdefault(note, []).append(Path(each.file).name)
+    for note, files in noted.items():
+        say(f"note: {note}" if len(files) == len(fit.recordings) else f"note: {', '.join(files)}: {note}")
 
 
 def _show_parameters(fit: "Fit") -> None:

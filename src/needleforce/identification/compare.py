@@ -18,9 +18,11 @@ from .diagnostics import FitInputs
 from .identify import Progress, assemble
 from .models import BENT, COMPARED, LAYERED, MODELS, SAME_FORCE, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
-from .one_layer.fit_recording import SegmentedRecording, fit_single
+from .one_layer.fit_recording import fit_single
 from .one_layer.loading_curves import FITS
+from .one_layer.segmented_recording import SegmentedRecording
 from .one_layer.staged_fit import forms_after_puncture
+from .repeats import differing_repeats
 from .result import Fit
 from .statistics.regression import criterion, independent_samples
 
@@ -193,7 +195,9 @@ def compare(
     singles = [fit_single(each, different, None) for each in watched]
     common = [single for single in singles if different and set(different) <= set(single.fits)]
     grown: dict = {}
-    return _ranked([_row(name, law, singles, common, progress=progress, grown=grown) for name, law in laws.items()])
+    rows = [_row(name, law, singles, common, progress=progress, grown=grown) for name, law in laws.items()]
+    best, *others = _ranked(rows)
+    return Comparison((replace(best, notes=(*differing_repeats(singles), *best.notes)), *others))
 
 
 def _ranked(rows: list[ModelRow]) -> Comparison:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError
-from .one_layer.fit_recording import SegmentedRecording
+from .one_layer.segmented_recording import SegmentedRecording
 from .result import Fit
 from .statistics.noise import student_quantile
 from .strokes import STROKES, cycle_span, stroke_speed

@@ -3,12 +3,14 @@
 what cannot be identified."""
 
 import dataclasses
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from .. import core
 from ..core import Needle
 from ..errors import InputError
 from ..mechanics.buckling import equivalent_half_angle
@@ -18,9 +20,11 @@ from ..segmentation import Events
 from ..vocabulary import Phase
 from .estimates import Estimate, Quality
 from .models import UNKNOWN_TIP, model_of, run_model
-from .one_layer.fit_recording import SegmentedRecording, peak_force
+from .one_layer.fit_recording import peak_force
 from .one_layer.loading_curves import FITS
+from .one_layer.segmented_recording import SegmentedRecording
 from .recording_fit import RecordingFit
+from .repeats import differing_repeats
 from .result import FitSettings
 from .statistics.noise import Noise
 
@@ -32,7 +36,7 @@ MAX_SMEARING = 0.02  # [of the indentation] travel within the filter's length; b
 MIN_HOLD_S = 1.0  # [s] a shorter hold is the reversal between the strokes
 TIMING = (
     "Force and depth of a recording are not of the same instant, or its filter is not the declared one: see its notes. "
-    "The intervals do not include that."
+    "The intervals of a model of one layer hold the values with and without that."
 )
 WHITE = "white"
 AUTOREGRESSIVE = "autocorrelated (AR(1)) over {}: long-run variance of a first-order autoregression"
@@ -82,8 +86,8 @@ def recording_fit(
         model = model_of({name: estimate.value for name, estimate in own.items()}, law, needle)
     except InputError as error:
         return dataclasses.replace(base, notes=(*notes, NO_MODEL.format(error)))
-    zero = own["force_offset"].value + single.drift.at(single.recording.time)
-    predicted = run_model(model, single.recording, own["contact_depth"].value) + zero
+    zero = own["force_offset"].value + single.drift.at(single.recording)
+    predicted = run_model(model, single.recording, own["contact_depth"].value, single.depth) + zero
     inside = single.strokes.mask(len(predicted))
     residual = quality(single.recording.force[inside], predicted[inside])
     return dataclasses.replace(base, predicted=predicted, quality=residual)
@@ -91,9 +95,10 @@ def recording_fit(
 
 def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
     """Residual of the predicted force against the measured one, (n,) [N] each."""
-    residual = float(np.mean((force - predicted) ** 2))
-    rmse = float(np.sqrt(residual))
-    return Quality(rmse, rmse / float(np.max(np.abs(force))), 1.0 - residual / float(np.var(force)))
+    left, about = force - predicted, force - force.mean()
+    residual, variance = core.product(left, left) / len(force), core.product(about, about) / len(force)
+    rmse, peak = math.sqrt(residual), max(float(force.max()), -float(force.min()))
+    return Quality(rmse, rmse / peak, 1.0 - residual / variance)
 
 
 def misfit_warning(found: Quality | None) -> tuple[str, ...]:
@@ -117,7 +122,8 @@ def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
 
 def warnings_of(singles: list[SegmentedRecording], model: Model | None, one_layer: bool = True) -> tuple[str, ...]:
     """Limits that a recording or the model exceeds, each once; some apply only to a model of one layer."""
-    found = [sentence for single in singles for sentence in exceeded_limits(single, one_layer)]
+    found = [*differing_repeats(singles)]
+    found += [sentence for single in singles for sentence in exceeded_limits(single, one_layer)]
     found += [] if model is None else list(model.warnings)
     return tuple(dict.fromkeys(found))
 
@@ -187,7 +193,7 @@ def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecordin
 def exceeded_limits(single: SegmentedRecording, one_layer: bool = True) -> list[str]:
     """A sentence for each limit that one recording exceeds; a layered model includes layers and relaxation."""
     found = [_lateral(single), _deep(single), _smeared(single)]
-    found += [TIMING] if single.timing else []
+    found += [TIMING] if single.timing.notes else []
     found += [_layers(single.events), _relaxation(single)] if one_layer else []
     return [sentence for sentence in found if sentence]
 

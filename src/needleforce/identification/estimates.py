@@ -166,9 +166,8 @@ class Quality:
 
 def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
     """The estimates of one cycle; without a withdrawal, friction and cutting force come from the insertion only."""
-    source = f"{'staged fit' if fit.by_stages else 'complete fit'}, {fit.law}" + (
-        "" if has_withdrawal else ", insertion only"
-    )
+    staged = fit.by_stages and not FITS[fit.law].gradual
+    source = f"{'staged fit' if staged else 'complete fit'}, {fit.law}" + ("" if has_withdrawal else ", insertion only")
     names = [name for name in UNITS if name in fit.values and not _absent(name, fit)]
     return {name: _estimate(name, fit, source) for name in names}
 

@@ -25,17 +25,29 @@ from .diagnostics import (
     unknown,
     warnings_of,
 )
-from .estimates import UNITS, Estimate, estimates_of, identified_together, mean_estimate, pool
-from .models import BENT, COMPARED, LAYERED, MECHANICAL, MODELS, derived, model_of, needle_saturation, stiffness_law
-from .one_layer.fit_recording import SegmentedRecording, fitted, segmented
-from .one_layer.law_choice import choice_of, match_of, meets_puncture, peak_of, supported
+from .estimates import Estimate, estimates_of, identified_together, pool
+from .layer_choice import cycle_evidence, misses_cycle, with_one_layer_parameters
+from .models import (
+    BENT,
+    COMPARED,
+    GRADUAL,
+    LAYERED,
+    MECHANICAL,
+    MODELS,
+    derived,
+    model_of,
+    needle_saturation,
+    stiffness_law,
+)
+from .one_layer.contact_laws import over_laws
+from .one_layer.fit_recording import fitted
+from .one_layer.law_choice import choice_of, falls_gradually, match_of, meets_puncture, offered, peak_of, supported
 from .one_layer.loading_curves import FITS
 from .one_layer.puncture_force import puncture_match
+from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .result import Fit
 from .strokes import presliding_of
-from .two_pass.bias_terms import spreading_force
-from .two_pass.result import TwoPass
-from .two_pass.subtraction import Pair, cutting_oscillation, subtract
+from .two_pass.estimates import two_pass_estimates
 
 Progress = Callable[[Any, str], Any]
 MISSES_PUNCTURE = (
@@ -47,7 +59,6 @@ LAYERED_BY_DEFAULT = (
     "The model is layered: no model of one layer describes these recordings up to their puncture. Give "
     "model='cone_cylinder' for one layer as it stands."
 )
-TWO_PASS = "second insertion at the same site"
 
 
 def identify(
@@ -76,8 +87,9 @@ def identify(
         A name in ``MODELS`` or ``BENT``, or ``layered`` or ``layered_yielding`` (both passive) or
         ``layered_as_fitted``, which are fitted to complete cycles.
         Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves; another law where
-        neither meets the puncture or the noise; ``layered`` where no law of one layer meets the puncture and there is a
-        withdrawal. The choice is in ``choice`` and ``warnings``.
+        neither meets the puncture or the noise. ``layered`` where there is a withdrawal and either no law of one layer
+        meets the puncture, or one layer leaves more than 5 % of the peak over insertion, hold and withdrawal and the
+        evidence for layers is very strong (a difference of BIC of 10). The choice is in ``choice`` and ``warnings``.
     needle : Needle or Model, optional
         Needle with its tip, or a model that has one; needed for a modulus.
     bending : str or path-like, optional
@@ -106,7 +118,7 @@ def identify(
     """
     recordings, seconds = paired(recordings, second_pass)
     needle = None if needle is None else needle_of(needle)
-    model = None if model is None else model_name(model, (*MODELS, *BENT, *LAYERED))
+    model = None if model is None else model_name(model, (*MODELS, *BENT, *GRADUAL, *LAYERED))
     bench = bench_estimates(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
@@ -120,27 +132,60 @@ def identify(
     watched = progress(recordings, "identifying") if progress else recordings
     singles = [fitted(segmented(each), laws, saturation) for each in watched]
     preferred = laws
-    if model is None and not supported(singles, laws):
-        more = tuple(stiffness_law(name) for name in COMPARED if name not in MECHANICAL)
-        singles, laws = [fitted(each, more, saturation) for each in singles], (*laws, *more)
+    if model is None:
+        singles, laws = _further_laws(singles, laws, saturation)
     choice = choice_of(singles, laws, preferred)
     law = choice[0].name if choice else laws[0]
+    if model is None:
+        singles = [over_laws(each, law) for each in singles]
     fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
-    if model is not None or fit.model is not None or seconds or layers is not None:
+    if model is not None or seconds or layers is not None or not singles:
         return fit
-    return _with_layers(fit, singles, FitInputs(needle, None, bench), progress)
+    return _with_layers(fit, law, singles, FitInputs(needle, None, bench), progress)
 
 
-def _with_layers(fit: Fit, singles: list[SegmentedRecording], given: FitInputs, progress: Progress | None) -> Fit:
-    """The layered fit of recordings that no one-layer law describes, where there is one; else ``fit``."""
-    from .layered.identify import identify_layered
+def _further_laws(
+    singles: list[SegmentedRecording], laws: tuple[str, ...], saturation: float | None
+) -> tuple[list[SegmentedRecording], tuple[str, ...]]:
+    """The recordings fitted with further laws where the first ``laws`` are not supported, and the laws to choose from.
 
+    A gradual rupture is tried where the falls are gradual too, and where it is found, the laws with a sharp rupture are
+    ruled out.
+    """
+    supports, gradually = supported(singles, laws), falls_gradually(singles)
+    gradual = tuple(GRADUAL.values())
+    tried = gradual if gradually else () if supports else gradual[:1]
+    singles = [fitted(each, tried, saturation) for each in singles]
+    if tried and offered(singles, tried):
+        singles = [fitted(each, gradual[len(tried) :], saturation) for each in singles]
+        laws = offered(singles, (*laws, *gradual))
+    if not supports and not any(law in GRADUAL and meets_puncture(singles, law) for law in laws):
+        more = tuple(stiffness_law(name) for name in COMPARED if name not in MECHANICAL)
+        singles, laws = [fitted(each, more, saturation) for each in singles], (*laws, *more)
+    return singles, laws
+
+
+def _with_layers(
+    fit: Fit, law: str, singles: list[SegmentedRecording], given: FitInputs, progress: Progress | None
+) -> Fit:
+    """The one-layer fit, or the layered one where the complete cycles support it."""
     if not any(single.fits and len(single.strokes.depth_out) for single in singles):
         return fit
+    if fit.model is not None and not misses_cycle(fit, singles):
+        return fit
+    from .layered.identify import identify_layered
+
     layered = identify_layered(singles, DEFAULT_LAYERED, given, None, progress)
     if layered.model is None:
         return fit
-    return dataclasses.replace(layered, warnings=(LAYERED_BY_DEFAULT, *layered.warnings))
+    layered = with_one_layer_parameters(layered, fit)
+    if fit.model is None:
+        return dataclasses.replace(layered, warnings=(LAYERED_BY_DEFAULT, *layered.warnings))
+    evidence = cycle_evidence(fit, layered, singles)
+    if evidence is None:
+        return fit
+    chosen = layered if evidence.for_layers else fit
+    return dataclasses.replace(chosen, warnings=(evidence.sentence(law), *chosen.warnings))
 
 
 def _layered(
@@ -162,9 +207,11 @@ def _layered(
 def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
     """The fit of one law from recordings that were segmented and fitted one by one."""
     answering = [single for single in singles if law in single.fits]
+    for single in answering:
+        single.fits[law] = single.fits[law].limited()
     own = {single: _own(single, law, given) for single in answering}
     parameters = pool(list(own.values()))
-    two_pass, replaced, refused = _two_pass(singles, seconds, own, given, FITS[law].foundation)
+    two_pass, replaced, refused = two_pass_estimates(singles, seconds, own, given, FITS[law].foundation)
     parameters |= replaced
     if parameters:
         parameters |= derived(parameters, given.needle, given.bench.get("tissue_young_modulus")) | given.bench
@@ -212,51 +259,6 @@ def _with_puncture_note(single: SegmentedRecording, law: str) -> SegmentedRecord
     match = match_of(single, law)
     sentence = "" if match is None else match.sentence(FITS[law].law.name)
     return dataclasses.replace(single, notes=(*single.notes, sentence)) if sentence else single
-
-
-def _two_pass(
-    singles: list[SegmentedRecording], seconds: list, own: dict, given: FitInputs, foundation: str
-) -> tuple[TwoPass | None, dict, dict]:
-    """The result over all pairs, the estimates that it replaces, and the reason for each recording that was refused."""
-    if not seconds:
-        return None, {}, {}
-    pairs = [
-        Pair(single, second, own[single]["contact_depth"].value, own[single]["puncture_indentation"].value)
-        for single, second in zip(singles, seconds)
-        if second is not None and single in own
-    ]
-    spreading = spreading_force(given.needle, given.bench.get("tissue_young_modulus"))
-    two_pass, refused = subtract(pairs, spreading)
-    by_single = {pairs[k].first: sentence for k, sentence in refused.items()}
-    return two_pass, {} if two_pass is None else _replaced(two_pass) | _bend(two_pass, foundation), by_single
-
-
-def _bend(two_pass: TwoPass, foundation: str) -> dict[str, Estimate]:
-    """Friction under a nonlinear form of the foundation; empty for a linear one, and with too few bins."""
-    forms = () if foundation == "linear" else two_pass.forms(foundation)
-    source = f"{TWO_PASS}, {foundation} foundation, least squares with intercept"
-    own = [
-        {
-            name: Estimate(
-                name, value, UNITS[name], form.low[name], form.high[name],
-                identifiable=name in form.identifiable, source=source,
-            )
-            for name, value in form.values.items()
-        }
-        for form in forms
-    ]  # fmt: skip
-    return pool(own)
-
-
-def _replaced(two_pass: TwoPass) -> dict[str, Estimate]:
-    sites, bound = two_pass.sites, ", an upper bound" if two_pass.upper_bound else ""
-    slopes, forces = [site.friction_slope for site in sites], [site.cutting for site in sites]
-    by_slope = f"{TWO_PASS}, least squares with intercept"
-    friction = mean_estimate("friction_per_length", slopes, "N/m", by_slope, sites[0].friction_slope_half)
-    cutting = mean_estimate("cutting_force", forces, "N", f"first minus {TWO_PASS}{bound}", sites[0].cutting_half)
-    cutting = dataclasses.replace(cutting, identifiable=not two_pass.upper_bound)
-    extremes = {} if two_pass.upper_bound else {each.name: each for each in cutting_oscillation(two_pass) or ()}
-    return {"friction_per_length": friction, "cutting_force": cutting} | extremes
 
 
 def _model(

@@ -19,8 +19,9 @@ from ..models.laws import law_called
 from ..models.model import Insertion, Model
 from ..recording import Recording
 from .estimates import Estimate
-from .motion import steady_depth
-from .one_layer.loading_curves import FITS
+from .motion import DepthSignal
+from .one_layer.loading_curves import FITS, LoadingCurve
+from .one_layer.loading_curves import GRADUAL as GRADUAL_FITS
 
 # name of a model, as in identify and compare -> its stiffness law
 MODELS = {
@@ -34,6 +35,8 @@ MODELS = {
 BENT = {law: law for law in LAWS.values()}
 """Models of a shaft that bends on a nonlinear foundation, by the name of their friction law, after the contact of a
 cone + cylinder."""
+GRADUAL = {name: name for name in GRADUAL_FITS}
+"""Models of a contact that ruptures gradually, by the name of what is fitted."""
 SAME_FORCE = {
     "paper_by_force": "paper",
     "paper_by_energy": "paper",
@@ -63,10 +66,10 @@ MAX_POISSON_RATIO = 0.5  # of an incompressible tissue
 def stiffness_law(name: str) -> str:
     """What is fitted under a model's name, a key of ``FITS``: its stiffness law, or the friction law of a bent
     shaft."""
-    if name not in MODELS | BENT:
-        known = ", ".join((*MODELS, *BENT, *LAYERED))
+    if name not in MODELS | BENT | GRADUAL:
+        known = ", ".join((*MODELS, *BENT, *GRADUAL, *LAYERED))
         raise InputError("model", repr(name), "it cannot be identified", next_step=f"Give one of {known}.")
-    return (MODELS | BENT)[name]
+    return (MODELS | BENT | GRADUAL)[name]
 
 
 def half_angle(needle: Needle | None) -> float:
@@ -92,8 +95,8 @@ def model_of(
     presliding = max(values.get("presliding", 0.0), MIN_PRESLIDING_M)
     return Model(
         stiffness=curve.stiffness(values, half_angle(needle)),
-        puncture=core.laws.PunctureDepth(values["puncture_indentation"]),
-        friction=_friction_law(values, curve.foundation, presliding),
+        puncture=core.laws.PunctureDepth(values["rupture_onset" if curve.gradual else "puncture_indentation"]),
+        friction=_friction_law(values, curve, presliding),
         cutting=core.laws.ConstantCutting(values["cutting_force"], 2.0 * presliding),
         name=name,
         summary="Identified from recordings.",
@@ -103,8 +106,13 @@ def model_of(
     )
 
 
-def _friction_law(values: dict[str, float], form: str, presliding: float) -> Any:
-    """Coulomb friction, or that of a shaft which bends over its whole embedded length on a nonlinear foundation."""
+def _friction_law(values: dict[str, float], curve: LoadingCurve, presliding: float) -> Any:
+    """Coulomb friction, with a gradual rupture of the contact where the curve has one, or that of a shaft which bends
+    over its whole embedded length on a nonlinear foundation."""
+    form = curve.foundation
+    if curve.gradual:
+        rupture = values["rupture_length"], values["rupture_exponent"]
+        return core.laws.YieldingCoulomb(values["friction_per_length"], presliding, *rupture)
     if form == "linear":
         return core.laws.Coulomb(values["friction_per_length"], presliding)
     # the travel of a reversal is proportional to the force that reverses
@@ -231,7 +239,11 @@ def with_ruptures(model: Model, depths: Sequence[float] | np.ndarray) -> Model:
     return dataclasses.replace(model, puncture=first, deeper=tuple(deeper))
 
 
-def run_model(model: Model, recording: Recording, contact_depth: float) -> np.ndarray:
-    """Force (n,) [N] of ``model`` along a recording whose surface is at ``contact_depth`` [m] in its own zero."""
+def run_model(
+    model: Model, recording: Recording, contact_depth: float, signal: DepthSignal | None = None
+) -> np.ndarray:
+    """Force (n,) [N] of ``model`` along a recording whose surface is at ``contact_depth`` [m] in its own zero;
+    ``signal`` is that of its depth, where it is known."""
     dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
-    return Insertion(model, max_speed=np.inf).run(steady_depth(recording.depth) - contact_depth, None, dt)["force"]
+    steady = (signal or DepthSignal(recording.depth)).steady
+    return Insertion(model, max_speed=np.inf).forces(steady - contact_depth, dt)

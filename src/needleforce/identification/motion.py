@@ -7,6 +7,8 @@ its own track. At rest the tissue relaxes.
 """
 
 import math
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -14,45 +16,72 @@ from .. import core
 
 REST_SPEED_SHARE = 0.2  # of the stroke's mean speed: slower, the force is that of a relaxing tissue
 MIN_REST_S = 0.1  # [s] a shorter rest is not seen
-MAX_QUANTUM_SHARE = 0.5  # of the steps of a moving depth are the smallest one or none: then it is quantised
 
 
-def depth_noise(depth: np.ndarray) -> float:
-    """Standard deviation [m] of the noise of a recorded depth (n,) [m], its quantum included.
+@dataclass(frozen=True, eq=False)
+class DepthSignal:
+    """A recorded ``depth`` (n,) [m] with its noise and what is left without it, each computed once where it is needed.
 
-    From second differences, which a steady motion leaves at zero: those of white noise have 6 times its variance. Their
-    median is robust against the ends of strokes. A depth that moves in steps of a quantum q has q / sqrt(12).
+    A depth is scanned for its noise, its deepest values and its motion by several parts of a fit; this is what they
+    share.
     """
-    if len(depth) < 3:
-        return 0.0
-    steps = np.diff(depth)
-    scatter = float(np.median(np.abs(np.diff(steps)), overwrite_input=True)) / 0.6745 / math.sqrt(6.0)
-    np.abs(steps, out=steps)
-    moving = steps[steps > 0.0]
-    if not 0 < len(moving) < len(steps):  # at rest, or never at rest: no steps of a quantum
-        return scatter
-    quantum = float(moving.min())
-    stepped = float(np.mean(steps <= 1.5 * quantum)) > MAX_QUANTUM_SHARE
-    return math.hypot(scatter, quantum / math.sqrt(12.0)) if stepped else scatter
+
+    depth: np.ndarray
+
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation [m] of the noise, its quantum included.
+
+        From second differences, which a steady motion leaves at zero: those of white noise have 6 times its variance.
+        Their median is robust against the ends of strokes. A depth that moves in steps of a quantum q, the smallest
+        step or none in more than half of its samples, has q / sqrt(12).
+        """
+        return core.depth_noise(self.depth)
+
+    @cached_property
+    def backtrack_limit(self) -> float:
+        """Travel [m] backwards that the noise alone reaches: twice the expected extreme of n values."""
+        return 2.0 * self.noise * math.sqrt(2.0 * math.log(max(len(self.depth), 2)))
+
+    @cached_property
+    def deepest(self) -> np.ndarray:
+        """The deepest depth so far, (n,) [m]."""
+        return core.running_max(self.depth)
+
+    @cached_property
+    def smoothed(self) -> tuple[np.ndarray, float]:
+        """The depth (n,) [m] averaged over neighbouring samples, and the noise that is left in it [m].
+
+        Over as many samples as make the error at a corner of the motion, an eighth of the travel that they span, equal
+        to what is left of the noise. A depth without noise is unchanged.
+        """
+        if not self.noise > 0.0:
+            return self.depth, 0.0
+        step = core.median_step(smoothed(self.depth, 5), magnitude=True)
+        length = round((16.0 * self.noise / max(step, 1e-12)) ** (2.0 / 3.0))
+        length = min(max(length, 1), max(len(self.depth) // 20, 1))
+        return smoothed(self.depth, length), self.noise / math.sqrt(length)
+
+    @cached_property
+    def steady(self) -> np.ndarray:
+        """The depth (n,) [m] without its noise, which would reverse friction from sample to sample: smoothed, then
+        moved only by what leaves a dead band of the noise that is left."""
+        smooth, left = self.smoothed
+        if not left > 0.0:
+            return self.depth
+        return core.dead_band(smooth, left * math.sqrt(2.0 * math.log(max(len(self.depth), 2))))
 
 
-def backtrack_limit(depth: np.ndarray) -> float:
-    """Travel [m] backwards that the noise of the (n,) depth alone reaches: twice the expected extreme of n values."""
-    return 2.0 * depth_noise(depth) * math.sqrt(2.0 * math.log(max(len(depth), 2)))
-
-
-def at_the_cut(depth: np.ndarray) -> np.ndarray:
+def at_the_cut(depth: DepthSignal) -> np.ndarray:
     """True (n,) where an insertion's depth is the deepest so far, but for its noise."""
-    deepest = np.maximum.accumulate(depth)
-    return depth >= deepest - backtrack_limit(depth)
+    return depth.depth >= depth.deepest - depth.backtrack_limit
 
 
-def sliding_back(depth: np.ndarray, stretch: float) -> np.ndarray:
+def sliding_back(depth: DepthSignal, stretch: float) -> np.ndarray:
     """True (n,) where a pull-back within an insertion has travelled more than ``stretch`` [m] from the cut and still
     moves outwards: there friction has reversed, and nothing is cut."""
-    deepest, limit = np.maximum.accumulate(depth), backtrack_limit(depth)
-    back = deepest - depth
-    found = np.zeros(len(depth), bool)
+    back, limit = depth.deepest - depth.depth, depth.backtrack_limit
+    found = np.zeros(len(back), bool)
     starts = np.flatnonzero(np.diff(back > limit, prepend=False) & (back > limit))
     for start in starts:
         ends = np.flatnonzero(back[start:] <= limit)
@@ -62,46 +91,28 @@ def sliding_back(depth: np.ndarray, stretch: float) -> np.ndarray:
     return found
 
 
-def resting(time: np.ndarray, depth: np.ndarray) -> np.ndarray:
+def resting(time: np.ndarray, signal: DepthSignal) -> np.ndarray:
     """True (n,) where the needle pauses on its way: the deepest depth grows by less than 20 % of the mean speed over
     0.1 s, or over as long as the noise of the depth needs."""
+    depth, deepest = signal.depth, signal.deepest
     if len(depth) < 3 or not depth[-1] > depth[0]:
         return np.zeros(len(depth), bool)
-    speed, step = float(depth.max() - depth[0]) / float(time[-1] - time[0]), float(np.median(np.diff(time)))
-    half = 0.5 * max(MIN_REST_S, 2.0 * backtrack_limit(depth) / (REST_SPEED_SHARE * speed))
+    speed, step = float(deepest[-1] - depth[0]) / float(time[-1] - time[0]), core.median_step(time)
+    half = 0.5 * max(MIN_REST_S, 2.0 * signal.backtrack_limit / (REST_SPEED_SHARE * speed))
     reach = max(round(half / step), 1)
-    deepest, place = np.maximum.accumulate(depth), np.arange(len(depth))
-    first, last = np.maximum(place - reach, 0), np.minimum(place + reach, len(depth) - 1)
-    return deepest[last] - deepest[first] < REST_SPEED_SHARE * speed * (time[last] - time[first])
+    return _change(deepest, reach) < REST_SPEED_SHARE * speed * _change(time, reach)
 
 
-def smoothed_depth(depth: np.ndarray) -> tuple[np.ndarray, float]:
-    """The (n,) depth [m] averaged over neighbouring samples, and the noise that is left in it [m].
-
-    Over as many samples as make the error at a corner of the motion, an eighth of the travel that they span, equal to
-    what is left of the noise. A depth without noise is unchanged.
-    """
-    noise = depth_noise(depth)
-    if not noise > 0.0:
-        return depth, 0.0
-    step = float(np.median(np.abs(np.diff(smoothed(depth, 5)))))
-    length = min(max(round((16.0 * noise / max(step, 1e-12)) ** (2.0 / 3.0)), 1), max(len(depth) // 20, 1))
-    return smoothed(depth, length), noise / math.sqrt(length)
-
-
-def steady_depth(depth: np.ndarray) -> np.ndarray:
-    """The (n,) depth [m] without its noise, which would reverse friction from sample to sample: smoothed, then moved
-    only by what leaves a dead band of the noise that is left."""
-    smooth, left = smoothed_depth(depth)
-    return core.dead_band(smooth, left * math.sqrt(2.0 * math.log(max(len(depth), 2)))) if left > 0.0 else depth
+def _change(values: np.ndarray, reach: int) -> np.ndarray:
+    """Change (n,) of values from ``reach`` samples before each to as many after it, fewer at the ends."""
+    n, change = len(values), np.empty(len(values))
+    inner, margin = max(n - 2 * reach, 0), min(reach, n)
+    change[reach : reach + inner] = values[2 * reach :] - values[: n - 2 * reach] if inner else ()
+    for place in (np.arange(margin), np.arange(max(n - reach, margin), n)):
+        change[place] = values[np.minimum(place + reach, n - 1)] - values[np.maximum(place - reach, 0)]
+    return change
 
 
 def smoothed(values: np.ndarray, length: int) -> np.ndarray:
     """Moving average of (n,) values over ``length`` samples around each, fewer at the ends, symmetric."""
-    half = length // 2
-    if half == 0:
-        return values
-    place = np.arange(len(values))
-    reach = np.minimum(half, np.minimum(place, len(values) - 1 - place))
-    sums = np.concatenate(([0.0], np.cumsum(values - values[0])))
-    return values[0] + (sums[place + reach + 1] - sums[place - reach]) / (2 * reach + 1)
+    return values if length < 2 else core.moving_average(values, length // 2)

@@ -141,8 +141,14 @@ class Fit:
         if events is not None and events.contact is not None:
             contact = events.contact.depth
         if events is not None and events.punctures:
-            model = with_ruptures(model, [events.punctures[0].depth - contact])
+            peak = events.punctures[0].depth - contact
+            model = with_ruptures(model, [peak - self._peak_after_onset()])
         return model, contact
+
+    def _peak_after_onset(self) -> float:
+        """Depth [m] by which the force peak is below the onset of a gradual rupture; 0 for a sharp one."""
+        found = self.parameters
+        return found["puncture_indentation"].value - found["rupture_onset"].value if "rupture_onset" in found else 0.0
 
     @property
     def shared_contact(self) -> float | None:

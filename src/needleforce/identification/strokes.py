@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import core
 from ..recording import Recording
 from ..segmentation import Events, Span
 from ..vocabulary import Phase
 from .estimates import Estimate
-from .motion import at_the_cut, backtrack_limit, depth_noise, resting, sliding_back, steady_depth
+from .motion import DepthSignal, at_the_cut, resting, sliding_back
 
 STROKES = ("insertion", "hold", "withdrawal")
 MIDDLE_OF_STROKE = (0.2, 0.8)  # [of the travel] outside, the needle accelerates and brakes
@@ -66,16 +67,21 @@ class Strokes:
         return int(np.searchsorted(self.index_in, sample))
 
 
-def strokes_of(recording: Recording, events: Events) -> Strokes:
-    """Insertion from the start of the free travel before it to the hold; withdrawal to the recording's end."""
+def strokes_of(recording: Recording, events: Events, signal: DepthSignal | None = None) -> Strokes:
+    """Insertion from the start of the free travel before it to the hold; withdrawal to the recording's end.
+
+    ``signal`` is that of the undelayed depth, where it is known.
+    """
     inwards, outwards = _inwards(events), _outwards(events)
-    depth, force = undelayed_depth(recording), recording.force
-    reversal = friction_reversal_of(steady_depth(depth), force, outwards, events.spans(Phase.hold))
+    signal = signal or DepthSignal(undelayed_depth(recording))
+    depth, force = signal.depth, recording.force
+    reversal = friction_reversal_of(signal.steady, force, outwards, events.spans(Phase.hold))
+    inner = DepthSignal(depth[inwards])
     cut, back, backtrack = _insertion_samples(
-        recording.time, depth, inwards, events, _stretch(depth, outwards, reversal)
+        recording.time, inner, inwards, events, _stretch(depth, outwards, reversal)
     )
-    slides = np.arange(outwards.start + (reversal.samples if reversal else 0), outwards.stop)
-    slides = slides[at_the_cut(-depth[slides])]
+    begin = outwards.start + (reversal.samples if reversal else 0)
+    slides = begin + np.flatnonzero(at_the_cut(DepthSignal(-depth[begin : outwards.stop])))
     usable = usable_samples(recording, events)
     cut, out = cut[usable[cut]], np.concatenate([back, slides])
     out = out[usable[out]]
@@ -89,7 +95,7 @@ def strokes_of(recording: Recording, events: Events) -> Strokes:
         inwards=inwards,
         outwards=outwards,
         friction_reversal=reversal,
-        depth_noise=depth_noise(depth[inwards]),
+        depth_noise=inner.noise,
         backtrack=backtrack,
     )
 
@@ -113,27 +119,35 @@ def _stretch(depth: np.ndarray, outwards: slice, reversal: FrictionReversal | No
 
 
 def _insertion_samples(
-    time: np.ndarray, depth: np.ndarray, inwards: slice, events: Events, stretch: float
+    time: np.ndarray, depth: DepthSignal, inwards: slice, events: Events, stretch: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Sample numbers at the cut, those sliding back after the first puncture, and the longest pull-back [m]."""
     samples = np.arange(inwards.start, inwards.stop)
     if not len(samples):
         return samples, samples, 0.0
-    z = depth[inwards]
     contact = events.contact.high - inwards.start if events.contact is not None else 0
-    moving = ~resting(time[inwards], z)
+    moving = ~resting(time[inwards], depth)
     moving[: max(contact, 0)] = True
-    backtrack = float(np.max(np.maximum.accumulate(z) - z))
-    if backtrack <= backtrack_limit(z):
-        return samples[moving], samples[:0], 0.0
+    backtrack = float(np.max(depth.deepest - depth.depth))
+    if backtrack <= depth.backtrack_limit:
+        return inwards.start + np.flatnonzero(moving), samples[:0], 0.0
     pierced = events.punctures[0].high if events.punctures else inwards.stop
-    back = sliding_back(z, stretch) & (samples > pierced)
-    return samples[at_the_cut(z) & moving], samples[back], backtrack
+    back = sliding_back(depth, stretch) & (samples > pierced)
+    return samples[at_the_cut(depth) & moving], samples[back], backtrack
 
 
 def undelayed_depth(recording: Recording) -> np.ndarray:
     """The depth (n,) [m] at the time of the filtered force: an average filter of n samples delays by (n - 1) / 2."""
-    delay = 0.5 * (recording.card.filter_length - 1) / recording.rate
+    return depth_before(recording, filter_delay(recording, recording.card.filter_length))
+
+
+def filter_delay(recording: Recording, length: int) -> float:
+    """Delay [s] of the force behind an average filter of ``length`` samples."""
+    return 0.5 * (length - 1) / recording.rate
+
+
+def depth_before(recording: Recording, delay: float) -> np.ndarray:
+    """The depth (n,) [m] by a ``delay`` [s] before each sample."""
     return recording.depth if delay == 0.0 else np.interp(recording.time - delay, recording.time, recording.depth)
 
 
@@ -201,10 +215,12 @@ def friction_reversal_of(
     rest = _rest(depth, outwards, holds)
     if rest.stop >= outwards.stop:
         return None
-    slides = outwards.start + _slides(depth[outwards], force[outwards])
+    slides = outwards.start + core.sliding_start(
+        depth[outwards], force[outwards], bin=BIN_M, ahead=N_BINS_AHEAD, max_bins=MAX_BINS
+    )
     push, pull = float(np.mean(force[rest])), -float(np.mean(force[slides : slides + 5]))
     k = max(rest.stop + int(np.argmax(force[rest.stop : outwards.stop] <= 0.5 * (push - pull))), 1)
-    travel = float(np.median(depth[rest])) - depth[[k - 1, k]]
+    travel = core.median(depth[rest]) - depth[[k - 1, k]]
     resolution = MIN_REVERSAL_RATIO * float(np.ptp(depth[rest]))
     half = max(float(travel.mean()), resolution, 0.0)
     at_once = max(0.5 * (push + pull) / pull, 1.0) if pull > 0.0 else 1.0
@@ -224,15 +240,6 @@ def presliding_of(friction_reversal: FrictionReversal) -> Estimate:
         source = f"friction reversal too short to measure: {MIN_REVERSAL_RATIO:g} times the range of the depth at rest"
     half, low, high = friction_reversal.half, friction_reversal.low, friction_reversal.high
     return Estimate("presliding", half, "m", low, high, identifiable=friction_reversal.measured, source=source)
-
-
-def _slides(depth: np.ndarray, force: np.ndarray) -> int:
-    """Samples until no bin of travel ahead has a stronger mean pull."""
-    bins = np.maximum.accumulate(np.floor(np.clip((depth[0] - depth) / BIN_M, 0, MAX_BINS)).astype(int))
-    count = np.bincount(bins)
-    mean = np.where(count > 0, np.bincount(bins, force) / np.maximum(count, 1), np.inf)
-    ahead = np.lib.stride_tricks.sliding_window_view(np.append(mean, np.full(N_BINS_AHEAD, np.inf)), N_BINS_AHEAD + 1)
-    return int(np.searchsorted(bins, int(np.argmax(mean <= ahead.min(axis=1)))))
 
 
 def _rest(depth: np.ndarray, outwards: slice, holds: tuple[Span, ...]) -> slice:

@@ -7,24 +7,24 @@ The samples of white noise are independent; those behind an average of n samples
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from .. import core
 from ..recording import Recording
 from ..segmentation import Events
 from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
-from .motion import smoothed, smoothed_depth
-from .statistics.noise import noise_of
+from .motion import DepthSignal, smoothed
+from .statistics.noise import TWO_SIDED, noise_of
+from .strokes import undelayed_depth
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
 MAX_LAG_S = 0.15  # [s]
 MAX_SAMPLES = 100  # of the window: more add time and little knowledge
 STRETCHES = np.geomspace(5e-6, 5e-3, 8)  # [m] travel over which the force follows the reversal
 SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand recordings
-SHAPES = (lambda x: 1.0 - np.exp(-x), lambda x: np.minimum(x, 1.0))  # how the force follows a reversal
 MIN_CHANGE_SIGMA = 20.0  # [standard deviations of a sample] of the force, so that a tenth of it is seen
 MIN_FOLLOWING = 1e-6  # mean square of the travel over its stretch
 FOLLOWED = 0.8  # of the change of the force
@@ -47,6 +47,12 @@ class Lag:
         return 0.5 * (self.low + self.high)
 
     @property
+    def largest(self) -> float:
+        """The end [s] of the range that is farther from no lag, with its 95 % error."""
+        end = max(self.low, self.high, key=abs)
+        return end + math.copysign(TWO_SIDED * self.error, end)
+
+    @property
     def significant(self) -> bool:
         """Whether no lag is excluded: noise leads to that less than once in a thousand recordings."""
         return max(self.low, -self.high) > SIGNIFICANT * self.error
@@ -60,46 +66,86 @@ def lag_of(recording: Recording, events: Events) -> Lag | None:
     follows is not known better than between these two, which give the range. The error is half the range of lags whose
     sum of squares the noise allows, and a sample.
     """
+    search = _search_of(recording, events, DepthSignal(undelayed_depth(recording)))
+    return None if search is None else _between([search.best(linearly=each) for each in (True, False)], search)
+
+
+def significant_lag(recording: Recording, events: Events, signal: DepthSignal) -> Lag | None:
+    """``lag_of`` if it is significant, otherwise None. No lag is outside both ways in which the force may follow if it
+    is inside the first, so that the second need not be looked at."""
+    search = _search_of(recording, events, signal)
+    if search is None:
+        return None
+    first = search.best(linearly=True)
+    if abs(first[0]) <= SIGNIFICANT * search.error(first[1]):
+        return None
+    lag = _between([first, search.best(linearly=False)], search)
+    return lag if lag is not None and lag.significant else None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LagSearch:
+    """What a search for a lag needs: ``time`` and ``force`` (n,) of the window, the times and the ``travel`` (m,) back
+    from the hold around it, the ``stretches`` that the noise of the depth leaves, the noise's ``correlation``, and the
+    ``resolution`` [s] of sampling and depth."""
+
+    time: np.ndarray
+    force: np.ndarray
+    travel_time: np.ndarray
+    travel: np.ndarray
+    stretches: np.ndarray
+    correlation: float
+    resolution: float
+
+    def error(self, half: float) -> float:
+        """Standard error [s] with half the range of lags that the noise allows."""
+        return math.hypot(half, self.resolution)
+
+    def best(self, *, linearly: bool) -> tuple[float, float]:
+        """The lag [s] with the least sum of squares, and half the range of lags that the noise allows [s]."""
+        given = {"time": self.time, "force": self.force, "travel_time": self.travel_time, "travel": self.travel}
+        given |= {"stretches": self.stretches, "least": MIN_FOLLOWING, "linearly": linearly}
+        lags = np.linspace(-MAX_LAG_S, MAX_LAG_S, 21)
+        for _ in range(3):
+            squares = core.squares_by_lag(**given, lags=lags)
+            best = int(np.argmin(squares))
+            found, width = float(lags[best]), float(lags[1] - lags[0])
+            allowed = lags[squares <= squares[best] * (1.0 + self.correlation / max(len(self.time) - 5, 1))]
+            lags = found + np.linspace(-width, width, 9)
+        return found, max(0.5 * float(np.ptp(allowed)), 0.5 * width)
+
+
+def _search_of(recording: Recording, events: Events, signal: DepthSignal) -> LagSearch | None:
+    """The search for a lag; None without a window, or where the depth is too noisy."""
     window = _window(recording, events)
     if window is None:
         return None
-    smooth, left = smoothed_depth(recording.depth)
+    smooth, left = signal.smoothed
     time, depth, force = (values[window] for values in (recording.time, smooth, recording.force))
-    step = float(np.median(np.diff(recording.time)))
-    held = float(np.median(depth[time <= time[0] + 0.5 * BEFORE_S]))
-    whole = recording.time, held - smooth
+    held = core.median(depth[time <= time[0] + 0.5 * BEFORE_S])
     stretches = STRETCHES[3.0 * left < STRETCHES]
     if not len(stretches):
         return None
-    correlation = _correlation(force)
-    given = {"stretches": stretches, "correlation": correlation}
-    found = [_best_lag(time, force, whole, shape=shape, **given) for shape in SHAPES]
+    first, last = np.searchsorted(recording.time, (time[0] - 2.0 * MAX_LAG_S, time[-1] + 2.0 * MAX_LAG_S))
+    around = slice(max(int(first) - 1, 0), int(last) + 1)
+    speed = float(np.ptp(depth)) / float(time[-1] - time[0])  # at which the rest of the depth's noise is passed
+    return LagSearch(
+        time=time,
+        force=force,
+        travel_time=recording.time[around],
+        travel=held - smooth[around],
+        stretches=stretches,
+        correlation=_correlation(force),
+        resolution=math.hypot(1.0 / recording.rate, left / max(speed, 1e-12)),
+    )
+
+
+def _between(found: list[tuple[float, float]], search: LagSearch) -> Lag | None:
+    """The range of the lags and the larger error; None for a lag beyond those that are searched."""
     low, high = sorted(lag for lag, _ in found)
     if not -MAX_LAG_S < low <= high < MAX_LAG_S:
         return None
-    speed = float(np.ptp(depth)) / float(time[-1] - time[0])  # at which the rest of the depth's noise is passed
-    return Lag(low, high, math.hypot(max(half for _, half in found), step, left / max(speed, 1e-12)))
-
-
-def _best_lag(
-    time: np.ndarray,
-    force: np.ndarray,
-    whole: tuple[np.ndarray, np.ndarray],
-    *,
-    shape: Callable[[np.ndarray], np.ndarray],
-    stretches: np.ndarray,
-    correlation: float,
-) -> tuple[float, float]:
-    """The lag [s] with the least sum of squares, and half the range of lags that the noise allows [s]."""
-    lags = np.linspace(-MAX_LAG_S, MAX_LAG_S, 21)
-    for _ in range(3):
-        travel = np.interp(time - lags[:, None], *whole)
-        squares = _squares(time, force, shape(np.clip(travel[:, None] / stretches[:, None], -1.0, 50.0)))
-        best = int(np.argmin(squares))
-        found, width = float(lags[best]), float(lags[1] - lags[0])
-        allowed = lags[squares <= squares[best] * (1.0 + correlation / max(len(time) - 5, 1))]
-        lags = found + np.linspace(-width, width, 9)
-    return found, max(0.5 * float(np.ptp(allowed)), 0.5 * width)
+    return Lag(low, high, search.error(max(half for _, half in found)))
 
 
 def _window(recording: Recording, events: Events) -> np.ndarray | None:
@@ -110,11 +156,12 @@ def _window(recording: Recording, events: Events) -> np.ndarray | None:
     if not holds or holds[0].end - holds[0].start < BEFORE_S:
         return None
     start = float(time[outwards[0].first])
-    rest = np.flatnonzero((time >= start - BEFORE_S) & (time < start))
-    after = np.flatnonzero((time >= start) & (time <= start + AFTER_S))
+    first, begin = np.searchsorted(time, (start - BEFORE_S, start))
+    rest = np.arange(first, begin)
+    after = np.arange(begin, np.searchsorted(time, start + AFTER_S, side="right"))
     if len(rest) < MIN_REST_SAMPLES or len(after) < MIN_REST_SAMPLES:
         return None
-    level, noise, follows = float(np.median(force[rest])), white_noise(force[rest]), smoothed(force[after], 5)
+    level, noise, follows = core.median(force[rest]), white_noise(force[rest]), smoothed(force[after], 5)
     change = float(follows.min()) - level
     if not -change > MIN_CHANGE_SIGMA * noise:
         return None
@@ -122,17 +169,6 @@ def _window(recording: Recording, events: Events) -> np.ndarray | None:
     window = np.arange(rest[0], max(end, after[MIN_REST_SAMPLES - 1]) + 1)
     window = np.setdiff1d(window, events.outliers, assume_unique=True)
     return window[:: -(-len(window) // MAX_SAMPLES)]
-
-
-def _squares(time: np.ndarray, force: np.ndarray, follow: np.ndarray) -> np.ndarray:
-    """The least sum of squares (k,) over the stretches, for what follows the travel, (k, stretches, n)."""
-    q, _ = np.linalg.qr(np.column_stack([np.ones_like(time), time - time[0]]))
-    rest = force - q @ (q.T @ force)
-    follow = follow - (follow @ q) @ q.T
-    size = np.einsum("ksn,ksn->ks", follow, follow)
-    moving = size > MIN_FOLLOWING * len(time)  # below, the travel is that of rounding
-    gain = np.where(moving, (follow @ rest) ** 2 / np.where(moving, size, 1.0), 0.0)
-    return float(rest @ rest) - gain.max(axis=1)
 
 
 def _correlation(force: np.ndarray) -> float:
@@ -151,13 +187,15 @@ def undeclared_filter(free: np.ndarray, declared: int) -> int:
     """
     if len(free) < MIN_FREE_SAMPLES:
         return 0
-    residual = free - np.polyval(np.polyfit(np.arange(len(free)), free, 1), np.arange(len(free)))
+    place = np.arange(len(free)) - 0.5 * (len(free) - 1)
+    residual = free - free.mean()
+    residual -= place * (core.product(place, residual) / core.product(place, place))
     noise = noise_of(residual, len(residual), 1, 2.0)
     if noise.last_lag < 1 or noise.ar1_factor:
         return 0
     lags = np.arange(noise.last_lag + 1)
-    square = float(residual @ residual)
-    correlation = np.array([float(residual[lag:] @ residual[: len(residual) - lag]) / square for lag in lags])
+    correlation = core.lagged_products(residual, noise.last_lag)
+    correlation /= correlation[0]
     slope = float((1.0 - correlation) @ lags / (lags @ lags))
     misfit = float(np.max(np.abs(correlation - (1.0 - slope * lags))))
     length = round(1.0 / slope) if slope > 0.0 else 0
@@ -165,10 +203,21 @@ def undeclared_filter(free: np.ndarray, declared: int) -> int:
     return length if straight and length >= 2 and abs(length - declared) > 0.25 * declared else 0
 
 
-def timing_notes(recording: Recording, events: Events) -> tuple[str, ...]:
-    """A sentence for a lag between force and depth, and for an average filter that is not declared."""
-    found, lag = [], lag_of(recording, events)
-    if lag is not None and lag.significant:
+@dataclass(frozen=True)
+class Timing:
+    """The significant ``lag`` between force and depth or None, the ``filter_length`` [samples] of an average filter
+    that is not declared or 0, and a sentence for each."""
+
+    lag: Lag | None = None
+    filter_length: int = 0
+    notes: tuple[str, ...] = ()
+
+
+def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timing:
+    """The lag between force and depth and the undeclared filter of a recording, with their sentences; ``signal`` is
+    that of the undelayed depth."""
+    found, lag = [], significant_lag(recording, events, signal)
+    if lag is not None:
         side = "behind" if lag.time > 0.0 else "ahead of"
         span = sorted(1e3 * abs(end) for end in (lag.low, lag.high))
         found.append(
@@ -182,4 +231,4 @@ def timing_notes(recording: Recording, events: Events) -> tuple[str, ...]:
             f"The noise of the free travel is that behind an average filter of about {length} samples, declared are "
             f"{recording.card.filter_length}: declare it, so that its delay and its smearing are counted."
         )
-    return tuple(found)
+    return Timing(lag, length, tuple(found))

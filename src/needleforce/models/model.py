@@ -274,9 +274,9 @@ class Model:
 class Insertion(core.Insertion):
     """A simulated insertion, stepped one cycle at a time.
 
-    Methods: ``step(depth, velocity, dt) -> Sample``, ``run(depth, velocity, dt)`` over arrays, ``reset()``,
-    ``snapshot()``, ``restore(snapshot)``, and ``save()``, which returns the memory as bytes for ``restore``. A step
-    never raises; the ``status`` of its sample reports invalid input.
+    Methods: ``step(depth, velocity, dt) -> Sample``, ``run(depth, velocity, dt)`` over arrays, ``forces(depth, dt)``
+    for the force alone, ``reset()``, ``snapshot()``, ``restore(snapshot)``, and ``save()``, which returns the memory as
+    bytes for ``restore``. A step never raises; the ``status`` of its sample reports invalid input.
 
     Parameters
     ----------

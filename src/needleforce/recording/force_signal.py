@@ -6,6 +6,7 @@ from statistics import NormalDist
 
 import numpy as np
 
+from .. import core
 from .recording import Note
 from .stream import Stream
 
@@ -157,13 +158,15 @@ def _quantum(values: np.ndarray) -> float:
     return float(steps.min()) if len(steps) else 0.0
 
 
-def outliers(force: np.ndarray) -> np.ndarray:
+def outliers(force: np.ndarray, quantum: float | None = None) -> np.ndarray:
     """Find single samples that lie far from their neighbours on both sides.
 
     Parameters
     ----------
     force : (n,) array
         Force [N], sampled uniformly.
+    quantum : float, optional
+        Its smallest step [N], where it is known.
 
     Returns
     -------
@@ -175,40 +178,24 @@ def outliers(force: np.ndarray) -> np.ndarray:
     A sample is compared with the median of its six neighbours. It is an outlier if the difference is beyond what normal
     noise reaches once in 1000 recordings of this length, with the robust standard deviation of such differences near
     it, and if the neighbours agree: but for one on either side they span less than half of the difference, as neither
-    those of a peak before a drop nor those of a step do. A quantum of the sensor counts as noise.
+    those of a peak before a drop nor those of a step do. A sample that lies nearer to the line through the three before
+    it, or after it, is the end of a rise before a drop and no outlier. A quantum of the sensor counts as noise.
     """
     count = len(force)
     if count < _MIN_SAMPLES:
         return np.empty(0, int)
-    padded = np.concatenate((force[3:0:-1], force, force[-2:-5:-1]))
-    second = np.abs(force - 0.5 * (padded[:-6] + padded[6:]))
-    common = _residuals(padded, np.arange(0, count, max(1, count // _MAX_COMMON)))[0]
-    noise = _local_noise(second, float(np.median(common)), max(quantum_of(force), 1e-9 * float(np.ptp(force))))
-    level = -NormalDist().inv_cdf(0.5 * _OUTLIER_FALSE_ALARMS / count) * noise
-    some = np.flatnonzero(second > 0.5 * level)
-    size, span = _residuals(padded, some)
-    return some[(size > level[some]) & (span < _MAX_NEIGHBOUR_SPAN * size)]
-
-
-def _residuals(padded: np.ndarray, some: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Magnitudes of the (k,) samples ``some`` about the median of their six neighbours, and the span of the inner four
-    of these; ``padded`` has three more samples at either end."""
-    near = np.sort([padded[some + k] for k in (0, 1, 2, 4, 5, 6)], axis=0)
-    return np.abs(padded[some + 3] - 0.5 * (near[2] + near[3])), near[4] - near[1]
-
-
-def _local_noise(second: np.ndarray, common: float, quantum: float) -> np.ndarray:
-    """Robust standard deviation (n,) of residuals near each sample, from their ``common`` median [N] and the (n,)
-    magnitudes ``second`` of second differences, which show where there is more or less noise."""
-    rows = max(len(second) // _LOCAL_SAMPLES, 1)
-    length = len(second) // rows
-    some = second[: rows * length].reshape(rows, length)[:, ::2].copy()
-    middle = some.shape[1] // 2
-    local = np.partition(some, middle, axis=1)[:, middle]
-    usual = float(np.median(local))
-    ratio = np.maximum(local / usual, 1.0 / 3.0) if usual > 0.0 else np.ones(rows)
-    level = np.hypot(_LOCAL_MARGIN * common * ratio, 0.5 * quantum) / 0.6745  # a median of rounded values is rounded
-    return np.append(np.repeat(level, length), np.full(len(second) - rows * length, level[-1]))
+    level = -NormalDist().inv_cdf(0.5 * _OUTLIER_FALSE_ALARMS / count)
+    step = max(quantum_of(force) if quantum is None else quantum, 1e-9 * float(np.ptp(force)))
+    found = core.outliers(
+        force,
+        level,
+        step,
+        max_span=_MAX_NEIGHBOUR_SPAN,
+        margin=_LOCAL_MARGIN,
+        local=_LOCAL_SAMPLES,
+        common=_MAX_COMMON,
+    )
+    return np.array(found, int)
 
 
 def without_outliers(force: np.ndarray, found: np.ndarray) -> np.ndarray:
@@ -224,6 +211,4 @@ def without_outliers(force: np.ndarray, found: np.ndarray) -> np.ndarray:
 
 def quantum_of(force: np.ndarray) -> float:
     """The smallest step [N] of (n,) values beyond their rounding, 0 if they are constant."""
-    steps = np.abs(np.diff(force))
-    steps = steps[steps > 1e-12 * max(float(np.max(np.abs(force), initial=0.0)), 1e-300)]
-    return float(steps.min()) if len(steps) else 0.0
+    return core.quantum_of(force)

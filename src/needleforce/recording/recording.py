@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import core
 from ..display.markup import Markup, element, join, listing, table
 from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
@@ -35,7 +36,7 @@ def derivative(time: np.ndarray, depth: np.ndarray) -> tuple[np.ndarray, float]:
     window : float
         The length of the window [s].
     """
-    step = float(np.median(np.diff(time)))
+    step = core.median_step(time)
     half = min(max(1, round(0.5 * _DERIVATIVE_WINDOW_S / step)), (len(time) - 1) // 2)
     if half == 0:  # two samples
         return np.full(len(time), (depth[1] - depth[0]) / (time[1] - time[0])), step
@@ -151,7 +152,7 @@ class Recording:
     @cached_property
     def rate(self) -> float:
         """Median sampling rate [Hz]."""
-        return 1.0 / float(np.median(np.diff(self.time)))
+        return 1.0 / core.median_step(self.time)
 
     def between(
         self, *, time: tuple[float, float] | None = None, depth: tuple[float, float] | None = None

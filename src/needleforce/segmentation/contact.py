@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import core
 from .strokes import Blocks, Cycle, blocks, first_run, white_noise
 
 CROSSING_SIGMA = 5.0  # [sd of the noise] height of a crossing that is not noise
 SUSTAINED_SAMPLES = 10  # [samples] duration of a crossing
 FIT_FORCE_SHARE = 0.02  # of the maximum force: the fit uses the force up to this share,
 FIT_FORCE_SIGMA = 10.0  # or up to this many sd of the noise, whichever is more
-EXPONENTS = (1.0, 1.25, 1.5, 1.75, 2.0)  # of force over depth, a quarter apart: flat punch 1, sphere 3/2, cone 2
 FIT_SHARES = (1.0, 0.75, 0.5)  # of that force, tried until the fit is good
 MAX_MISFIT_SIGMA = 1.3  # [sd] misfit of a good fit: a hump soon after the contact must not bias it
 MAX_SQUARES_RISE = 9.0  # rise of the sum of squares, in variances, beyond which a contact point is excluded: 3 sd
@@ -57,8 +57,8 @@ class Origin:
 
 def free_noise(force: np.ndarray, min_noise: float) -> tuple[float, float]:
     """Robust mean and standard deviation (at least ``min_noise``) of the (n,) force [N] of free travel."""
-    middle = float(np.median(force))
-    return middle, max(float(np.median(np.abs(force - middle))) / 0.6745, min_noise)
+    middle = core.median(force)
+    return middle, max(core.median(np.abs(force - middle)) / 0.6745, min_noise)
 
 
 def onset(stroke: Blocks, crossing: float = CROSSING_SIGMA) -> Onset | None:
@@ -80,7 +80,7 @@ def onset(stroke: Blocks, crossing: float = CROSSING_SIGMA) -> Onset | None:
 
 def _drift(z: np.ndarray, f: np.ndarray, size: int) -> np.ndarray | None:
     """The straight line (n,) of the drift in free travel, or None if the force before the rise is not straight."""
-    first, peak = float(np.median(f[:MIN_BASELINE_BLOCKS])), float(np.max(f))
+    first, peak = core.median(f[:MIN_BASELINE_BLOCKS]), float(np.max(f))
     free = _free_blocks(f, first + MAX_DRIFT_SHARE * (peak - first), _sustained(len(f), size))
     line = np.polyval(np.polyfit(z[:free], f[:free], 1), z) if np.ptp(z[:free]) > 0 else np.full_like(z, first)
     straight = float(np.std(f[:free] - line[:free])) <= MAX_MISFIT_SIGMA * white_noise(f)
@@ -97,7 +97,7 @@ def _onset(z: np.ndarray, f: np.ndarray, size: int, crossing: float) -> Onset | 
     baseline after the crossing."""
     if len(f) < 2 * MIN_BASELINE_BLOCKS:
         return None
-    length, first, peak = _sustained(len(f), size), float(np.median(f[:MIN_BASELINE_BLOCKS])), float(np.max(f))
+    length, first, peak = _sustained(len(f), size), core.median(f[:MIN_BASELINE_BLOCKS]), float(np.max(f))
     clear = _free_blocks(f, first + 2 * FIT_FORCE_SHARE * (peak - first), length)
     found = _iterated_onset(z, f, length, crossing, min(clear, GOOD_BASELINE_BLOCKS))
     if found is None:
@@ -115,11 +115,11 @@ def _iterated_onset(z: np.ndarray, f: np.ndarray, length: int, crossing: float, 
     peak, white = float(np.max(f)), max(white_noise(f), MIN_NOISE_SHARE * float(np.ptp(f)))
     for _ in range(MAX_ITERATIONS):
         baseline, noise = free_noise(f[:free], white)
-        if first_run(f > baseline + crossing * noise, length) is None:
+        if core.first_run(f, baseline + crossing * noise, length) is None:
             return None
         rise = min(max(FIT_FORCE_SIGMA * noise, FIT_FORCE_SHARE * (peak - baseline)), 0.6 * (peak - baseline))
         for share in FIT_SHARES:
-            top = max(first_run(f > baseline + share * rise, length) or 0, MIN_BASELINE_BLOCKS) + 1
+            top = max(core.first_run(f, baseline + share * rise, length) or 0, MIN_BASELINE_BLOCKS) + 1
             fit = fit_origin(z[:top], f[:top], noise)
             if fit.misfit <= MAX_MISFIT_SIGMA * noise:
                 break
@@ -141,51 +141,19 @@ def _iterated_onset(z: np.ndarray, f: np.ndarray, length: int, crossing: float, 
 
 def _free_blocks(force: np.ndarray, level: float, length: int) -> int:
     """A first estimate of the number of free blocks: 60 % of those before the force exceeds ``level``."""
-    crossed = first_run(force > level, length)
+    crossed = core.first_run(force, level, length)
     return max(MIN_BASELINE_BLOCKS, int(0.6 * (len(force) if crossed is None else crossed)))
 
 
 def fit_origin(z: np.ndarray, f: np.ndarray, noise: float) -> Origin:
-    """Least-squares fit of ``F = b + c (z - z0)^p`` to (n,) depths [m] and forces [N]; ``noise`` is the minimum sd."""
-    coarse = np.linspace(z[0], z[-1], 65)[:-1]
-    squares, _ = _squares(z, f, coarse)
-    best = int(np.argmin(squares))
-    fine = np.linspace(coarse[max(best - 1, 0)], coarse[min(best + 1, len(coarse) - 1)], 33)
-    fine_squares, baselines = _squares(z, f, fine)
-    at = int(np.argmin(fine_squares))
-    lowest, variance = float(fine_squares[at]), float(fine_squares[at]) / max(len(z) - 3, 1)
-    free = f[: max(int(np.searchsorted(z, fine[at])), MIN_BASELINE_BLOCKS)]
-    allowed = coarse[squares <= lowest + MAX_SQUARES_RISE * max(noise**2, variance) * _correlation(free)]
-    earliest = min([*allowed, fine[at]]) - (coarse[1] - coarse[0])
-    return Origin(float(fine[at]), float(earliest), float(baselines[at]), variance**0.5)
+    """Least-squares fit of ``F = b + c (z - z0)^p`` to (n,) depths [m] and forces [N]; ``noise`` is the minimum sd.
 
-
-def _squares(z: np.ndarray, f: np.ndarray, origins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The smallest residual sums of squares over the exponents, and the baselines, for (m,) origins."""
-    past = np.maximum(z - origins[:, None], 0.0) / (float(np.ptp(z)) or 1.0)
-    quarter = np.sqrt(np.sqrt(past))
-    centred, shape = f - f.mean(), past.copy()
-    squares, bases = [], []
-    for _ in EXPONENTS:
-        mean = shape.mean(axis=1)
-        offset = shape - mean[:, None]
-        height = np.maximum(offset @ centred, 0.0) / np.maximum(np.einsum("ij,ij->i", offset, offset), 1e-300)
-        offset *= -height[:, None]
-        offset += centred  # squared directly, because a difference of sums could be negative
-        squares.append(np.einsum("ij,ij->i", offset, offset))
-        bases.append(f.mean() - height * mean)
-        shape *= quarter
-    best = np.argmin(squares, axis=0)
-    pick = np.arange(len(origins))
-    return np.array(squares)[best, pick], np.array(bases)[best, pick]
-
-
-def _correlation(free: np.ndarray, group: int = 10) -> float:
-    """The variance of the mean of ten neighbours relative to that of ten independent values: 1 for white noise."""
-    if len(free) < 5 * group:
-        return 1.0
-    groups = free[: len(free) // group * group].reshape(-1, group)
-    return max(1.0, group * float(groups.mean(axis=1).var() / max(free.var(), 1e-300)))
+    The exponents p are a quarter apart from 1, a flat punch, to 2, a cone.
+    """
+    depth, earliest, baseline, variance = core.fit_origin(
+        z, f, noise=noise, max_rise=MAX_SQUARES_RISE, min_free=MIN_BASELINE_BLOCKS
+    )
+    return Origin(depth, earliest, baseline, variance**0.5)
 
 
 def exit_depth(depth: np.ndarray, force: np.ndarray, cycle: Cycle, size: int, crossing: float) -> Onset | None:
@@ -219,5 +187,6 @@ def only_drift(time: np.ndarray, force: np.ndarray, size: int) -> bool:
     short = blocks(time, force, 0, len(force), size)
     if len(short) < 10:
         return False
-    left = short.force - np.polyval(np.polyfit(short.depth, short.force, 1), short.depth)
+    left, about = short.force - short.force.mean(), short.depth - short.depth.mean()
+    left -= about * (float(about @ left) / max(float(about @ about), 1e-300))
     return float(left.std()) <= MAX_DRIFT_RESIDUAL * white_noise(short.force)

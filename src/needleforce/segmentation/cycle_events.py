@@ -4,11 +4,13 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtrit
 
 from .contact import Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Puncture
-from .punctures import Fall, ForceDrop, block_noise, falls, locate, robust_sd, sudden_share
-from .strokes import Blocks, Cycle, advancing, blocks
+from .fall_location import ForceDrop, lasting_share, locate, rupture_share, unslowed_share
+from .punctures import FALSE_ALARMS, Fall, block_noise, falls
+from .strokes import Blocks, Cut, Cycle, at_cut, reversals
 
 MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
 MIN_RUPTURE_SAMPLES = 5  # minimum number of samples of a rupture
@@ -18,9 +20,13 @@ MAX_GRADUAL_TRAVEL_M = 1e-3  # [m] travel of the most gradual rupture that is se
 NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
 MIN_LOAD_SIGMA = 8.0  # [sd] range of blocks beyond which the force before the contact may be a load
 MIN_RISE_RATIO = 3.0  # of the duration of a rise before a fall over that of the fall, if the stroke begins in contact
-MIN_REGULAR_FALLS = 5  # a force that falls regularly oscillates; fewer falls may be evenly spaced by chance
-MAX_SPACING_VARIATION = 0.3  # sd over mean of the spacing of such falls; random places have 1
-MAX_SIZE_RATIO = 3.0  # between a fall of such a series and their median
+SPEED_REACH = 4  # gradual ruptures within which the speed may be back after a fall, and the force is not
+LASTING_SHARE = 0.5  # of a fall beyond the pull-backs and rests in it: with less it is theirs
+MIN_HALF_WAVES = 5  # of a regular oscillation; two layers with a puncture each have four
+MIN_FALL_LENGTH = 0.5  # of that of a rise, in an oscillation that is no series of ruptures
+MIN_WAVE_SIGMA = 5.0  # [sd of a block] of the smallest half-wave
+MAX_SPACING_VARIATION = 0.3  # sd over mean of its periods; random places have 0.7
+MAX_SIZE_RATIO = 2.0  # between a half-wave and their median
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,18 +84,20 @@ def cycle_events(
 ) -> CycleEvents:
     """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N] without outliers."""
     begin, last = _ends(time, depth, force, cycle, allowed)
-    stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
+    cut = at_cut(depth, force, cycle.start, cycle.stop, size=allowed.size(cycle), lag=allowed.lag)
+    stroke = cut.blocks
     free = 0 if begin is None else int(np.searchsorted(stroke.depth, begin.depth))
-    if (begin is None or free) and _loaded_before(force, stroke, free, allowed):
-        begin, free = _from_the_start(stroke), 0
+    if (begin is None or free) and _loaded_before(cut, depth, free, allowed):
+        begin, free = _from_the_start(cut), 0
     if begin is None:
         return CycleEvents(cycle=cycle)
-    in_contact = not begin.free and begin.low <= stroke.starts[0]
+    in_contact = not begin.free and begin.low <= cut.samples[0]
     contact = _event(time, depth, force, replace(begin, low=0) if in_contact else begin, allowed.lag)
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
-    found = _drops(force, stroke, free, begin.baseline, allowed)
-    sudden, minor, oscillations = _classified(found, force, depth, begin.baseline, allowed)
-    puncture = lambda each: _puncture(each, time, depth, contact.depth, allowed.lag)  # noqa: E731
+    turns = cycle.withdrawn and cycle.stop == cycle.withdrawal_start
+    found = _drops(cut, depth, free, begin.baseline, allowed, turns=turns)
+    sudden, minor, oscillations = _classified(found, cut, begin.baseline, noise.white, allowed)
+    puncture = lambda each: _puncture(each, cut, time, contact.depth, allowed.lag)  # noqa: E731
     return CycleEvents(
         cycle=cycle,
         contact=contact,
@@ -104,24 +112,18 @@ def cycle_events(
     )
 
 
-def inward_blocks(depth: np.ndarray, force: np.ndarray, cycle: Cycle, size: int) -> Blocks:
-    """The blocks of the insertion stroke in which the needle goes deeper than before."""
-    stroke = blocks(depth, force, cycle.start, cycle.stop, size)
-    return stroke.part(advancing(stroke))
-
-
-def _loaded_before(force: np.ndarray, stroke: Blocks, free: int, allowed: DetectionLimits) -> bool:
+def _loaded_before(cut: Cut, depth: np.ndarray, free: int, allowed: DetectionLimits) -> bool:
     """Whether the force rises from the start and falls significantly before the supposed contact at block ``free`` (0:
     none was found): then the stroke begins in contact. Noise, hum and drift fall too, but do not rise for longer than
     they fall, by a good part of the fall."""
-    before = stroke if not free else stroke.part(np.arange(free))
+    before = cut.blocks if not free else cut.blocks.until(free)
     white = block_noise(before.force, 0, allowed.quantum, before.size).white
     if len(before) < 2 * MIN_RUPTURE_SAMPLES or np.ptp(before.force) < MIN_LOAD_SIGMA * white:
         return False
     return any(
         _rises_until(before.force[: fall.first + 1], drop.drop)
         and fall.first > MIN_RISE_RATIO * _blocks_of(drop, before)
-        for fall, drop in _drops(force, before, 0, float(before.force.min()), allowed)
+        for fall, drop in _drops(replace(cut, blocks=before), depth, 0, float(before.force.min()), allowed)
     )
 
 
@@ -136,24 +138,26 @@ def _blocks_of(drop: ForceDrop, stroke: Blocks) -> float:
     return (drop.end - drop.peak) / stroke.size
 
 
-def _from_the_start(stroke: Blocks) -> Onset:
+def _from_the_start(cut: Cut) -> Onset:
     """The contact of a stroke that begins in contact: its first sample, at the latest."""
-    first, low = float(stroke.depth[0]), stroke.sample(0)
-    return Onset(depth=first, low=low, high=low, baseline=float(stroke.force.min()), noise=0.0, free=False)
+    first, low = float(cut.blocks.depth[0]), cut.sample(0)
+    return Onset(depth=first, low=low, high=low, baseline=float(cut.blocks.force.min()), noise=0.0, free=False)
 
 
 def _drops(
-    force: np.ndarray, stroke: Blocks, free: int, baseline: float, allowed: DetectionLimits
+    cut: Cut, depth: np.ndarray, free: int, baseline: float, allowed: DetectionLimits, *, turns: bool = False
 ) -> list[tuple[Fall, ForceDrop]]:
     """The significant falls after the ``free`` first blocks, located; of falls within a window the most significant:
-    the needle oscillates after a rupture."""
+    the needle oscillates after a rupture. What a pull-back, a rest or the speed explains is none."""
+    stroke = cut.blocks
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
-    level = stroke.force - baseline
     sizes = {"rupture": -(-allowed.window // stroke.size), "max_gap": -(-allowed.gradual // stroke.size)}
-    found = falls(stroke, free=free, noise=noise, level=level, **sizes)
     kept: list[tuple[Fall, ForceDrop]] = []
-    for fall in found:
-        drop = locate(force, fall, stroke, size=stroke.size, window=allowed.window, noise=noise)
+    for fall in falls(stroke, free=free, noise=noise, turns=turns, **sizes):
+        drop = locate(cut.force, fall, stroke, size=stroke.size, window=allowed.window, noise=noise)
+        share = unslowed_share(drop, cut, baseline, SPEED_REACH * allowed.gradual)
+        if fall.statistic * share < fall.threshold or lasting_share(drop, cut, depth, allowed.window) < LASTING_SHARE:
+            continue
         if not kept or drop.peak > kept[-1][1].end + allowed.window:
             kept.append((fall, drop))
         elif fall.statistic > kept[-1][0].statistic:
@@ -162,11 +166,7 @@ def _drops(
 
 
 def _classified(
-    found: list[tuple[Fall, ForceDrop]],
-    force: np.ndarray,
-    depth: np.ndarray,
-    baseline: float,
-    allowed: DetectionLimits,
+    found: list[tuple[Fall, ForceDrop]], cut: Cut, baseline: float, noise: float, allowed: DetectionLimits
 ) -> tuple[list[tuple[Fall, ForceDrop]], list[tuple[Fall, ForceDrop]], int]:
     """Punctures, minor falls, and the number of the latter that are a regular oscillation.
 
@@ -174,52 +174,71 @@ def _classified(
     tissue, which grows with the force: there a puncture falls by the share ``allowed.drop`` of the force within a
     third of the rupture travel.
     """
-    share = lambda drop: sudden_share(force, drop, baseline, allowed.window)  # noqa: E731
+    share = lambda drop: rupture_share(cut.force, drop, baseline, allowed.window, allowed.gradual)  # noqa: E731
     sudden = [each for each in found if not each[0].rough or share(each[1]) >= allowed.drop]
-    regular = _oscillation(sudden, depth)
+    regular = _oscillation(sudden, cut, noise)
     minor = [each for each in found if each not in sudden or each in regular]
     return [each for each in sudden if each not in regular], minor, len(regular)
 
 
-def _oscillation(found: list[tuple[Fall, ForceDrop]], depth: np.ndarray) -> list[tuple[Fall, ForceDrop]]:
-    """Those of the located falls after the first that follow each other regularly, of similar size: a cutting force
-    that oscillates. The first fall ends the deformation and remains a puncture."""
+def _oscillation(found: list[tuple[Fall, ForceDrop]], cut: Cut, noise: float) -> list[tuple[Fall, ForceDrop]]:
+    """Those of the located falls after the first that belong to a regular oscillation, as that of a cutting force; the
+    first fall ends the deformation and remains a puncture.
+
+    The force after it rises and falls in half-waves of at least half of the smallest of these falls. They oscillate
+    regularly if there are enough of similar size, with a steady period over the depth: five, or twice as many where the
+    force falls faster than it rises, as at the punctures of layers. A fall whose half-wave is larger than the others
+    let expect, by Student's t for one false alarm in 1000 recordings, remains a puncture too.
+    """
     later = found[1:]
-    if len(later) < MIN_REGULAR_FALLS:
+    if not later:
         return []
-    sizes = np.array([drop.drop for _, drop in later])
-    middle = float(np.median(sizes))
-    similar = [
-        each
-        for each, size in zip(later, sizes, strict=True)
-        if middle / MAX_SIZE_RATIO < size < MAX_SIZE_RATIO * middle
+    first = int(np.searchsorted(cut.blocks.starts, found[0][1].end))
+    force, depth = cut.blocks.force[first:], cut.blocks.depth[first:]
+    turns = reversals(force, max(0.5 * min(drop.drop for _, drop in later), MIN_WAVE_SIGMA * noise))
+    sizes, at = np.abs(np.diff(force[turns])), depth[turns]
+    usual = float(np.median(sizes)) if len(sizes) else 0.0
+    similar = (sizes > usual / MAX_SIZE_RATIO) & (sizes < MAX_SIZE_RATIO * usual)
+    periods = (at[2:] - at[:-2])[similar[1:] & similar[:-1]]
+    falling = np.diff(force[turns]) < 0.0
+    lengths = [
+        float(np.median(np.diff(at)[similar & which])) if (similar & which).any() else 0.0
+        for which in (falling, ~falling)
     ]
-    spacing = np.diff([depth[drop.peak] for _, drop in similar])
-    regular = len(similar) >= MIN_REGULAR_FALLS and robust_sd(spacing) <= MAX_SPACING_VARIATION * float(
-        np.median(spacing)
-    )
-    return similar if regular else []
+    needed = MIN_HALF_WAVES * (1 if lengths[0] > MIN_FALL_LENGTH * lengths[1] else 2)
+    if similar.sum() < needed or np.std(periods) > MAX_SPACING_VARIATION * np.mean(periods):
+        return []
+    return [each for each in later if not _stands_out(cut.depth[each[1].peak], sizes[falling], at[1:][falling])]
 
 
-def _puncture(
-    found: tuple[Fall, ForceDrop], time: np.ndarray, depth: np.ndarray, contact_depth: float, lag: int
-) -> Puncture:
+def _stands_out(depth: float, sizes: np.ndarray, ends: np.ndarray) -> bool:
+    """Whether the fall at a ``depth``, in one of (n,) half-waves with ``sizes`` and ``ends``, is larger than the others
+    of a regular oscillation let expect."""
+    own = min(int(np.searchsorted(ends, depth)), len(ends) - 1)
+    others = np.delete(sizes, own)
+    if len(others) < 3:
+        return False
+    limit = -float(stdtrit(len(others) - 1, FALSE_ALARMS / len(sizes))) * (1.0 + 1.0 / len(others)) ** 0.5
+    return bool(sizes[own] > float(others.mean()) + limit * float(others.std(ddof=1)))
+
+
+def _puncture(found: tuple[Fall, ForceDrop], cut: Cut, time: np.ndarray, contact_depth: float, lag: int) -> Puncture:
     """A located fall as a puncture; a filter may delay it by ``lag`` samples."""
     fall, drop = found
-    peak_depth = float(depth[drop.peak])
+    peak_depth = float(cut.depth[drop.peak])
     return Puncture(
-        time=float(time[drop.peak]),
+        time=float(time[cut.number(drop.peak)]),
         depth=peak_depth,
         force=drop.force,
-        low=max(drop.low - lag, 0),
-        high=drop.high,
+        low=max(cut.number(drop.low) - lag, 0),
+        high=cut.number(drop.high),
         drop=drop.drop,
         indentation=peak_depth - contact_depth,
         statistic=fall.statistic,
         drop_low=drop.drop_low,
         drop_high=drop.drop_high,
-        end=drop.end,
-        end_depth=float(depth[drop.end]),
+        end=cut.number(drop.end),
+        end_depth=float(cut.depth[min(drop.end, len(cut.depth) - 1)]),
         gradual=drop.gradual,
     )
 
@@ -262,6 +281,6 @@ def _ends(
 
 def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Onset | None:
     """The contact of the insertion stroke, with blocks converted to samples."""
-    stroke = inward_blocks(depth, force, cycle, allowed.size(cycle))
-    found = onset(stroke, allowed.crossing)
-    return None if found is None else replace(found, low=stroke.sample(found.low), high=stroke.sample(found.high + 1))
+    cut = at_cut(depth, force, cycle.start, cycle.stop, size=allowed.size(cycle), lag=allowed.lag)
+    found = onset(cut.blocks, allowed.crossing)
+    return None if found is None else replace(found, low=cut.sample(found.low), high=cut.sample(found.high + 1))

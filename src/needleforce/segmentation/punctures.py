@@ -12,29 +12,28 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri, stdtrit
 
-from .strokes import Blocks, white_noise
+from .. import core
+from .strokes import FOURTH_DIFFERENCE, Blocks, white_noise
 
 FALSE_ALARMS = 1e-3  # punctures found in a recording that has only normal noise
+MIN_LINE_WINDOW = 8  # [blocks] a line through fewer is less certain than their mean
+CHECK_SIGMA = 4.0  # [sd] of the step by which a fall is located
+SHORT_SIGMA = 5.0  # [sd] of the fall between short windows where a line judges it, which ends above a sharp bend
+SHORT_SHARE = 0.4  # of a window: the short one of that check
+TEXTURE_FREEDOM = 4.0  # degrees of freedom of Student's t for the texture of a rough stroke
+LINE_BEFORE = 0.25 + 0.2 * 4.0 * np.array([-1.5, -0.5, 0.5, 1.5])  # a line through four blocks at 4 past their centre
+PLACES_SKIPPED = 2  # the block before a steep fall, and that after it
+END_WINDOWS = (12, 5)  # [blocks] before a fall near the end, the first that there is place for
+MIN_PLACES = 10.0  # of a stroke of few blocks
 WINDOWS = (3, 5, 8, 12, 20, 32, 50, 80)  # [blocks] lengths of the compared windows
 MAX_END_WINDOW = 5  # [blocks] of a comparison near the end of a stroke, where the force after it is not known
-MIN_LINE_WINDOW = 8  # [blocks] a line through fewer is less certain than their mean
-CHECK_SIGMA = 4.0  # [sd] of the fall between short windows, where the larger one is judged by its line
-SHORT_SHARE = 0.4  # of a window: the short one of that check
 MIN_STROKE_WINDOWS = 5  # pairs of windows in a stroke, whose fluctuation is to be known
 MIN_FREE_WINDOWS = 6  # windows of free travel that show the correlation of the noise
-TEXTURE_FREEDOM = 4.0  # degrees of freedom of Student's t for the texture of a rough stroke
-MIN_PLACES = 10.0  # of a stroke of few blocks
 ROUGH_PARTS = (4, 2, 1)  # of a rupture: lengths over which the fluctuation of a stroke is judged
 ROUGH_SIGMA = 2.0  # standard errors (2 % by chance) by which it exceeds the noise: more is texture of the tissue
 MIN_ROUGH_WINDOWS = 20  # such lengths of free travel that show the correlation of the noise over them
 ROBUST_SD_ERROR = 0.83  # standard error of a robust standard deviation, times the root of the number of values
-FOURTH_DIFFERENCE = 70**0.5  # sd of a fourth difference of values with sd 1
 MIN_NOISE_SHARE = 1e-4  # of the range of the force: simulated recordings may have no noise
-STEADY_SPEED_RATIO = 0.7  # speed after over before a fall: below it the fall may be that of the speed
-SPEED_BLOCKS = 8  # blocks over which a speed is measured
-MIN_CONTINUED_SLOPE = 0.5  # of the mean slope of a fall: while it continues like this it has not ended
-MAX_EXTENSIONS = 8  # windows by which peak or end of a gradual fall is moved
-NORMAL_95 = 1.96
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,38 +49,13 @@ class ForceNoise:
         return max(self.white / count**0.5, rounding if self.white < 0.5 * self.quantum else 0.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Fall:
-    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd], and whether it may be texture
-    of a ``rough`` stroke, one that fluctuates more than the sensor."""
-
-    first: int
-    last: int
-    statistic: float
-    rough: bool
-
-
-@dataclass(frozen=True, kw_only=True)
-class ForceDrop:
-    """A located fall: samples ``peak``, ``low`` (before), ``high`` (certainly after) and ``end``, the ``force`` at the
-    peak, the ``drop`` from it with its 95 % interval [N], and whether it is ``gradual``."""
-
-    peak: int
-    low: int
-    high: int
-    end: int
-    force: float
-    drop: float
-    drop_low: float
-    drop_high: float
-    gradual: bool
-
-
 @dataclass(frozen=True)
 class Comparison:
     """Two windows of ``window`` blocks, ``gap`` blocks apart, at every place: the ``fall`` between their means, its
     ``excess`` over that just before and after, the ``bent`` fall about the windows' slopes, and ``line``, the excess
     with the value at the end of a line for the first mean, (k,) each. The fall at j begins after block j + window - 1.
+    The decline before and after it is the larger of the falls a comparison's length away; after the last one it is that
+    of the second window's slope in short windows, and otherwise not known, so that there is no excess.
     """
 
     window: int
@@ -99,110 +73,26 @@ class Comparison:
 
 def robust_sd(values: np.ndarray) -> float:
     """Standard deviation of (n,) values about their median, from the median of their magnitudes."""
-    return middle(np.abs(values - middle(values))) / 0.6745 if len(values) > 3 else 0.0
-
-
-def middle(values: np.ndarray) -> float:
-    """The median of (n,) values, the upper one of two."""
-    half = len(values) // 2
-    return float(np.partition(values, half)[half])
+    return core.spread_of_part(values, 2) / 0.6745
 
 
 def comparisons(force: np.ndarray, max_gap: int) -> Iterator[Comparison]:
     """All comparisons of windows in the (n,) block ``force``, shortest windows first, by running sums."""
-    count = len(force)
-    place = np.arange(count) - count / 2
-    centred = force - force.mean()
-    sums, moments = (np.concatenate(([0.0], np.cumsum(each))) for each in (centred, centred * place))
+    count, centred = len(force), force - force.mean()
     for w in WINDOWS:
         if 2 * w > count:
             return
-        total = sums[w:] - sums[:-w]
-        slope = (moments[w:] - moments[:-w] - (place[: count - w + 1] + (w - 1) / 2) * total) * (12 / (w**3 - w))
-        mean = total / w
         for gap in (0, 2 * w):
             apart = w + gap
             if gap > max_gap or ((w > WINDOWS[0] or gap) and count < MIN_STROKE_WINDOWS * (apart + w)):
                 continue
-            before, after = slope[:-apart], slope[apart:]
-            fall = mean[:-apart] - mean[apart:]
-            decline = _decline(fall, -apart * after, apart + w, near_end=not gap and w <= MAX_END_WINDOW)
-            bent = fall + 0.5 * apart * (before + after)
-            yield Comparison(
-                window=w,
-                gap=gap,
-                fall=fall,
-                excess=fall - decline,
-                bent=bent,
-                line=fall + 0.5 * (w * before - decline),
+            fall, excess, bent, line = core.compare_windows(
+                centred, window=w, gap=gap, near_end=not gap and w <= MAX_END_WINDOW
             )
+            yield Comparison(window=w, gap=gap, fall=fall, excess=excess, bent=bent, line=line)
 
 
-def _decline(fall: np.ndarray, sloped: np.ndarray, shift: int, *, near_end: bool) -> np.ndarray:
-    """The (k,) decline around each fall: the larger of the falls ``shift`` blocks before and after it. After the last
-    one it is that of the second window's slope if ``near_end`` falls count, as those of short windows do."""
-    decline = np.maximum(sloped, 0.0) if near_end else np.full(len(fall), np.inf)
-    decline[:-shift] = np.maximum(fall[shift:], 0.0)
-    decline[shift:] = np.maximum(decline[shift:], fall[:-shift])
-    return decline
-
-
-def falls(stroke: Blocks, *, free: int, noise: ForceNoise, level: np.ndarray, rupture: int, max_gap: int) -> list[Fall]:
-    """The significant falls in ``stroke`` after its ``free`` first blocks, in order of depth.
-
-    The standard deviation of a comparison is the larger of the sensor's, from the free travel with its correlation, and
-    that of the same comparison over the stroke, so that texture of the tissue is noise too. From the shortest windows
-    to the longest, a place is left out that an earlier fall affects, and so is a fall that the speed explains:
-    ``level`` [N] is the (m,) force above the baseline, of which a decrease of the speed takes its own share at most.
-
-    Noise is normal; the texture of a tissue has heavier tails: in a rough stroke a fall that Student's t with four
-    degrees of freedom would reach at the same false-alarm rate is marked as ``rough``.
-    """
-    found: list[Fall] = []
-    short: dict[int, np.ndarray] = {}
-    rare = FALSE_ALARMS / _places(len(stroke) - free, max_gap)
-    threshold, texture = float(-ndtri(rare)), float(-stdtrit(TEXTURE_FREEDOM, rare))
-    broken, correlated, rough = _breaks(stroke), 1.0, is_rough(stroke.force, free, noise, rupture)
-    for each in comparisons(stroke.force, max_gap):
-        sensor, own = _deviations(each, free, noise)
-        sd = max(sensor, own, 1e-300)
-        if each.window <= WINDOWS[1] and not each.gap:
-            correlated = max(correlated, sd / max(2**0.5 * noise.of_mean(each.window), 1e-300))
-        if not each.gap:
-            short[each.window] = each.excess / sd
-        score = _scores(each, sd, short)
-        score[: max(free - each.window, 0)] = 0.0
-        for block in broken:
-            score[max(block - each.reach - each.window + 1, 0) : max(block, 0)] = 0.0
-        for other in found:
-            score[max(other.first - each.reach - each.window, 0) : max(other.last + each.reach, 0)] = 0.0
-        for j in _peaks(score, threshold, each.reach):
-            a = j + each.window - 1
-            statistic = float(score[j]) * (1.0 - _slowed_share(stroke.depth, level, _parts(each, j), each.fall[j]))
-            if statistic > threshold:
-                unclear = rough and statistic < texture
-                found.append(Fall(first=a, last=a + each.gap + 1, statistic=statistic, rough=unclear))
-    found += _last_falls(
-        stroke,
-        found,
-        free=free,
-        level=level,
-        noise=noise,
-        rough=rough,
-        limits=(threshold * correlated, texture * correlated),
-    )
-    return sorted(found, key=lambda fall: fall.first)
-
-
-def _places(count: int, max_gap: int) -> float:
-    """The number of independent places in ``count`` blocks: about two a window, for each comparison."""
-    places = sum(
-        2.0 * count / w * (1 + (2 * w <= max_gap) + (w >= MIN_LINE_WINDOW)) for w in WINDOWS if 10 * w <= count
-    )
-    return max(places, MIN_PLACES)
-
-
-def _deviations(each: Comparison, free: int, noise: ForceNoise) -> tuple[float, float]:
+def deviations(each: Comparison, free: int, noise: ForceNoise) -> tuple[float, float]:
     """Standard deviations [N] of a comparison's fall: the sensor's, and the stroke's own after ``free`` blocks."""
     sensor = 2**0.5 * noise.of_mean(each.window)
     inside = each.fall[: max(free - each.window - each.reach + 1, 0)]
@@ -220,17 +110,14 @@ def _own_deviation(each: Comparison, free: int) -> float:
     fall, apart = each.fall[min(free, len(each.fall)) :], each.window + each.reach
     if len(fall) > 4 * apart:
         left = fall[apart:-apart] - 0.5 * (fall[: -2 * apart] + fall[2 * apart :])
-        return _quarter_sd(left) / 1.5**0.5
+        return quarter_sd(left) / 1.5**0.5
     lever = 1.0 + 3.0 * (each.reach / each.window) ** 2  # variance of a bent fall over that of a fall, white noise
-    return _quarter_sd(each.bent[min(free, len(each.bent)) :]) / lever**0.5
+    return quarter_sd(each.bent[min(free, len(each.bent)) :]) / lever**0.5
 
 
-def _quarter_sd(values: np.ndarray) -> float:
+def quarter_sd(values: np.ndarray) -> float:
     """Standard deviation of (n,) normal values about their median of which up to three quarters may be disturbed."""
-    if len(values) < 4:
-        return 0.0
-    size, quarter = np.abs(values - middle(values)), len(values) // 4
-    return float(np.partition(size, quarter)[quarter]) / 0.3186
+    return core.spread_of_part(values, 4) / 0.3186
 
 
 def is_rough(force: np.ndarray, free: int, noise: ForceNoise, rupture: int) -> bool:
@@ -256,13 +143,96 @@ def is_rough(force: np.ndarray, free: int, noise: ForceNoise, rupture: int) -> b
     return False
 
 
+def block_noise(force: np.ndarray, free: int, quantum: float, size: int) -> ForceNoise:
+    """The noise of (m,) blocks of ``size`` samples whose ``free`` first ones are free travel.
+
+    White noise is that of the free travel's second differences, or without free travel that of the whole stroke; it is
+    at least the rounding to ``quantum`` [N], which varies within a block if the noise is larger.
+    """
+    white = white_noise(force[:free] if free >= WINDOWS[1] else force)
+    floor = MIN_NOISE_SHARE * float(np.ptp(force))
+    rounding = quantum / (12 * size) ** 0.5
+    return ForceNoise(white=max(white, rounding, floor), quantum=quantum)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fall:
+    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd] above a ``threshold``, the
+    standard ``deviation`` [N] of the means that show it, and whether it may be texture of a ``rough`` stroke, one that
+    fluctuates more than the sensor."""
+
+    first: int
+    last: int
+    statistic: float
+    threshold: float
+    deviation: float
+    rough: bool
+
+
+def falls(
+    stroke: Blocks, *, free: int, noise: ForceNoise, rupture: int, max_gap: int, turns: bool = False
+) -> list[Fall]:
+    """The significant falls in ``stroke`` after its ``free`` first blocks, in order of depth. Where it ``turns`` into
+    the withdrawal at once, a fall at its very end may be that of the withdrawal, which a lag can bring forward.
+
+    The standard deviation of a comparison is the larger of the sensor's, from the free travel with its correlation, and
+    that of the same comparison over the stroke, so that texture of the tissue is noise too. From the shortest windows
+    to the longest, a place is left out that an earlier fall affects.
+
+    Noise is normal; the texture of a tissue has heavier tails: in a rough stroke a fall that Student's t with four
+    degrees of freedom would reach at the same false-alarm rate is marked as ``rough``.
+    """
+    found: list[Fall] = []
+    short: dict[int, np.ndarray] = {}
+    rare = FALSE_ALARMS / _places(len(stroke) - free, max_gap)
+    threshold, texture = float(-ndtri(rare)), float(-stdtrit(TEXTURE_FREEDOM, rare))
+    correlated, rough = 1.0, is_rough(stroke.force, free, noise, rupture)
+    for each in comparisons(stroke.force, max_gap):
+        sensor, own = deviations(each, free, noise)
+        sd = max(sensor, own, 1e-300)
+        if each.window <= WINDOWS[1] and not each.gap:
+            correlated = max(correlated, sd / max(2**0.5 * noise.of_mean(each.window), 1e-300))
+        if not each.gap:
+            short[each.window] = each.excess / sd
+        score = _scores(each, sd, short)
+        score[: max(free - each.window, 0)] = 0.0
+        for other in found:
+            score[max(other.first - each.reach - each.window, 0) : max(other.last + each.reach, 0)] = 0.0
+        for j in _peaks(score, threshold, each.reach):
+            a, statistic = j + each.window - 1, float(score[j])
+            unclear = rough and statistic < texture
+            found.append(
+                Fall(
+                    first=a,
+                    last=a + each.gap + 1,
+                    statistic=statistic,
+                    threshold=threshold,
+                    deviation=sd / 2**0.5,
+                    rough=unclear,
+                )
+            )
+    found += _steep_falls(stroke.force, found, free=free, noise=noise, rough=texture if rough else 0.0, max_gap=max_gap)
+    limits = (threshold * correlated, texture * correlated)
+    if not turns:
+        found += _last_falls(stroke, found, free=free, noise=noise, rough=rough, limits=limits)
+    return sorted(found, key=lambda fall: fall.first)
+
+
+def _places(count: int, max_gap: int) -> float:
+    """The number of independent places in ``count`` blocks: about two a window, for each comparison."""
+    places = sum(
+        2.0 * count / w * (1 + (2 * w <= max_gap) + (w >= MIN_LINE_WINDOW)) for w in WINDOWS if 10 * w <= count
+    )
+    return max(places, MIN_PLACES)
+
+
 def _scores(each: Comparison, sd: float, short: dict[int, np.ndarray]) -> np.ndarray:
     """The fall's (k,) standard deviations: by the means, or by the line if short windows show a fall too."""
     score = each.excess / sd
     if each.gap or each.window < MIN_LINE_WINDOW:
         return score
     w = max(w for w in short if w <= SHORT_SHARE * each.window)
-    checked = short[w][each.window - w : each.window - w + len(score)] > CHECK_SIGMA
+    checked = short[w][each.window - w : each.window - w + len(score)] > SHORT_SIGMA
     return np.maximum(score, np.where(checked, each.line / (2.5**0.5 * sd), 0.0))
 
 
@@ -275,168 +245,69 @@ def _peaks(score: np.ndarray, threshold: float, reach: int) -> list[int]:
     return [int(group[np.argmax(score[group])]) for group in groups]
 
 
-def _breaks(stroke: Blocks) -> list[int]:
-    """The blocks after a stop or pull-back: a fall across it is none of inward travel."""
-    return [int(block) + 1 for block in np.flatnonzero(np.diff(stroke.starts[:-1]) > stroke.size)]
+def _steep_falls(
+    force: np.ndarray, found: list[Fall], *, free: int, noise: ForceNoise, rough: float, max_gap: int
+) -> list[Fall]:
+    """Falls from one block to the next in a rise so steep that the mean before it is below that after it.
 
-
-def _slowed_share(depth: np.ndarray, level: np.ndarray, parts: tuple[slice, slice], fall: float) -> float:
-    """The share of a ``fall`` [N] from the first of two ``parts`` to the second that the speed explains, as that of a
-    force in proportion to it at most."""
-    before, after = (depth[part] for part in parts)
-    if min(len(before), len(after)) < 2:
-        return 0.0
-    speeds = [float(np.ptp(each)) / (len(each) - 1) for each in (before, after)]
-    ratio = speeds[1] / max(speeds[0], 1e-300)
-    explained = (1.0 - ratio) * max(float(level[parts[0]].max()), 0.0)
-    return min(explained / max(fall, 1e-300), 1.0) if ratio < STEADY_SPEED_RATIO else 0.0
-
-
-def _parts(each: Comparison, j: int) -> tuple[slice, slice]:
-    """The blocks before and after the fall at index j over which its speeds are measured."""
-    length = max(each.window, SPEED_BLOCKS)
-    return slice(max(j + each.window - length, 0), j + each.window), slice(j + each.reach, j + each.reach + length)
+    The fall is significant by itself, and so is that below the line through the four blocks before the last one, which
+    a single outlier does not bend. ``rough`` is the threshold for the texture of a rough stroke, or 0.
+    """
+    count = len(LINE_BEFORE)
+    if len(force) - free < 3 * count:
+        return []
+    line = np.convolve(force, LINE_BEFORE[::-1], "valid")[: -PLACES_SKIPPED - 1]
+    fall, below = -np.diff(force)[count:][: len(line)], line - 0.5 * (force[count + 1 : -1] + force[count + 2 :])
+    white, inside = noise.of_mean(1), max(free - count - 2, 0)
+    sds = (2.0**0.5 * white, (float(LINE_BEFORE @ LINE_BEFORE) + 0.5) ** 0.5 * white)
+    sds = [
+        max(sd, robust_sd(each[:inside]), quarter_sd(each[inside:]))
+        for sd, each in zip(sds, (fall, below), strict=True)
+    ]
+    score = np.minimum(fall / max(sds[0], 1e-300), below / max(sds[1], 1e-300))
+    score[:inside] = 0.0
+    threshold = float(-ndtri(FALSE_ALARMS / (_places(len(force) - free, max_gap) + len(score))))
+    for other in found:
+        score[max(other.first - 2 * count, 0) : max(other.last + count, 0)] = 0.0
+    return [
+        Fall(
+            first=j + count,
+            last=j + count + 1,
+            statistic=float(score[j]),
+            threshold=threshold,
+            deviation=sds[0] / 2**0.5,
+            rough=bool(score[j] < rough),
+        )
+        for j in _peaks(score, threshold, count)
+    ]
 
 
 def _last_falls(
-    stroke: Blocks,
-    found: list[Fall],
-    *,
-    free: int,
-    level: np.ndarray,
-    noise: ForceNoise,
-    rough: bool,
-    limits: tuple[float, float],
+    stroke: Blocks, found: list[Fall], *, free: int, noise: ForceNoise, rough: bool, limits: tuple[float, float]
 ) -> list[Fall]:
-    """Falls just before a stop, a pull-back or the end, with fewer blocks after than before them."""
-    extra, force, count = [], stroke.force, WINDOWS[1]
-    for end in [*_breaks(stroke), len(stroke)]:
-        for after in range(1, count):
-            k = end - after
-            if k - count < free:
-                continue
-            before = force[k - count : k]
-            place = np.arange(count) - (count - 1) / 2
-            decline = max(-float(place @ before) / float(place @ place), 0.0)
-            fall = float(before.mean() - force[k:end].mean()) - decline * 0.5 * (count + after)
-            score = fall / max(noise.of_mean(count) ** 2 + noise.of_mean(after) ** 2, 1e-300) ** 0.5
-            score *= 1.0 - _slowed_share(stroke.depth, level, (slice(k - count, k), slice(k - 1, end)), fall)
-            near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
-            if score > limits[0] and not near:
-                extra.append(Fall(first=k - 1, last=end - 1, statistic=score, rough=rough and score < limits[1]))
+    """Falls just before the end, with fewer blocks after than before them: below the line through these, where it
+    declines, and below their mean."""
+    extra, force, end = [], stroke.force, len(stroke)
+    for after in range(1, WINDOWS[1]):
+        k = end - after
+        count = next((w for w in END_WINDOWS if k - w >= free), 0)
+        if not count:
+            continue
+        before, place = force[k - count : k], np.arange(count) - (count - 1) / 2
+        decline, apart = max(-float(place @ before) / float(place @ place), 0.0), 0.5 * (count + after)
+        fall = float(before.mean() - force[k:end].mean()) - decline * apart
+        line = noise.of_mean(1) ** 2 * apart**2 / float(place @ place)
+        score = fall / max(noise.of_mean(count) ** 2 + line + noise.of_mean(after) ** 2, 1e-300) ** 0.5
+        near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
+        if score > limits[0] and not near:
+            extra.append(
+                Fall(
+                    first=k - 1,
+                    last=end - 1,
+                    statistic=score,
+                    threshold=limits[0],
+                    deviation=noise.of_mean(count),
+                    rough=rough and score < limits[1],
+                )
+            )
     return extra
-
-
-def locate(force: np.ndarray, fall: Fall, stroke: Blocks, *, size: int, window: int, noise: ForceNoise) -> ForceDrop:
-    """Peak and end of a ``fall`` in the raw (n,) ``force``.
-
-    ``size`` samples are averaged before and after the fall, never across it, and more where it is not significant with
-    so few; the peak is searched up to ``window`` samples before the steepest descent, and further while the force falls
-    as steeply as on average.
-    """
-    first, last = stroke.sample(fall.first), stroke.sample(fall.last + 1)
-    sample_sd = noise.white * stroke.size**0.5
-    while True:
-        begin, end = max(first - window, 0), min(last + window, len(force))
-        means = _trailing(force, begin, end, size)
-        step = means[:-size] - means[size:] if len(means) > size else means[:1]
-        edge = int(np.argmax(step[: max(last - begin + 1, 1)]))
-        sd = max(sample_sd / size**0.5, noise.quantum / 12**0.5 if sample_sd < 0.5 * noise.quantum else 0.0)
-        if step[edge] > CHECK_SIGMA * 2**0.5 * sd or 2 * size > max(window, 2):
-            break
-        size *= 2
-    return _extent(force, begin + edge, size=size, window=window, sd=sd)
-
-
-def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) -> ForceDrop:
-    """Peak, end and size of the fall whose steepest descent follows sample ``edge``."""
-    begin = max(edge - (MAX_EXTENSIONS + 1) * window, 0)
-    stop = min(edge + size + (MAX_EXTENSIONS + 1) * window, len(force))
-    means, at = _trailing(force, begin, stop, size), edge - begin
-    after = min(at + size, len(means) - 1)
-    bottom = after + _downhill(means[after:], window, 0.0)
-    slope = (float(means[at]) - float(means[bottom])) / max(bottom - at, 1)
-    top = at - _downhill(-means[: at + 1][::-1], window, MIN_CONTINUED_SLOPE * slope)
-    peak, earlier = (_line_end(force[max(begin + k - size + 1, 0) : begin + k + 1]) for k in (top, top - size // 2))
-    if earlier > peak + sd and top > size // 2:  # a mean over the last samples has its maximum after a rounded peak
-        top, peak = top - size // 2, earlier
-    drop = peak - float(means[bottom])
-    low = max(top - window, 0)
-    growth = max(float(means[top] - means[low]) / max(top - low, 1), 0.0)  # the true peak lies between two samples
-    plateau = np.flatnonzero(means[low : top + 1] < means[top] - 3.0 * sd)
-    past = np.flatnonzero(force[edge + 1 : stop] < peak - 0.5 * drop)
-    course = means[top : bottom + 1]
-    early, late = (np.flatnonzero(course < peak - share * drop) for share in (0.1, 0.9))
-    rise = int(late[0] - early[0]) - size if len(early) and len(late) else 0
-    spread = NORMAL_95 * 5**0.5 * sd  # the end of a line has twice the deviation of the mean
-    return ForceDrop(
-        peak=begin + top,
-        low=max(begin + (low + int(plateau[-1]) if len(plateau) else low) - size, 0),
-        high=min(edge + 1 + (int(past[0]) if len(past) else 0), len(force) - 1),
-        end=begin + (top + int(late[0]) if len(late) else bottom),
-        force=peak,
-        drop=drop,
-        drop_low=drop - spread - 2.0 * sd,  # the lowest of several means is below their mean by about 2 sd
-        drop_high=drop + spread + 2.0 * growth,
-        gradual=rise > max(window // 2, 3),
-    )
-
-
-def sudden_share(force: np.ndarray, drop: ForceDrop, baseline: float, window: int) -> float:
-    """The largest share of the force above ``baseline`` [N] by which a located fall takes the raw (n,) ``force`` down
-    within a third of the ``window`` [samples] of a rupture; over all of it slow declines would pass."""
-    level = middle_of_three(force[max(drop.peak - 1, 0) : drop.end + window]) - baseline
-    travel = range(1, min(-(-window // 3) + 1, len(level)))
-    return max((float(np.max(1.0 - level[k:] / np.maximum(level[:-k], 1e-12))) for k in travel), default=0.0)
-
-
-def middle_of_three(values: np.ndarray) -> np.ndarray:
-    """The median of each value and its two neighbours, (n,): removes single spikes and keeps steps."""
-    if len(values) < 3:
-        return values
-    a, b, c = values[:-2], values[1:-1], values[2:]
-    middle = np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))
-    return np.concatenate((values[:1], middle, values[-1:]))
-
-
-def _downhill(values: np.ndarray, window: int, min_slope: float) -> int:
-    """The index of the lowest of the first ``window`` (n,) ``values``, or of the end of a descent that continues at
-    ``min_slope``, and at half of its own slope so far."""
-    lowest = int(np.argmin(values[: window + 1]))
-    for _ in range(MAX_EXTENSIONS):
-        further = int(np.argmin(values[: lowest + window + 1]))
-        slope = MIN_CONTINUED_SLOPE * (values[0] - values[lowest]) / max(lowest, 1)
-        continued = (values[lowest] - values[further]) / max(further - lowest, 1)
-        if further == lowest or not lowest or lowest % window or continued < max(slope, min_slope):
-            break
-        lowest = further
-    return lowest
-
-
-def _trailing(force: np.ndarray, begin: int, end: int, size: int) -> np.ndarray:
-    """Means of the ``size`` samples that end at each sample from ``begin`` up to ``end`` (fewer at the start)."""
-    start = max(begin - size + 1, 0)
-    sums = np.concatenate(([0.0], np.cumsum(force[start:end] - force[begin])))
-    stop = np.arange(begin, end) - start + 1
-    reach = np.minimum(stop, size)
-    return (sums[stop] - sums[stop - reach]) / reach + force[begin]
-
-
-def _line_end(values: np.ndarray) -> float:
-    """The end value of a line fitted to the (n,) values, to reduce noise; the last value itself if n < 4."""
-    if len(values) < 4:
-        return float(values[-1])
-    place = np.arange(len(values)) - (len(values) - 1) / 2
-    return float(values.mean() + place[-1] * (place @ values) / (place @ place))
-
-
-def block_noise(force: np.ndarray, free: int, quantum: float, size: int) -> ForceNoise:
-    """The noise of (m,) blocks of ``size`` samples whose ``free`` first ones are free travel.
-
-    White noise is that of the free travel's second differences, or without free travel that of the whole stroke; it is
-    at least the rounding to ``quantum`` [N], which varies within a block if the noise is larger.
-    """
-    white = white_noise(force[:free] if free >= WINDOWS[1] else force)
-    floor = MIN_NOISE_SHARE * float(np.ptp(force))
-    rounding = quantum / (12 * size) ** 0.5
-    return ForceNoise(white=max(white, rounding, floor), quantum=quantum)

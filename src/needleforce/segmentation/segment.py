@@ -7,6 +7,7 @@ from numbers import Integral
 
 import numpy as np
 
+from .. import core
 from ..errors import InputError
 from ..recording.force_signal import glitches, outliers, quantum_of, spikes, without_outliers
 from ..recording.source import RecordingSource, recording_of
@@ -14,7 +15,7 @@ from ..vocabulary import Phase, Status
 from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
 from .cycle_events import CycleEvents, cycle_events, limits
 from .events import Events, Span
-from .strokes import Blocks, blocks, cycles, insertions, white_noise
+from .strokes import Blocks, blocks, cycles, insertions
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
 DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
@@ -63,8 +64,8 @@ def segment(
     within : float
         Travel [m] of a sudden rupture, 0 to 1.
     cycle : int
-        The insertion whose events are returned: 0 is the first with contact, and larger numbers than the last one mean
-        the last. The phases are those of all insertions.
+        The insertion whose events are returned: 0 is the first with a puncture, or with contact if none has one, and
+        larger numbers than the last one mean the last. The phases are those of all insertions.
 
     Returns
     -------
@@ -81,15 +82,15 @@ def segment(
     Contact: the force exceeds the mean of the free travel by ``crossing`` standard deviations for 10 samples; the rise
     is traced back to its origin by a fit. Without free travel the contact is not later than given.
 
-    Puncture: a fall of the force during inward travel that noise explains at most once in 1000 recordings. Windows of
-    several lengths before and after every place are compared, also with a gap for gradual ruptures of up to 1 mm. The
-    noise is that of the free travel with its correlation, or of the differences of the stroke without it, at least that
-    of the sensor's quantum; where the stroke itself fluctuates more, its fluctuation counts. A steady decline, a
-    regular oscillation, a fall in proportion to the speed, and anything during a stop or a pull-back are no punctures.
-    In a stroke that is rougher than the noise, a tissue with texture, a puncture also falls by ``drop`` times the force
-    within a third of ``within``, or by what noise with the tails of Student's t (4 degrees of freedom) does not explain
-    either. Other falls are in ``minor``: 0 for ``drop`` counts them all. A fall has to exceed what the force grows over
-    the shortest window, three blocks of a tenth of ``within`` or of a sample.
+    Puncture: a fall of the force at the cut, where the needle is deeper than ever before, that noise explains at most
+    once in 1000 recordings (0 of 2000 measured). Windows of several lengths before and after every place are compared,
+    also with a gap for gradual ruptures of up to 1 mm. The noise is that of the free travel with its correlation, or of
+    the differences of the stroke without it, at least that of the sensor's quantum; where the stroke itself fluctuates
+    more, its fluctuation counts. A steady decline, a regular oscillation, a fall in proportion to the speed, what a
+    rest relaxes, and what comes back after a pull-back are no punctures. In a stroke that is rougher than the noise, a
+    tissue with texture, a puncture also falls by ``drop`` times the force within a third of ``within``, or over more at
+    the end of a rise by that times the root of the longer distance, or by what noise with the tails of Student's t (4
+    degrees of freedom) does not explain either. Other falls are in ``minor``: 0 for ``drop`` counts them all.
 
     Exit: during withdrawal the force returns to its baseline and remains there. ``low`` and ``high`` of an event are
     samples that bound it. Pull-backs and pauses are part of one insertion as long as the needle stays in the tissue.
@@ -101,10 +102,11 @@ def segment(
     fault = unreadable(time, depth, force)
     if fault:
         return Events(status=Status.unreadable, notes=(fault,))
-    spikes_at = outliers(force)
+    quantum = quantum_of(force)
+    spikes_at = outliers(force, quantum)
     clean = without_outliers(force, spikes_at)
     options = {"crossing": crossing, "drop": drop, "within": within, "rate": recording.rate if len(time) > 1 else 1.0}
-    options |= {"filter_length": max(recording.card.filter_length, 1), "quantum": quantum_of(force)}
+    options |= {"filter_length": max(recording.card.filter_length, 1), "quantum": quantum}
     found = _insertions(time, depth, clean, options)
     touching = [each for each in found if each.contact is not None]
     spans = phases(time, touching)
@@ -112,7 +114,8 @@ def segment(
     if not touching:
         notes = (*remarks, no_contact(time, depth, force, bool(found)))
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
-    chosen = touching[min(cycle, len(touching) - 1)]
+    pierced = next((number for number, each in enumerate(touching) if each.punctures), 0)
+    chosen = touching[min(pierced + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
     return Events(
         contact=chosen.contact,
@@ -120,7 +123,7 @@ def segment(
         exit=chosen.exit,
         phases=spans,
         status=status,
-        notes=(*remarks, *doubts(time, depth, clean, chosen, options["quantum"]), *notes),
+        notes=(*remarks, *doubts(time, depth, clean, chosen, quantum), *notes),
         minor=chosen.minor,
         outliers=spikes_at,
         baseline=chosen.baseline,
@@ -244,7 +247,7 @@ def _no_exit(chosen: CycleEvents, depth: np.ndarray, force: np.ndarray) -> str:
     if not len(back):
         return WITHDRAWAL_INCOMPLETE
     level = force[chosen.contact.low] if chosen.baseline is None else chosen.baseline
-    change = abs(float(np.median(force[cycle.withdrawal_start + back])) - level)
+    change = abs(core.median(force[cycle.withdrawal_start + back]) - level)
     peak = float(np.max(np.abs(force[cycle.start : cycle.stop] - level)))
     return NO_EXIT_TENSION if change <= max(5.0 * chosen.noise, MAX_BASELINE_CHANGE * peak) else NOT_AT_BASELINE
 
@@ -257,7 +260,8 @@ def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
     if len(back):
         where = f"at {len(back)} places, first at sample {back[0] + 1}"
         return f"The time does not increase from sample to sample: {where}. Sort the samples by time."
-    if len(depth) >= MIN_ORDERED and white_noise(depth) > MAX_ALTERNATION_SHARE * float(np.ptp(depth)) > 0.0:
+    size = float(np.ptp(depth)) if len(depth) >= MIN_ORDERED else 0.0
+    if size > 0.0 and core.noise_exceeds(depth, MAX_ALTERNATION_SHARE * size):
         return "The depth jumps back and forth from sample to sample: are the samples in the wrong order?"
     return ""
 
@@ -274,8 +278,11 @@ def doubts(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: Cycle
 def _jumps(depth: np.ndarray) -> str:
     """A note on steps of the depth that are far larger than all others."""
     step = np.abs(np.diff(depth))
+    min_jump = MIN_JUMP_SHARE * float(np.ptp(depth))
+    if not step.max(initial=0.0) > min_jump:
+        return ""
     usual = float(np.partition(step, int(0.95 * (len(step) - 1)))[int(0.95 * (len(step) - 1))])
-    far = np.flatnonzero(step > max(JUMP_RATIO * usual, MIN_JUMP_SHARE * float(np.ptp(depth))))
+    far = np.flatnonzero(step > max(JUMP_RATIO * usual, min_jump))
     if not len(far):
         return ""
     size = f"{1e3 * float(step[far].max()):.3g} mm"
@@ -339,7 +346,7 @@ def _drift(depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: floa
     after = force[cycle.withdrawal_start : cycle.end][near[cycle.withdrawal_start : cycle.end]]
     if not cycle.withdrawn or min(len(after), len(before)) < MIN_CLIPPED:
         return ""
-    change = float(np.median(after) - np.median(before))
+    change = core.median(after) - core.median(before)
     if abs(change) < max(NOTED_SIGMA * chosen.noise, NOTED_SHARE * peak):
         return ""
     share = f"{100.0 * abs(change) / peak:.0f} % of the range"

@@ -6,6 +6,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from .. import core
+
 REVERSAL_SHARE = 0.1  # of the depth's range: return travel after which a reversal counts
 REST_SHARE = 1e-3  # of the depth's range: distance from the deepest point within which the needle rests
 MIN_HOLD_S = 0.2  # [s] a shorter stop is part of the reversal
@@ -13,7 +15,10 @@ MIN_RANGE_M = 20e-6  # [m] a recording with less travel contains no insertion
 MAX_POINTS = 1000  # samples of the depth in which reversals are searched; refined afterwards
 MIN_INSERTION_SHARE = 0.1  # of the deepest indentation: a shallower one between two departures is a touch
 ADVANCE_WINDOW = 5  # blocks over which the advance of the deepest point is averaged
-MIN_ADVANCE_SHARE = 0.05  # of the median advance: with less the needle rests
+MIN_ADVANCE_SHARE = 0.02  # of the median advance: with less the needle rests
+SMOOTH_RATIO = 4.0  # of the advance over the samples that are averaged to the noise of their mean
+CUT_SIGMA = 4.0  # [sd] noise of the depth below its deepest point so far that is no pull-back
+FOURTH_DIFFERENCE = 70**0.5  # sd of a fourth difference of values with sd 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,28 +40,12 @@ class Cycle:
 
 def white_noise(values: np.ndarray) -> float:
     """The standard deviation of white noise in a smooth (n,) series, from second differences, unaffected by trends."""
-    if len(values) < 3:
-        return 0.0
-    second = np.diff(values, 2)
-    return float(np.median(np.abs(second))) / 0.6745 / np.sqrt(6.0)
+    return core.second_difference_noise(values)
 
 
 def reversals(depth: np.ndarray, min_travel: float) -> list[int]:
     """Sample numbers of the alternating minima and maxima of ``depth``, at least ``min_travel`` apart."""
-    found, low, high, rising = [], 0, 0, None
-    values = depth.tolist()
-    for i, z in enumerate(values):
-        if rising is not False and z > values[high]:
-            high = i
-        if rising is not True and z < values[low]:
-            low = i
-        if rising is not True and z - values[low] > min_travel:
-            found.append(low)
-            rising, high = True, i
-        elif rising is not False and values[high] - z > min_travel:
-            found.append(high)
-            rising, low = False, i
-    return [*found, high if rising else low]
+    return core.reversals(depth, min_travel)
 
 
 def cycles(time: np.ndarray, depth: np.ndarray) -> tuple[Cycle, ...]:
@@ -170,10 +159,9 @@ class Blocks:
         """The first sample of a block."""
         return int(self.starts[min(max(int(block), 0), len(self))])
 
-    def part(self, chosen: np.ndarray) -> "Blocks":
-        """The blocks at the (k,) indices ``chosen``."""
-        starts = np.append(self.starts[chosen], self.starts[chosen[-1] + 1] if len(chosen) else self.starts[:1])
-        return Blocks(starts, self.size, self.depth[chosen], self.force[chosen])
+    def until(self, count: int) -> "Blocks":
+        """The first ``count`` blocks."""
+        return Blocks(self.starts[: count + 1], self.size, self.depth[:count], self.force[:count])
 
 
 def blocks(depth: np.ndarray, force: np.ndarray, first: int, last: int, size: int) -> Blocks:
@@ -184,24 +172,92 @@ def blocks(depth: np.ndarray, force: np.ndarray, first: int, last: int, size: in
     starts = first + size * np.arange(count + 1)
     if size == 1:
         return Blocks(starts, 1, depth[part], force[part])
-    mean = lambda values: values[part].reshape(count, size).mean(axis=1)  # noqa: E731
-    return Blocks(starts, size, mean(depth), mean(force))
+    return Blocks(starts, size, core.block_means(depth[part], size), core.block_means(force[part], size))
 
 
-def advancing(stroke: Blocks) -> np.ndarray:
-    """Indices of the blocks in which the needle goes deeper than ever before in its stroke: not at rest, not pulled
-    back, not on its way through the hole that it left, and not where it turns."""
-    depth = stroke.depth
-    if len(depth) < 2 * ADVANCE_WINDOW:
-        return np.arange(len(depth))
-    top, half = np.maximum.accumulate(depth), ADVANCE_WINDOW // 2
-    ahead, behind = np.append(top[half:], np.full(half, top[-1])), np.append(np.full(half, top[0]), top[:-half])
-    gain = ahead - behind
-    typical = float(np.median(gain[gain > 0.0])) if (gain > 0.0).any() else 0.0
-    inwards = (gain > MIN_ADVANCE_SHARE * typical) & (depth > top - typical)
-    inwards[:-1] &= inwards[1:]
+@dataclass(frozen=True, kw_only=True)
+class Cut:
+    """The insertion at the cut: numbers of the (n,) ``samples`` at which the needle goes deeper than ever before, their
+    ``depth`` and ``force``, and ``blocks`` of these, whose starts are places in these arrays.
+
+    Pull-backs, returns and rests are left out, so that neighbours may be apart in time, at a place in ``gaps``;
+    ``noise`` is that of the depth [m].
+    """
+
+    samples: np.ndarray
+    depth: np.ndarray
+    force: np.ndarray
+    blocks: Blocks
+    gaps: np.ndarray
+    noise: float
+
+    def sample(self, block: int) -> int:
+        """The first sample of a block."""
+        return self.number(self.blocks.sample(block))
+
+    def number(self, place: int) -> int:
+        """The number of the sample at a place."""
+        return int(self.samples[min(max(place, 0), len(self.samples) - 1)])
+
+
+def at_cut(depth: np.ndarray, force: np.ndarray, first: int, last: int, *, size: int, lag: int = 0) -> Cut:
+    """The samples from ``first`` up to ``last`` at the cut, in blocks of ``size``; a filter delays the force by up to
+    ``lag`` samples, which are left out after a return to the cut."""
+    samples, noise = cut_samples(depth, first, last, size * (ADVANCE_WINDOW // 2))
+    if lag and len(samples):
+        back = np.concatenate(([first - lag], np.where(np.diff(samples) > 1, samples[1:], first - lag)))
+        samples = samples[samples - np.maximum.accumulate(back) >= lag]
+    z, f = depth[samples], force[samples]
+    gaps = np.flatnonzero(np.diff(samples) > 1) + 1
+    part = blocks(z, f, 0, len(samples), size)
+    return Cut(samples=samples, depth=z, force=f, blocks=part, gaps=gaps, noise=noise)
+
+
+def cut_samples(depth: np.ndarray, first: int, last: int, reach: int) -> tuple[np.ndarray, float]:
+    """Numbers of the samples from ``first`` up to ``last`` at which the needle goes deeper than ever before, not at
+    rest, not pulled back, and not on its way through the hole that it left; and the noise of the depth [m], at 4 sd.
+
+    The depth is averaged until its noise is small against its advance, and its deepest point so far is known to the
+    noise that remains. A needle advances if that point moves within ``reach`` samples before and after.
+    """
+    z, left, noise, step = _smooth(depth[first:last])
+    quantum = _quantum(depth[first:last], step)
+    if len(z) < 2 * ADVANCE_WINDOW:
+        return np.arange(first, last), 0.0
+    top, half = core.running_max(z), max(reach, int(SMOOTH_RATIO * max(left, quantum) / max(step, 1e-300)), 1)
+    half = min(half, len(z) // 4)
+    gain = np.append(top[half:], np.full(half, top[-1])) - np.append(np.full(half, top[0]), top[:-half])
+    forwards = gain[gain > 0.0]
+    typical = core.median(forwards) if len(forwards) else 0.0
+    inwards = (gain > MIN_ADVANCE_SHARE * typical) & (z >= top - left)
+    inwards[:-1] &= inwards[1:]  # where it turns, the force may turn already
     inwards[-1] = False
-    return np.flatnonzero(inwards)
+    return first + np.flatnonzero(inwards), max(noise, quantum)
+
+
+def _smooth(depth: np.ndarray) -> tuple[np.ndarray, float, float, float]:
+    """The (n,) depth without most of its noise, what is left of that and all of it, at 4 sd,
+    and its mean advance a sample."""
+    if len(depth) < 2 * ADVANCE_WINDOW:
+        return depth, 0.0, 0.0, 0.0
+    step = max(float(depth.max() - depth[0]), 0.0) / len(depth)
+    fourth = np.abs(np.diff(depth, 4))
+    noise = float(np.median(fourth)) / 0.6745 / FOURTH_DIFFERENCE
+    length = int(min((SMOOTH_RATIO * noise / max(step, 1e-300)) ** (2.0 / 3.0), len(depth) // 10))
+    if length < 2:
+        return depth, CUT_SIGMA * noise, CUT_SIGMA * noise, step
+    half = length // 2
+    sums = np.concatenate(([0.0], np.cumsum(depth - depth[0])))
+    low, high = np.maximum(np.arange(len(depth)) - half, 0), np.minimum(np.arange(len(depth)) + half + 1, len(depth))
+    smooth = depth[0] + (sums[high] - sums[low]) / (high - low)
+    return smooth, CUT_SIGMA * noise / length**0.5, CUT_SIGMA * noise, step
+
+
+def _quantum(depth: np.ndarray, step: float) -> float:
+    """The quantum of a (n,) depth that stands still for most of the samples of its ``step``, 0 if it does not."""
+    moved = np.abs(np.diff(depth))
+    moved = moved[moved > 0.0]
+    return float(moved.min()) if 0 < len(moved) < 0.5 * len(depth) and moved.min() > step else 0.0
 
 
 def first_run(above: np.ndarray, length: int) -> int | None:

@@ -32,9 +32,9 @@ class ForceZero:
         """True if the free travel shows it."""
         return bool(np.isfinite(self.error))
 
-    def at(self, time: np.ndarray) -> np.ndarray:
-        """The zero (n,) [N] at times (n,) [s]."""
-        return self.value + self.drift.at(time)
+    def at(self, recording: Recording) -> np.ndarray:
+        """The zero (n,) [N] at the samples of the recording."""
+        return self.value + self.drift.at(recording)
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle
     span, stroke = cycle_span(strokes, events)
     used = without_outliers(recording, events)[span]
     time, stroke = recording.time[span][used], stroke[used]
-    depth, force = undelayed_depth(recording)[span][used], (recording.force - zero.at(recording.time))[span][used]
+    depth, force = undelayed_depth(recording)[span][used], (recording.force - zero.at(recording))[span][used]
     index = _bins(time, depth, stroke, bins)
     count = np.bincount(index)
 
@@ -148,7 +148,7 @@ def force_zero(recording: Recording, events: Events, strokes: Strokes) -> ForceZ
     free = next((part for part in (before, after) if len(part) >= MIN_FREE_SAMPLES), None)
     if free is None:
         return ForceZero()
-    force = recording.force[free] - drift.at(recording.time[free])
+    force = recording.force[free] - drift.at(recording, free)
     noise = noise_of(force - force.mean(), len(force), recording.card.filter_length, 1.0)
     error = np.sqrt(noise.long_run / len(force) + drift.uncertain_by**2)
     return ForceZero(value=float(force.mean()), error=float(error), drift=drift)

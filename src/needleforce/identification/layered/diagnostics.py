@@ -29,7 +29,7 @@ def warnings(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[str,
     found = []
     if len(cycles) < MIN_REPEATS:
         found.append(
-            f"{counted(len(cycles), 'recording').capitalize()} do not determine the scatter between repeats: the "
+            f"The scatter between repeats is not known from {counted(len(cycles), 'recording')}: the "
             "intervals contain only the noise within each recording. Give three or more."
         )
     found += _other_zeros(recordings)

@@ -11,7 +11,7 @@ from ...models.model import Model
 from ...vocabulary import Phase, Status
 from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings_of, warnings_of
 from ..models import LAYERED, run_model
-from ..one_layer.fit_recording import SegmentedRecording
+from ..one_layer.segmented_recording import SegmentedRecording
 from ..recording_fit import RecordingFit
 from ..result import Choice, Fit
 from ..strokes import cycle_span
@@ -161,8 +161,8 @@ def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitI
     surface = MM * float(solved.x[TOP])
     problem, cycle = solved.problem, solved.problem.cycles[run]
     factor = (cycle.speed / problem.speed) ** solved.x[problem.unknowns.speed]
-    predicted = factor * run_model(model, single.recording, surface)
-    predicted += zero.value + cycle.zero.drift.at(single.recording.time)
+    predicted = factor * run_model(model, single.recording, surface, single.depth)
+    predicted += zero.value + cycle.zero.drift.at(single.recording)
     cycle, _ = cycle_span(single.strokes, single.events)
     residual = quality(single.recording.force[cycle], predicted[cycle])
     return replace(base, parameters=own, quality=residual, predicted=predicted)

@@ -2,11 +2,12 @@
 """The result of the fit of one cycle: values with intervals and warnings from the compiled fit."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...errors import InputError
 from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, likely_punctures, noise_of, sandwich
 from .loading_curves import CURVES
 
@@ -63,6 +64,21 @@ class CycleFit:
     saturation_sought: bool = False
     by_stages: bool = False
     """True for a staged fit: first the loading curve, then friction and cutting. False for a complete fit."""
+    widened: bool = False
+    """True if errors of the model are in the intervals too, not only noise; see ``model_errors``."""
+    min_saturation: Callable[[], float] | None = None
+    """Finds the lower limit [m] of a saturation depth that the best fit does not have, until ``limited`` has asked."""
+
+    def limited(self) -> "CycleFit":
+        """The fit with the lower limit of its saturation depth; 0 where the fits for it fail."""
+        if self.min_saturation is None:
+            return self
+        try:
+            limit = self.min_saturation()
+        except InputError:
+            limit = 0.0
+        name = "saturation_depth"
+        return replace(self, low=self.low | {name: min(self.low[name], limit)}, min_saturation=None)
 
     def with_puncture(self, depth: float, half: float) -> "CycleFit":
         """The fit with the puncture at another ``depth`` [m], within ``half`` of it; indentation and force follow."""
@@ -138,13 +154,12 @@ class CycleEstimates:
             residuals[0][before - w : before + w] = residuals[0][-w:] = residuals[1][:w] = 0.0
         return [noise_of(r, n, self.filter_length, p) for r, n, p in zip(residuals, counts, lost)]
 
-    def fit(self, law: str, free: bool, profile: dict, min_saturation: float) -> CycleFit:
-        """The complete result; ``profile`` has the gain of each possible puncture, ``min_saturation`` [m] is the lower
-        limit of the saturation depth."""
+    def fit(self, law: str, free: bool, profile: dict) -> CycleFit:
+        """The complete result; ``profile`` has the gain of each possible puncture."""
         rows, weights = likely_punctures(profile["gain"], self.noises[0].long_run)
         rows += profile["first_gain"]
         values, low, high = self._estimates(rows, weights)
-        low["saturation_depth"] = min(low["saturation_depth"], min_saturation)
+        low["saturation_depth"] = min(low["saturation_depth"], self.found["unknowns"][4])
         smear, depth = self.filter_length // 2, self.strokes[0]
         first, last = max(int(rows.min()) - 1 - smear, 0), min(int(rows.max()) + smear, len(depth) - 1)
         margin = TWO_SIDED * self.depth_noise

@@ -3,6 +3,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -29,6 +30,7 @@ def fit_cycle(
     puncture_window: tuple[float, float] | None = None,
     depth_noise: float = 0.0,
     drift: DriftEffect | None = None,
+    limited: bool = True,
 ) -> CycleFit:
     """Fit one insertion, (n,) depth [m] and force [N] each, and its withdrawal, (m,), None or empty if missing.
 
@@ -53,6 +55,9 @@ def fit_cycle(
     ``depth_noise`` [m], a standard deviation, widens the interval of the puncture. The zero's ``drift`` was subtracted
     from the force; its error widens every interval.
 
+    Where the best fit has no saturation, the lower limit of its depth takes several more fits. Not ``limited``, they
+    are left for ``CycleFit.limited``, as of a law that may not be chosen.
+
     Variable projection (Golub & Pereyra 1973) over running sums, an exhaustive scan of the puncture, then Gauss-Newton.
     The intervals (``covariance``) include noise, not errors of the model. BIC counts every sample as independent.
 
@@ -67,13 +72,14 @@ def fit_cycle(
     found = solve(saturation, free, MAX_GAIN_GAP * expected)
     given = {"filter_length": filter_length, "left_out": left_out, "depth_noise": depth_noise, "drift": drift}
     estimates = CycleEstimates(found, strokes, **given)
-    profile, min_saturation = found, found["unknowns"][4]
+    profile = found
     long_run = estimates.noises[0].long_run
     if long_run > expected * estimates.variance:  # then more punctures are possible than the core returned
         profile = solve(saturation, free, MAX_GAIN_GAP * long_run / estimates.variance)
+    fit = estimates.fit(law, free, profile)
     if free and estimates.x["saturation_depth"] == np.inf:
-        min_saturation = _min_saturation(solve, estimates)
-    return estimates.fit(law, free, profile, min_saturation)
+        fit = replace(fit, min_saturation=partial(_min_saturation, solve, estimates))
+    return fit.limited() if limited else fit
 
 
 def _solve(

@@ -84,16 +84,19 @@ def fit_deformation(
         raise InputError("force before the puncture", "not rising with depth", limit, next_step=FLIP_SIGN)
     order = (*curve.amplitudes, "contact_depth", *(() if given else curve.shape), "force_offset")
     h = depth - values["contact_depth"]
-    gradient = curve.gradient(h, values) | {"force_offset": np.ones_like(h)}
-    residual = force - values["force_offset"] - sum(values[name] * gradient[name] for name in curve.amplitudes)
+    inside = np.flatnonzero(h > 0.0)  # elsewhere only the zero acts
+    gradient = curve.gradient(h[inside], values) | {"force_offset": np.ones(len(inside))}
+    residual = force - values["force_offset"]
+    residual[inside] -= sum(values[name] * gradient[name] for name in curve.amplitudes)
     noise = noise_of(residual, len(force), filter_length, len(order))
     above_zero = np.array([values[name] > 0.0 or name not in curve.amplitudes for name in order])
     jacobian = np.array([gradient[name] for name in order])
-    bread = _inverse(jacobian, above_zero)
+    bread = _inverse(jacobian, len(force), above_zero)
     by_drift = np.zeros(len(order))
     if drift is not None:
-        known = np.isfinite(bread.diagonal())
-        by_drift[known] = drift.change(bread[np.ix_(known, known)], jacobian[known])
+        known, complete = np.isfinite(bread.diagonal()), np.zeros((len(order), len(force)))
+        complete[:, inside], complete[-1] = jacobian, 1.0
+        by_drift[known] = drift.change(bread[np.ix_(known, known)], complete[known])
     held = _at_limit(curve, values, contact, indentation, () if given else curve.shape)
     return DeformationFit(
         law=law,
@@ -102,7 +105,7 @@ def fit_deformation(
         covariance=noise.long_run * bread + np.outer(by_drift, by_drift),
         by_drift=by_drift,
         noise=noise,
-        peak=float(np.abs(force - values["force_offset"]).max()),
+        peak=float(max(force.max() - values["force_offset"], values["force_offset"] - force.min())),
         held=tuple(_held(name, values[name], curve) for name in held),
     )
 
@@ -163,13 +166,17 @@ def _held(name: str, value: float, curve: LoadingCurve) -> str:
     )
 
 
-def _inverse(jacobian: np.ndarray, above_zero: np.ndarray) -> np.ndarray:
-    """Inverse of J'J for a jacobian (p, n); infinite variance for a parameter held at 0 or without effect on the force.
+def _inverse(jacobian: np.ndarray, count: int, above_zero: np.ndarray) -> np.ndarray:
+    """Inverse of J'J for a jacobian (p, n) of the samples in contact, the last of its rows that of the zero, which
+    ``count`` samples show; infinite variance for a parameter held at 0 or without effect on the force.
 
     In a polynomial without linear part, a shift of the contact and a linear part have the same effect.
     """
-    gram = jacobian @ jacobian.T
+    gram = core.gram(jacobian)
+    gram[-1, -1] = count
     known = np.flatnonzero(above_zero & (gram.diagonal() > 0.0))
+    if len(known) == len(gram):
+        return inverse(gram)
     found = np.diag(np.full(len(jacobian), np.inf))
     found[np.ix_(known, known)] = inverse(gram[np.ix_(known, known)])
     return found

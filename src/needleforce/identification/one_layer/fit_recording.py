@@ -1,124 +1,42 @@
 # SPDX-License-Identifier: Apache-2.0
 """One recording through segmentation and the complete fit."""
 
+import contextlib
 import dataclasses
 import functools
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from ...errors import InputError
 from ...recording import Recording
-from ...segmentation import Events, Puncture, segment
+from ...segmentation import Events, Puncture
 from ...vocabulary import Status
 from ..statistics.noise import DriftEffect
-from ..strokes import Strokes, strokes_of, usable_samples
-from ..timing import timing_notes
+from ..strokes import Strokes, depth_before, filter_delay, strokes_of
 from .cycle_estimates import CycleFit
 from .cycle_fit import fit_cycle
 from .deformation_fit import DeformationFit, fit_deformation
-from .force_zero import Drift, drift_of, free_samples
+from .gradual_fit import fit_gradual
 from .loading_curves import FITS
+from .model_errors import holding, with_misfit_below
+from .segmented_recording import SegmentedRecording, segmented, without_drift
+from .sharp_rupture import end_of_layer
 from .staged_fit import agrees, fit_by_stages
 
 WINDOW_MARGIN_M = 0.05e-3  # [m] beyond the samples between which segmentation finds the puncture
 WINDOW_MARGIN_SAMPLES = 2
-MAX_SPAN = {"time": 1e7, "depth": 10.0, "force": 1e5}  # SI; no insertion has more
-SPAN_UNITS = {"time": "s", "depth": "m", "force": "N"}
 RETRY_MARGIN_M = 0.5e-3  # [m] by which the window is widened if the puncture is near an end of the stroke
 STAGED = (
     "The strokes below the puncture do not agree with the contact depth of the loading curve. The fit is therefore "
     "staged: first the loading curve, then friction and cutting."
 )
+FAILURES = (ValueError, ArithmeticError, np.linalg.LinAlgError)  # of a fit; an InputError is a ValueError
+RUPTURES_GRADUALLY = (
+    "The rupture is gradual: it begins at an indentation of {rupture_onset:.3g} mm, before the force peak, and most of "
+    "the contact is lost over {rupture_length:.2g} mm. A sharp rupture does not explain the fall."
+)
 ONLY_STAGED = "The law {} has only a staged fit: first the loading curve, then friction and cutting."
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SegmentedRecording:
-    """One recording's events, strokes, and the fit of each stiffness law that could be fitted.
-
-    ``loading`` has each law's fit of the loading curve, ``law_notes`` its notes. The ``strokes`` have the ``drift`` of
-    the zero subtracted; ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` are
-    sentences on a lag or a filter that is not declared.
-    """
-
-    recording: Recording
-    events: Events
-    strokes: Strokes
-    status: Status
-    notes: tuple[str, ...]
-    fits: dict[str, CycleFit] = field(default_factory=dict)
-    loading: dict[str, DeformationFit] = field(default_factory=dict)
-    law_notes: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    timing: tuple[str, ...] = ()
-    drift: Drift = field(default_factory=Drift)
-    free_after: np.ndarray = field(default_factory=lambda: np.empty(0, int))
-
-
-def segmented(recording: Recording) -> SegmentedRecording:
-    """One recording segmented and not fitted. Never raises: errors are reported in status and notes."""
-    impossible = _impossible(recording)
-    events = Events(status=Status.unreadable, notes=(impossible,)) if impossible else segment(recording)
-    if events.status is Status.unreadable:
-        return SegmentedRecording(
-            recording=recording, events=events, strokes=_no_strokes(), status=Status.unreadable, notes=events.notes
-        )
-    punctured = events.punctures or events.status is not Status.ok
-    timing = timing_notes(recording, events)
-    strokes, drift, free_after = _without_drift(recording, events, strokes_of(recording, events))
-    return SegmentedRecording(
-        recording=recording,
-        events=events,
-        strokes=strokes,
-        status=events.status if punctured else Status.no_puncture,
-        notes=(*events.notes, *_motion_notes(strokes), *([drift.note] if drift.note else []), *timing),
-        timing=timing,
-        drift=drift,
-        free_after=free_after,
-    )
-
-
-def _motion_notes(strokes: Strokes) -> tuple[str, ...]:
-    """A sentence on a pull-back within the insertion."""
-    if not strokes.backtrack > 0.0:
-        return ()
-    return (
-        f"The needle is pulled back within the insertion, by up to {1e3 * strokes.backtrack:.3g} mm: the fit uses the "
-        "samples at the deepest depth so far, and those where the needle slides back.",
-    )
-
-
-def _without_drift(recording: Recording, events: Events, strokes: Strokes) -> tuple[Strokes, Drift, np.ndarray]:
-    """The strokes without the drift of the zero, the drift, and the samples after the exit that show the same zero."""
-    before, after = free_samples(strokes, events, usable_samples(recording, events))
-    drift = drift_of(recording, before, after)
-    if drift.uncertain_by > 0.0:  # the two zeros contradict each other: the fit has that before the insertion
-        kept, after = ~np.isin(strokes.index_out, after), after[:0]
-        strokes = dataclasses.replace(
-            strokes,
-            depth_out=strokes.depth_out[kept],
-            force_out=strokes.force_out[kept],
-            index_out=strokes.index_out[kept],
-        )
-    force_in = strokes.force_in - drift.at(recording.time[strokes.index_in])
-    force_out = strokes.force_out - drift.at(recording.time[strokes.index_out])
-    return dataclasses.replace(strokes, force_in=force_in, force_out=force_out), drift, after
-
-
-def _no_strokes() -> Strokes:
-    none = np.empty(0)
-    return Strokes(
-        depth_in=none,
-        force_in=none,
-        depth_out=none,
-        force_out=none,
-        index_in=none.astype(int),
-        index_out=none.astype(int),
-        inwards=slice(0, 0),
-        outwards=slice(0, 0),
-        friction_reversal=None,
-    )
 
 
 def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> SegmentedRecording:
@@ -131,26 +49,75 @@ def fitted(single: SegmentedRecording, laws: tuple[str, ...], saturation: float 
     if not single.events.punctures:
         return single
     fits, loading, notes = dict(single.fits), dict(single.loading), dict(single.law_notes)
-    given = saturation, single.recording.card.filter_length
-    complete = functools.cache(lambda law: _complete(_first_layer(single), single, law, *given))
-    before = loading_samples(single.recording, single.strokes, single.events)
+    fit, others = _fits(single, saturation), [_fits(other, saturation) for other in _retimed(single)]
     for law in laws:
         try:
-            fits[law], loading[law], sentences = _fit(single, law, given, before=before, complete=complete)
+            found, loading[law], sentences = fit(law)
             notes[law] = tuple(dict.fromkeys(sentences))
-        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:  # InputError is a ValueError
+            fits[law] = holding(found, _answers(others, law))
+        except FAILURES as error:
             notes[law] = (f"The law {law} cannot be fitted: {error}",)
     status = single.events.status if fits else Status.unreadable
     return dataclasses.replace(single, status=status, law_notes=notes, fits=fits, loading=loading)
 
 
+def _fits(single: SegmentedRecording, saturation: float | None) -> Callable:
+    """The fit of one recording as a function of the law, which finds the puncture once for several laws."""
+    given = saturation, single.recording.card.filter_length
+    complete = functools.cache(lambda law: _complete(_first_layer(single), single, law, *given))
+    before = loading_samples(single.recording, single.strokes, single.events)
+    fit = functools.partial(_fit, single, given=given, before=before, complete=complete)
+    return lambda law: _with_misfit(single, *fit(law))
+
+
+def _with_misfit(single: SegmentedRecording, fit: CycleFit, loading: DeformationFit, notes: list[str]) -> tuple:
+    """The result of a fit with the misfit below the puncture in its intervals; the load of a second layer, which a note
+    names, is no such misfit."""
+    if len(single.events.punctures) > 1:
+        return fit, loading, notes
+    fit, sentences = with_misfit_below(fit, single.strokes)
+    return fit, loading, [*notes, *sentences]
+
+
+def _answers(others: list[Callable], law: str) -> Iterator[CycleFit]:
+    """The fits of one law to other readings of a recording, where they have one."""
+    for fit in others:
+        with contextlib.suppress(*FAILURES):
+            yield fit(law)[0]
+
+
+def _retimed(single: SegmentedRecording) -> list[SegmentedRecording]:
+    """The recording as it is if the lag that it shows is one of the record, and if it is behind the filter that it
+    shows: the depth belongs to the force at another time."""
+    recording, timing, found = single.recording, single.timing, []
+    declared = recording.card.filter_length
+    if timing.lag is not None:
+        found.append((recording, filter_delay(recording, declared) + timing.lag.largest))
+    if timing.filter_length > 1:
+        card = dataclasses.replace(recording.card, filter_length=timing.filter_length)
+        delay = filter_delay(recording, timing.filter_length)
+        found.append((dataclasses.replace(recording, card=card), delay))
+    return [_at_depth(single, each, depth_before(recording, delay)) for each, delay in found]
+
+
+def _at_depth(single: SegmentedRecording, recording: Recording, depth: np.ndarray) -> SegmentedRecording:
+    """The same samples at another ``depth`` (n,) [m]."""
+    strokes = single.strokes
+    moved = dataclasses.replace(strokes, depth_in=depth[strokes.index_in], depth_out=depth[strokes.index_out])
+    return dataclasses.replace(single, recording=recording, strokes=moved)
+
+
 def _fit(
-    single: SegmentedRecording, law: str, given: tuple, *, before: slice, complete: Callable
+    single: SegmentedRecording, law: str, *, given: tuple, before: slice, complete: Callable
 ) -> tuple[CycleFit, DeformationFit, list[str]]:
     """The complete fit, or the staged one where the strokes do not agree or the law has no other; the fit of the
     loading curve; notes."""
     saturation, filter_length = given
     joint, notes = complete(FITS[law].complete)
+    if FITS[law].gradual:
+        found = _gradual(single, law, joint, _loading(single, FITS[law].law.name, before, saturation), saturation)
+        values = {name: 1e3 * found[0].values[name] for name in ("rupture_onset", "rupture_length")}
+        return *found, [*notes, RUPTURES_GRADUALLY.format(**values)]
     loading = _loading(single, law, before, saturation)
     if law == joint.law and len(single.events.punctures) == 1 and agrees(joint, loading):
         return joint, loading, [*notes, *joint.warnings]
@@ -159,30 +126,59 @@ def _fit(
     return staged, loading, [*notes, STAGED if law == joint.law else ONLY_STAGED.format(law), *staged.warnings]
 
 
+def _gradual(
+    single: SegmentedRecording, law: str, joint: CycleFit, loading: DeformationFit, saturation: float | None
+) -> tuple[CycleFit, DeformationFit]:
+    """The fit of a gradual rupture to all samples of the first layer, those of the fall too."""
+    recording, events = single.recording, single.events
+    sharp = dataclasses.replace(
+        events, punctures=tuple(dataclasses.replace(p, gradual=False) for p in events.punctures)
+    )
+    complete, _, _ = without_drift(recording, events, strokes_of(recording, sharp))
+    peak = _peak_sample(single)
+    second = complete.place_in(_place(recording, events.punctures[1])) if len(events.punctures) > 1 else None
+    end = end_of_layer(complete, complete.place_in(max(events.punctures[0].end, peak + 1)), second)
+    return fit_gradual(
+        joint,
+        loading,
+        complete,
+        law=law,
+        end=end,
+        peak=min(complete.place_in(peak), end - 1),
+        reduced=single.strokes,
+        filter_length=recording.card.filter_length,
+        known=saturation,
+        drift=_drift_effect(single, complete),
+        several=len(events.punctures) > 1,
+    )
+
+
+def _place(recording: Recording, puncture: Puncture) -> int:
+    """The recording's sample of a puncture's peak."""
+    return int(np.searchsorted(recording.time, puncture.time))
+
+
 def _loading(single: SegmentedRecording, law: str, before: slice, saturation: float | None) -> DeformationFit:
     """The fit of the loading curve, with the free travel after the exit as data of the zero."""
     strokes, contact, recording = single.strokes, single.events.contact.depth, single.recording
     depth, force = strokes.depth_in[before], strokes.force_in[before]
     above = contact - 2.0 * max(float(depth.max(initial=contact)) - contact, 0.0)
     after, drift = single.free_after, single.drift
-    times = recording.time[np.append(strokes.index_in[before], after)]
+    samples = np.append(strokes.index_in[before], after)
     return fit_deformation(
         np.append(depth, np.full(len(after), above)),
-        np.append(force, recording.force[after] - drift.at(recording.time[after])),
+        np.append(force, recording.force[after] - drift.at(recording, after)),
         contact,
         law,
         known={"saturation_depth": saturation},
         filter_length=recording.card.filter_length,
-        drift=DriftEffect(lever=times - drift.origin, error=drift.error) if drift.error > 0.0 else None,
+        drift=drift.effect(recording, samples),
     )
 
 
 def _drift_effect(single: SegmentedRecording, strokes: Strokes) -> DriftEffect | None:
     """The drift at the samples of both strokes; None without one."""
-    if not single.drift.error > 0.0:
-        return None
-    samples = np.concatenate([strokes.index_in, strokes.index_out])
-    return DriftEffect(lever=single.recording.time[samples] - single.drift.origin, error=single.drift.error)
+    return single.drift.effect(single.recording, np.concatenate([strokes.index_in, strokes.index_out]))
 
 
 def loading_samples(recording: Recording, strokes: Strokes, events: Events) -> slice:
@@ -190,17 +186,6 @@ def loading_samples(recording: Recording, strokes: Strokes, events: Events) -> s
     smeared = recording.card.filter_length if recording.card.filter_length > 1 else 0
     peak = strokes.place_in(int(np.searchsorted(recording.time, events.punctures[0].time)) + 1)
     return slice(0, max(peak - smeared, 1))
-
-
-def _impossible(recording: Recording) -> str:
-    """A sentence on values that no insertion has; empty for a possible recording."""
-    if len(recording) < 2:
-        return "The recording has fewer than 2 samples."
-    for name, largest in MAX_SPAN.items():
-        values = getattr(recording, name)
-        if not float(values.max() / largest) - float(values.min() / largest) <= 1.0:
-            return f"The {name} spans more than {largest:g} {SPAN_UNITS[name]} or is not finite: check its unit."
-    return ""
 
 
 def _first_layer(single: SegmentedRecording) -> Strokes:
@@ -216,7 +201,7 @@ def _first_layer(single: SegmentedRecording) -> Strokes:
 
 def _peak_sample(single: SegmentedRecording) -> int:
     """The recording's sample of the first puncture's peak."""
-    return int(np.searchsorted(single.recording.time, single.events.punctures[0].time))
+    return _place(single.recording, single.events.punctures[0])
 
 
 def _complete(
@@ -224,7 +209,7 @@ def _complete(
 ) -> tuple[CycleFit, list[str]]:
     """The complete fit with a scan of the complete insertion; around the first puncture if there are several, if the
     scan finds another, or if the rupture is gradual: then the puncture is the peak before the fall."""
-    options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise}
+    options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise, "limited": False}
     options["drift"] = _drift_effect(single, strokes)
     if law == "cone_cylinder":
         options["saturation_depth"] = saturation

@@ -8,8 +8,9 @@ from weakref import WeakKeyDictionary
 from ..result import Choice
 from ..statistics.noise import noise_of
 from ..statistics.regression import VERY_STRONG_BIC, independent_samples
-from .fit_recording import SegmentedRecording
+from .loading_curves import FITS
 from .puncture_force import MeasuredPeak, PunctureMatch, measured_peak, puncture_match
+from .segmented_recording import SegmentedRecording
 
 SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand recordings
 MIN_FREE_SAMPLES = 50  # of free travel, for its noise
@@ -53,6 +54,18 @@ def supported(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> bool:
     )
 
 
+def falls_gradually(singles: list[SegmentedRecording]) -> bool:
+    """Whether the first fall is gradual in at least half of the recordings with one."""
+    first = [single.events.punctures[0] for single in singles if single.events.punctures]
+    return bool(first) and 2 * sum(each.gradual for each in first) >= len(first)
+
+
+def offered(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[str, ...]:
+    """The laws to choose from: a gradual rupture only where it was found in most of the recordings with a fit."""
+    fitted = sum(bool(single.fits) for single in singles)
+    return tuple(law for law in laws if not FITS[law].gradual or 2 * sum(law in s.fits for s in singles) > fitted)
+
+
 def leaves_noise(single: SegmentedRecording, law: str) -> bool:
     """Whether the residual of the loading curve is no larger than the noise of the free travel, by a test of the ratio
     of two variances of correlated samples; False where the free travel is too short to know."""
@@ -74,7 +87,8 @@ def choice_of(
 ) -> tuple[Choice, ...]:
     """Each law with the BIC of its loading curves, summed over the recordings that all laws fit, the chosen one first.
 
-    The chosen law has the lowest BIC of those that meet the punctures, or of all if none does. Another than the
+    The chosen law has the lowest BIC of those that meet the punctures, or of all if none does. Where a gradual rupture
+    was found (on very strong evidence, see ``fit_gradual``) and meets them, a sharp one is not chosen. Another than the
     ``preferred`` ones is chosen only on very strong evidence, each recording with its independent samples.
     """
     common = [single for single in singles if set(laws) <= set(single.fits)]
@@ -84,11 +98,37 @@ def choice_of(
     found = [Choice(law, _bic(common, law), _puncture_ratio(common, law)) for law in laws]
     ranked = sorted(found, key=lambda each: each.bic)
     meeting = [each for each in ranked if meets_puncture(singles, each.name)] or ranked
+    gradual = [each for each in meeting if FITS[each.name].gradual]
+    if gradual:
+        first = _best_gradual(common, gradual)
+        return (first, *(each for each in ranked if each is not first))
     first = meeting[0]
     others = [each for each in meeting if each.name in preferred]
     if others and first.name not in preferred and not _much_better(common, first.name, others[0].name):
         first = others[0]
     return (first, *(each for each in ranked if each is not first))
+
+
+def _best_gradual(singles: list[SegmentedRecording], choices: list[Choice]) -> Choice:
+    """The gradual rupture of the lowest BIC over loading curve, fall and what follows, in independent samples; of one
+    that is not much better than another with fewer parameters, the other."""
+    ranked = sorted(choices, key=lambda each: sum(len(single.fits[each.name].covariance_order) for single in singles))
+    best = ranked[0]
+    for each in ranked[1:]:
+        if _gain(singles, each.name, best.name) > VERY_STRONG_BIC:
+            best = each
+    return best
+
+
+def _gain(singles: list[SegmentedRecording], law: str, than: str) -> float:
+    """By how much the BIC of a gradual rupture is lower than that of another."""
+    gain = 0.0
+    for single in singles:
+        one, other = (single.fits[name] for name in (law, than))
+        n = independent_samples([one.noises[0], other.noises[0]])
+        gain += n * math.log(max(other.noises[0].sse, 1e-300) / max(one.noises[0].sse, 1e-300))
+        gain -= (len(one.covariance_order) - len(other.covariance_order)) * math.log(n)
+    return gain
 
 
 def _bic(singles: list[SegmentedRecording], law: str) -> float:

@@ -16,6 +16,9 @@ MIN_SATURATION = 0.05  # [of the indentation] a contact that saturates before is
 MIN_EXPONENT = 0.1  # [1] rate times indentation; below, the curve departs from its chord by less than 1 %
 POWER, TERMS = ({row["name"]: row for row in law.table()} for law in (core.laws.PowerLaw, core.laws.Polynomial))
 UNIT_DEPTH = POWER["reference_depth"]["default"]
+RUPTURE = {"rupture_onset": "m", "rupture_length": "m", "rupture_exponent": "1"}
+"""Name to unit of what a gradual rupture has: the indentation where it begins, and its course, see
+``yielding_coulomb``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +43,7 @@ class LoadingCurve:
     ``gives_modulus``: the reduced modulus follows from the parameters and the tip. ``not_distinguishable(values)``
     names the parameters of which only the product is identified at these values, with ``puncture_indentation``.
     ``foundation`` is the form of the foundation along the shaft after the puncture, one of
-    ``mechanics.foundation.FORMS``.
+    ``mechanics.foundation.FORMS``. ``gradual``: the contact ruptures gradually, from an onset on.
     """
 
     law: type
@@ -54,11 +57,13 @@ class LoadingCurve:
     gives_modulus: bool = False
     not_distinguishable: Callable[[Mapping[str, float]], tuple[str, ...]] = lambda values: ()
     foundation: str = "linear"
+    gradual: bool = False
 
     @property
     def units(self) -> dict[str, str]:
         """Name to unit of all parameters."""
-        return {**self.amplitudes, **{name: each.unit for name, each in self.shape.items()}}
+        shape = {name: each.unit for name, each in self.shape.items()}
+        return {**self.amplitudes, **shape, **(RUPTURE if self.gradual else {})}
 
     def force(self, h: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """F [N], shaped as h [m]; 0 below 0."""
@@ -185,6 +190,8 @@ EXPONENTIAL = LoadingCurve(
 
 CURVES = {each.law.name: each for each in (CONE, CONE_CYLINDER, POWER_LAW, POLYNOMIAL, EXPONENTIAL)}
 """By the name of the law."""
-FITS = CURVES | {law: replace(CONE_CYLINDER, foundation=form) for form, law in LAWS.items()}
-"""By the name of what is fitted: a law, with friction in proportion to the embedded length, or the friction law of a
-nonlinear foundation, which follows a cone + cylinder."""
+GRADUAL = {f"gradual_{each.law.name}": replace(each, gradual=True) for each in (CONE, CONE_CYLINDER, POWER_LAW)}
+"""The curves of one amplitude with a gradual rupture, by the name of what is fitted."""
+FITS = CURVES | {law: replace(CONE_CYLINDER, foundation=form) for form, law in LAWS.items()} | GRADUAL
+"""By the name of what is fitted: a law, with friction in proportion to the embedded length; the friction law of a
+nonlinear foundation, which follows a cone + cylinder; or a law with a gradual rupture."""

@@ -94,6 +94,7 @@ def fit_by_stages(
         noises=(loading.noise, joint.noises[1]),
         saturation_sought="saturation_depth" in loading.order,
         by_stages=True,
+        min_saturation=None,
     )
 
 

@@ -23,6 +23,12 @@ one-sided limit, in standard errors. Written out so that SciPy is not loaded; a 
 MAX_GAIN_GAP = 40.0
 """[variances] A puncture whose sum of squares exceeds the least by more has no weight: exp(-20)."""
 
+SLOW_WAVES, MAX_BLOCKS = 8, 64
+"""Cosines whose projections give the slow part of a misfit, and the blocks of samples on which they are evaluated."""
+
+MIN_WAVE = 1e-3
+"""[of the largest] Below, a cosine is absorbed by the parameters."""
+
 MIN_QUIET_LAGS = 5
 """So many insignificant autocorrelations in a row end the search for further ones."""
 
@@ -90,6 +96,8 @@ def noise_of(residual: np.ndarray, count: int, filter_length: int = 1, lost: flo
 
 def _flat_top(covariance: np.ndarray, flat_lags: int) -> tuple[float, float]:
     """The sum of autocovariances within the window, and the sum of its weights."""
+    if not flat_lags:
+        return float(covariance[0]), 1.0
     weight = np.clip(2.0 - np.arange(1, 2 * flat_lags) / max(flat_lags, 1), 0.0, 1.0)
     return float(covariance[0] + 2.0 * (weight @ covariance[1 : len(weight) + 1])), 1.0 + 2.0 * float(weight.sum())
 
@@ -144,6 +152,30 @@ def _last_correlated_lag(covariance: np.ndarray, count: int) -> int:
         if small[lag : lag + MIN_QUIET_LAGS].all():
             return lag
     return len(small)
+
+
+def slow_noise(residual: np.ndarray, design: np.ndarray, long_run: float) -> float:
+    """Long-run variance [N²] of a part of a stroke from its slowest waves, at least ``long_run``.
+
+    Misfit that is small next to the noise of a sample but extends over millimetres correlates no two samples
+    significantly, and still shifts what is averaged over all of them. The projections of the residual (n,) on the
+    slowest cosines, without what the ``design`` (n, p) absorbs, have the long-run variance each (equal-weighted
+    cosines: Lazarus, Lewis, Stock & Watson 2018). Their mean counts where it exceeds ``long_run`` by more than noise
+    does in one of 20 recordings.
+    """
+    blocks = min(len(residual) // 2, MAX_BLOCKS)
+    if blocks < 4 * SLOW_WAVES:
+        return long_run
+    edges = np.linspace(0, len(residual), blocks + 1).astype(int)
+    sizes = np.sqrt(np.diff(edges))
+    r = np.add.reduceat(residual, edges[:-1]) / sizes
+    q, _ = np.linalg.qr(np.add.reduceat(design, edges[:-1]) / sizes[:, None])
+    waves = np.cos(np.pi * np.outer((edges[:-1] + edges[1:]) / (2.0 * edges[-1]), np.arange(1, SLOW_WAVES + 1)))
+    waves, size, _ = np.linalg.svd(waves - q @ (q.T @ waves), full_matrices=False)
+    waves = waves[:, size > MIN_WAVE * size[0]]
+    found, k = float(np.mean((waves.T @ (r - q @ (q.T @ r))) ** 2)), waves.shape[1]
+    limit = (1.0 - 2.0 / (9.0 * k) + ONE_SIDED * math.sqrt(2.0 / (9.0 * k))) ** 3  # chi-square / k: Wilson & Hilferty
+    return found if found > limit * long_run else long_run
 
 
 def student_quantile(freedom: int) -> float:

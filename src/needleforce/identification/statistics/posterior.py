@@ -21,10 +21,11 @@ N, H, H2, H3, H4, F, FH, FH2, F2 = range(9)  # rows of RunningSums
 
 
 def can_be_exact(fit: CycleFit) -> bool:
-    """True for a complete fit whose noise is resolved by running sums and similar in both strokes."""
+    """True for a complete fit whose noise is resolved by running sums and similar in both strokes, and the only error
+    in its intervals."""
     noises = [noise.long_run for noise in fit.noises if noise.count]
     too_small = fit.rmse <= MIN_NOISE_SHARE * abs(fit.values["puncture_force"])
-    return not fit.by_stages and not too_small and max(noises) <= MAX_NOISE_RATIO * min(noises)
+    return not (fit.by_stages or fit.widened or too_small) and max(noises) <= MAX_NOISE_RATIO * min(noises)
 
 
 Grid = np.ndarray | float | int

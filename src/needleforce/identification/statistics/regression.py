@@ -8,6 +8,7 @@ import numpy as np
 from ...errors import InputError
 from .noise import Noise, student_quantile
 
+MAX_CONDITION = 1e14  # of the correlation of the parameters: beyond, the samples do not determine all of them
 VERY_STRONG_BIC = 10.0  # difference of two BIC values that is "very strong" evidence: Kass & Raftery 1995
 
 
@@ -36,10 +37,15 @@ def coefficients(design: np.ndarray, y: np.ndarray) -> np.ndarray:
     Raises InputError where the readings do not determine them.
     """
     n, p = design.shape
+    scale = np.linalg.norm(design, axis=0)
+    if (scale > 0.0).all():
+        values, _, _, singular = np.linalg.lstsq(design / scale, y, rcond=None)
+        rounding = max(n, p) * np.finfo(float).eps
+        if n >= p and singular[-1] * scale.min() > singular[0] * scale.max() * rounding:
+            return values / scale  # a bound on the rank of the design itself
     if np.linalg.matrix_rank(design) < p:
         step = "Give readings at more places or loads that differ."
         raise InputError("number of readings", n, f"they do not determine {p} coefficients", next_step=step)
-    scale = np.linalg.norm(design, axis=0)
     return np.linalg.lstsq(design / scale, y, rcond=None)[0] / scale
 
 
@@ -47,10 +53,19 @@ def inverse(gram: np.ndarray) -> np.ndarray:
     """Inverse of J'J (p, p), scaled first as its columns have different units; NaN where it does not determine all p
     parameters."""
     scale = np.sqrt(np.diagonal(gram))
-    unit = np.outer(scale, scale)
-    if not (scale > 0.0).all() or np.linalg.cond(gram / unit) > 1e14:
+    if not (scale > 0.0).all():
         return np.full_like(gram, np.nan)
-    return np.linalg.inv(gram / unit) / unit
+    units = np.outer(scale, scale)
+    correlation = gram / units
+    try:
+        found = np.linalg.inv(correlation)
+    except np.linalg.LinAlgError:
+        return np.full_like(gram, np.nan)
+    # the product of the Frobenius norms bounds the condition number
+    bound = math.sqrt(np.vdot(correlation, correlation) * np.vdot(found, found))
+    if not bound < 0.1 * MAX_CONDITION and np.linalg.cond(correlation) > MAX_CONDITION:
+        return np.full_like(gram, np.nan)
+    return found / units
 
 
 def criterion(noise: Noise, parameters: int, samples: float) -> float:

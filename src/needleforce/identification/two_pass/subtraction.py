@@ -12,7 +12,7 @@ from ...mechanics.foundation import LAWS
 from ...recording import Recording
 from ...segmentation import Events, segment
 from ..estimates import Estimate, mean_estimate
-from ..one_layer.fit_recording import SegmentedRecording
+from ..one_layer.segmented_recording import SegmentedRecording
 from ..statistics.noise import TWO_SIDED, noise_of
 from ..statistics.regression import VERY_STRONG_BIC, least_squares, line
 from ..strokes import strokes_of, undelayed_depth

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The search of a gradual rupture: its force, linear in four coefficients, and least squares in the others.
+
+Up to its onset the contact follows its loading curve F(h). From there on the share exp(-(s / delta)^m) of it is intact
+after an advance s, which carries what friction and cutting do not (law ``yielding_coulomb``):
+
+| insertion  | b + f' h + f_c + (F(h_o) - f' h_o - f_c) exp(-(s / delta)^m) F(h) / F(h_o), s = h - h_o |
+| withdrawal | b - f' h |
+
+h = z - z0 is the indentation, h_o that of the onset. Amplitude, friction, cutting force and zero are projected out.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from ..statistics.noise import noise_of
+from ..statistics.regression import independent_samples
+from .deformation_fit import CONTACT_RANGE
+from .loading_curves import LoadingCurve
+
+SEARCH_BLOCKS = 300  # the search works on means of so many blocks of each stroke
+FINE_BLOCKS = 1000  # and what it finds is refined on so many
+PLACES = (-0.3, 0.0, 0.25, 0.5)  # [indentations at the peak] contacts to start from
+ONSETS = (0.15, 0.4, 0.7, 0.95)  # [indentations at the peak, from the contact]
+LENGTHS = (0.05, 0.2, 0.5, 1.0)  # [indentations at the peak]
+EXPONENTS = (1.3, 2.0, 3.0)
+MIN_GAIN = 1e-7  # [of the sum of squares] of the last step of a search
+N_STARTS = 4  # of the best, from which minima are sought
+EXPONENT = 2.0  # of the first fit: the fall begins smoothly
+EXPONENT_RANGE = (1.0, 4.0)  # above, a smooth fall and an earlier onset are alike
+ONSET_RANGE = (0.02, 3.0)  # [indentations at the peak]
+LENGTH_RANGE = (1e-3, 10.0)
+N_LINEAR = 4
+AMPLITUDE, FRICTION, CUTTING, ZERO = range(N_LINEAR)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Samples:
+    """Scaled samples of one fit: indentation ``x`` from the given contact and ``force``, in units of the indentation at
+    the peak and of the peak force; the first ``n_in`` are those of the insertion, behind a filter of ``filter_length``
+    samples."""
+
+    x: np.ndarray
+    force: np.ndarray
+    n_in: int
+    filter_length: int = 1
+
+    def blocks(self, count: int) -> "Samples":
+        """Means of ``count`` blocks of each stroke; all samples behind a filter, whose length is in samples."""
+        if self.filter_length > 1:
+            return self
+        parts = [slice(0, self.n_in), slice(self.n_in, None)]
+        x, force = ([_means(each[part], count) for part in parts] for each in (self.x, self.force))
+        return Samples(x=np.concatenate(x), force=np.concatenate(force), n_in=len(x[0]))
+
+
+def _means(values: np.ndarray, count: int) -> np.ndarray:
+    if len(values) <= count:
+        return values
+    edges = np.linspace(0, len(values), count + 1).astype(int)
+    return np.add.reduceat(values, edges[:-1]) / np.diff(edges)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Shape:
+    """The nonlinear parameters, scaled: contact ``place``, ``onset`` (an indentation) and ``length`` of the rupture,
+    its ``exponent``, and the shape parameters of the loading curve."""
+
+    place: float
+    onset: float
+    length: float
+    exponent: float
+    curve: tuple[float, ...]
+
+    @classmethod
+    def of(cls, numbers: Sequence[float], n_curve: int, exponent: float | None) -> "Shape":
+        """From the (p,) numbers of the search: place, logarithms of onset and length, shape, perhaps the exponent."""
+        place, onset, length, *more = numbers
+        own = more[n_curve] if exponent is None else exponent
+        return cls(
+            place=place, onset=math.exp(onset), length=math.exp(length), exponent=own, curve=tuple(more[:n_curve])
+        )
+
+
+def columns(curve: LoadingCurve, shape: Shape, samples: Samples) -> np.ndarray:
+    """The (n, 4) force of each linear coefficient: amplitude, friction per length, cutting force and zero."""
+    h = np.maximum(samples.x - shape.place, 0.0)
+    (loaded,) = curve.basis(h, *shape.curve)
+    (at_onset,) = curve.basis(np.float64(shape.onset), *shape.curve)
+    advance = np.maximum(h - shape.onset, 0.0)
+    intact = np.exp(-((advance / shape.length) ** shape.exponent))
+    remaining, cuts = intact * loaded / at_onset, advance > 0.0
+    found = np.column_stack(
+        [intact * loaded, np.where(cuts, h - shape.onset * remaining, 0.0), np.where(cuts, 1.0 - remaining, 0.0),
+         np.ones_like(h)]
+    )  # fmt: skip
+    out = slice(samples.n_in, None)
+    found[out, AMPLITUDE], found[out, CUTTING], found[out, FRICTION] = 0.0, 0.0, -h[out]
+    if samples.filter_length > 1:
+        from scipy.ndimage import uniform_filter1d
+
+        found[: samples.n_in] = uniform_filter1d(found[: samples.n_in], samples.filter_length, axis=0, mode="nearest")
+    return found
+
+
+def linear(design: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Least-squares coefficients (4,); amplitude, friction and cutting are none below 0."""
+    held: list[int] = []
+    while True:
+        free = [k for k in range(N_LINEAR) if k not in held]
+        part = design[:, free]
+        scale = np.sqrt(np.einsum("ij,ij->j", part, part)) + 1e-30
+        gram = (part.T @ part) / np.outer(scale, scale)
+        gram[np.diag_indices(len(free))] += 1e-13
+        found = np.zeros(N_LINEAR)
+        found[free] = np.linalg.solve(gram, part.T @ force / scale) / scale
+        negative = [k for k in free if k != ZERO and found[k] < 0.0]
+        if not negative:
+            return found
+        held += negative
+
+
+def not_negative(design: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Least-squares coefficients (2,) of force (n,) on design (n, 2), none below 0."""
+    best = np.linalg.lstsq(design, force, rcond=None)[0]
+    if (best >= 0.0).all():
+        return best
+    alone = np.maximum(design.T @ force / np.maximum(np.einsum("ij,ij->j", design, design), 1e-300), 0.0)
+    choices = [np.array([alone[0], 0.0]), np.array([0.0, alone[1]])]
+    return min(choices, key=lambda each: float(np.sum((force - design @ each) ** 2)))
+
+
+class GradualProblem:
+    """The search of the nonlinear parameters of one curve; ``exponent`` None is fitted too."""
+
+    def __init__(self, curve: LoadingCurve, samples: Samples, known: tuple[float, ...], exponent: float | None):
+        self.curve, self.samples, self.known, self.exponent = curve, samples, known, exponent
+        free = [] if known else list(curve.shape.values())
+        low = [CONTACT_RANGE[0], math.log(ONSET_RANGE[0]), math.log(LENGTH_RANGE[0]), *(each.low for each in free)]
+        high = [CONTACT_RANGE[1], math.log(ONSET_RANGE[1]), math.log(LENGTH_RANGE[1]), *(each.high for each in free)]
+        own = [] if exponent is not None else [EXPONENT_RANGE]
+        self.low = np.array([*low, *(each[0] for each in own)])
+        self.high = np.array([*high, *(each[1] for each in own)])
+
+    def shape(self, numbers: np.ndarray) -> Shape:
+        """The parameters of the search as a shape."""
+        if not self.known:
+            return Shape.of(numbers, len(self.curve.shape), self.exponent)
+        return Shape.of([*numbers[:3], *self.known, *numbers[3:]], len(self.known), self.exponent)
+
+    def solved(self, numbers: np.ndarray, samples: Samples | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Residual (n,) and linear coefficients (4,) of least squares."""
+        samples = samples or self.samples
+        design = columns(self.curve, self.shape(numbers), samples)
+        found = linear(design, samples.force)
+        return samples.force - design @ found, found
+
+    def minimum(self, start: np.ndarray, samples: Samples, rounds: int) -> tuple[np.ndarray, float]:
+        """The local minimum near a start, and its sum of squares, by Gauss-Newton with Marquardt's damping on the
+        residual without its linear part (variable projection, the derivative as by Kaufman 1975)."""
+        at, damping = np.clip(start, self.low, self.high), 1e-2
+        residual, coefficients = self.solved(at, samples)
+        for _ in range(rounds):
+            slopes = self._projected(at, coefficients, samples)
+            gradient = slopes.T @ residual
+            free = ~((at <= self.low) & (gradient < 0.0)) & ~((at >= self.high) & (gradient > 0.0))
+            gram = slopes.T @ slopes
+            gram[np.diag_indices(len(at))] *= 1.0 + damping
+            gram[np.diag_indices(len(at))] += 1e-12 * max(float(np.trace(gram)), 1e-300)
+            moved = at.copy()
+            moved[free] += np.linalg.solve(gram[np.ix_(free, free)], gradient[free])
+            moved = np.clip(moved, self.low, self.high)
+            new, found = self.solved(moved, samples)
+            gain = 1.0 - float(new @ new) / max(float(residual @ residual), 1e-300)
+            if gain > 0.0:
+                at, residual, coefficients = moved, new, found
+            elif damping > 1e6:
+                break
+            if 0.0 <= gain < MIN_GAIN:
+                break
+            damping = damping * 0.1 if gain > 0.0 else damping * 10.0
+        return at, float(residual @ residual)
+
+    def _projected(self, numbers: np.ndarray, coefficients: np.ndarray, samples: Samples) -> np.ndarray:
+        """Derivatives (n, p) of the force by the numbers, without what the linear coefficients can take up."""
+        slopes = self.jacobian(numbers, coefficients, samples)
+        linear, own = slopes[:N_LINEAR][coefficients != 0.0].T, slopes[N_LINEAR:].T
+        basis, _ = np.linalg.qr(linear)
+        return own - basis @ (basis.T @ own)
+
+    def best(self) -> np.ndarray:
+        """The best minimum that block means find, without a starting value."""
+        means, fine = self.samples.blocks(SEARCH_BLOCKS), self.samples.blocks(FINE_BLOCKS)
+        starts = _starts(self.curve, self.known)
+        rough = sorted(starts, key=lambda start: float(np.sum(self.solved(start, means)[0] ** 2)))[:N_STARTS]
+        found = min((self.minimum(start, means, 20) for start in rough), key=lambda each: each[1])
+        return self.minimum(found[0], fine, 20)[0]
+
+    def jacobian(self, numbers: np.ndarray, coefficients: np.ndarray, samples: Samples | None = None) -> np.ndarray:
+        """Derivatives (p, n) of the force by the linear coefficients, then by the numbers of the search."""
+        samples = samples or self.samples
+        design = columns(self.curve, self.shape(numbers), samples)
+        rows = list(design.T)
+        for k in range(len(numbers)):
+            step = np.zeros(len(numbers))
+            step[k] = 1e-6 if numbers[k] + 1e-6 < self.high[k] else -1e-6
+            moved = columns(self.curve, self.shape(numbers + step), samples)
+            rows.append((moved - design) @ coefficients / step[k])
+        return np.array(rows)
+
+
+def _starts(curve: LoadingCurve, given: tuple[float, ...]) -> Iterator[np.ndarray]:
+    """A grid of places, onsets, lengths and shapes; the onset is a share of the indentation at the peak."""
+    shapes: list[tuple[float, ...]] = [()]
+    for each in () if given else curve.shape.values():
+        shapes = [(start,) for start in each.starts[len(each.starts) % 3 :: len(each.starts) // 3]]
+    for place, onset, length, shape in product(PLACES, ONSETS, LENGTHS, shapes):
+        yield np.array([place, math.log(onset * (1.0 - place)), math.log(length), *shape])
+
+
+def refined(problem: GradualProblem, numbers: np.ndarray) -> tuple[GradualProblem, np.ndarray]:
+    """The minimum on all samples near that of block means; with a free exponent if its BIC is lower."""
+    samples = problem.samples
+    free, fine = GradualProblem(problem.curve, samples, problem.known, None), samples.blocks(FINE_BLOCKS)
+    starts = [free.minimum(np.append(numbers, m), samples.blocks(SEARCH_BLOCKS), 8) for m in EXPONENTS]
+    more = free.minimum(min(starts, key=lambda each: each[1])[0], fine, 20)[0]
+    numbers, more = (each.minimum(start, samples, 5)[0] for each, start in ((problem, numbers), (free, more)))
+    residuals = [problem.solved(numbers)[0], free.solved(more)[0]]
+    noises = [noise_of(each, len(each), samples.filter_length, 1.0) for each in residuals]
+    n = independent_samples(noises)
+    gain = n * math.log(max(noises[0].sse, 1e-300) / max(noises[1].sse, 1e-300)) - math.log(n)
+    return (free, more) if gain > 0.0 else (problem, numbers)

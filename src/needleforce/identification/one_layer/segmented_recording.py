@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One recording with its events, strokes, timing and the drift of its zero, as the fits use it."""
+
+import dataclasses
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...recording import Recording
+from ...segmentation import Events, segment
+from ...vocabulary import Status
+from ..motion import DepthSignal
+from ..strokes import Strokes, strokes_of, undelayed_depth, usable_samples
+from ..timing import Timing, timing_of
+from .cycle_estimates import CycleFit
+from .deformation_fit import DeformationFit
+from .force_zero import Drift, drift_of, free_samples
+
+MAX_SPAN = {"time": 1e7, "depth": 10.0, "force": 1e5}  # SI; no insertion has more
+SPAN_UNITS = {"time": "s", "depth": "m", "force": "N"}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SegmentedRecording:
+    """One recording's ``depth`` signal, events, strokes, and the fit of each stiffness law that could be fitted.
+
+    ``loading`` has each law's fit of the loading curve, ``law_notes`` its notes. The ``strokes`` have the ``drift`` of
+    the zero subtracted; ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` has
+    a lag and a filter that is not declared.
+    """
+
+    recording: Recording
+    depth: DepthSignal
+    events: Events
+    strokes: Strokes
+    status: Status
+    notes: tuple[str, ...]
+    fits: dict[str, CycleFit] = field(default_factory=dict)
+    loading: dict[str, DeformationFit] = field(default_factory=dict)
+    law_notes: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    timing: Timing = field(default_factory=Timing)
+    drift: Drift = field(default_factory=Drift)
+    free_after: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+
+
+def segmented(recording: Recording) -> SegmentedRecording:
+    """One recording segmented and not fitted. Never raises: errors are reported in status and notes."""
+    impossible = _impossible(recording)
+    events = Events(status=Status.unreadable, notes=(impossible,)) if impossible else segment(recording)
+    if events.status is Status.unreadable:
+        return SegmentedRecording(
+            recording=recording,
+            depth=DepthSignal(recording.depth),
+            events=events,
+            strokes=_no_strokes(),
+            status=Status.unreadable,
+            notes=events.notes,
+        )
+    punctured = events.punctures or events.status is not Status.ok
+    depth = DepthSignal(recording.depth)
+    undelayed = DepthSignal(undelayed_depth(recording)) if recording.card.filter_length > 1 else depth
+    timing = timing_of(recording, events, undelayed)
+    strokes, drift, free_after = without_drift(recording, events, strokes_of(recording, events, undelayed))
+    return SegmentedRecording(
+        recording=recording,
+        depth=depth,
+        events=events,
+        strokes=strokes,
+        status=events.status if punctured else Status.no_puncture,
+        notes=(*events.notes, *_motion_notes(strokes), *([drift.note] if drift.note else []), *timing.notes),
+        timing=timing,
+        drift=drift,
+        free_after=free_after,
+    )
+
+
+def _motion_notes(strokes: Strokes) -> tuple[str, ...]:
+    """A sentence on a pull-back within the insertion that is longer than the travel in which friction reverses."""
+    reversal = strokes.friction_reversal
+    if not strokes.backtrack > (0.0 if reversal is None else reversal.high):
+        return ()
+    return (
+        f"The needle is pulled back within the insertion, by up to {1e3 * strokes.backtrack:.3g} mm: the fit uses the "
+        "samples at the deepest depth so far, and those where the needle slides back.",
+    )
+
+
+def without_drift(recording: Recording, events: Events, strokes: Strokes) -> tuple[Strokes, Drift, np.ndarray]:
+    """The strokes without the drift of the zero, the drift, and the samples after the exit that show the same zero."""
+    before, after = free_samples(strokes, events, usable_samples(recording, events))
+    drift = drift_of(recording, before, after)
+    if drift.uncertain_by > 0.0:  # the two zeros contradict each other: the fit has that before the insertion
+        kept, after = ~np.isin(strokes.index_out, after), after[:0]
+        strokes = dataclasses.replace(
+            strokes,
+            depth_out=strokes.depth_out[kept],
+            force_out=strokes.force_out[kept],
+            index_out=strokes.index_out[kept],
+        )
+    force_in = strokes.force_in - drift.at(recording, strokes.index_in)
+    force_out = strokes.force_out - drift.at(recording, strokes.index_out)
+    return dataclasses.replace(strokes, force_in=force_in, force_out=force_out), drift, after
+
+
+def _no_strokes() -> Strokes:
+    none = np.empty(0)
+    return Strokes(
+        depth_in=none,
+        force_in=none,
+        depth_out=none,
+        force_out=none,
+        index_in=none.astype(int),
+        index_out=none.astype(int),
+        inwards=slice(0, 0),
+        outwards=slice(0, 0),
+        friction_reversal=None,
+    )
+
+
+def _impossible(recording: Recording) -> str:
+    """A sentence on values that no insertion has; empty for a possible recording."""
+    if len(recording) < 2:
+        return "The recording has fewer than 2 samples."
+    for name, largest in MAX_SPAN.items():
+        values = getattr(recording, name)
+        if not float(values.max() / largest) - float(values.min() / largest) <= 1.0:
+            return f"The {name} spans more than {largest:g} {SPAN_UNITS[name]} or is not finite: check its unit."
+    return ""

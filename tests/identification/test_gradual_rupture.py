@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Contacts that rupture gradually: own simulations with a smooth step, and the stalks of another laboratory."""
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+
+CONTACT, ONSET, PEAK, FRICTION, CUTTING = 3e-3, 4e-3, 1.0, 30.0, 0.15  # SI
+STEP = 20e-6  # [m] over which friction reverses and the cut unloads
+TRUTH = {
+    "contact_depth": CONTACT,
+    "stiffness_coefficient": PEAK / ONSET**2,
+    "friction_per_length": FRICTION,
+    "cutting_force": CUTTING,
+}
+
+
+def insertion(width, seed, noise=4e-3, deep=12e-3, rate=500, speed=2e-3):
+    """In, half a second of rest, out: a cone whose share that carries falls from 1 to 0 over ``width`` [m] by a
+    smooth step, and friction and cutting that take over."""
+    inwards = np.linspace(CONTACT - 4e-3, CONTACT + deep, int((deep + 4e-3) / speed * rate))
+    rest = np.full(rate // 2, inwards[-1])
+    depth = np.concatenate([np.full(20, inwards[0]), inwards, rest, inwards[::-1], np.full(20, inwards[0])])
+    deepest, h = np.maximum.accumulate(depth), np.maximum(depth - CONTACT, 0.0)
+    x = np.clip((deepest - CONTACT - ONSET) / width, 0.0, 1.0)
+    broken = x * x * (3.0 - 2.0 * x)
+    slip = np.clip(1.0 - (deepest - depth) / STEP, -1.0, 1.0)
+    force = (1.0 - broken) * PEAK * (h / ONSET) ** 2 + broken * (FRICTION * h * slip + CUTTING * np.maximum(slip, 0.0))
+    force += np.random.default_rng(seed).normal(0.0, noise, len(force))
+    return nf.Recording(time=np.arange(len(depth)) / rate, depth=depth, force=force)
+
+
+@pytest.mark.parametrize("width", [0.1e-3, 0.3e-3, 0.7e-3, 1.5e-3])
+def test_contact_friction_and_cutting_are_in_their_intervals(width):
+    """Of 8 x 4 intervals at 95 %, 4 or more miss in 2 % of such tests. A sharp model may be the better one for short
+    ruptures; the force at the peak is met by either."""
+    missed, met = [], []
+    for seed in range(8):
+        recording = insertion(width, seed)
+        fit = nf.identify(recording)
+        for name, true in TRUTH.items():
+            found = fit.parameters[name]
+            if not found.low <= true <= found.high:
+                missed.append((seed, name, found.value, found.low, found.high))
+        met.append(fit.recordings[0].predicted.max() / fit.parameters.puncture_force.value)
+    assert len(missed) <= 4, missed
+    assert np.all(np.abs(np.array(met) - 1.0) < 0.05), met
+
+
+def test_the_identified_model_is_the_fit_and_a_preset(tmp_path):
+    """Fitted, run by the engine, saved and read again: one force, with the width of the rupture in its interval."""
+    recording = insertion(0.7e-3, 3)
+    fit = nf.identify(recording, model="gradual_cone")
+    inwards = slice(0, int(np.argmax(recording.depth)))
+    assert np.std(fit.residuals[0][inwards]) < 1.2 * 4e-3
+    fit.save(tmp_path / "gradual.toml")
+    again = nf.preset(tmp_path / "gradual.toml")
+    assert again.friction == fit.model.friction
+    h = np.linspace(-1e-3, 8e-3, 4001)
+    dt = np.full(len(h), 1e-3)
+    own, read = (nf.Insertion(model, max_speed=np.inf).run(h, None, dt)["force"] for model in (fit.model, again))
+    np.testing.assert_allclose(own, read, rtol=1e-9)
+    assert np.abs(np.diff(own)).max() < 0.02 * PEAK  # no jump at the onset
+
+
+def test_a_replay_puts_the_peak_where_the_recording_has_it():
+    recording = insertion(0.7e-3, 1)
+    fit = nf.identify(recording)
+    replay = fit.predict(recording, events=nf.segment(recording))
+    peak = recording.depth[np.argmax(replay)]
+    assert abs(peak - fit.parameters.puncture_depth.value) < 0.15e-3
+
+
+@pytest.mark.parametrize("filter_length", [1, 10])
+def test_a_sharp_rupture_is_not_gradual(filter_length):
+    """The noise of 4 mN alone, and behind a declared average of 10 samples, 40 um of travel."""
+    for seed in range(4):
+        recording = insertion(1e-9, seed)
+        force = recording.force
+        averaged = np.convolve(np.r_[np.full(filter_length - 1, force[0]), force], np.full(filter_length, 1.0), "valid")
+        card = type(recording.card)(filter_length=filter_length)
+        shown = nf.Recording(time=recording.time, depth=recording.depth, force=averaged / filter_length, card=card)
+        assert "gradual" not in nf.identify(shown).model.name, seed
+
+
+STALKS = "other-labs/stalk-puncture-instron"
+
+
+def test_stalks_have_models_that_meet_the_peak(recordings):
+    """Of another laboratory, 1 kHz: a sharp rupture is 1.11 to 1.19 of the measured peak. Until the force is least
+    behind the first wall, the residual is small; the transient before the contact is no drift."""
+    pd = pytest.importorskip("pandas")
+    for path in sorted((recordings / STALKS).glob("*.csv")):
+        time, depth, force = pd.read_csv(path).iloc[1:].astype(float).to_numpy().T
+        found = nf.identify(nf.Recording(time, 1e-3 * depth, np.gradient(1e-3 * depth, time), force)).recordings[0]
+        assert len(found.predicted), path.name
+        assert not any("drifts" in note for note in found.notes), path.name
+        first, second = found.events.punctures[0], found.events.punctures[-1]
+        end = first.end + int(np.argmin(force[first.end : second.low]))
+        peak = (
+            found.predicted[:end].max() - found.parameters.force_offset.value
+        ) / found.parameters.puncture_force.value
+        assert abs(peak - 1.0) < 0.05, (path.name, peak)
+        assert np.std(force[:end] - found.predicted[:end]) < 0.04 * force[:end].max(), path.name

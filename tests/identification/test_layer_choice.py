@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One layer or layers, when no model is named: decided by what one layer misses over the complete cycle."""
+
+import re
+
+import numpy as np
+import pytest
+from strangers import stranger
+
+import needleforce as nf
+from needleforce.identification.layered import identify as layered
+
+MOTION = nf.Motion.insert(start=-4e-3, speed=3e-3, depth=14e-3, hold=6.0, withdraw=True)
+
+
+def recorded(seed=0, kept=1.0):
+    """The paper's tissue with noise of 5 mN; at rest its force falls to a share that the withdrawal keeps."""
+    run = nf.simulate(nf.preset("paper"), MOTION, rate=200.0)
+    start = run.time[np.argmax(run.depth >= run.depth.max() - 1e-9)]
+    share = kept + (1.0 - kept) * np.exp(-np.clip(run.time - start, 0.0, None) / 1.5)
+    force = run.force * share + np.random.default_rng(seed).normal(0.0, 5e-3, len(run))
+    return nf.Recording(time=run.time, depth=run.depth, force=force)
+
+
+def first(fit):
+    return next((each for each in fit.warnings if each.startswith("The model is ")), "")
+
+
+def test_one_layer_that_leaves_the_noise_needs_no_layered_fit(monkeypatch):
+    def unexpected(*_):
+        raise AssertionError("a layered fit although one layer describes the recording")
+
+    monkeypatch.setattr(layered, "identify_layered", unexpected)
+    fit = nf.identify(recorded())
+    assert fit.model.name.startswith("identified_") and "layered" not in fit.model.name
+    assert not first(fit)
+
+
+@pytest.mark.parametrize("repeats", [1, 2])
+def test_a_hold_and_a_withdrawal_that_one_layer_misses_are_evidence_for_layers(repeats):
+    runs = [recorded(seed, kept=0.4) for seed in range(repeats)]
+    fit, one = nf.identify(runs), nf.identify(runs, model="paper")
+    assert fit.model.name == "identified_layered"
+    assert one.quality.nrmse > 0.05 > fit.quality.nrmse
+    shares = [float(share) for share in re.findall(r"([\d.]+) %", first(fit))]
+    assert len(shares) == 2 and shares[0] > 5.0 > shares[1]
+    assert not any("which this model omits" in each for each in fit.warnings)
+
+
+def test_the_puncture_of_a_layered_default_is_the_measured_one():
+    runs = [recorded(seed, kept=0.4) for seed in range(2)]
+    fit, one = nf.identify(runs), nf.identify(runs, model="paper")
+    for name in ("puncture_depth", "puncture_force"):
+        assert fit.parameters[name].value == one.parameters[name].value
+    truth = nf.preset("paper").layers[0].puncture.depth
+    at = fit.parameters["puncture_indentation"]
+    assert at.value == pytest.approx(fit.parameters["puncture_depth"].value - fit.parameters["contact_depth"].value)
+    assert at.low <= truth <= at.high
+
+
+@pytest.mark.parametrize("kept", [0.3, 0.5, 0.6])
+def test_parameters_of_a_layered_default_hold_the_truth(kept):
+    """The withdrawal differs from what any elastic layer does: contact depth and stiffness are not to pay for it."""
+    cone = nf.preset("paper").layers[0].stiffness
+    truth = 2.0 / np.pi * cone.reduced_modulus * np.tan(cone.half_angle)  # Sneddon's cone
+    fit = nf.identify(recorded(3, kept=kept))
+    contact, stiffness = fit.parameters["contact_depth"], fit.parameters["stiffness_coefficient"]
+    friction, cutting = fit.parameters["friction_per_length"], fit.parameters["cutting_force"]
+    assert fit.model.name == "identified_layered"
+    assert contact.low <= 0.0 <= contact.high and contact.high - contact.low < 0.2e-3
+    assert stiffness.low <= truth <= stiffness.high
+    layer = nf.preset("paper").layers[0]
+    assert friction.low <= layer.friction.per_length <= friction.high
+    assert cutting.low <= layer.cutting.force <= cutting.high
+
+
+@pytest.mark.parametrize("seed", [32, 240])
+def test_a_first_rupture_of_the_model_elsewhere_is_named(seed):
+    """Dragged or layered tissue: a deeper rupture of the model describes the cycle better than the first one."""
+    time, depth, force, truth = stranger(seed)
+    fit = nf.identify(nf.Recording(time=time, depth=depth, force=force))
+    low, high = truth.values["puncture_depth"]
+    at = fit.parameters["puncture_depth"]
+    assert at.low <= high + truth.depth_error and low - truth.depth_error <= at.high
+    assert any(each.startswith("puncture_depth is ") and "in the layered model" in each for each in fit.warnings)
