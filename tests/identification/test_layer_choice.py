@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """One layer or layers, when no model is named: decided by what one layer misses over the complete cycle."""
 
+import dataclasses
 import re
 
 import numpy as np
 import pytest
-from strangers import stranger
 
 import needleforce as nf
+from needleforce.identification.layer_choice import with_one_layer_parameters
 from needleforce.identification.layered import identify as layered
 
 MOTION = nf.Motion.insert(start=-4e-3, speed=3e-3, depth=14e-3, hold=6.0, withdraw=True)
@@ -74,12 +75,16 @@ def test_parameters_of_a_layered_default_hold_the_truth(kept):
     assert cutting.low <= layer.cutting.force <= cutting.high
 
 
-@pytest.mark.parametrize("seed", [32, 240])
-def test_a_first_rupture_of_the_model_elsewhere_is_named(seed):
-    """Dragged or layered tissue: a deeper rupture of the model describes the cycle better than the first one."""
-    time, depth, force, truth = stranger(seed)
-    fit = nf.identify(nf.Recording(time=time, depth=depth, force=force))
-    low, high = truth.values["puncture_depth"]
-    at = fit.parameters["puncture_depth"]
-    assert at.low <= high + truth.depth_error and low - truth.depth_error <= at.high
-    assert any(each.startswith("puncture_depth is ") and "in the layered model" in each for each in fit.warnings)
+@pytest.mark.parametrize("name", ["contact_depth", "puncture_depth"])
+def test_a_depth_of_the_layered_model_elsewhere_is_named(name):
+    """Dragged or layered tissue: a deeper rupture of the model may describe the cycle better than the first one."""
+    one = nf.identify(recorded(0, kept=0.4), model="paper")
+    measured = one.parameters[name]
+    for shift, named in ((0.0, False), (2e-3, True)):
+        moved = {field: getattr(measured, field) + shift for field in ("value", "low", "high")}
+        model = dataclasses.replace(one, parameters={**one.parameters, name: dataclasses.replace(measured, **moved)})
+        fit = with_one_layer_parameters(model, one)
+        assert fit.parameters[name] == measured
+        words = [each for each in fit.warnings if each.startswith(f"{name} is ") and "in the layered model" in each]
+        assert bool(words) == named
+        assert not named or f"{1e3 * (measured.value + shift):.3g} mm" in words[0]

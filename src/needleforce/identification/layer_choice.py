@@ -121,7 +121,17 @@ def with_one_layer_parameters(layered: Fit, one: Fit) -> Fit:
     taken = {name: measured[name] for name in ONE_LAYER if name in measured and measured[name].identifiable}
     apart = [name for name in DEPTHS if name in own and name in taken and not _overlap(own[name], taken[name])]
     warnings = [_disagreement(name, own[name], taken[name]) for name in apart]
-    return dataclasses.replace(layered, parameters={**own, **taken}, warnings=(*layered.warnings, *warnings))
+    return dataclasses.replace(
+        layered,
+        parameters={**own, **taken},
+        recordings=tuple(map(_with_notes, layered.recordings, one.recordings)),
+        warnings=(*layered.warnings, *warnings),
+    )
+
+
+def _with_notes(layered: RecordingFit, one: RecordingFit) -> RecordingFit:
+    """The layered fit of a recording with the notes of its one-layer fit too, which are on the parameters taken."""
+    return dataclasses.replace(layered, notes=tuple(dict.fromkeys((*layered.notes, *one.notes))))
 
 
 def _overlap(one: Estimate, other: Estimate) -> bool:

@@ -38,6 +38,7 @@ WEAK_LAYER = (7.6, -6.9, 0.0, 0.0, 4.6, -7.6, 1.0)
 COMMON_START = (0.2, 0.0, 0.0, 0.0)
 """Half of the force relaxes, half of that with the shorter time; forces do not depend on speed, friction is the same
 in both directions."""
+SATURATION_SHARES = (0.4, 0.75)  # [of the indentation at the rupture] other saturation depths
 BEYOND_DEEPEST_MM = 1.0  # [mm] below the deepest point: puncture of a layer that does not rupture
 MIN_INDENTATION_MM = 1.0  # [mm] between a layer's top and its puncture
 TOP_SHARES = (0.35, 0.7, 1.0)  # [of the distance from contact to first puncture] starts of a second layer's top
@@ -101,13 +102,15 @@ def best(problem: Problem, starts: Iterable[np.ndarray]) -> Solved:
 
 def _other_mechanisms(unknowns: LayeredParameters, x: np.ndarray) -> Iterator[np.ndarray]:
     """Vectors that a descent does not reach: with the springs of two layers exchanged or equal, whose forces add up
-    below both ruptures, so that only the strokes above the deeper one distinguish them; and with a contact that does
-    not saturate in one of the layers."""
+    below both ruptures, so that only the strokes above the deeper one distinguish them; and with a contact that
+    saturates elsewhere on the way to the rupture of one of the layers, or not at all."""
     for upper, lower in itertools.combinations(range(unknowns.layers), 2):
         yield _with_exchanged_springs(unknowns, x, upper, lower)
         yield _with_equal_springs(unknowns, x, upper, lower)
     for layer in range(unknowns.layers):
-        yield with_saturation(unknowns, x, layer, NO_SATURATION)
+        reached = indentations(unknowns, x)[layer]
+        for depth in (NO_SATURATION, *np.log(reached * np.array(SATURATION_SHARES))):
+            yield with_saturation(unknowns, x, layer, depth)
 
 
 def _with_exchanged_springs(unknowns: LayeredParameters, x: np.ndarray, one: int, other: int) -> np.ndarray:
