@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <nanobind/stl/pair.h>
+#include <nanobind/stl/vector.h>
 
 #include <array>
 #include <span>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "module.hpp"
 #include "needleforce/fit/loading.hpp"
@@ -49,12 +51,37 @@ nb::tuple fit_loading(const Values& depth, const Values& force, const char* law,
                         r.sse);
 }
 
+/// Sums of squares [N²] with the contact held at each of `places`, the shape searched from `shapes`.
+std::vector<double> loading_profile(const Values& depth, const Values& force, const char* law, double contact,
+                                    double indentation, const Values& places, const Values& shapes,
+                                    double half_width, std::pair<double, double> shape_range) {
+  const std::size_t n = depth.shape(0), count = places.shape(0);
+  if (n == 0 || force.shape(0) != n) throw nb::value_error("depth and force are empty or differ in length");
+  const Curve curve = curve_of(law);
+  std::vector<double> squares(count);
+  const fit::LoadingRange shape{{shapes.data(), shapes.shape(0)}, shape_range.first, shape_range.second};
+  nb::gil_scoped_release release;
+  std::array<double, fit::loading_workspace(fit::search_blocks + 1)> workspace;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double at = places.data()[k];
+    const fit::LoadingSearch search{
+        contact, indentation, {{&at, 1}, at - half_width, at + half_width}, shape};
+    const auto r = curve({{depth.data(), n}, {force.data(), n}}, search,
+                         std::span(workspace).first(fit::loading_workspace(n)));
+    squares[k] = r.sse;
+  }
+  return squares;
+}
+
 }  // namespace
 
 void bind_fit_loading(nb::module_& module) {
   module.def("fit_loading", &fit_loading, nb::arg("depth"), nb::arg("force"), nb::arg("law"),
              nb::arg("contact"), nb::arg("indentation"), nb::arg("places"), nb::arg("shapes"),
              nb::arg("place_range"), nb::arg("shape_range"));
+  module.def("loading_profile", &loading_profile, nb::arg("depth"), nb::arg("force"), nb::arg("law"),
+             nb::arg("contact"), nb::arg("indentation"), nb::arg("places"), nb::arg("shapes"),
+             nb::arg("half_width"), nb::arg("shape_range"));
 }
 
 }  // namespace needleforce::python

@@ -48,8 +48,12 @@ def misses_cycle(fit: Fit, singles: list[SegmentedRecording]) -> bool:
 def _samples(single: SegmentedRecording) -> np.ndarray:
     """Sample numbers (n,) of insertion, hold and withdrawal, without those where friction reverses, which has a travel
     of its own in either model."""
-    holds = [np.arange(span.first, span.last) for span in single.events.spans(Phase.hold)]
-    return np.unique(np.concatenate([single.strokes.index_in, *holds, single.strokes.index_out]))
+    used = np.zeros(len(single.recording.time), bool)
+    for samples in (single.strokes.index_in, single.strokes.index_out):
+        used[samples] = True
+    for span in single.events.spans(Phase.hold):
+        used[span.first : span.last] = True
+    return np.flatnonzero(used)
 
 
 def _share(one: RecordingFit, samples: np.ndarray) -> float:

@@ -27,7 +27,7 @@ from .problem import TIED_RIDGE, Problem
 
 SCREENING_STEPS, FINAL_STEPS = 15, 100  # of the descent from every start, and from the finalists
 N_FINALISTS = 3  # best starts after the screening
-N_REPLACED, REPLACED_STEPS, MIN_GAIN = 3, 40, 1e-3  # of other mechanisms, and the gain of cost that one of them needs
+N_REPLACED, MIN_GAIN = 3, 1e-3  # how often other mechanisms are tried, and the gain of cost that one of them needs
 ROUGH_STEPS = 10  # of the descent from every rough start before the screening
 STIFFER_STARTS = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7))  # added to the logarithms of c and k_t
 MIN_SPEED_RATIO = 1.3  # between repeats, to identify the dependence of forces on speed
@@ -92,7 +92,7 @@ def best(problem: Problem, starts: Iterable[np.ndarray]) -> Solved:
     screened = sorted((problem.solve(x, SCREENING_STEPS) for x in starts), key=lambda found: found[1])
     x, cost = min((problem.settled(x, FINAL_STEPS) for x, _ in screened[:N_FINALISTS]), key=lambda found: found[1])
     for _ in range(N_REPLACED):
-        tried = [problem.solve(other, REPLACED_STEPS) for other in _other_mechanisms(problem.unknowns, x)]
+        tried = [problem.solve(other, SCREENING_STEPS) for other in _other_mechanisms(problem.unknowns, x)]
         other, lower = min(tried, key=lambda found: found[1])
         if not lower < (1.0 - MIN_GAIN) * cost:
             break

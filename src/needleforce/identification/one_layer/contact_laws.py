@@ -59,25 +59,19 @@ class Loading:
         """Of the last bin, from the end of the range of contacts [m]."""
         return float(self.depth.max()) - self.high
 
-    def least_squares(self, curve: LoadingCurve, low: float, high: float, near: float | None = None) -> "Found | None":
-        """The best fit of a law with its contact between two depths [m], with its shape started ``near`` a value or
-        anywhere; None where it cannot be fitted."""
-        unit = self.indentation
-        limits = (low - self.high) / unit - HELD, (high - self.high) / unit + HELD
-        starts, ends, power = (0.0,), (0.0, 0.0), 0
-        for each in curve.shape.values():
-            starts, ends, power = each.starts, (each.low, each.high), each.power
-        if near is not None and curve.shape:
-            starts = (near / unit**power, starts[len(starts) // 2])
+    def least_squares(self, curve: LoadingCurve) -> "Found | None":
+        """The best fit of a law with its contact in the range; None where it cannot be fitted."""
+        starts, ends, _ = self._shape(curve)
+        low, high = ((end - self.high) / self.indentation for end in (self.low, self.high))
         amplitudes, place, shape, offset, squares = core.fit_loading(
             self.depth,
             self.force,
             law=curve.law.name,
             contact=self.high,
-            indentation=unit,
-            places=limits[0] + (limits[1] - limits[0]) * (STARTS if high > low else STARTS[2:3]),
+            indentation=self.indentation,
+            places=low + (high - low) * STARTS,
             shapes=np.array(starts),
-            place_range=limits,
+            place_range=(low, high),
             shape_range=ends,
         )
         if not math.isfinite(squares):
@@ -85,6 +79,31 @@ class Loading:
         values = dict(zip((*curve.amplitudes, *curve.shape), (*amplitudes[: len(curve.amplitudes)], shape)))
         residual = self.force - offset - curve.force(self.depth - place, values)
         return Found(squares=float(squares), residual=residual, place=place, shape=shape)
+
+    def squares(self, curve: LoadingCurve, places: np.ndarray, near: float) -> np.ndarray:
+        """Sums of squares (n,) [N²] of a law with its contact at each of ``places`` (n,) [m], with its shape started
+        ``near`` a value; infinite where it cannot be fitted."""
+        starts, ends, power = self._shape(curve)
+        if curve.shape:
+            starts = (near / self.indentation**power, starts[len(starts) // 2])
+        found = core.loading_profile(
+            self.depth,
+            self.force,
+            law=curve.law.name,
+            contact=self.high,
+            indentation=self.indentation,
+            places=(places - self.high) / self.indentation,
+            shapes=np.array(starts),
+            half_width=HELD,
+            shape_range=ends,
+        )
+        return np.array(found)
+
+    def _shape(self, curve: LoadingCurve) -> tuple[tuple[float, ...], tuple[float, float], int]:
+        """Starts and range of a law's shape parameter, in units of the indentation to a power, and that power."""
+        for each in curve.shape.values():
+            return each.starts, (each.low, each.high), each.power
+        return (0.0,), (0.0, 0.0), 0
 
 
 def loading_of(single: SegmentedRecording) -> Loading | None:
@@ -127,7 +146,7 @@ def contact_interval(loading: Loading) -> tuple[float, float] | None:
     best. The laws have the weights of their BIC in independent samples; another law than cone and cone + cylinder has
     to make up for a BIC difference of 2 first. None where no law can be fitted.
     """
-    best = {name: loading.least_squares(curve, loading.low, loading.high) for name, curve in CURVES.items()}
+    best = {name: loading.least_squares(curve) for name, curve in CURVES.items()}
     best = {name: found for name, found in best.items() if found is not None}
     if not best:
         return None
@@ -153,8 +172,7 @@ def _profile(loading: Loading, curve: LoadingCurve, best: Found, noise: float) -
     low, high = loading.low, loading.high
     for _ in range(ROUNDS):
         places = np.unique([*np.linspace(low, high, NODES), best.place])
-        found = [loading.least_squares(curve, float(z), float(z), best.shape) for z in places]
-        squares = np.array([math.inf if each is None else each.squares for each in found])
+        squares = loading.squares(curve, places, best.shape)
         likely = np.flatnonzero(squares - squares.min() < 2.0 * MAX_LOG_RATIO * noise)
         if len(likely) > NODES // 2:
             break

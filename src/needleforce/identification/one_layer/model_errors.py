@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..statistics.noise import TWO_SIDED, Noise, slow_noise
+from ..statistics.noise import TWO_SIDED, slow_noise
 from ..statistics.regression import inverse
 from ..strokes import Strokes
 from .cycle_estimates import CycleFit
@@ -57,20 +57,25 @@ class Stroke:
 
 
 def strokes_below(fit: CycleFit, strokes: Strokes) -> list[Stroke]:
-    """The strokes of a fit below its puncture, those with enough samples, each with its slow noise."""
+    """The strokes of a fit below its puncture, those with enough samples, with the noise of the fit."""
     contact, zero, w = fit.values["contact_depth"], fit.values["force_offset"], fit.left_out
     used = slice(fit.samples_before_puncture + w, len(strokes.depth_in) - w)
     cut = strokes.depth_in[used] - contact, strokes.force_in[used] - zero
     back = strokes.depth_out[w:] - contact, strokes.force_out[w:] - zero
     inside = back[0] > 0.0
     parts = [(*cut, fit.noises[0], True), (back[0][inside], back[1][inside], fit.noises[1], False)]
-    return [_stroke(*part, fit.values["friction_per_length"]) for part in parts if len(part[0]) >= MIN_SAMPLES]
+    return [
+        Stroke(length=length, force=force, noise=noise.long_run, inwards=inwards)
+        for length, force, noise, inwards in parts
+        if len(length) >= MIN_SAMPLES
+    ]
 
 
-def _stroke(length: np.ndarray, force: np.ndarray, noise: Noise, inwards: bool, friction: float) -> Stroke:
-    found = Stroke(length=length, force=force, noise=noise.long_run, inwards=inwards)
-    residual = force - friction * found.design[:, 0]
-    return replace(found, noise=slow_noise(residual - residual.mean(), found.line, noise.long_run))
+def _with_own_noise(stroke: Stroke, friction: float) -> Stroke:
+    """The stroke with its slow noise."""
+    line = stroke.line
+    residual = stroke.force - friction * line[:, 0]
+    return replace(stroke, noise=slow_noise(residual - residual.mean(), line, stroke.noise))
 
 
 def with_misfit_below(fit: CycleFit, strokes: Strokes) -> tuple[CycleFit, tuple[str, ...]]:
@@ -82,7 +87,7 @@ def with_misfit_below(fit: CycleFit, strokes: Strokes) -> tuple[CycleFit, tuple[
     stroke's own friction too, with the cutting force that belongs to it. All of these tests are at the level of the
     intervals, so 5 % of the recordings that follow the model are widened for nothing.
     """
-    parts = strokes_below(fit, strokes)
+    parts = [_with_own_noise(each, fit.values["friction_per_length"]) for each in strokes_below(fit, strokes)]
     if not parts or not parts[0].inwards or FITS[fit.law].foundation != "linear":
         return fit, ()
     fit = _with_slow_noise(fit, parts)

@@ -168,8 +168,8 @@ def slow_noise(residual: np.ndarray, design: np.ndarray, long_run: float) -> flo
         return long_run
     edges = np.linspace(0, len(residual), blocks + 1).astype(int)
     sizes = np.sqrt(np.diff(edges))
-    r = np.add.reduceat(residual, edges[:-1]) / sizes
-    q, _ = np.linalg.qr(np.add.reduceat(design, edges[:-1]) / sizes[:, None])
+    r, *columns = (np.add.reduceat(column, edges[:-1]) / sizes for column in (residual, *design.T))
+    q, _ = np.linalg.qr(np.column_stack(columns))
     waves = np.cos(np.pi * np.outer((edges[:-1] + edges[1:]) / (2.0 * edges[-1]), np.arange(1, SLOW_WAVES + 1)))
     waves, size, _ = np.linalg.svd(waves - q @ (q.T @ waves), full_matrices=False)
     waves = waves[:, size > MIN_WAVE * size[0]]
