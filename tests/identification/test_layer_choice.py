@@ -41,7 +41,7 @@ def test_one_layer_that_leaves_the_noise_needs_no_layered_fit(monkeypatch):
 def test_a_hold_and_a_withdrawal_that_one_layer_misses_are_evidence_for_layers(repeats):
     runs = [recorded(seed, kept=0.4) for seed in range(repeats)]
     fit, one = nf.identify(runs), nf.identify(runs, model="paper")
-    assert fit.model.name == "identified_layered"
+    assert fit.model.name == "identified_layered_yielding"
     assert one.quality.nrmse > 0.05 > fit.quality.nrmse
     shares = [float(share) for share in re.findall(r"([\d.]+) %", first(fit))]
     assert len(shares) == 2 and shares[0] > 5.0 > shares[1]
@@ -67,7 +67,7 @@ def test_parameters_of_a_layered_default_hold_the_truth(kept):
     fit = nf.identify(recorded(3, kept=kept))
     contact, stiffness = fit.parameters["contact_depth"], fit.parameters["stiffness_coefficient"]
     friction, cutting = fit.parameters["friction_per_length"], fit.parameters["cutting_force"]
-    assert fit.model.name == "identified_layered"
+    assert fit.model.name == "identified_layered_yielding"
     assert contact.low <= 0.0 <= contact.high and contact.high - contact.low < 0.2e-3
     assert stiffness.low <= truth <= stiffness.high
     layer = nf.preset("paper").layers[0]

@@ -67,15 +67,13 @@ def test_strokes_that_agree_are_not_said_to_disagree():
     assert sum(any("disagree" in note for note in found) for found in notes) <= 2
 
 
-FEW_HELD = pytest.mark.xfail(strict=False, reason="held in 4 of 12: BIC gives the polynomial too little weight")
-
-
-@pytest.mark.parametrize("share", [pytest.param(0.15, marks=FEW_HELD), 0.3, 0.5])
-def test_the_contact_carries_the_choice_of_the_law(share):
+@pytest.mark.parametrize(("share", "least"), [(0.15, 0.6), (0.3, 0.8), (0.5, 0.8)])
+def test_the_contact_carries_the_choice_of_the_law(share, least):
+    """The less a polynomial differs from a cone, the less of its weight is left."""
     def polynomial(h):
         return 0.5 * (share * h / 4e-3 + (1.0 - share) * (h / 4e-3) ** 2)
 
-    assert held("contact_depth", CONTACT, loading=polynomial, noise=15e-3) >= 0.8
+    assert held("contact_depth", CONTACT, loading=polynomial, noise=15e-3) >= least
 
 
 def test_a_law_given_by_name_is_not_a_choice():

@@ -54,9 +54,9 @@ MISSES_PUNCTURE = (
     "No model: none of the laws meets the measured force at the puncture within 5 % or its noise, {law} has the lowest "
     "BIC. Give a model by name to see it as it stands."
 )
-DEFAULT_LAYERED = "layered"
+DEFAULT_LAYERED = "layered_yielding"
 LAYERED_BY_DEFAULT = (
-    "The model is layered: no model of one layer describes these recordings up to their puncture. Give "
+    "The model is layered_yielding: no model of one layer describes these recordings up to their puncture. Give "
     "model='cone_cylinder' for one layer as it stands."
 )
 
@@ -87,7 +87,7 @@ def identify(
         A name in ``MODELS`` or ``BENT``, or ``layered`` or ``layered_yielding`` (both passive) or
         ``layered_as_fitted``, which are fitted to complete cycles.
         Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves; another law where
-        neither meets the puncture or the noise. ``layered`` where there is a withdrawal and either no law of one layer
+        neither meets the puncture or the noise. ``layered_yielding`` with a withdrawal if either no law of one layer
         meets the puncture, or one layer leaves more than 5 % of the peak over insertion, hold and withdrawal and the
         evidence for layers is very strong (a difference of BIC of 10). The choice is in ``choice`` and ``warnings``.
     needle : Needle or Model, optional
@@ -185,7 +185,7 @@ def _with_layers(
     if evidence is None:
         return fit
     chosen = layered if evidence.for_layers else fit
-    return dataclasses.replace(chosen, warnings=(evidence.sentence(law), *chosen.warnings))
+    return dataclasses.replace(chosen, warnings=(evidence.sentence(law, DEFAULT_LAYERED), *chosen.warnings))
 
 
 def _layered(

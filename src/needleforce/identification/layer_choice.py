@@ -75,13 +75,13 @@ class CycleEvidence:
         """Whether the evidence for the layered model is very strong."""
         return self.gain > VERY_STRONG_BIC
 
-    def sentence(self, law: str) -> str:
-        """The choice in words."""
-        chosen, other = ("layered", law) if self.for_layers else (law, "layered")
+    def sentence(self, law: str, layered: str) -> str:
+        """The choice between two models, by their names, in words."""
+        chosen, other = (layered, law) if self.for_layers else (law, layered)
         return (
             f"The model is {chosen}: over insertion, hold and withdrawal without the friction reversal the residual is "
-            f"{100 * self.one_layer:.2g} % of the peak with one layer ({law}) and {100 * self.layered:.2g} % with the "
-            f"layered model. Give model='{other}' for the other one."
+            f"{100 * self.one_layer:.2g} % of the peak with one layer ({law}) and {100 * self.layered:.2g} % with "
+            f"layers. Give model='{other}' for the other one."
         )
 
 

@@ -339,7 +339,10 @@ def _clipped(force: np.ndarray, step: float) -> str:
 
 
 def _drift(depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: float) -> str:
-    """A note on a force that differs between the start of the insertion and the end of the withdrawal, at one depth."""
+    """A note on a force that differs between the start of the insertion and the end of the withdrawal, at one depth,
+    where the needle is free: in the tissue the two differ by the friction."""
+    if chosen.baseline is None:
+        return ""
     cycle = chosen.cycle
     near = depth <= depth[cycle.start] + SAME_DEPTH_SHARE * float(np.ptp(depth))
     before = force[: cycle.stop][near[: cycle.stop]]

@@ -31,7 +31,7 @@ from .model_selection import (
 from .parameters import MM, TOP
 from .prediction import Expectation, Ruptures, expectation, ruptures, with_population
 from .result import LayeredFit
-from .search import Solved, grow, made_passive, population_fit, refined
+from .search import Solved, grow, made_passive, on_all_cores, population_fit, refined
 from .uncertainty import uncertainty_of
 
 MAX_LAYERS = 3
@@ -109,13 +109,13 @@ def _watched(work: Iterable, count: int, progress: Callable | None, text: str) -
 
 def _evidence(solved: list[Solved], progress: Callable | None) -> tuple[list[Candidate], Candidate]:
     """Every candidate, and the chosen one: first the number of layers, then mechanisms that can be removed."""
-    shown = progress or (lambda work, _: work)
-    tried = [candidate(diagnostics.layers(each), each) for each in shown(solved, "predicting held-out repeats")]
+    work = on_all_cores(lambda each: candidate(diagnostics.layers(each), each), solved)
+    tried = list(_watched(work, len(solved), progress, "predicting held-out repeats"))
     best = fewest_layers(with_bic(tried))
     less, count = removable(best.solved.problem.unknowns), len(tried)
-    for what, values in shown(list(less.items()), "removing mechanisms"):
-        tried.append(candidate(f"{best.name}, {what}", without(best.solved, values)))
-    tried = with_bic(tried)
+    without_one = lambda item: candidate(f"{best.name}, {item[0]}", without(best.solved, item[1]))  # noqa: E731
+    work = on_all_cores(without_one, less.items())
+    tried = with_bic([*tried, *_watched(work, len(less), progress, "removing mechanisms")])
     complete = next(each for each in tried if each.name == best.name)
     return tried, fewest_mechanisms(complete, tried[count:])
 

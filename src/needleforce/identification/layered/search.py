@@ -2,7 +2,8 @@
 """The search layer by layer over starting values, which are derived from the events, not given by the user."""
 
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -83,17 +84,30 @@ def _symmetric(problem: Problem, starts: Iterable[np.ndarray]) -> Iterator[np.nd
     from them ends more often where friction stands for something else."""
     unknowns = problem.unknowns
     held = replace(problem, unknowns=replace(unknowns, held=unknowns.held | {unknowns.withdrawal}))
-    yield from (held.solve(x, ROUGH_STEPS)[0] for x in starts)
+    yield from (x for x, _ in on_all_cores(lambda x: held.solve(x, ROUGH_STEPS), starts))
+
+
+def on_all_cores(work: Callable, items: Iterable) -> Iterator:
+    """The work on each of the items, in their order, shared by the processor's cores; searches leave Python meanwhile,
+    and their results do not depend on the sharing."""
+    with ThreadPoolExecutor() as pool:
+        yield from pool.map(work, items)
+
+
+def _cost(found: tuple[np.ndarray, float]) -> float:
+    return found[1]
 
 
 def best(problem: Problem, starts: Iterable[np.ndarray]) -> Solved:
     """The best of several starts: all with few steps, the best with more and with scans of the punctures; then with
     other mechanisms from there, as long as one of them leads lower."""
-    screened = sorted((problem.solve(x, SCREENING_STEPS) for x in starts), key=lambda found: found[1])
-    x, cost = min((problem.settled(x, FINAL_STEPS) for x, _ in screened[:N_FINALISTS]), key=lambda found: found[1])
+    screened = sorted(on_all_cores(lambda x: problem.solve(x, SCREENING_STEPS), starts), key=_cost)
+    x, cost = min(on_all_cores(lambda found: problem.settled(found[0], FINAL_STEPS), screened[:N_FINALISTS]), key=_cost)
     for _ in range(N_REPLACED):
-        tried = [problem.solve(other, SCREENING_STEPS) for other in _other_mechanisms(problem.unknowns, x)]
-        other, lower = min(tried, key=lambda found: found[1])
+        tried = on_all_cores(
+            lambda other: problem.solve(other, SCREENING_STEPS), _other_mechanisms(problem.unknowns, x)
+        )
+        other, lower = min(tried, key=_cost)
         if not lower < (1.0 - MIN_GAIN) * cost:
             break
         x, cost = problem.settled(other, FINAL_STEPS)

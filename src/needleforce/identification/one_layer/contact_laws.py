@@ -13,7 +13,7 @@ import numpy as np
 
 from ... import core
 from ..statistics.noise import LEVEL, TWO_SIDED, noise_of
-from ..statistics.regression import independent_samples, inverse
+from ..statistics.regression import inverse
 from ..strokes import undelayed_depth
 from .cycle_estimates import CycleFit
 from .fit_recording import loading_samples
@@ -21,8 +21,6 @@ from .loading_curves import CURVES, LoadingCurve
 from .model_errors import AFTER, strokes_below
 from .segmented_recording import SegmentedRecording
 
-PREFERRED = ("cone", "cone_cylinder")
-OTHER_LAW_BIC = 2.0  # for other laws, a priori: from here on, evidence is "positive" (Kass & Raftery 1995)
 BINS = 48  # of the samples in contact, as means: smooth curves lose nothing
 MIN_BINS = 12
 STARTS = np.linspace(0.05, 0.95, 5)  # [of the range of contacts]
@@ -46,13 +44,12 @@ class Found:
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Loading:
     """Means of depth and force (k,) over equal numbers of samples up to the puncture, and the range ``low`` to ``high``
-    [m] in which the force leaves its noise, whatever the law; ``independent`` is the effective number of samples."""
+    [m] in which the force leaves its noise, whatever the law."""
 
     depth: np.ndarray
     force: np.ndarray
     low: float
     high: float
-    independent: float
 
     @property
     def indentation(self) -> float:
@@ -127,8 +124,7 @@ def loading_of(single: SegmentedRecording) -> Loading | None:
     count = (len(depth) - max(before, 0)) // size
     first = len(depth) - count * size
     z, f = (values[first:].reshape(count, size).mean(axis=1) for values in (depth, force))
-    independent = independent_samples([each.noise for each in single.loading.values()])
-    return Loading(depth=z, force=_straightened(f, size), low=low, high=high, independent=independent)
+    return Loading(depth=z, force=_straightened(f, size), low=low, high=high)
 
 
 def _straightened(mean: np.ndarray, size: int) -> np.ndarray:
@@ -143,8 +139,9 @@ def contact_interval(loading: Loading) -> tuple[float, float] | None:
     """Interval [m] of the contact depth over the laws, each with its shape free, within the range without a law.
 
     Every contact has the least squares of each law there (profile likelihood), with the noise of the law that fits
-    best. The laws have the weights of their BIC in independent samples; another law than cone and cone + cylinder has
-    to make up for a BIC difference of 2 first. None where no law can be fitted.
+    best. The laws have Akaike's weights (Burnham & Anderson 2002, sec. 2.9): a cone and a polynomial differ by less
+    than the noise at contact depths a quarter of a millimetre apart, and the BIC, which becomes sure of the simpler law
+    with the number of samples, leaves out the truth there. None where no law can be fitted.
     """
     best = {name: loading.least_squares(curve) for name, curve in CURVES.items()}
     best = {name: found for name, found in best.items() if found is not None}
@@ -154,17 +151,10 @@ def contact_interval(loading: Loading) -> tuple[float, float] | None:
     noise = noise_of(closest, len(closest), 1, FITTED).long_run
     if not noise > 0.0:
         return None
-    priors = {name: _log_prior(name, loading.independent) for name in best}
-    weights = {name: priors[name] - 0.5 * found.squares / noise for name, found in best.items()}
+    weights = {name: 1 - len(CURVES[name].units) - 0.5 * found.squares / noise for name, found in best.items()}
     largest = max(weights.values())
     likely = [name for name, weight in weights.items() if weight > largest - MAX_LOG_RATIO]
     return _ends([(weights[name] - largest, *_profile(loading, CURVES[name], best[name], noise)) for name in likely])
-
-
-def _log_prior(name: str, independent: float) -> float:
-    """Logarithm of the weight of a law before its squares."""
-    shape = len(CURVES[name].units) - 1
-    return -0.5 * (shape * math.log(independent) + (0.0 if name in PREFERRED else OTHER_LAW_BIC))
 
 
 def _profile(loading: Loading, curve: LoadingCurve, best: Found, noise: float) -> tuple[np.ndarray, np.ndarray]:
