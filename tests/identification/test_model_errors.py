@@ -70,6 +70,7 @@ def test_strokes_that_agree_are_not_said_to_disagree():
 @pytest.mark.parametrize(("share", "least"), [(0.15, 0.6), (0.3, 0.8), (0.5, 0.8)])
 def test_the_contact_carries_the_choice_of_the_law(share, least):
     """The less a polynomial differs from a cone, the less of its weight is left."""
+
     def polynomial(h):
         return 0.5 * (share * h / 4e-3 + (1.0 - share) * (h / 4e-3) ** 2)
 
