@@ -163,7 +163,8 @@ class CycleEstimates:
         smear, depth = self.filter_length // 2, self.strokes[0]
         first, last = max(int(rows.min()) - 1 - smear, 0), min(int(rows.max()) + smear, len(depth) - 1)
         margin = TWO_SIDED * self.depth_noise
-        low["puncture_depth"], high["puncture_depth"] = float(depth[first]) - margin, float(depth[last]) + margin
+        between = depth[first : last + 1]  # which noise may have in another order
+        low["puncture_depth"], high["puncture_depth"] = float(between.min()) - margin, float(between.max()) + margin
         plain = sum(noise.count * noise.variance for noise in self.noises)
         long_run = sum(noise.count * noise.long_run for noise in self.noises)
         return CycleFit(

@@ -250,11 +250,14 @@ def _bracket(strokes: Strokes, puncture: Puncture) -> tuple[float, float]:
 
 
 def _within(fit: CycleFit, low: float, high: float) -> CycleFit:
-    """The fit with the puncture's interval limited to the bracket, in which the drop was measured."""
+    """The fit with the puncture's interval limited to the bracket, in which the drop was measured. A fit that has its
+    puncture outside contradicts the measurement: its interval holds both."""
     name = "puncture_depth"
-    lows = fit.low | {name: max(fit.low[name], low)}
-    highs = fit.high | {name: min(fit.high[name], high)}
-    return dataclasses.replace(fit, low=lows, high=highs)
+    if low <= fit.values[name] <= high:
+        ends = max(fit.low[name], low), min(fit.high[name], high)
+    else:
+        ends = min(fit.low[name], low), max(fit.high[name], high)
+    return dataclasses.replace(fit, low=fit.low | {name: ends[0]}, high=fit.high | {name: ends[1]})
 
 
 def _or_none(arrays: tuple, options: dict) -> CycleFit | None:
