@@ -9,10 +9,10 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 220,
+    "Python files": 221,
     "modules imported by one other alone": 64,
     "files that run in `nf.read(file)`": 14,
-    "files that run in `nf.identify(recording)`": 39,
+    "files that run in `nf.identify(recording)`": 40,
     "calls with six or more positional arguments": 0,
 }
 

@@ -98,7 +98,7 @@ def test_a_recording_that_begins_in_contact():
     events = nf.segment(part(RUN, first, len(RUN)))
     assert noted(events, "begins in contact") and events.baseline is None
     assert events.contact.low == 0 and [round(1e3 * (p.depth - PUNCTURE), 1) for p in events.punctures] == [0.0]
-    assert not noted(events, "drifts")  # the force at its first depth differs by the friction
+    assert not noted(events, "drifts.")
 
 
 def test_no_puncture_has_all_phases():

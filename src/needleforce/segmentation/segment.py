@@ -14,8 +14,9 @@ from ..recording.source import RecordingSource, recording_of
 from ..vocabulary import Phase, Status
 from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
 from .cycle_events import CycleEvents, cycle_events, limits
+from .doubtful import doubtful
 from .events import Events, Span
-from .strokes import Blocks, blocks, cycles, insertions
+from .strokes import cycles, insertions
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
 DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
@@ -30,16 +31,6 @@ IN_CONTACT = (
 )
 MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump back and forth by more at every sample
 MIN_ORDERED = 50  # samples of a depth whose order is judged
-JUMP_RATIO = 20.0  # of a step of the depth over the 95th percentile of its steps
-MIN_JUMP_SHARE = 0.05  # of the depth's range
-N_BLOCKS = 400  # of a recording in which stops are searched
-REST_SHARE = 1e-3  # of the depth's range: a block with less travel is at rest
-MIN_STOP_S = 0.2  # [s] a shorter stop is part of the motion
-NOTED_SIGMA = 10.0  # [sd of the noise] change of the force at rest, or of its zero, that is noted,
-NOTED_SHARE = 0.1  # if it is at least this share of the largest force
-MIN_CLIPPED = 5  # samples at exactly the largest force
-CLIPPED_STEPS = 8.0  # quanta or standard errors that the force rose over as many samples before
-SAME_DEPTH_SHARE = 0.05  # of the depth's range, from the start of the insertion
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
@@ -123,7 +114,7 @@ def segment(
         exit=chosen.exit,
         phases=spans,
         status=status,
-        notes=(*remarks, *doubts(time, depth, clean, chosen, quantum), *notes),
+        notes=(*remarks, *doubtful(time, depth, clean, chosen, quantum), *notes),
         minor=chosen.minor,
         outliers=spikes_at,
         baseline=chosen.baseline,
@@ -264,93 +255,3 @@ def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
     if size > 0.0 and core.noise_exceeds(depth, MAX_ALTERNATION_SHARE * size):
         return "The depth jumps back and forth from sample to sample: are the samples in the wrong order?"
     return ""
-
-
-def doubts(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, quantum: float) -> list[str]:
-    """Sentences on what is doubtful in (n,) time, depth and force of the insertion ``chosen``."""
-    span = slice(chosen.cycle.start, chosen.cycle.withdrawal_start)
-    peak = float(np.ptp(force[span]))
-    found = [_jumps(depth), *_stops(time, depth, force, chosen, peak)]
-    found += [_clipped(force[span], max(quantum, chosen.noise)), _drift(depth, force, chosen, peak)]
-    return [each for each in found if each]
-
-
-def _jumps(depth: np.ndarray) -> str:
-    """A note on steps of the depth that are far larger than all others."""
-    step = np.abs(np.diff(depth))
-    min_jump = MIN_JUMP_SHARE * float(np.ptp(depth))
-    if not step.max(initial=0.0) > min_jump:
-        return ""
-    usual = float(np.partition(step, int(0.95 * (len(step) - 1)))[int(0.95 * (len(step) - 1))])
-    far = np.flatnonzero(step > max(JUMP_RATIO * usual, min_jump))
-    if not len(far):
-        return ""
-    size = f"{1e3 * float(step[far].max()):.3g} mm"
-    return f"The depth jumps by up to {size}, first at sample {far[0] + 1}: samples are missing or in the wrong order."
-
-
-def _stops(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: float) -> list[str]:
-    """Notes on stops during the insertion, and on a force that rises while the depth stands."""
-    cycle = chosen.cycle
-    size = max(1, (cycle.withdrawal_start - cycle.start) // N_BLOCKS)
-    part = blocks(depth, force, cycle.start, cycle.withdrawal_start, size)
-    still = np.abs(np.diff(part.depth)) < REST_SHARE * float(np.ptp(depth))
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], still, [False])).astype(int)))
-    notes = []
-    for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        first, last = part.sample(a), min(part.sample(b + 1), cycle.withdrawal_start) - 1
-        if time[last] - time[first] >= MIN_STOP_S and depth[first] > chosen.contact.depth:
-            notes += [_rise(part, a, b, chosen.noise, peak), _pause(time, depth, first, last, cycle.stop)]
-    return notes
-
-
-def _rise(part: Blocks, first: int, last: int, noise: float, peak: float) -> str:
-    """A note on a force that rises over blocks in which the depth stands."""
-    rise = float(part.force[last] - part.force[first])
-    if rise < max(NOTED_SIGMA * noise, NOTED_SHARE * peak):
-        return ""
-    where = f"{1e3 * part.depth[first]:.4g} mm"
-    return (
-        f"The force rises by {rise:.3g} N while the depth stands at {where}: the depth is not that of the tip (a rig "
-        "that yields, or a signal that is not updated)."
-    )
-
-
-def _pause(time: np.ndarray, depth: np.ndarray, first: int, last: int, stop: int) -> str:
-    """A note on a stop before the deepest point."""
-    if last >= stop:
-        return ""
-    duration, where = f"{time[last] - time[first]:.2g} s", f"{1e3 * depth[first]:.4g} mm"
-    return f"The depth stands for {duration} at {where} during the insertion: a pause, or a motor that stalls."
-
-
-def _clipped(force: np.ndarray, step: float) -> str:
-    """A note on a force that stays at exactly its largest value, reached with a slope that would have passed it."""
-    top = float(force.max())
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], force == top, [False])).astype(int)))
-    lengths = edges[1::2] - edges[::2]
-    first, count = int(edges[2 * int(np.argmax(lengths))]), int(lengths.max())
-    before = force[max(first - count, 0) : first]
-    if min(count, len(before)) < MIN_CLIPPED or not step > 0.0:
-        return ""
-    if top - float(before[: max(len(before) // 4, 1)].mean()) < CLIPPED_STEPS * step / len(before) ** 0.5:
-        return ""
-    return f"The force stands at exactly its maximum of {top:.4g} N for {count} samples: the sensor may be saturated."
-
-
-def _drift(depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: float) -> str:
-    """A note on a force that differs between the start of the insertion and the end of the withdrawal, at one depth,
-    where the needle is free: in the tissue the two differ by the friction."""
-    if chosen.baseline is None:
-        return ""
-    cycle = chosen.cycle
-    near = depth <= depth[cycle.start] + SAME_DEPTH_SHARE * float(np.ptp(depth))
-    before = force[: cycle.stop][near[: cycle.stop]]
-    after = force[cycle.withdrawal_start : cycle.end][near[cycle.withdrawal_start : cycle.end]]
-    if not cycle.withdrawn or min(len(after), len(before)) < MIN_CLIPPED:
-        return ""
-    change = core.median(after) - core.median(before)
-    if abs(change) < max(NOTED_SIGMA * chosen.noise, NOTED_SHARE * peak):
-        return ""
-    share = f"{100.0 * abs(change) / peak:.0f} % of the range"
-    return f"Back at its first depth, the force differs by {change:.3g} N, {share}: the sensor drifts."

@@ -27,6 +27,7 @@ STARTS = np.linspace(0.05, 0.95, 5)  # [of the range of contacts]
 NODES, ROUNDS = 15, 5  # contacts of each law's profile, and times that they are narrowed to those with weight
 MAX_LOG_RATIO = 12.0  # a contact with less weight has none
 FITTED = 4.0  # that a fit takes from the residual: amplitude, zero, contact, shape
+MAX_HIDDEN = 0.5  # [of the indentation] before a force in steps shows a contact
 HELD = 1e-9  # [indentations] range of a contact that is held
 
 
@@ -44,12 +45,21 @@ class Found:
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Loading:
     """Means of depth and force (k,) over equal numbers of samples up to the puncture, and the range ``low`` to ``high``
-    [m] in which the force leaves its noise, whatever the law."""
+    [m] in which the force leaves its noise, whatever the law; the sensor gives the force in steps of ``step`` [N]."""
 
     depth: np.ndarray
     force: np.ndarray
     low: float
     high: float
+    step: float = 0.0
+
+    @property
+    def rounding(self) -> float:
+        """Long-run variance [N²] of the bins by rounding: the bins of one step share its error."""
+        if not self.step > 0.0:
+            return 0.0
+        steps = max(float(np.ptp(self.force)) / self.step, 1.0)
+        return self.step**2 / 12.0 * max(float(np.sum(self.depth > self.high)) / steps, 1.0)
 
     @property
     def indentation(self) -> float:
@@ -117,14 +127,18 @@ def loading_of(single: SegmentedRecording) -> Loading | None:
     touching = int(np.sum(depth > high))
     if touching < MIN_BINS or not depth[-1] > high > low:
         return None
+    deepest, step = float(depth.max()), single.force_step
     if single.events.baseline is None:
-        low = high - (float(depth.max()) - high)
+        low = high - (deepest - high)
+    if step > 0.0:  # up to half a step, a rising force reads as the zero
+        hidden = min(math.sqrt(0.5 * step / max(float(np.ptp(force)), step)), MAX_HIDDEN)
+        low = min(low, (low - hidden * deepest) / (1.0 - hidden))
     size = max(touching // BINS, 1)
     before = int(np.argmax(depth > low)) - 2 * BINS * size
     count = (len(depth) - max(before, 0)) // size
     first = len(depth) - count * size
     z, f = (values[first:].reshape(count, size).mean(axis=1) for values in (depth, force))
-    return Loading(depth=z, force=_straightened(f, size), low=low, high=high)
+    return Loading(depth=z, force=_straightened(f, size), low=low, high=high, step=step)
 
 
 def _straightened(mean: np.ndarray, size: int) -> np.ndarray:
@@ -148,7 +162,7 @@ def contact_interval(loading: Loading) -> tuple[float, float] | None:
     if not best:
         return None
     closest = min(best.values(), key=lambda found: found.squares).residual
-    noise = noise_of(closest, len(closest), 1, FITTED).long_run
+    noise = max(noise_of(closest, len(closest), 1, FITTED).long_run, loading.rounding)
     if not noise > 0.0:
         return None
     weights = {name: 1 - len(CURVES[name].units) - 0.5 * found.squares / noise for name, found in best.items()}

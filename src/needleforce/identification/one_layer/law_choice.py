@@ -30,7 +30,9 @@ def peak_of(single: SegmentedRecording, law: str) -> MeasuredPeak | None:
 def _measured_peak(single: SegmentedRecording, law: str) -> MeasuredPeak | None:
     events, strokes = single.events, single.strokes
     free = strokes.place_in(events.contact.low) if events.contact is not None else 0
-    return measured_peak(strokes, single.fits[law], events.punctures[0], single.recording.card.filter_length, free)
+    given = single.recording.card.filter_length, free
+    found = measured_peak(strokes, single.fits[law], events.punctures[0], *given)
+    return None if found is None else found.rounded(single.force_step)
 
 
 def match_of(single: SegmentedRecording, law: str) -> PunctureMatch | None:

@@ -2,7 +2,7 @@
 """The force at the puncture: measured, modelled, and whether the law meets the measured one."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,6 +33,10 @@ class MeasuredPeak:
     noise: float
     place: float
     zero: float
+
+    def rounded(self, step: float) -> "MeasuredPeak":
+        """The peak of a force that is given in steps [N]: it may be anywhere within one, and so may the zero."""
+        return replace(self, noise=math.hypot(self.noise, 0.5 * step), zero=math.hypot(self.zero, 0.5 * step))
 
     def estimate(self) -> Estimate:
         """``puncture_force`` with its interval."""

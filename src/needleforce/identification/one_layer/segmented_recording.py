@@ -3,11 +3,14 @@
 
 import dataclasses
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from ...recording import Recording
+from ...recording.force_signal import quantum_of
 from ...segmentation import Events, segment
+from ...segmentation.strokes import white_noise
 from ...vocabulary import Status
 from ..motion import DepthSignal
 from ..strokes import Strokes, strokes_of, undelayed_depth, usable_samples
@@ -41,6 +44,13 @@ class SegmentedRecording:
     timing: Timing = field(default_factory=Timing)
     drift: Drift = field(default_factory=Drift)
     free_after: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+
+    @cached_property
+    def force_step(self) -> float:
+        """The step [N] in which the sensor gives the force, where less noise than half of it leaves its rounding; 0
+        otherwise, as an average over such noise has no steps."""
+        step = quantum_of(self.recording.force)
+        return step if white_noise(self.recording.force) < 0.5 * step else 0.0
 
 
 def segmented(recording: Recording) -> SegmentedRecording:
