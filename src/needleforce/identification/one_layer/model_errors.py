@@ -26,6 +26,10 @@ DISAGREE = (
     "The surface may hold the shaft or rest on it, the tissue may be dragged along or differ over the depth: the "
     "intervals of friction and cutting force hold each of them."
 )
+ALONE = (
+    "Below the puncture the friction per length is {own} by the slope of the insertion, {together:.3g} N/m in the fit: "
+    "the intervals of friction and cutting force hold both."
+)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -95,7 +99,9 @@ def with_misfit_below(fit: CycleFit, strokes: Strokes) -> tuple[CycleFit, tuple[
     if not others:
         return fit, ()
     own = " and ".join(f"{part.own()[0][0]:.3g}" for part in parts)
-    sentence = DISAGREE.format(own=f"{own} N/m", together=fit.values["friction_per_length"])
+    sentence = (DISAGREE if len(parts) > 1 else ALONE).format(
+        own=f"{own} N/m", together=fit.values["friction_per_length"]
+    )
     return holding(fit, others), (sentence,)
 
 
