@@ -9,7 +9,7 @@ folder=build/fuzz
 chance=${2:-0}  # 0: another each time
 seeds=$folder/seeds
 mkdir -p $folder/corpus $folder/corpus_live $seeds
-# one input a line, its bytes as hexadecimal digits; the last five once broke a property
+# one input a line, its bytes as hexadecimal digits; the last five once broke a property, the six before them take NaN
 n=0
 sed 's/../\\x&/g' tests/proof/seeds.txt | while read -r seed; do printf %b "$seed" > "$seeds/$((n += 1))"; done
 # division by zero is defined for floating-point numbers; what comes of it is checked at every step
