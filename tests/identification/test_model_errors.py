@@ -59,7 +59,7 @@ def test_depths_hold_the_truth_behind_an_undeclared_filter_that_is_found():
 def test_friction_holds_the_truth_where_the_surface_grips_the_shaft():
     assert held("friction_per_length", FRICTION, grip=0.1) >= 0.9
     notes = nf.identify(cycle(0, grip=0.1)).recordings[0].notes
-    assert any("Insertion and withdrawal disagree" in note for note in notes)
+    assert any("Insertion and withdrawal disagree on where" in note and "surface may hold" in note for note in notes)
 
 
 def test_strokes_that_agree_are_not_said_to_disagree():

@@ -154,3 +154,15 @@ def test_a_model_off_the_measured_puncture_is_no_answer():
         assert any("meets the measured force" in warning for warning in fit.warnings)
     elif not fit.warnings[0].startswith("The model is layered"):
         assert fit.choice[0].puncture_ratio == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_touch_before_the_insertion_is_not_the_insertion():
+    """The needle touches the tissue, retreats into the air, then it is inserted: the strokes are those of that."""
+    touch = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=2e-3, hold=0.0, withdraw=True)
+    inserted = nf.Motion.insert(start=-2e-3, speed=3e-3, depth=9e-3, hold=1.0, withdraw=True)
+    runs = [nf.simulate(nf.preset("paper"), motion, rate=500.0) for motion in (touch, inserted)]
+    time = np.concatenate([runs[0].time, runs[0].time[-1] + 2e-3 + runs[1].time])
+    depth, force = (np.concatenate([getattr(run, name) for run in runs]) for name in ("depth", "force"))
+    force = force + np.random.default_rng(0).normal(0.0, 3e-3, len(force))
+    at = nf.identify(nf.Recording(time=time, depth=depth, force=force)).parameters["puncture_depth"]
+    assert at.low <= nf.preset("paper").layers[0].puncture.depth <= at.high

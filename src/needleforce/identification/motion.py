@@ -72,6 +72,26 @@ class DepthSignal:
         return core.dead_band(smooth, left * math.sqrt(2.0 * math.log(max(len(self.depth), 2))))
 
 
+def depths_between(depth: np.ndarray, first: int, last: int) -> tuple[float, float]:
+    """The least and the largest depth [m] that the samples ``first`` to ``last`` of (n,) depths may have.
+
+    A depth that is logged more slowly than the force, or in coarse steps, stands for several samples: meanwhile the
+    needle is anywhere between that value and the ones next to it.
+    """
+    low, high = first, last
+    if _stands(depth, first):
+        low = max(first - int(np.argmax(depth[first::-1] != depth[first])), 0) if depth[0] != depth[first] else 0
+    if _stands(depth, last):
+        high = last + int(np.argmax(depth[last:] != depth[last])) if depth[-1] != depth[last] else len(depth) - 1
+    between = depth[low : high + 1]
+    return float(between.min()), float(between.max())
+
+
+def _stands(depth: np.ndarray, sample: int) -> bool:
+    """Whether the depth of a sample is that of a neighbour too."""
+    return bool(np.count_nonzero(depth[max(sample - 1, 0) : sample + 2] == depth[sample]) > 1)
+
+
 def at_the_cut(depth: DepthSignal) -> np.ndarray:
     """True (n,) where an insertion's depth is the deepest so far, but for its noise."""
     return depth.depth >= depth.deepest - depth.backtrack_limit

@@ -151,8 +151,15 @@ def depth_before(recording: Recording, delay: float) -> np.ndarray:
     return recording.depth if delay == 0.0 else np.interp(recording.time - delay, recording.time, recording.depth)
 
 
+def own_spans(events: Events, phase: Phase) -> tuple[Span, ...]:
+    """Spans of a phase from the contact of the events on: an earlier insertion, such as a touch without puncture, is
+    not theirs."""
+    since = 0 if events.contact is None else events.contact.low
+    return tuple(span for span in events.spans(phase) if span.last > since)
+
+
 def _inwards(events: Events) -> slice:
-    spans = [*events.spans(Phase.deformation), *events.spans(Phase.insertion)]
+    spans = [*own_spans(events, Phase.deformation), *own_spans(events, Phase.insertion)]
     if not spans:
         return slice(0, 0)
     free = [span for span in events.spans(Phase.free) if span.last <= spans[0].first]
@@ -171,7 +178,7 @@ def _first_cycle_end(spans: list) -> int:
 
 
 def _outwards(events: Events) -> slice:
-    spans = events.spans(Phase.extraction)
+    spans = own_spans(events, Phase.extraction)
     if not spans:
         return slice(0, 0)
     after = [span for span in events.spans(Phase.free) if span.first >= spans[0].last]

@@ -6,6 +6,7 @@ A needle at rest in tissue that is withdrawn changes its force in the instant in
 The samples of white noise are independent; those behind an average of n samples are not, up to n - 1 samples apart.
 """
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -18,7 +19,7 @@ from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
 from .motion import DepthSignal, smoothed
 from .statistics.noise import TWO_SIDED, noise_of
-from .strokes import undelayed_depth
+from .strokes import own_spans, undelayed_depth
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
 MAX_LAG_S = 0.15  # [s]
@@ -71,8 +72,9 @@ def lag_of(recording: Recording, events: Events) -> Lag | None:
 
 
 def significant_lag(recording: Recording, events: Events, signal: DepthSignal) -> Lag | None:
-    """``lag_of`` if it is significant, otherwise None. No lag is outside both ways in which the force may follow if it
-    is inside the first, so that the second need not be looked at."""
+    """``lag_of`` if it is significant and a tip that unloads at once does not explain it, otherwise None. No lag is
+    outside both ways in which the force may follow if it is inside the first, so that the second need not be looked at.
+    """
     search = _search_of(recording, events, signal)
     if search is None:
         return None
@@ -80,7 +82,9 @@ def significant_lag(recording: Recording, events: Events, signal: DepthSignal) -
     if abs(first[0]) <= SIGNIFICANT * search.error(first[1]):
         return None
     lag = _between([first, search.best(linearly=False)], search)
-    return lag if lag is not None and lag.significant else None
+    if lag is None or not lag.significant:
+        return None
+    return None if lag.time < 0.0 and search.unloads_at_once(lag.time) else lag
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -103,16 +107,36 @@ class LagSearch:
 
     def best(self, *, linearly: bool) -> tuple[float, float]:
         """The lag [s] with the least sum of squares, and half the range of lags that the noise allows [s]."""
-        given = {"time": self.time, "force": self.force, "travel_time": self.travel_time, "travel": self.travel}
-        given |= {"stretches": self.stretches, "least": MIN_FOLLOWING, "linearly": linearly}
         lags = np.linspace(-MAX_LAG_S, MAX_LAG_S, 21)
         for _ in range(3):
-            squares = core.squares_by_lag(**given, lags=lags)
+            squares = self._squares(lags, linearly=linearly)
             best = int(np.argmin(squares))
             found, width = float(lags[best]), float(lags[1] - lags[0])
             allowed = lags[squares <= squares[best] * (1.0 + self.correlation / max(len(self.time) - 5, 1))]
             lags = found + np.linspace(-width, width, 9)
         return found, max(0.5 * float(np.ptp(allowed)), 0.5 * width)
+
+    def _squares(self, lags: np.ndarray, *, linearly: bool) -> np.ndarray:
+        given = {"time": self.time, "force": self.force, "travel_time": self.travel_time, "travel": self.travel}
+        given |= {"stretches": self.stretches, "least": MIN_FOLLOWING, "linearly": linearly}
+        return core.squares_by_lag(**given, lags=lags)
+
+    def unloads_at_once(self, lag: float) -> bool:
+        """Whether a force that follows in part at once explains the samples as well without a lag as one that follows
+        over one stretch with the ``lag`` [s]: the tip may unload over less travel than friction needs to reverse."""
+        travel = np.maximum(np.interp(self.time, self.travel_time, self.travel), 0.0)
+        back = np.arange(len(travel)) > np.flatnonzero(travel <= 0.0).max(initial=-1)
+        sudden = (back.astype(float), 1.0 - np.exp(-travel / self.stretches[0]))
+        base, lowest = [np.ones_like(travel), self.time - self.time.mean()], math.inf
+        for stretch in self.stretches[1:]:
+            followed = (1.0 - np.exp(-travel / stretch), np.minimum(travel / stretch, 1.0))
+            for first, follows in itertools.product(sudden, followed):
+                design = np.column_stack([*base, first, follows])
+                values = np.linalg.lstsq(design, self.force)[0]
+                if values[2] <= 0.0 and values[3] <= 0.0:
+                    lowest = min(lowest, float(np.sum((self.force - design @ values) ** 2)))
+        with_lag = min(float(self._squares(np.array([lag]), linearly=each)[0]) for each in (True, False))
+        return lowest <= with_lag * (1.0 + SIGNIFICANT**2 * self.correlation / max(len(self.time) - 5, 1))
 
 
 def _search_of(recording: Recording, events: Events, signal: DepthSignal) -> LagSearch | None:
@@ -151,7 +175,7 @@ def _between(found: list[tuple[float, float]], search: LagSearch) -> Lag | None:
 def _window(recording: Recording, events: Events) -> np.ndarray | None:
     """Samples of the last part of the hold, and of the withdrawal until the force has followed by most of its change:
     then the needle slides, and the force follows the embedded length. None without enough of either."""
-    outwards, time, force = events.spans(Phase.extraction), recording.time, recording.force
+    outwards, time, force = own_spans(events, Phase.extraction), recording.time, recording.force
     holds = [span for span in events.spans(Phase.hold) if outwards and span.last >= outwards[0].first]
     if not holds or holds[0].end - holds[0].start < BEFORE_S:
         return None

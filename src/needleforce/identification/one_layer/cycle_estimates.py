@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...errors import InputError
+from ..motion import depths_between
 from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, likely_punctures, noise_of, sandwich
 from .loading_curves import CURVES
 
@@ -163,8 +164,8 @@ class CycleEstimates:
         smear, depth = self.filter_length // 2, self.strokes[0]
         first, last = max(int(rows.min()) - 1 - smear, 0), min(int(rows.max()) + smear, len(depth) - 1)
         margin = TWO_SIDED * self.depth_noise
-        between = depth[first : last + 1]  # which noise may have in another order
-        low["puncture_depth"], high["puncture_depth"] = float(between.min()) - margin, float(between.max()) + margin
+        ends = depths_between(depth, first, last)
+        low["puncture_depth"], high["puncture_depth"] = ends[0] - margin, ends[1] + margin
         plain = sum(noise.count * noise.variance for noise in self.noises)
         long_run = sum(noise.count * noise.long_run for noise in self.noises)
         return CycleFit(

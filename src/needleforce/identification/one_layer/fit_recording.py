@@ -12,6 +12,7 @@ from ...errors import InputError
 from ...recording import Recording
 from ...segmentation import Events, Puncture
 from ...vocabulary import Status
+from ..motion import depths_between
 from ..statistics.noise import DriftEffect
 from ..strokes import Strokes, depth_before, filter_delay, strokes_of
 from .cycle_estimates import CycleFit
@@ -246,7 +247,8 @@ def _bracket(strokes: Strokes, puncture: Puncture) -> tuple[float, float]:
     """The depths [m] between which segmentation finds the puncture, with a margin of the travel of a few samples."""
     first, last = (min(strokes.place_in(k), len(strokes.depth_in) - 1) for k in (puncture.low, puncture.high))
     margin = max(WINDOW_MARGIN_M, WINDOW_MARGIN_SAMPLES * float(np.ptp(strokes.depth_in)) / len(strokes.depth_in))
-    return float(strokes.depth_in[first]) - margin, float(strokes.depth_in[last]) + margin
+    low, high = depths_between(strokes.depth_in, first, last)
+    return low - margin, high + margin
 
 
 def _within(fit: CycleFit, low: float, high: float) -> CycleFit:

@@ -26,6 +26,12 @@ DISAGREE = (
     "The surface may hold the shaft or rest on it, the tissue may be dragged along or differ over the depth: the "
     "intervals of friction and cutting force hold each of them."
 )
+ELSEWHERE = (
+    "Insertion and withdrawal disagree on where the friction begins: it is {own} by themselves and {together:.3g} "
+    "N/m from the contact depth on. The surface may hold the shaft or rest deeper, the tissue may be dragged "
+    "along, depth and force may not be of the same instant, or the depth may be in coarse steps: the intervals of "
+    "friction and cutting force hold each of them."
+)
 ALONE = (
     "Below the puncture the friction per length is {own} by the slope of the insertion, {together:.3g} N/m in the fit: "
     "the intervals of friction and cutting force hold both."
@@ -98,11 +104,18 @@ def with_misfit_below(fit: CycleFit, strokes: Strokes) -> tuple[CycleFit, tuple[
     others = _disagreeing(fit, parts)
     if not others:
         return fit, ()
-    own = " and ".join(f"{part.own()[0][0]:.3g}" for part in parts)
-    sentence = (DISAGREE if len(parts) > 1 else ALONE).format(
-        own=f"{own} N/m", together=fit.values["friction_per_length"]
-    )
-    return holding(fit, others), (sentence,)
+    return holding(fit, others), (_sentence(parts, fit.values["friction_per_length"]),)
+
+
+def _sentence(parts: list[Stroke], together: float) -> str:
+    """What disagrees: the strokes with each other, or both with the fit."""
+    own = [(float(values[0]), float(halves[0])) for values, halves in (part.own() for part in parts)]
+    words = " and ".join(f"{value:.3g}" for value, _ in own) + " N/m"
+    if len(own) < 2:
+        return ALONE.format(own=words, together=together)
+    (one, half), (other, width) = own
+    agree = abs(one - other) <= math.hypot(half, width)
+    return (ELSEWHERE if agree else DISAGREE).format(own=words, together=together)
 
 
 def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:

@@ -76,7 +76,8 @@ def _peak_at(strokes: Strokes, fit: CycleFit, end: int, at: float, noise: Noise)
     if first < 0 or not np.ptp(depth[first:end]) > 0.0:
         return None
     x, y = depth[first:end] - at, force[first:end]
-    curved = np.ptp(x) > MAX_STRAIGHT_WINDOW * fit.values["puncture_indentation"]
+    places = len(np.unique(x))  # a depth in coarse steps has few
+    curved = places > 3 and np.ptp(x) > MAX_STRAIGHT_WINDOW * fit.values["puncture_indentation"]
     design = np.vander(x / np.ptp(x), 3 if curved else 2)
     values = coefficients(design, y)
     # the puncture lies between samples: the growth of the force between them is not known
