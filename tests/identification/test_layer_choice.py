@@ -68,7 +68,8 @@ def test_parameters_of_a_layered_default_hold_the_truth(kept):
     contact, stiffness = fit.parameters["contact_depth"], fit.parameters["stiffness_coefficient"]
     friction, cutting = fit.parameters["friction_per_length"], fit.parameters["cutting_force"]
     assert fit.model.name == "identified_layered_yielding"
-    assert contact.low <= 0.0 <= contact.high and contact.high - contact.low < 0.2e-3
+    assert contact.low <= 0.0 <= contact.high
+    assert contact.high - contact.low < 0.5e-3  # over all loading laws; 0.7 to 2.9 mm in the layered fit
     assert stiffness.low <= truth <= stiffness.high
     layer = nf.preset("paper").layers[0]
     assert friction.low <= layer.friction.per_length <= friction.high
