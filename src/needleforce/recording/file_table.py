@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A table of a file of any format: headers, stated units, and columns of numbers that are read when they are used."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from .columns import Column
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FileTable:
+    """One table of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    headers : list of str
+        The name of each column.
+    read_column : callable
+        Index of a column -> (n,) float64, NaN where a value is missing; InputError for a column without numbers.
+    units : list of str
+        The unit that the file states for each column apart from its header, empty where it states none.
+    name : str
+        The name of the table in its file, such as a sheet; empty if the file has only one.
+    comments : list of (int, str)
+        What the file states about the table: line, and text such as ``filter_length: 10``.
+    sha256 : str
+        SHA-256 of the file.
+    row_name, first_row : str, int
+        How the rows are called in messages, and the number of the first.
+    """
+
+    path: Path
+    headers: list[str]
+    read_column: Callable[[int], np.ndarray]
+    units: list[str] = field(default_factory=list)
+    name: str = ""
+    comments: list[tuple[int, str]] = field(default_factory=list)
+    sha256: str = ""
+    row_name: str = "row"
+    first_row: int = 1
+
+    def place(self, row: int) -> str:
+        """The place of a row: file, table, and its number."""
+        return f"{self.path}{f', {self.name}' if self.name else ''}, {self.row_name} {self.first_row + row}"
+
+    def numbers(self, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
+        """The columns as (n,) float64, the file's SHA-256, and that every row has all its cells.
+
+        Columns of unequal length end with the last row in which any has a value. Raises InputError for a column that
+        holds no numbers.
+        """
+        found = {quantity: self._read(column) for quantity, column in columns.items()}
+        rows = max(map(len, found.values()), default=0)
+        return {quantity: _filled(values, rows) for quantity, values in found.items()}, self.sha256, True
+
+    def _read(self, column: Column) -> np.ndarray:
+        values = self.read_column(column.index)
+        if values.ndim != 1:
+            limit, step = "one value a row is needed", "Choose another column."
+            raise InputError(f"shape of {column.header!r}", values.shape, limit, str(self.path), step)
+        return np.asarray(values, dtype=float)
+
+
+def _filled(values: np.ndarray, rows: int) -> np.ndarray:
+    """The values with NaN up to ``rows``."""
+    return np.concatenate([values, np.full(rows - len(values), np.nan)]) if len(values) < rows else values

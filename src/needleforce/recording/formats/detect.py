@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The format of a file by its first bytes, independent of its name, and the module and extra that read it."""
+
+import os
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...errors import InputError
+from ...files import BAG, MCAP, open_regular
+
+if TYPE_CHECKING:
+    from ..file_table import FileTable
+
+_SEARCHED_BYTES = 1 << 16  # at either end of a zip archive, where the names of its parts are
+LABS = "needleforce[labs]"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Format:
+    """A format: its name in words, the module in this folder that has its ``tables(path)``, and the extra that it
+    needs, if any; ``log`` for messages with topics; ``advice`` for a format that is recognised and not read."""
+
+    name: str
+    module: str = ""
+    extra: str = ""
+    log: bool = False
+    advice: str = ""
+
+
+TEXT = Format(name="text", module="text")
+ROS2_BAG = Format(name="a ROS 2 bag", log=True)
+# first bytes -> format
+_BY_START = {
+    MCAP: Format(name="MCAP", log=True),
+    b"#ROSBAG": Format(name="a ROS 1 bag", log=True),
+    b"PAR1": Format(name="Parquet", module="parquet", extra="needleforce[parquet]"),
+    b"\xd0\xcf\x11\xe0": Format(name="an Excel workbook (xls)", module="excel", extra=LABS),
+    b"\x89HDF": Format(name="HDF5", module="hdf5", extra=LABS),
+    b"MATLAB 5.0": Format(name="MATLAB 5", module="matlab"),
+    b"MATLAB 7.3": Format(name="MATLAB 7.3", module="hdf5", extra=LABS),
+    b"TDSm": Format(name="TDMS", module="tdms", extra=LABS),
+    b"\x93NUMPY": Format(name="NumPy (npy)", module="numpy_arrays"),
+    b"SQLite format 3": Format(name="a database", advice="If it is of a ROS 2 bag, name the bag's folder."),
+}
+# a part of a zip archive -> format
+_ZIPPED = {
+    b"xl/workbook": Format(name="an Excel workbook (xlsx)", module="excel", extra=LABS),
+    b".npy": Format(name="NumPy (npz)", module="numpy_arrays"),
+}
+_ZIP = b"PK\x03\x04"
+
+
+def format_of(path: Path) -> Format:
+    """The format of a file or of the folder of a bag; ``TEXT`` for a file that cannot be read or has no known mark.
+
+    JSON lines have no mark and begin with a brace.
+    """
+    try:
+        if (path / BAG).is_file():
+            return ROS2_BAG
+        with open_regular(path) as file:
+            start = file.read(_SEARCHED_BYTES)
+            if start.startswith(_ZIP):
+                file.seek(max(0, os.fstat(file.fileno()).st_size - _SEARCHED_BYTES))
+                return _zipped(start, file.read(_SEARCHED_BYTES))
+    except (OSError, ValueError):  # InputError is a ValueError
+        return TEXT
+    found = next((each for mark, each in _BY_START.items() if start.startswith(mark)), None)
+    if found is None and start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith((b"{", b"[{")):
+        return Format(name="JSON", module="json_lines")
+    return found or TEXT
+
+
+def _zipped(start: bytes, end: bytes) -> Format:
+    archive = Format(name="a zip archive", advice="Unpack it, and name the recording in it.")
+    return next((each for part, each in _ZIPPED.items() if part in start or part in end), archive)
+
+
+def tables_of(path: Path) -> "list[FileTable]":
+    """The tables of a file that is not a log, in the order of the file.
+
+    Raises InputError for a format that is recognised and not read, a missing extra, and a damaged file.
+    """
+    found = format_of(path)
+    if not found.module:
+        raise InputError("file", found.name, "a table of numbers is needed", str(path), found.advice)
+    try:
+        return import_module(f".{found.module}", __package__).tables(path)
+    except ImportError as error:
+        limit = f"reading {found.name} needs the package {error.name}"
+        step = f'Install it with pip install "{found.extra}".'
+        raise InputError(f"package {error.name}", "missing", limit, str(path), step) from None
