@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files: bounded reading of regular files only, atomic writing, TOML and XML that cannot exhaust memory or time, text
-cells that no spreadsheet evaluates, and the format of a file by its first bytes, independent of its name."""
+"""Files: bounded reading of regular files only, atomic writing, TOML and XML that cannot exhaust memory or time, and
+text cells that no spreadsheet evaluates."""
 
 import math
 import os
@@ -27,7 +27,6 @@ MAX_RESULT_BYTES = 1 << 23
 MCAP = b"\x89MCAP0\r\n"  # https://mcap.dev/spec
 BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
 _BOM = b"\xef\xbb\xbf"  # byte order mark that some editors write before UTF-8
-_MAGIC = {MCAP: "log", b"PAR1": "parquet"}
 _KINDS = {stat.S_ISDIR: "a folder", stat.S_ISFIFO: "a pipe", stat.S_ISSOCK: "a socket"}  # the others are devices
 _OPEN = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
 _CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
@@ -265,18 +264,3 @@ def json_safe(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return json_safe(value.tolist()) if hasattr(value, "tolist") else value
-
-
-def format_of(path: Path) -> str:
-    """``log`` for MCAP and for the folder of a ROS 2 bag, ``parquet``, otherwise ``text``.
-
-    A file that cannot be read counts as ``text``; the text reader then reports the reason.
-    """
-    try:
-        if (path / BAG).is_file():
-            return "log"
-        with open_regular(path) as file:
-            start = file.read(8)
-    except (OSError, ValueError):  # InputError is a ValueError
-        return "text"
-    return next((name for magic, name in _MAGIC.items() if start.startswith(magic)), "text")

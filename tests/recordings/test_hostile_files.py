@@ -96,7 +96,7 @@ def test_parquet_that_expands_to_gigabytes_is_refused(tmp_path):
 
 def test_the_sizes_of_pages_are_those_that_were_written(tmp_path):
     pyarrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
-    from needleforce.recording.parquet_table import open_parquet, page_sizes
+    from needleforce.recording.formats.parquet import open_parquet, page_sizes
 
     values = np.random.default_rng(1).normal(size=300_000)
     for version in ("1.0", "2.0"):

@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..recording import read
 from ..segmentation.strokes import cycles
 from .condition import LoadedFile, condition
-from .folder_files import File, data_format, find_files, other_files
+from .folder_files import File, find_files, other_files
 from .labels import REPEATS, Label, grouped, inferred, label_files
 from .outliers import wrong_labels
 from .recording_result import INVALIDATING, Anomaly, RecordingResult
@@ -153,8 +153,7 @@ def _load(label: Label, options: dict[str, Any]) -> LoadedFile:
     try:
         return LoadedFile(label, read(label.file.path, **options))
     except (InputError, OSError) as error:
-        form = data_format(label.file.path)
-        return LoadedFile(label, None, f"{error} It is {form}." if form else str(error))
+        return LoadedFile(label, None, str(error))
 
 
 def _with_wrong_labels(conditions: list[Condition]) -> list[Condition]:

@@ -9,21 +9,10 @@ from pathlib import Path
 from typing import NoReturn
 
 from ..errors import InputError
-from ..files import file_name, open_regular
+from ..files import file_name
+from ..recording.formats.detect import ARCHIVE, JSON, TEXT, format_of
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
-_MAX_SEARCHED_BYTES = 1 << 16  # at either end of a zip archive, where the names of its parts are
-# first bytes of formats that hold recordings and are not read
-_FORMATS = {
-    b"\xd0\xcf\x11\xe0": "an old Office file, such as an Excel sheet (xls)",
-    b"\x89HDF": "an HDF5 or MATLAB 7.3 file",
-    b"MATLAB 5.0": "a MATLAB file",
-    b"TDSm": "a LabVIEW file (TDMS)",
-    b"\x93NUMPY": "a NumPy file (npy)",
-    b"#ROSBAG": "a ROS 1 bag",
-    b"SQLite format 3": "a database, such as a ROS 2 bag without its folder",
-}
-_ZIPPED = {b"xl/workbook": "an Excel workbook (xlsx)", b".npy": "a NumPy archive (npz)"}
 
 
 @dataclass(frozen=True, order=True)
@@ -49,20 +38,6 @@ def other_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> list
     return _split(source)[1]
 
 
-def data_format(path: Path) -> str:
-    """The format of a file that holds recordings but is not read, in words; empty for any other file."""
-    try:
-        with open_regular(path) as file:
-            start = file.read(_MAX_SEARCHED_BYTES)
-            file.seek(max(0, os.fstat(file.fileno()).st_size - _MAX_SEARCHED_BYTES))
-            end = file.read(_MAX_SEARCHED_BYTES)
-    except (OSError, InputError):
-        return ""
-    if start.startswith(b"PK\x03\x04"):
-        return next((name for part, name in _ZIPPED.items() if part in start or part in end), "")
-    return next((name for magic, name in _FORMATS.items() if start.startswith(magic)), "")
-
-
 def _split(source: str | os.PathLike | Iterable[str | os.PathLike]) -> tuple[list[File], list[File]]:
     given = [source] if isinstance(source, str | os.PathLike) else list(source)
     found: dict[Path, bool] = {}
@@ -73,7 +48,7 @@ def _split(source: str | os.PathLike | Iterable[str | os.PathLike]) -> tuple[lis
     if not found:
         raise InputError("source", "empty", "no file to identify", next_step="Give a folder, a glob or files.")
     common = Path(os.path.commonpath([path.parent for path in found]))
-    used = {path: known or bool(data_format(path)) for path, known in found.items()}
+    used = {path: known or format_of(path) not in (TEXT, JSON, ARCHIVE) for path, known in found.items()}
     named = {path: File(file_name(path.relative_to(common).as_posix()), path) for path in found}
     return tuple(sorted(named[path] for path in found if used[path] is wanted) for wanted in (True, False))
 

@@ -15,7 +15,7 @@ from ..display.tables import blocks, text_list, text_table
 from ..files import atomic_write, csv_text, json_safe
 from ..identification.estimates import Estimate, Quality
 from ..models.model import Model
-from ..recording.parquet_table import pyarrow_for
+from ..recording.formats.parquet import pyarrow_for
 from .labels import COLUMNS
 from .recording_result import RecordingResult
 from .summary import Trace

@@ -60,7 +60,13 @@ class FileTable:
         return {quantity: _filled(values, rows) for quantity, values in found.items()}, self.sha256, True
 
     def _read(self, column: Column) -> np.ndarray:
-        values = self.read_column(column.index)
+        try:
+            values = self.read_column(column.index)
+        except InputError as error:
+            if error.quantity != f"column {column.header!r}":
+                raise
+            quantity = f"{column.quantity} ({error.quantity})"
+            raise InputError(quantity, error.value, error.limit, error.place, error.next_step) from error
         if values.ndim != 1:
             limit, step = "one value a row is needed", "Choose another column."
             raise InputError(f"shape of {column.header!r}", values.shape, limit, str(self.path), step)

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..files import format_of
 from .card import Preamble
-from .parquet_table import open_parquet
+from .file_table import FileTable
+from .formats.detect import TEXT, format_of, tables_of
 from .recording import Note, derivative
 from .stream import Stream, constant_depth, read_stream
-from .text_layout import find_layout
+from .text_layout import Layout, find_layout
 from .timestamps import timing_notes
 
 INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
@@ -137,6 +137,18 @@ def _start_depth(given: float | None, preamble: Preamble, place: str) -> float:
     return float(start)
 
 
+def layout_of(path: Path) -> Layout | FileTable:
+    """The one table of a file that is not a log. Raises InputError for a file that cannot be read as one table."""
+    if format_of(path) == TEXT:
+        return find_layout(path)
+    found = tables_of(path)
+    if len(found) != 1:
+        names = ", ".join(repr(table.name) for table in found[:8])
+        step = "Save the one to be read in a file of its own."
+        raise InputError("number of tables", len(found), f"one is read; the file has {names}", str(path), step)
+    return found[0]
+
+
 def join(
     main: Stream,
     path: Path,
@@ -147,7 +159,7 @@ def join(
     inwards: float,
 ) -> None:
     """Interpolate depth and velocity of a second file onto the clock of the first."""
-    layout = open_parquet(path) if format_of(path) == "parquet" else find_layout(path)
+    layout = layout_of(path)
     wanted = ("time", "depth", "velocity")
     other = read_stream(layout, wanted, _of_motion(columns), _of_motion(units), of_main(units))
     put_motion(main, other, start_depth, Preamble(layout.comments, other.place), inwards)

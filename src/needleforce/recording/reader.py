@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from ..files import format_of
 from .card import Preamble, check_filter_length
 from .columns import AXES, NamedColumns
+from .file_table import FileTable
 from .force_signal import glitch_notes, remove_bias
-from .joining import INWARDS, check_direction, join, of_main, put_motion, settle_motion
-from .parquet_table import ParquetLayout, open_parquet
+from .formats.detect import format_of
+from .joining import INWARDS, check_direction, join, layout_of, of_main, put_motion, settle_motion
 from .recording import Recording
 from .stream import Stream, read_stream
-from .text_layout import Layout, find_layout
+from .text_layout import Layout
 from .timestamps import timing_notes
 
 
@@ -97,26 +97,19 @@ def read_columns(
 
 
 def _reader(path: Path) -> Callable[..., Recording]:
-    match format_of(path):
-        case "log":
-            from .log.to_recording import read_recording
+    if format_of(path).log:
+        from .log.to_recording import read_recording
 
-            return read_recording
-        case "parquet":
-            return _read_parquet
-    return _read_text
+        return read_recording
+    return _read_file
 
 
-def _read_text(path: str | os.PathLike, **options: Any) -> Recording:
-    return _read_table(find_layout(Path(path)), **options)
-
-
-def _read_parquet(path: str | os.PathLike, **options: Any) -> Recording:
-    return _read_table(open_parquet(Path(path)), **options)
+def _read_file(path: str | os.PathLike, **options: Any) -> Recording:
+    return _read_table(layout_of(Path(path)), **options)
 
 
 def _read_table(
-    layout: Layout | ParquetLayout | NamedColumns,
+    layout: Layout | FileTable | NamedColumns,
     *,
     columns: Mapping[str, str] | None,
     units: Mapping[str, str] | None,
@@ -167,19 +160,10 @@ def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) ->
 
 def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:
     """The entries with these ``keys`` in the card of a file of any format. Raises InputError if it cannot be read."""
-    match format_of(path):
-        case "log" if path.is_file():
-            from .log.reader import card_and_end
+    if format_of(path).log:
+        from .log.reader import card_and_end
 
-            card = card_and_end(path)[0]
-            return {key: card[key] for key in keys if card.get(key)}
-        case "log":  # the folder of a bag has no card
-            return {}
-        case "parquet":
-            from .parquet_table import open_parquet
-
-            comments = open_parquet(path).comments
-        case _:
-            comments = find_layout(path).comments
-    preamble = Preamble(comments, str(path))
+        card = card_and_end(path)[0] if path.is_file() else {}  # the folder of a bag has no card
+        return {key: card[key] for key in keys if card.get(key)}
+    preamble = Preamble(layout_of(path).comments, str(path))
     return {key: preamble.text(key) for key in keys if preamble.text(key)}

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import InputError
 from ..files import file_name
 from .columns import Column, choose, dimension, missing
-from .parquet_table import ParquetLayout
+from .file_table import FileTable
 from .recording import Note
 from .table import MAX_MISSING_SHARE, Table, drop_incomplete, load
 from .text_layout import Layout
@@ -98,7 +98,7 @@ class Stream:
 
 
 def read_stream(
-    layout: Layout | ParquetLayout,
+    layout: Layout | FileTable,
     wanted: tuple[str, ...],
     columns: Mapping[str, str],
     units: Mapping[str, str],
@@ -165,7 +165,7 @@ def constant_depth(quantity: str, value: float, place: str) -> InputError:
     )
 
 
-def _required(chosen: dict[str, Column], wanted: tuple[str, ...], layout: Layout | ParquetLayout) -> tuple[str, ...]:
+def _required(chosen: dict[str, Column], wanted: tuple[str, ...], layout: Layout | FileTable) -> tuple[str, ...]:
     moving = "depth" if "depth" in chosen or "velocity" not in chosen else "velocity"
     required = tuple(q for q in ("time", "force", moving) if q in wanted)
     for quantity in required:

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import InputError
 from ..files import MAX_SAMPLES, open_regular
 from .columns import Column
-from .parquet_table import ParquetLayout
+from .file_table import FileTable
 from .recording import Note
 from .text_layout import WHITESPACE, Layout
 
@@ -194,7 +194,7 @@ class Table:
     """The used columns as (n,) float64 arrays in the file's units; ``rows`` are their row numbers in the file, None
     if no row was left out."""
 
-    layout: Layout | ParquetLayout
+    layout: Layout | FileTable
     columns: dict[str, Column]
     values: dict[str, np.ndarray]
     notes: list[Note] = field(default_factory=list)
@@ -211,7 +211,7 @@ class Table:
         self.values = {quantity: values[mask] for quantity, values in self.values.items()}
 
 
-def load(layout: Layout | ParquetLayout, columns: dict[str, Column]) -> tuple[Table, bool, bool]:
+def load(layout: Layout | FileTable, columns: dict[str, Column]) -> tuple[Table, bool, bool]:
     """Read the columns: the table, whether no value is missing, and whether its last line is truncated.
 
     Raises InputError for text and for a wrong number of cells.

@@ -12,7 +12,7 @@ from ..files import atomic_write
 from ..units import symbols
 from .card import card_lines
 from .columns import QUANTITIES, dimension
-from .parquet_table import CARD, pyarrow_for
+from .formats.parquet import CARD, pyarrow_for
 from .recording import Card, Note, Recording
 
 _BLOCK_ROWS = 10_000

@@ -30,6 +30,8 @@ class Format:
 
 
 TEXT = Format(name="text", module="text")
+JSON = Format(name="JSON", module="json_lines")
+ARCHIVE = Format(name="a zip archive", advice="Unpack it, and name the recording in it.")
 ROS2_BAG = Format(name="a ROS 2 bag", log=True)
 # first bytes -> format
 _BY_START = {
@@ -40,7 +42,7 @@ _BY_START = {
     b"\x89HDF": Format(name="HDF5", module="hdf5", extra=LABS),
     b"MATLAB 5.0": Format(name="MATLAB 5", module="matlab"),
     b"MATLAB 7.3": Format(name="MATLAB 7.3", module="hdf5", extra=LABS),
-    b"TDSm": Format(name="TDMS", module="tdms", extra=LABS),
+    b"TDSm": Format(name="TDMS (LabVIEW)", module="tdms", extra=LABS),
     b"\x93NUMPY": Format(name="NumPy (npy)", module="numpy_arrays"),
     b"SQLite format 3": Format(name="a database", advice="If it is of a ROS 2 bag, name the bag's folder."),
 }
@@ -69,13 +71,12 @@ def format_of(path: Path) -> Format:
         return TEXT
     found = next((each for mark, each in _BY_START.items() if start.startswith(mark)), None)
     if found is None and start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith((b"{", b"[{")):
-        return Format(name="JSON", module="json_lines")
+        return JSON
     return found or TEXT
 
 
 def _zipped(start: bytes, end: bytes) -> Format:
-    archive = Format(name="a zip archive", advice="Unpack it, and name the recording in it.")
-    return next((each for part, each in _ZIPPED.items() if part in start or part in end), archive)
+    return next((each for part, each in _ZIPPED.items() if part in start or part in end), ARCHIVE)
 
 
 def tables_of(path: Path) -> "list[FileTable]":

@@ -1,20 +1,21 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A Parquet file as a table: its headers, its card, and the values of the used columns."""
+"""Parquet by pyarrow: a file is one table, with its card and the values of the used columns."""
 
 import hashlib
 import os
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
-from ..files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
-from .columns import Column, split
+from ...errors import InputError
+from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
+from ..columns import split
+from ..file_table import FileTable
 
 EXTRA = "needleforce[parquet]"
 CARD = b"needleforce.card"  # the key of the card's lines in the file's metadata
@@ -43,9 +44,23 @@ def pyarrow_for(path: str | os.PathLike) -> ModuleType:
     return pyarrow
 
 
+def tables(path: Path) -> list[FileTable]:
+    """The one table of a Parquet file. Raises InputError as ``open_parquet``."""
+    opened = open_parquet(path)
+    return [
+        FileTable(
+            path=path,
+            headers=opened.headers,
+            read_column=opened.read_column,
+            comments=opened.comments,
+            sha256=opened.sha256,
+        )
+    ]
+
+
 @dataclass(frozen=True, kw_only=True)
-class ParquetLayout:
-    """An open Parquet file, with the interface of ``Layout``; ``comments`` are the card's lines with their numbers."""
+class ParquetFile:
+    """An open Parquet file; ``comments`` are the card's lines with their numbers."""
 
     path: Path
     headers: list[str]
@@ -54,22 +69,17 @@ class ParquetLayout:
     file: Any
     content: bytes
     groups: list
+    read: set[bytes] = field(default_factory=set)
 
-    def place(self, row: int) -> str:
-        """The place of a row: file and row number from 1."""
-        return f"{self.path}, row {row + 1}"
-
-    def numbers(self, columns: dict[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
-        """The columns as (n,) float64, NaN for nulls; the file's SHA-256; True, because every row has all its cells.
-
-        Raises InputError for a column that does not contain numbers, and for a damaged file.
-        """
-        names = {quantity: self.file.schema_arrow.names[column.index] for quantity, column in columns.items()}
+    def read_column(self, index: int) -> np.ndarray:
+        """A column as (n,) float64, NaN for nulls. Raises InputError for one without numbers and for damage."""
+        name = self.file.schema_arrow.names[index]
         with _as_input_error(self.path):
-            self._check_pages({name.encode() for name in names.values()})
-            table = self._table(list(names.values()))
-            found = {quantity: table.column(table.schema.get_field_index(name)) for quantity, name in names.items()}
-        return {q: self._numbers(values, columns[q]) for q, values in found.items()}, self.sha256, True
+            self.read.add(name.encode())  # columns that were read before are still in memory
+            self._check_pages(self.read)
+            table, nth = self._table([name]), self.file.schema_arrow.names[:index].count(name)
+            values = table.column(table.schema.get_all_field_indices(name)[nth])
+        return self._numbers(values, self.headers[index])
 
     def _table(self, names: list[str]) -> Any:
         """The columns, read in batches: their sizes as stated may be wrong."""
@@ -102,17 +112,15 @@ class ParquetLayout:
             value = f"{max(size, page) >> 20} MiB"
             raise InputError("unpacked size", value, limits, str(self.path), "Check that it is a recording.")
 
-    def _numbers(self, values: Any, column: Column) -> np.ndarray:
+    def _numbers(self, values: Any, header: str) -> np.ndarray:
         from pyarrow import float64, int64, types
 
         kind = values.type
         counts = types.is_temporal(kind) and hasattr(kind, "unit")
         if not (counts or types.is_integer(kind) or types.is_floating(kind)):
             limit = "a column of numbers is needed"
-            quantity = f"{column.quantity} (column {column.header!r})"
-            raise InputError(
-                quantity, f"of type {str(kind)[:_MESSAGE_CHARS]}", limit, str(self.path), "Convert the column."
-            )
+            value = f"of type {str(kind)[:_MESSAGE_CHARS]}"
+            raise InputError(f"column {header!r}", value, limit, str(self.path), "Convert the column.")
         with _as_input_error(self.path):
             if counts:
                 values = values.cast(int64() if kind.bit_width == 64 else "int32").cast(int64())
@@ -120,7 +128,7 @@ class ParquetLayout:
         return numbers / _PER_SECOND[kind.unit] if counts else np.array(numbers)  # pyarrow's own is read-only
 
 
-def open_parquet(path: Path) -> ParquetLayout:
+def open_parquet(path: Path) -> ParquetFile:
     """Open a Parquet file. Raises InputError if it is damaged or has no rows, or if pyarrow is missing."""
     pyarrow, data = pyarrow_for(path), read_bytes(path, "file", MAX_RECORDING_BYTES)
     groups = _row_groups(data, path)
@@ -135,7 +143,7 @@ def open_parquet(path: Path) -> ParquetLayout:
         limit = f"at most {_MAX_COLUMNS} can be read"
         raise InputError("number of columns", len(fields), limit, str(path), "Save fewer columns.")
     comments = [(number, line.removeprefix("# ")) for number, line in enumerate(lines, 1) if line]
-    return ParquetLayout(
+    return ParquetFile(
         path=path,
         headers=[_header(field) for field in fields],
         comments=comments,
