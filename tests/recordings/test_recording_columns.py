@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
+from pathlib import Path
+
 import pytest
 
-from needleforce.recording.columns import AXES, choose, split
+from needleforce.recording.columns import Headers, choose
+from needleforce.recording.quantities import AXES, split
 
 ALL = ("time", "depth", "velocity", "force", *AXES)
 
@@ -36,14 +39,15 @@ def test_a_header_is_a_name_and_a_unit(header, name, unit):
     ],
 )
 def test_common_headers_are_recognised(headers, found):
-    chosen = choose(headers.split(","), ALL, {}, "")
+    chosen = choose(Headers(Path("x"), headers.split(",")), ALL, {})
     assert {quantity: column.index for quantity, column in chosen.items()} == found
 
 
 def test_given_headers_override_recognised_ones():
-    chosen = choose(["time", "fz", "load", "pz"], ALL, {"force": "load"}, "")
+    chosen = choose(Headers(Path("x"), ["time", "fz", "load", "pz"]), ALL, {"force": "load"})
     assert chosen["force"].index == 2
 
 
 def test_a_header_can_be_given_without_its_unit():
-    assert choose(["time", "tip position [um]"], ALL, {"depth": "Tip position"}, "")["depth"].unit == "um"
+    headers = Headers(Path("x"), ["time", "tip position [um]"])
+    assert choose(headers, ALL, {"depth": "Tip position"})["depth"].unit == "um"

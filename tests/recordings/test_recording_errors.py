@@ -32,9 +32,10 @@ def with_values(**values):
         (GOOD[0] + "\n", "run.csv: number of samples is 0, the file ends after its header"),
         (GOOD[0] + "\n" + GOOD[1] + "\n", "number of samples is 1, at least 2 are needed"),
         (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "run.csv: file is binary.*Export the recording as CSV"),
-        (GOOD[0].encode("utf-16"), "file is binary.*UTF-8"),
-        ("\n".join(GOOD[1:]), "header is missing, the first line contains numbers: '0.0,-0.005.*time_s,depth_mm"),
-        ("force_N\n1\n2\n", "number of columns is 1, time, depth and force are needed"),
+        (GOOD[0].encode("utf-16"), "run.csv: number of samples is 0, the file ends after its header"),
+        ("\n".join(GOOD[1:]), "no column holds the time and the force and the depth, the file has no header; its first "
+                              "row is 0.0, -0.005.*--column time=NAME --column force=NAME --column depth=NAME.*number"),
+        ("force_N\n1\n2\n", "no column holds the time and the depth, the columns are 'force_N'.*--rate-hz.*--step-um"),
         (changed(7, "0.1,abc,0.0"), r"run.csv, line 7: depth \(column 'depth_m'\) is 'abc', a number is needed"),
         (changed(7, "0.1,-0.005"), "run.csv, line 7: number of cells is 2, the header has 3.*Correct or remove"),
         (changed(7, "0.1,-0.005,0.0,5"), "run.csv, line 7: number of cells is 4, the header has 3"),
@@ -42,8 +43,6 @@ def with_values(**values):
         (changed(7, "0.1,-0.005,inf"), r"line 7: force \(column 'force_N'\) is infinite, in 1 rows"),
         (changed(4, "-3.0,-0.005,0"), "line 4: time is -3 after 0.02, it must not decrease.*1 times"),
         (with_values(depth_m=0 * DEPTH + 2), r"depth \(column 'depth_m'\) is constant at 2, the needle must move"),
-        (with_values(depth_m=-DEPTH), "depth is decreasing from 0.005 to -0.02 m while the force grows by 0.[78].* N.*"
-                                      "give --depth-inwards decreasing"),
         (text({"time_s": TIME, "depth_m": DEPTH}), "no column holds the force.*'depth_m'.*--column force=NAME"),
         (text({"time_s": TIME, "fz": FORCE}), "no column holds the depth.*--column depth=NAME, or .*--motion FILE"),
         (with_values(fz=FORCE), "force is ambiguous, 'force_N' and 'fz' match.*--column force=force_N"),
@@ -128,10 +127,30 @@ def test_a_withdrawal_only_is_not_a_reversed_insertion(file):
     assert run.velocity[10] == pytest.approx(-2e-3)
 
 
-def test_a_reversed_force_is_noted_and_corrected_by_its_unit(file):
+@pytest.mark.parametrize("depth, force", [(1, -1), (-1, 1), (-1, -1), (1, 1)])
+@pytest.mark.parametrize("rows", [slice(None), slice(625)], ids=["cycle", "insertion"])
+def test_reversed_signs_are_recognised_and_reported(file, depth, force, rows):
+    columns = {"time_s": TIME[rows], "depth_m": depth * DEPTH[rows], "force_N": force * FORCE[rows]}
+    run = read(file(text(columns)))
+    np.testing.assert_array_equal(run.depth, DEPTH[rows])
+    np.testing.assert_array_equal(run.force, FORCE[rows])
+    sentences = " ".join(run.card.assumptions)
+    assert ("depth decreases while" in sentences, "the force falls while" in sentences) == (depth < 0, force < 0)
+
+
+def test_a_given_sign_is_believed(file):
     path = file(with_values(force_N=-FORCE))
-    assert any(note.kind == "sign" and "--unit force=-N" in note.message for note in read(path).notes)
+    np.testing.assert_array_equal(read(path, units={"force": "+N"}).force, -FORCE)
     np.testing.assert_array_equal(read(path, units={"force": "-N"}).force, FORCE)
+    np.testing.assert_array_equal(read(file(with_values(depth_m=-DEPTH)), inwards="increasing").depth, -DEPTH)
+
+
+def test_noise_shows_no_sign(file):
+    """A needle in air: the work of noise alone is as often against the motion as with it."""
+    for seed in range(100):
+        force = np.random.default_rng(seed).normal(0.0, 4e-3, len(TIME))
+        run = read(file(with_values(force_N=force)), baseline=False)
+        np.testing.assert_array_equal(run.force, force)
 
 
 def test_a_pipe_is_refused_without_blocking(tmp_path):

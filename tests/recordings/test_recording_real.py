@@ -46,9 +46,10 @@ def test_a_static_recording_has_constant_depth(recordings):
         read(path)
 
 
-def test_a_cone_on_a_gel_needs_its_direction(recordings):
+def test_the_direction_of_a_cone_on_a_gel_is_recognised(recordings):
     path = recordings / "afm-cone-indentation" / "spot3-0192.csv"
-    with pytest.raises(InputError, match="--depth-inwards decreasing"):
-        read(path, columns={"depth": "tip_position_m"})
-    run = read(path, columns={"depth": "tip_position_m"}, inwards="decreasing")
+    run = read(path, columns={"depth": "tip_position_m"})
+    assert any("depth decreases while" in sentence for sentence in run.card.assumptions)
+    given = read(path, columns={"depth": "tip_position_m"}, inwards="decreasing")
+    np.testing.assert_array_equal(run.depth, given.depth)
     assert len(run) == 4000 and run.rate == pytest.approx(2000.0)

@@ -50,8 +50,9 @@ def run():
 
 def test_the_file_is_plain(run, tmp_path):
     lines = write(run, tmp_path / "run.csv").read_bytes().split(b"\n")
-    assert lines[:3] == [b"# needle: 18 G", b"time_s,depth_m,velocity_m_s,force_N", b"0.0,0.0,0.001,0.0"]
-    assert lines[3] == b"0.01,1e-05,0.001,0.0033333333333333335"
+    assert lines[0] == b"# signs: depth increases inwards, force is positive against insertion"
+    assert lines[1:4] == [b"# needle: 18 G", b"time_s,depth_m,velocity_m_s,force_N", b"0.0,0.0,0.001,0.0"]
+    assert lines[4] == b"0.01,1e-05,0.001,0.0033333333333333335"
 
 
 def test_same_data_give_same_bytes(run, tmp_path):

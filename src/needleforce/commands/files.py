@@ -50,7 +50,7 @@ def read_all(
 
 def check_usage(options: dict) -> None:
     """Check the options that apply to every file; an error is wrong usage, not an unreadable file."""
-    from ..recording.columns import QUANTITIES, dimension
+    from ..recording.quantities import QUANTITIES, dimension
     from ..units import parse
 
     known = {*QUANTITIES, *(f"motion.{quantity}" for quantity in ("time", "depth", "velocity"))}
@@ -61,7 +61,7 @@ def check_usage(options: dict) -> None:
                 raise InputError(f"quantity of --{option.removesuffix('s')}", repr(quantity), limit)
     for quantity, unit in options["units"].items():
         parse(unit, dimension(quantity.removeprefix("motion.")), quantity)
-    if options["inwards"] not in ("increasing", "decreasing"):
+    if options.get("inwards") not in (None, "increasing", "decreasing"):
         raise InputError("--depth-inwards", repr(options["inwards"]), "known are increasing and decreasing")
     if options.get("filter_length") is not None and options["filter_length"] < 1:
         raise InputError("--filter-length", options["filter_length"], "must be at least 1")

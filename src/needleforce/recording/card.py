@@ -14,6 +14,7 @@ _FILTER_LIMIT = f"a whole number of samples from 1 to {_MAX_FILTER_SAMPLES} is n
 _QUOTED_CHARS = 40  # characters of an entry that an error quotes
 _COUNT = re.compile("[0-9]{1,15}")
 _TEXTS = ("needle", "tissue", "rig")
+SIGNS = "depth increases inwards, force is positive against insertion"
 _ESCAPED = re.compile(r"\\x([0-9a-f]{2})")
 # line ends, the backslash itself, and a comma or semicolon after which a spreadsheet would find a formula
 _TO_ESCAPE = re.compile(r"[\x00-\x1f\x7f\x85\\]|[,;](?=\"?[=+\-@])")
@@ -21,7 +22,7 @@ _TO_ESCAPE = re.compile(r"[\x00-\x1f\x7f\x85\\]|[,;](?=\"?[=+\-@])")
 
 def card_lines(card: Card, notes: tuple[Note, ...] = (), **extra: str) -> list[str]:
     """The lines of a card without line ends; ``extra`` contains further keys, such as ``start_depth_m``."""
-    entries = [(key, getattr(card, key)) for key in _TEXTS]
+    entries = [("signs", SIGNS), *((key, getattr(card, key)) for key in _TEXTS)]
     entries += [("origin", card.source), ("origin_sha256", card.sha256)]
     entries += [("filter_length", str(card.filter_length) if card.filter_length != 1 else ""), *extra.items()]
     entries += [("assumption", sentence) for sentence in card.assumptions]
@@ -51,6 +52,11 @@ class Preamble:
     def text(self, key: str) -> str:
         """The first entry with this key, empty if it is absent."""
         return self._texts.get(key, [""])[0]
+
+    @property
+    def has_signs(self) -> bool:
+        """Whether the file states that its signs are those of a recording."""
+        return self.text("signs") == SIGNS
 
     def number(self, key: str) -> float | None:
         """The entry as a finite number, None if it is absent. Raises InputError if it is not a finite number."""

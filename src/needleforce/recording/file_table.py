@@ -4,6 +4,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -76,3 +77,20 @@ class FileTable:
 def _filled(values: np.ndarray, rows: int) -> np.ndarray:
     """The values with NaN up to ``rows``."""
     return np.concatenate([values, np.full(rows - len(values), np.nan)]) if len(values) < rows else values
+
+
+def named_columns(columns: Any) -> FileTable:
+    """The columns of a DataFrame or of a mapping as a table; headers are recognised as in a file."""
+    names = list(columns)
+
+    def read_column(index: int) -> np.ndarray:
+        values = columns.iloc[:, index] if hasattr(columns, "iloc") else columns[names[index]]
+        try:
+            return np.array(values, dtype=float)
+        except (TypeError, ValueError):
+            kind = str(getattr(values, "dtype", type(values).__name__))
+            limit, step = "a column of numbers is needed", "Convert the column."
+            raise InputError(f"column {str(names[index])!r}", f"of type {kind}", limit, "DataFrame", step) from None
+
+    return FileTable(path=Path("DataFrame"), headers=[str(name) for name in names], read_column=read_column,
+                     first_row=0)  # fmt: skip

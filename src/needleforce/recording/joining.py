@@ -9,11 +9,11 @@ import numpy as np
 
 from ..errors import InputError
 from .card import Preamble
-from .file_table import FileTable
-from .formats.detect import TEXT, format_of, tables_of
+from .formats.detect import tables_of
+from .parts import chosen_part, parts_of
 from .recording import Note, derivative
+from .signs import signs_of
 from .stream import Stream, constant_depth, read_stream
-from .text_layout import Layout, find_layout
 from .timestamps import timing_notes
 
 INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
@@ -66,33 +66,15 @@ def overlap(time: np.ndarray, motion: np.ndarray, place: str) -> slice:
     return slice(int(first), int(last))
 
 
-def check_direction(depth: np.ndarray, force: np.ndarray, place: str) -> list[Note]:
-    """Raise InputError for a depth that decreases inwards; return a note for a force whose sign seems reversed.
-
-    From the first sample to the farthest one the force of an insertion rises. A withdrawal also moves to smaller
-    depths, but its force falls or is tensile; it is accepted.
-    """
-    outermost, innermost = int(np.argmin(depth)), int(np.argmax(depth))
-    inwards = depth[innermost] - depth[0] >= depth[0] - depth[outermost]
-    stroke = force[: (innermost if inwards else outermost) + 1] - force[0]
-    rise, fall = float(stroke.max()), float(-stroke.min())
-    if not inwards and rise > 3.0 * fall and stroke.max() + force[0] > 0.5 * rise:
-        raise InputError(
-            "depth",
-            f"decreasing from {depth[0]:.6g} to {depth[outermost]:.6g} m while the force grows by {rise:.4g} N",
-            "it must increase inwards",
-            place,
-            "If depth decreases inwards in this file, give --depth-inwards decreasing.",
-        )
-    if inwards and fall > 3.0 * rise:
-        return [
-            Note(
-                "sign",
-                f"the force falls by {fall:.4g} N during insertion, but a positive force opposes insertion; "
-                "if the sensor has the opposite sign, give --unit force=-N",
-            )
-        ]
-    return []
+def put_signs(stream: Stream, inwards: str | None, units: Mapping[str, str] | None) -> None:
+    """Reverse depth or force where the data show that the file has the opposite sign, unless the sign was given."""
+    given = (units or {}).get("force", "").strip()[:1]
+    known = {"depth_known": inwards is not None, "force_known": given in ("-", "+", "\u2212")}
+    found = signs_of(stream.values["depth"], stream.values["force"], **known)
+    for quantity, factor in (("depth", found.depth), ("velocity", found.depth), ("force", found.force)):
+        if factor < 0.0:
+            stream.values[quantity] = -stream.values[quantity]
+    stream.assumptions += found.sentences
 
 
 def of_main(options: Mapping[str, str] | None) -> dict[str, str]:
@@ -137,18 +119,6 @@ def _start_depth(given: float | None, preamble: Preamble, place: str) -> float:
     return float(start)
 
 
-def layout_of(path: Path) -> Layout | FileTable:
-    """The one table of a file that is not a log. Raises InputError for a file that cannot be read as one table."""
-    if format_of(path) == TEXT:
-        return find_layout(path)
-    found = tables_of(path)
-    if len(found) != 1:
-        names = ", ".join(repr(table.name) for table in found[:8])
-        step = "Save the one to be read in a file of its own."
-        raise InputError("number of tables", len(found), f"one is read; the file has {names}", str(path), step)
-    return found[0]
-
-
 def join(
     main: Stream,
     path: Path,
@@ -159,9 +129,10 @@ def join(
     inwards: float,
 ) -> None:
     """Interpolate depth and velocity of a second file onto the clock of the first."""
-    layout = layout_of(path)
     wanted = ("time", "depth", "velocity")
-    other = read_stream(layout, wanted, _of_motion(columns), _of_motion(units), of_main(units))
+    part = chosen_part(parts_of(tables_of(path), _of_motion(columns)), None, path)
+    other = read_stream(part.table, wanted, part.columns, _of_motion(units), default_units=of_main(units))
+    layout = part.table
     put_motion(main, other, start_depth, Preamble(layout.comments, other.place), inwards)
     main.assumptions += [
         f"depth and velocity are read from {other.place} (SHA-256 {other.sha256}) and interpolated onto the "

@@ -2,52 +2,64 @@
 """``read``: from files to a recording."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
-from .columns import AXES, NamedColumns
 from .file_table import FileTable
 from .force_signal import glitch_notes, remove_bias
-from .formats.detect import format_of
-from .joining import INWARDS, check_direction, join, layout_of, of_main, put_motion, settle_motion
+from .formats.detect import format_of, tables_of
+from .formats.text_table import TextTable
+from .joining import INWARDS, join, of_main, put_motion, put_signs, settle_motion
+from .parts import chosen_part, parts_of
+from .quantities import AXES
 from .recording import Recording
 from .stream import Stream, read_stream
-from .text_layout import Layout
 from .timestamps import timing_notes
+
+TESTS = ("insertion", "indentation")
 
 
 def read(
     path: str | os.PathLike,
     *,
-    columns: Mapping[str, str] | None = None,
+    part: str | int | None = None,
+    columns: Mapping[str, str | int] | None = None,
     units: Mapping[str, str] | None = None,
-    inwards: str = "increasing",
+    inwards: str | None = None,
     filter_length: int | None = None,
     baseline: bool = True,
     motion: str | os.PathLike | None = None,
     start_depth: float | None = None,
+    rate: float | None = None,
+    speed: float | None = None,
+    step: float | None = None,
+    test: str = "insertion",
 ) -> Recording:
-    """Read a recording from a text file, a Parquet file, an MCAP file, or the folder of a ROS 2 bag.
+    """Read a recording from a file of any format: text, Excel, Parquet, MATLAB, HDF5, TDMS, NumPy, JSON, MCAP, bags.
 
-    The format is detected from the first bytes. A text file needs a header; its columns are separated by commas,
-    semicolons, tabs or blanks.
+    The format is detected from the first bytes. A table of text may have anything above it, a row of units, any common
+    delimiter, decimal sign and encoding, and need not have headers.
 
     Parameters
     ----------
     path : str or os.PathLike
         The file, or the folder of a bag.
+    part : str or int, optional
+        Which recording, of a file with several: its name, or its number from 1.
     columns : mapping, optional
-        Quantity (time, depth, velocity, force, fx, fy, tx, ty, tz) -> header. Common headers are recognised. For MCAP
+        Quantity (time, depth, velocity, force, fx, fy, tx, ty, tz) -> header, or number of the column from 1. Common
+        headers are recognised. One with ``*`` stands for several columns, each of a recording of its own. For MCAP
         and bags, the axis of the force and the topic or joint of the depth:
         ``{"force": "/ft/wrench:-fz", "depth": "/joint_states:needle"}``.
     units : mapping, optional
-        Quantity -> unit, such as ``{"time": "us", "depth": "mm"}``; ``-N`` reverses the sign. Units are read from the
-        headers or recognised by plausibility; messages are in SI unless given here.
-    inwards : {"increasing", "decreasing"}
-        Whether depth increases or decreases during insertion.
+        Quantity -> unit, such as ``{"time": "us", "depth": "mm"}``; ``-N`` reverses the sign, ``0.0122N`` is the force
+        of one count. Units are read from the file or recognised by plausibility; messages are in SI unless given here.
+    inwards : {"increasing", "decreasing"}, optional
+        Whether depth increases or decreases during insertion; by default it is recognised (see ``signs.signs_of``).
     filter_length : int, optional
         Samples in the average filter of the force; by default the value in the file's card, or 1.
     baseline : bool
@@ -60,6 +72,10 @@ def read(
     start_depth : float, optional
         Depth [m] at the first sample of a velocity, from which it is integrated; by default ``start_depth_m`` in the
         file's card.
+    rate, speed, step : float, optional
+        Of a file without time or depth: samples per second [Hz], constant speed [m/s], travel between two samples [m].
+    test : {"insertion", "indentation"}
+        An indentation needs no time, and what is usual for needles is not expected of it.
 
     Returns
     -------
@@ -71,67 +87,88 @@ def read(
     InputError
         The file cannot be read as a recording; the message names the line if there is one.
     """
-    if inwards not in INWARDS:
-        raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
-    check_filter_length(filter_length)
+    _check(inwards, filter_length, test)
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
     options |= {"baseline": baseline, "motion": motion, "start_depth": start_depth}
-    return _reader(Path(path))(path, **options)
+    if format_of(Path(path)).log:
+        from .log.to_recording import read_recording
+
+        if part is not None:
+            raise InputError("part", repr(str(part)[:60]), "a log has one recording", str(path), "Leave it out.")
+        return read_recording(path, **options)
+    assumed = AssumedMotion(rate=rate, speed=speed, step=step, counted=test == "indentation")
+    chosen = chosen_part(parts_of(tables_of(Path(path)), _texts(columns)), part, Path(path))
+    return _read_table(chosen.table, **options | {"columns": chosen.columns}, assumed=assumed)
+
+
+def read_all(path: str | os.PathLike, **options: Any) -> list[Recording]:
+    """Every recording of a file, in its order; ``options`` are those of ``read`` without ``part``.
+
+    Raises
+    ------
+    InputError
+        As ``read``, for the first part that cannot be read.
+    """
+    if format_of(Path(path)).log:
+        return [read(path, **options)]
+    names = parts_of(tables_of(Path(path)), _texts(options.get("columns")))
+    return [read(path, part=k, **options) for k in range(1, len(names) + 1)]
 
 
 def read_columns(
-    source: NamedColumns,
+    source: FileTable,
     *,
-    columns: Mapping[str, str] | None = None,
+    columns: Mapping[str, str | int] | None = None,
     units: Mapping[str, str] | None = None,
-    inwards: str = "increasing",
+    inwards: str | None = None,
     filter_length: int | None = None,
     baseline: bool = True,
 ) -> Recording:
     """A recording from columns in memory; the options are those of ``read``."""
-    if inwards not in INWARDS:
-        raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
-    check_filter_length(filter_length)
-    options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
+    _check(inwards, filter_length, "insertion")
+    options = {"columns": _texts(columns), "units": units, "inwards": inwards, "filter_length": filter_length}
     return _read_table(source, **options, baseline=baseline, motion=None, start_depth=None)
 
 
-def _reader(path: Path) -> Callable[..., Recording]:
-    if format_of(path).log:
-        from .log.to_recording import read_recording
+def _check(inwards: str | None, filter_length: int | None, test: str) -> None:
+    if inwards is not None and inwards not in INWARDS:
+        raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
+    if test not in TESTS:
+        raise InputError("test", repr(test), f"known are {' and '.join(TESTS)}")
+    check_filter_length(filter_length)
 
-        return read_recording
-    return _read_file
 
-
-def _read_file(path: str | os.PathLike, **options: Any) -> Recording:
-    return _read_table(layout_of(Path(path)), **options)
+def _texts(columns: Mapping[str, str | int] | None) -> dict[str, str]:
+    return {quantity: str(header) for quantity, header in (columns or {}).items()}
 
 
 def _read_table(
-    layout: Layout | FileTable | NamedColumns,
+    layout: FileTable | TextTable,
     *,
-    columns: Mapping[str, str] | None,
+    columns: Mapping[str, str],
     units: Mapping[str, str] | None,
-    inwards: str,
+    inwards: str | None,
     filter_length: int | None,
     baseline: bool,
     motion: str | os.PathLike | None,
     start_depth: float | None,
+    assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
 ) -> Recording:
-    """Read a table whose layout is known; the options are those of ``read``."""
+    """Read one table; the options are those of ``read``."""
     preamble = Preamble(layout.comments, str(layout.path))
     motion = Path(motion) if motion is not None else _motion_of_card(layout.path, preamble)
     wanted = ("time", "force", *AXES) if motion else ("time", "force", "depth", "velocity", *AXES)
-    main = read_stream(layout, wanted, of_main(columns), of_main(units))
+    main = read_stream(layout, wanted, of_main(columns), of_main(units), assumed=assumed)
+    direction = INWARDS[inwards or "increasing"]
     if motion:
-        direction = INWARDS[inwards]
         join(main, motion, start_depth=start_depth, columns=columns, units=units, inwards=direction)
     elif main.motion:
-        put_motion(main, main.motion, start_depth, preamble, INWARDS[inwards])
+        put_motion(main, main.motion, start_depth, preamble, direction)
         main.assumptions += main.motion.assumptions
     else:
-        settle_motion(main, start_depth, preamble, INWARDS[inwards])
+        settle_motion(main, start_depth, preamble, direction)
+    if not preamble.has_signs:
+        put_signs(main, inwards, units)
     if baseline:
         remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
     main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
@@ -152,8 +189,7 @@ def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:
 def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
     values = dict(stream.values)
     main = {quantity: values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")}
-    signs = check_direction(main["depth"], main["force"], stream.place)
-    notes = dict.fromkeys([*preamble.notes(), *stream.notes, *signs])
+    notes = dict.fromkeys([*preamble.notes(), *stream.notes])
     card = preamble.card(stream.place, stream.sha256, filter_length, stream.assumptions)
     return Recording(**main, axes=values, card=card, notes=tuple(notes))
 
@@ -165,5 +201,5 @@ def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:
 
         card = card_and_end(path)[0] if path.is_file() else {}  # the folder of a bag has no card
         return {key: card[key] for key in keys if card.get(key)}
-    preamble = Preamble(layout_of(path).comments, str(path))
+    preamble = Preamble(tables_of(path)[0].comments, str(path))
     return {key: preamble.text(key) for key in keys if preamble.text(key)}

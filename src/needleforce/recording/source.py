@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..errors import InputError
-from .columns import NamedColumns
+from .file_table import named_columns
 from .reader import read, read_columns
 from .recording import Recording
 
@@ -44,7 +44,7 @@ def recording_of(source: RecordingSource, **options: Any) -> Recording:
         return read(source, **options)
     if (hasattr(source, "iloc") and hasattr(source, "columns")) or isinstance(source, Mapping):
         columns = source if hasattr(source, "iloc") else dict(source)
-        return read_columns(NamedColumns(columns), **options)
+        return read_columns(named_columns(columns), **options)
     if is_arrays(source):
         return Recording(time=source[0], depth=source[1], force=source[2])
     raise InputError("recording", type(source).__name__, f"taken are {TAKEN}", next_step="See nf.read for files.")

@@ -2,19 +2,21 @@
 """One file as quantities in SI on one clock: layout, columns, values, order and units are processed in this order; two
 interleaved streams are separated."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..errors import InputError
 from ..files import file_name
-from .columns import Column, choose, dimension, missing
+from .assumed_motion import AssumedMotion
+from .columns import Column, choose, missing
 from .file_table import FileTable
+from .formats.text_table import TextTable
+from .quantities import dimension
 from .recording import Note
 from .table import MAX_MISSING_SHARE, Table, drop_incomplete, load
-from .text_layout import Layout
-from .timestamps import put_in_order
+from .timestamps import check_count, put_in_order
 from .unit_guess import assign_units
 
 _MOTION = ("depth", "velocity")
@@ -98,20 +100,22 @@ class Stream:
 
 
 def read_stream(
-    layout: Layout | FileTable,
+    layout: FileTable | TextTable,
     wanted: tuple[str, ...],
     columns: Mapping[str, str],
     units: Mapping[str, str],
+    *,
     default_units: Mapping[str, str] | None = None,
+    assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
 ) -> Stream:
     """Read the ``wanted`` quantities of one file; time, force, and depth or velocity are required if wanted.
 
-    ``columns`` and ``units`` are given by the user; ``default_units`` apply to headers without a unit. Raises
-    InputError.
+    ``columns`` and ``units`` are given by the user; ``default_units`` apply to headers without a unit; time and depth
+    may be ``assumed``. Raises InputError.
     """
-    chosen = choose(layout.headers, wanted, columns, str(layout.path))
+    chosen = choose(layout, wanted, columns)
     notes = _leave_out_torques(chosen, units)
-    required = _required(chosen, wanted, layout)
+    required = _required(chosen, wanted, layout, assumed)
     table, complete, cut_off = load(layout, chosen)
     table.notes += notes
     other = None if complete else split_motion(table, cut_off)
@@ -120,26 +124,42 @@ def read_stream(
     if other is None:
         if not complete:
             drop_incomplete(table, required, cut_off)
-        return _in_order_and_si(table, units)[0]
+        return _in_order_and_si(table, units, assumed)[0]
     drop_incomplete(other, ("time", required[-1]), cut_off=False)
-    motion, time_unit = _in_order_and_si(other, units)
+    motion, time_unit = _in_order_and_si(other, units, assumed)
     drop_incomplete(table, ("time", "force"), cut_off=False)
-    return replace(_in_order_and_si(table, units | {"time": time_unit})[0], motion=motion)
+    return replace(_in_order_and_si(table, units | {"time": time_unit}, assumed)[0], motion=motion)
 
 
-def _in_order_and_si(table: Table, units: Mapping[str, str]) -> tuple[Stream, str]:
+def _in_order_and_si(table: Table, units: Mapping[str, str], assumed: AssumedMotion) -> tuple[Stream, str]:
     """Check the order of a table without missing values and convert it to SI; also return the unit of its time."""
     _check_magnitudes(table)
-    put_in_order(table)
-    place = file_name(table.layout.path)
+    timed = "time" in table.values
+    if timed:
+        put_in_order(table)
+    check_count(table)
+    place = file_name(table.layout.path) + (f", {table.layout.name}" if table.layout.name else "")
     if "depth" in table.values and np.ptp(table.values["depth"]) == 0.0:
         header = table.columns["depth"].header
         raise constant_depth(f"depth (column {header!r})", table.values["depth"][0], place)
-    assigned, assumptions = assign_units(table, units)
+    assigned, assumptions = assign_units(table, units, needle=not assumed.counted)
     values = {quantity: unit.to_si(table.values[quantity]) for quantity, unit in assigned.items()}
+    assumptions += _supply(values, len(next(iter(values.values()))), assumed)
     _check_finer_than_clock(values["time"], table)
     stream = Stream(place=place, sha256=table.sha256, values=values, assumptions=assumptions, notes=table.notes)
-    return stream, assigned["time"].symbol
+    return stream, assigned["time"].symbol if timed else "s"
+
+
+def _supply(values: dict[str, np.ndarray], count: int, assumed: AssumedMotion) -> list[str]:
+    """Add time and depth where the file has none; return what is assumed."""
+    sentences = []
+    if "time" not in values:
+        values["time"], sentence = assumed.time(count, values.get("depth"))
+        sentences.append(sentence)
+    if "force" in values and not values.keys() & set(_MOTION) and assumed.gives_depth(True):
+        values["depth"], sentence = assumed.depth(values["time"])
+        sentences.append(sentence)
+    return sentences
 
 
 def _leave_out_torques(chosen: dict[str, Column], units: Mapping[str, str]) -> list[Note]:
@@ -165,14 +185,31 @@ def constant_depth(quantity: str, value: float, place: str) -> InputError:
     )
 
 
-def _required(chosen: dict[str, Column], wanted: tuple[str, ...], layout: Layout | FileTable) -> tuple[str, ...]:
+def _required(
+    chosen: dict[str, Column], wanted: tuple[str, ...], layout: FileTable | TextTable, assumed: AssumedMotion
+) -> tuple[str, ...]:
+    """The quantities that the file must have. Raises one InputError for all that are absent."""
     moving = "depth" if "depth" in chosen or "velocity" not in chosen else "velocity"
-    required = tuple(q for q in ("time", "force", moving) if q in wanted)
-    for quantity in required:
-        if quantity not in chosen:
-            instead = ", or give a motion file with --motion FILE" if "force" in wanted and quantity == "depth" else ""
-            raise missing(quantity, layout.headers, str(layout.path), instead)
-    return required
+    required = [q for q in ("time", "force", moving) if q in wanted]
+    if "time" not in chosen and assumed.gives_time(moving in chosen):
+        required.remove("time")
+    if "depth" in required and "depth" not in chosen and assumed.gives_depth("time" in chosen):
+        required.remove("depth")
+    absent = [quantity for quantity in required if quantity not in chosen]
+    if absent:
+        raise missing(layout, absent, chosen, _instead(absent, "force" in wanted))
+    return tuple(required)
+
+
+def _instead(absent: Sequence[str], whole: bool) -> list[str]:
+    """Other ways to give what is absent."""
+    ways = []
+    if "time" in absent and whole:
+        ways.append("the time by --rate-hz" + ("" if "depth" in absent else " or --speed-mm-s"))
+    if "depth" in absent and whole:
+        ways.append("the depth by --step-um or --speed-mm-s of a constant motion")
+        ways.append("give a motion file with --motion FILE")
+    return ways
 
 
 def _check_magnitudes(table: Table) -> None:

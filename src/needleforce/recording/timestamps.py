@@ -15,13 +15,17 @@ _MIN_JITTER_SHARE = 0.01  # of all steps: with more uneven ones a note on jitter
 def put_in_order(table: Table) -> None:
     """Average rows with equal time stamps into one, with a note; the unit of time need not be known.
 
-    Raises InputError if time decreases (with the line and both values) or if fewer than two samples remain.
+    Raises InputError if time decreases, with the line and both values.
     """
     steps = np.diff(table.values["time"])
     if len(steps) and steps.min() <= 0.0:
         _check_not_decreasing(table, steps)
         _merge(table, steps)
-    count = len(table.values["time"])
+
+
+def check_count(table: Table) -> None:
+    """Raise InputError for fewer than two samples."""
+    count = len(next(iter(table.values.values())))
     if count < 2:
         raise InputError(
             "number of samples",

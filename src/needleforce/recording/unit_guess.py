@@ -9,12 +9,13 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import Unit, parse
-from .columns import Column, check_known, dimension
+from .columns import Column, columns_of
+from .quantities import check_known, dimension
 from .recording import Note
 from .table import Table
 
-_RATE_RANGE_HZ = (10.0, 20e3)  # Hz
-_TRAVEL_RANGE_M = (0.5e-3, 0.5)  # m
+_RATE_RANGE_HZ = (9.0, 20e3)  # Hz: 10 Hz with its jitter
+_TRAVEL_RANGE_M = (50e-6, 0.3)  # m
 _MAX_SPEED_M_S = 1.0  # m/s
 _MAX_TRAVEL_RATIO = 3.0  # largest ratio of a velocity's integral and the travel
 _PERCENTILE_SAMPLES = 2000  # samples: enough for a percentile
@@ -23,14 +24,19 @@ _MAX_FORCE_N = 50.0  # N: a larger force without a unit is probably not in newto
 
 
 def motion_sizes(values: Mapping[str, np.ndarray], integral: bool = True) -> dict[str, float]:
-    """Median step, travels and 95 % speeds in the units of the file; with ``integral`` also that of the velocity."""
+    """Median step, travels and 95 % speeds in the units of the file; with ``integral`` also that of the velocity.
+
+    Without a time there are travels only.
+    """
+    sizes = {"travel": float(np.ptp(values["depth"]))} if "depth" in values else {}
+    if "time" not in values:
+        return sizes
     count = len(values["time"])
     selected = np.arange(0, count - 1, 1 + (count - 1) // _PERCENTILE_SAMPLES)
     steps = values["time"][selected + 1] - values["time"][selected]
-    sizes = {"step": float(np.median(steps))}
+    sizes["step"] = float(np.median(steps))
     if "depth" in values:
         depth = values["depth"]
-        sizes["travel"] = float(np.ptp(depth))
         with np.errstate(over="ignore"):  # steps of less than 1e-300
             speeds = np.abs(depth[selected + 1] - depth[selected]) / steps
         sizes["speed"] = float(np.percentile(speeds, 95))
@@ -46,44 +52,51 @@ def motion_sizes(values: Mapping[str, np.ndarray], integral: bool = True) -> dic
 def plausible(sizes: Mapping[str, float], units: Mapping[str, Unit]) -> bool:
     """Whether rate, travel and speed in these units are in the range of a needle insertion, and the travels agree."""
     rate, travels, speeds = _in_si(sizes, units)
-    steady = _RATE_RANGE_HZ[0] <= rate <= _RATE_RANGE_HZ[1] and all(each <= _MAX_SPEED_M_S for each in speeds)
+    steady = rate is None or _RATE_RANGE_HZ[0] <= rate <= _RATE_RANGE_HZ[1]
     moves = all(_TRAVEL_RANGE_M[0] <= each <= _TRAVEL_RANGE_M[1] for each in travels)
+    moves &= all(each <= _MAX_SPEED_M_S for each in speeds)
     return steady and moves and max(travels, default=1.0) < _MAX_TRAVEL_RATIO * min(travels, default=1.0)
 
 
 def plausibility_notes(values: Mapping[str, np.ndarray], units: Mapping[str, Unit]) -> list[Note]:
     """A note if rate, travel or speed in the stated units are outside the range of a needle insertion."""
     rate, travels, speeds = _in_si(motion_sizes(values, integral="depth" not in values), units)
-    unusual = [] if _RATE_RANGE_HZ[0] <= rate <= _RATE_RANGE_HZ[1] else [f"a rate of {rate:.3g} Hz"]
+    unusual = [] if rate is None or _RATE_RANGE_HZ[0] <= rate <= _RATE_RANGE_HZ[1] else [f"a rate of {rate:.3g} Hz"]
     unusual += [f"a travel of {each:.3g} m" for each in travels if not _TRAVEL_RANGE_M[0] <= each <= _TRAVEL_RANGE_M[1]]
     unusual += [f"a speed of {each:.3g} m/s" for each in speeds if each > _MAX_SPEED_M_S]
     if not unusual:
         return []
     limits = f"{_RATE_RANGE_HZ[0]:g} to {_RATE_RANGE_HZ[1]:g} Hz, {_TRAVEL_RANGE_M[0]:g} to {_TRAVEL_RANGE_M[1]:g} m "
     limits += f"and up to {_MAX_SPEED_M_S:g} m/s"
-    message = f"the stated units give {' and '.join(unusual)}, outside the usual range of {limits}"
-    advice = "if a unit is wrong, give the correct one, for example --unit depth=mm"
-    return [Note("implausible", f"{message}; {advice}", len(unusual))]
+    message = f"the stated units give {' and '.join(unusual)}, outside the usual range of {limits} of a needle"
+    others = [choice for q in _CANDIDATES if q in values for choice in _choices([q])]
+    sizes = motion_sizes(values)
+    usual = [f"--unit {q}={u.symbol}" for each in others for q, u in each.items() if plausible(sizes, units | each)]
+    advice = f"; within it would be {' or '.join(usual)}, if the file states it wrongly" if usual else ""
+    return [Note("implausible", message + advice, len(unusual))]
 
 
-def _in_si(sizes: Mapping[str, float], units: Mapping[str, Unit]) -> tuple[float, list[float], list[float]]:
+def _in_si(sizes: Mapping[str, float], units: Mapping[str, Unit]) -> tuple[float | None, list[float], list[float]]:
     """Rate [Hz], travels [m] and speeds [m/s] as magnitudes, because a unit may reverse the sign."""
-    second, travels, speeds = units["time"].to_si(1.0), [], []
+    second, travels, speeds = units["time"].to_si(1.0) if "time" in units else 1.0, [], []
     if "travel" in sizes:
         travels.append(units["depth"].to_si(sizes["travel"]))
+    if "speed" in sizes:
         speeds.append(units["depth"].to_si(sizes["speed"]) / second)
     if "integral" in sizes:
         travels.append(units["velocity"].to_si(sizes["integral"]) * second)
     if "velocity" in sizes:
         speeds.append(units["velocity"].to_si(sizes["velocity"]))
-    return 1.0 / (sizes["step"] * second), [abs(each) for each in travels], [abs(each) for each in speeds]
+    rate = 1.0 / (sizes["step"] * second) if "step" in sizes else None
+    return rate, [abs(each) for each in travels], [abs(each) for each in speeds]
 
 
-def assign_units(table: Table, given: Mapping[str, str]) -> tuple[dict[str, Unit], list[str]]:
+def assign_units(table: Table, given: Mapping[str, str], *, needle: bool = True) -> tuple[dict[str, Unit], list[str]]:
     """The unit of every column of ``table``, and sentences on what was assumed; implausible units add a note to it.
 
-    Raises InputError if a unit is unknown and none or several are plausible. Plausible are a rate of 10 Hz to 20 kHz, a
-    travel of 0.5 mm to 0.5 m, a speed below 1 m/s, and a velocity whose integral agrees with the travel.
+    A stated unit is believed. Raises InputError if a unit is unknown and none or several are plausible. Plausible of a
+    ``needle`` are a rate of 9 Hz to 20 kHz, a travel of 0.05 mm to 0.3 m, a speed below 1 m/s, and a velocity whose
+    integral agrees with the travel.
     """
     place, units, sentences = str(table.layout.path), {}, []
     for quantity in given:
@@ -95,7 +108,7 @@ def assign_units(table: Table, given: Mapping[str, str]) -> tuple[dict[str, Unit
         elif column.unit is not None:
             units[quantity] = parse(column.unit, dimension(quantity), quantity, place)
     assumed = _assume_motion(table, units)
-    table.notes += [] if assumed else plausibility_notes(table.values, units)
+    table.notes += [] if assumed or not needle else plausibility_notes(table.values, units)
     sentences += assumed
     sentences += _assume_forces(table, units)
     return {quantity: units[quantity] for quantity in table.values}, sentences
@@ -129,9 +142,8 @@ def _choices(unknown: list[str]) -> Iterator[dict[str, Unit]]:
 def _unknown_unit(table: Table, unknown: list[str], found: list[dict[str, Unit]]) -> InputError:
     options = [" with ".join(f"{q} in {unit.symbol}" for q, unit in choice.items()) for choice in found]
     candidates = "; ".join(options) if options else "none of " + ", ".join(s for q in unknown for s in _CANDIDATES[q])
-    step = float(np.median(np.diff(table.values["time"])))
-    columns = ", ".join(map(repr, table.layout.headers))
-    limit = f"the columns are {columns}, the median step of time is {step:g}; plausible: {candidates}"
+    step = f", the median step of time is {np.median(np.diff(table.values['time'])):g}" if "time" in unknown else ""
+    limit = f"{columns_of(table.layout)}{step}; plausible: {candidates}"
     examples = {"time": "us", "depth": "mm", "velocity": "mm/s"}
     return InputError(
         f"unit of {' and '.join(unknown)}",
@@ -157,12 +169,7 @@ def _assume_forces(table: Table, units: dict[str, Unit]) -> list[str]:
 def _newtons(table: Table) -> Unit:
     largest = float(np.max(np.abs(table.values["force"])))
     if largest > _MAX_FORCE_N:
-        columns = ", ".join(map(repr, table.layout.headers))
-        raise InputError(
-            "unit of force",
-            "unknown",
-            f"the columns are {columns}, and {largest:g} N is not plausible",
-            str(table.layout.path),
-            "Give the unit of the force, for example --unit force=mN.",
-        )
+        limit = f"{columns_of(table.layout)}; the largest value is {largest:g}, which may be in N, mN or g"
+        step = "Give the unit of the force, for example --unit force=mN."
+        raise InputError("unit of force", "unknown", limit, str(table.layout.path), step)
     return parse("N", "force", "force")

@@ -11,8 +11,8 @@ from ..errors import InputError
 from ..files import atomic_write
 from ..units import symbols
 from .card import card_lines
-from .columns import QUANTITIES, dimension
 from .formats.parquet import CARD, pyarrow_for
+from .quantities import QUANTITIES, dimension
 from .recording import Card, Note, Recording
 
 _BLOCK_ROWS = 10_000

@@ -8,12 +8,14 @@ import select
 import time
 from collections import deque
 from dataclasses import dataclass
+from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 
 from ...errors import InputError
-from ...recording.columns import Column, choose, dimension, split
+from ...recording.columns import Column, Headers, choose
+from ...recording.quantities import by_name, dimension, split
 from ...units import parse
 from ...wire.axis_lines import AxisState
 from ...wire.rdt import AXES
@@ -286,7 +288,7 @@ def columns_of(header: bytes, calibration: Calibration | None, place: str) -> Li
     headers = [cell.strip().strip('"') for cell in (text.split(delimiter) if text else [])]
     gauges = _gauges(headers, place)
     rest = ["" if index in gauges else cell for index, cell in enumerate(headers)]
-    chosen = choose(rest, _QUANTITIES, {}, place)
+    chosen = choose(Headers(Path(place), rest), _QUANTITIES, {}, (by_name,))
     scale = {quantity: _scale(column, place) for quantity, column in chosen.items()}
     index = {quantity: column.index for quantity, column in chosen.items()}
     index |= dict([("sequence", k) for k, cell in enumerate(headers) if cell.casefold() in _SEQUENCE_HEADERS][:1])

@@ -14,8 +14,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
-from ..columns import split
 from ..file_table import FileTable
+from ..quantities import split
 
 EXTRA = "needleforce[parquet]"
 CARD = b"needleforce.card"  # the key of the card's lines in the file's metadata

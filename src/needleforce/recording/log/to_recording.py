@@ -13,13 +13,13 @@ from ...files import file_name
 from ...units import parse
 from ..alignment import align
 from ..card import check_filter_length
-from ..columns import AXES as RECORDING_AXES
-from ..columns import check_known, dimension
 from ..force_signal import glitch_notes, remove_bias
-from ..joining import INWARDS, check_direction, derivative, join, overlap, signed
+from ..formats.text_table import HashedFile
+from ..joining import INWARDS, derivative, join, overlap, put_signs, signed
+from ..quantities import AXES as RECORDING_AXES
+from ..quantities import check_known, dimension
 from ..recording import Card, Note, Recording
 from ..stream import Stream, constant_depth
-from ..table import HashedFile
 from ..timestamps import timing_notes
 from .messages import Log, Mark, Messages
 from .reader import read_log
@@ -162,7 +162,7 @@ def read_recording(
     *,
     columns: Mapping[str, str] | None,
     units: Mapping[str, str] | None,
-    inwards: str,
+    inwards: str | None,
     filter_length: int | None,
     baseline: bool,
     motion: str | os.PathLike | None,
@@ -182,11 +182,13 @@ def read_recording(
     sha256 = "" if Path(path).is_dir() else HashedFile(Path(path)).sha256()
     stream = Stream(place=place, sha256=sha256, values={}, assumptions=[], notes=list(log.notes))
     axis_time = _put_wrenches(stream, log, columns, units, baseline)
+    direction = INWARDS[inwards or "increasing"]
     if motion is not None:
-        direction = INWARDS[inwards]
         join(stream, Path(motion), start_depth=start_depth, columns=columns, units=units, inwards=direction)
     else:
-        _put_motion(stream, log.axis, axis_time, units, INWARDS[inwards])
+        _put_motion(stream, log.axis, axis_time, units, direction)
+    if log.wrench.topic != WRENCH_TOPIC:
+        put_signs(stream, inwards, {"force": columns["force"].rpartition(":")[2]} if "force" in columns else units)
     marked = any(mark.kind == "bias" for mark in log.marks)
     if baseline and not marked:
         remove_bias(stream, already_noted=any(note.kind == "baseline" for note in _notes(log.card)))
@@ -286,7 +288,7 @@ def _recording(stream: Stream, card: Mapping[str, str], filter_length: int | Non
         filter_length=length,
         assumptions=tuple(dict.fromkeys([*_listed(card, "assumptions"), *stream.assumptions])),
     )
-    notes = (*_notes(card), *stream.notes, *check_direction(main["depth"], main["force"], stream.place))
+    notes = (*_notes(card), *stream.notes)
     return Recording(**main, axes=values, card=read_card, notes=tuple(dict.fromkeys(notes)))
 
 

@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables in rows of cells, of a text file or of a sheet: where each begins and ends, its headers and its units."""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from ...units import DIMENSIONS, find
+
+Row = Sequence[str]
+"""The cells of one line without surrounding blanks; empty for a blank line."""
+
+NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
+CLOCK = re.compile(r"(\d{4}-\d\d?-\d\d?|\d\d?[./]\d\d?[./]\d{2,4})?[ T]?\d{1,3}:\d\d(:\d\d([.,]\d+)?|\.\d+)?"
+                   r" ?([AaPp][Mm]|Z|[+-]\d\d:?\d\d)?")  # fmt: skip
+MISSING = frozenset(("", "na", "n/a", "null", "none", "<na>", "-", "--", "---", "*", "#n/a", "#div/0!", "#value!",
+                     "#num!", "#ref!", "#null!", "#name?"))  # fmt: skip
+MIN_ROWS = 20  # shorter runs of numbers are settings or results, if there is a longer one
+_RATIOS = ("", "1", "-", "mm/mm", "m/m", "in/in", "%", "percent")
+_BRACKETS = {"(": ")", "[": "]", "<": ">", "{": "}"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    """A table within rows: first row and the one after the last, headers (empty without), units of their row, what
+    stands above the headers, and which columns hold text."""
+
+    first: int
+    stop: int
+    headers: list[str] = field(default_factory=list)
+    units: list[str] = field(default_factory=list)
+    title: list[str] = field(default_factory=list)
+    width: int = 0
+    text_columns: frozenset[int] = frozenset()
+
+    @property
+    def numeric(self) -> int:
+        """The number of columns with numbers."""
+        return self.width - len(self.text_columns)
+
+
+def is_number(cell: str, decimal: str = ".") -> bool:
+    """Whether a cell is a number, with thousands in groups of three or not, or a time of a clock."""
+    text = plain_number(cell, decimal)
+    return NUMBER.fullmatch(text) is not None or (":" in cell and CLOCK.fullmatch(cell) is not None)
+
+
+def plain_number(cell: str, decimal: str = ".") -> str:
+    """The number without signs of thousands and with a decimal point: ``1.234,5`` -> ``1234.5``."""
+    other = "." if decimal == "," else ","
+    if other in cell and re.fullmatch(rf"[+-]?\d{{1,3}}(\{other}\d{{3}})+(\{decimal}\d*)?", cell):
+        cell = cell.replace(other, "")
+    return cell.replace(",", ".") if decimal == "," else cell
+
+
+def is_missing(cell: str) -> bool:
+    """Whether a cell states that there is no value."""
+    return cell.casefold() in MISSING
+
+
+def kinds(row: Row, decimal: str) -> str:
+    """A letter a cell: ``n`` number, ``e`` no value, ``t`` text."""
+    return "".join("e" if is_missing(c) else "n" if is_number(c, decimal) else "t" for c in row)
+
+
+def blocks(rows: Sequence[Row], decimal: str = ".") -> list[Block]:
+    """The tables in ``rows``, in their order.
+
+    Rows of which no cell is a number end a table. A table is the longest run of rows of equal kinds between two of
+    these, with the rows around it: a damaged cell within a table is reported when it is read, and is no end. Of several
+    tables those with at least 20 rows are given, or the longest alone.
+    """
+    shapes = [kinds(row, decimal) for row in rows]
+    found = [block for part in _between_texts(shapes) if (block := _block(rows, shapes, *part))]
+    longest = max((_rows_of(shapes, each) for each in found), default=0)
+    return [each for each in found if _rows_of(shapes, each) >= min(longest, MIN_ROWS)]
+
+
+def _rows_of(shapes: Sequence[str], block: Block) -> int:
+    return sum("n" in shape for shape in shapes[block.first : block.stop])
+
+
+def _between_texts(shapes: Sequence[str]) -> Iterator[tuple[int, int]]:
+    """First row and the one after the last of every stretch without a row of text."""
+    start = 0
+    for k, shape in enumerate([*shapes, "t"]):
+        if "t" in shape and "n" not in shape:
+            if any("n" in each for each in shapes[start:k]):
+                yield start, k
+            start = k + 1
+
+
+def _block(rows: Sequence[Row], shapes: Sequence[str], start: int, stop: int) -> Block | None:
+    """The table in a stretch of rows; None if no two neighbouring rows agree in their cells."""
+    shape, first, last = _longest_run(shapes, start, stop)
+    if last - first < 2:
+        return None
+    headers, units, title = _header(rows, shapes, start, len(shape))
+    above = next((k for k in range(first - 1, start - 1, -1) if shapes[k]), start)
+    if headers:
+        first = next(k for k in range(start, stop) if shapes[k])
+    elif above < first and _is_header(shapes[above], shape):
+        headers = list(rows[above])
+    else:
+        first = _first_of_width(shapes, start, first)
+    while not shapes[stop - 1].strip("e"):
+        stop -= 1
+    text = frozenset(k for k, kind in enumerate(shape) if kind == "t")
+    return Block(first=first, stop=stop, headers=_padded(headers, len(shape)), units=_padded(units, len(shape)),
+                 title=title, width=len(shape), text_columns=text)  # fmt: skip
+
+
+def _first_of_width(shapes: Sequence[str], start: int, first: int) -> int:
+    """The first row of a table without headers: rows right above it with as many cells belong to it."""
+    width = len(shapes[first])
+    for k in range(first - 1, start - 1, -1):
+        if shapes[k] and (len(shapes[k]) != width or "n" not in shapes[k]):
+            break
+        first = k if shapes[k] else first
+    return first
+
+
+def _is_header(above: str, shape: str) -> bool:
+    """Whether a row above a table has text where the table has numbers, as the headers ``Time, 1, 2``."""
+    pairs = zip(above, shape, strict=False)
+    return len(above) == len(shape) and any(a == "t" and b == "n" for a, b in pairs)
+
+
+def _padded(cells: Sequence[str], width: int) -> list[str]:
+    return [*cells[:width], *[""] * (width - len(cells))] if cells else []
+
+
+def _longest_run(shapes: Sequence[str], start: int, stop: int) -> tuple[str, int, int]:
+    """The joint kinds, first and last + 1 of the longest run of rows with the same number of cells, none of them text
+    in one row and a number in another; blank rows do not end it."""
+    best, count, at, shape, rows = ("", 0, 0), 0, start, "", 0
+    for k in range(start, stop + 1):
+        here = shapes[k] if k < stop else "?"
+        if k < stop and not here.strip("e"):
+            continue
+        joint = _joint(shape, here) if shape else ""
+        if joint and here != "?":
+            shape, rows = joint, rows + 1
+            continue
+        if rows > count:
+            best, count = (shape, at, k), rows
+        at, shape, rows = k, here, 1
+    return best
+
+
+def _joint(one: str, other: str) -> str:
+    """The kinds that two rows have in common, empty if they contradict each other."""
+    if one == other:
+        return one
+    if len(one) != len(other) or any({a, b} == {"n", "t"} for a, b in zip(one, other)):
+        return ""
+    return "".join(b if a == "e" else a for a, b in zip(one, other))
+
+
+def _header(
+    rows: Sequence[Row], shapes: Sequence[str], start: int, width: int
+) -> tuple[list[str], list[str], list[str]]:
+    """Headers, units and what stands above them, of the rows of text right above row ``start``."""
+    above = [k for k in range(max(0, start - 8), start) if shapes[k].strip("e")]
+    above = above[len(above) - _trailing(above, shapes) :]
+    fitting = [k for k in above if _fits(rows[k], width)]
+    if not fitting or fitting[-1] != above[-1]:
+        return [], [], [" ".join(filter(None, rows[k])) for k in above]
+    units = list(rows[fitting[-1]]) if len(fitting) > 1 and _is_unit_row(rows[fitting[-1]]) else []
+    names = fitting[-2] if units else fitting[-1]
+    title = [" ".join(dict.fromkeys(filter(None, rows[k]))) for k in above if k < names]
+    return [each.strip() for each in rows[names]], [bare(unit) for unit in units], title
+
+
+def _trailing(above: Sequence[int], shapes: Sequence[str]) -> int:
+    """How many of the last rows above hold text only."""
+    count = 0
+    for k in reversed(above):
+        if "n" in shapes[k]:
+            break
+        count += 1
+    return count
+
+
+def _fits(row: Row, width: int) -> bool:
+    """Whether a row has a cell a column, but for empty ones at its end, and more than one unless the table has one."""
+    used = max((k + 1 for k, cell in enumerate(row) if cell), default=0)
+    return used <= width <= len(row) + 1 and (used > 1 or width == 1)
+
+
+def bare(cell: str) -> str:
+    """A unit without the brackets around it."""
+    text = cell.strip()
+    return text[1:-1].strip() if text[:1] in _BRACKETS and text[-1:] == _BRACKETS[text[0]] else text
+
+
+def _is_unit_row(row: Row) -> bool:
+    """Whether every cell of a row is a unit, in brackets or known, or empty."""
+    used = [cell for cell in row if cell]
+    return bool(used) and all(bare(cell) != cell or is_unit(cell) for cell in used)
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of any dimension, or of a ratio."""
+    return text.casefold() in _RATIOS or any(find(text, dimension) for dimension in DIMENSIONS)
+
+
+def decimal_sign(cells: Iterable[str]) -> str:
+    """The decimal sign of cells that a comma does not separate: a comma if numbers have one and no point after it."""
+    commas = points = 0
+    for cell in cells:
+        comma, point = cell.rfind(","), cell.rfind(".")
+        if comma >= 0 and re.fullmatch(r"[+-]?[\d.]*,\d*([eE][+-]?\d+)?", cell):
+            commas += comma > point
+        points += point > comma >= 0
+    return "," if commas > points else "."

@@ -1,0 +1,251 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of a text file, as instruments and scripts write them: encoding, delimiter, decimal sign, what stands above a
+table, and several tables one below the other."""
+
+import io
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from ...errors import InputError
+from ...files import open_regular
+from .rows import MIN_ROWS, Block, blocks, decimal_sign, is_missing, is_number, plain_number
+from .text_table import MAX_LINE_CHARS, WHITESPACE, Encoding, TextTable, long_line, split_cells
+
+MAX_COLUMNS = 1024  # a recorder of all channels of a laboratory writes some hundred
+_MAX_HEADER_CHARS = 256  # of one column
+_HEAD_BYTES = (1 << 12, 1 << 16, 1 << 20)  # in which the first table begins: no more than needed
+_SAMPLE_LINES = 1000  # of a later table, which show its columns
+_ABOVE_LINES = 8  # above a table, in which its headers are
+_DELIMITERS = ("\t", ";", ",", "|", WHITESPACE)
+_ENCODINGS = ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"), (b"\xef\xbb\xbf", "utf-8"))
+_EXPORT = "Export the recording as CSV, or another table of text."
+
+
+def tables(path: Path) -> list[TextTable]:
+    """The tables of a text file, those with at least 20 rows or the longest.
+
+    Raises InputError for a file that is not text or has no row of numbers.
+    """
+    for size in _HEAD_BYTES:
+        encoding, lines, complete = _head(path, size)
+        chosen = _delimited(lines)
+        if complete or (chosen and _reaches_the_end(chosen[2], lines)):
+            break
+    if chosen is None:
+        raise _no_table(path, lines)
+    first = _table(path, encoding, lines, *chosen[:2], _longest(chosen[2]))
+    if len(chosen[2]) == 1 and first.parses():
+        return [first]
+    found = _all_tables(path, first)
+    return found if len(found) > 1 else [replace(first, end=found[0].end) if found else first]
+
+
+def _longest(found: Sequence[Block]) -> Block:
+    return max(found, key=lambda each: each.stop - each.first)
+
+
+def _reaches_the_end(found: Sequence[Block], lines: Sequence[str]) -> bool:
+    """Whether the longest table goes beyond the lines and has enough rows to be no setting or result."""
+    block = _longest(found)
+    return block.stop == len(lines) and block.stop - block.first >= MIN_ROWS
+
+
+def _head(path: Path, size: int) -> tuple[Encoding, list[str], bool]:
+    """The encoding of a file, its first complete lines, and whether these are all."""
+    with open_regular(path) as file:
+        try:
+            start = file.read(size + 1)
+        except OSError as error:
+            raise InputError("file", "not readable", error.strerror or "", str(path)) from None
+    encoding = _encoding(start, path)
+    complete = len(start) <= size
+    text = start[encoding.mark :].decode(encoding.name, encoding.errors)
+    lines = list(io.StringIO(text, newline=""))
+    for number, line in enumerate(lines, 1):
+        if len(line) > MAX_LINE_CHARS:
+            raise long_line(path, number)
+    return encoding, lines if complete else lines[:-1], complete
+
+
+def _encoding(start: bytes, path: Path) -> Encoding:
+    """UTF-8 or UTF-16 with or without a mark, otherwise Latin-1. Raises InputError for a file that is no text."""
+    for mark, name in _ENCODINGS:
+        if start.startswith(mark):
+            return Encoding(name=name, mark=len(mark))
+    if b"\0" in start:
+        high, low = start[0::2].count(0), start[1::2].count(0)
+        if max(high, low) > 0.4 * len(start) and min(high, low) < 0.01 * len(start):
+            return Encoding(name="utf-16-be" if high > low else "utf-16-le")
+        raise InputError("file", "binary, of no known format", "a recording is needed", str(path), _EXPORT)
+    try:
+        start[: start.rfind(b"\n") + 1 or None].decode("utf-8")
+    except UnicodeDecodeError:
+        return Encoding(name="latin-1")
+    return Encoding(name="utf-8")
+
+
+def _no_table(path: Path, lines: Sequence[str]) -> InputError:
+    """The error for a file without rows of numbers."""
+    if not any(line.strip() and not line.lstrip().startswith("#") for line in lines):
+        return InputError("file", "empty", "rows of numbers are needed", str(path), _EXPORT)
+    rows = [line for line in lines if any(is_number(word) for word in re.split(r"[\s,;|]+", line))]
+    if len(rows) == 1:
+        step = "Check that the recording is complete."
+        return InputError("number of samples", 1, "at least 2 are needed", str(path), step)
+    if rows:
+        return InputError("table", "missing", "there are numbers, but not in common columns", str(path), _EXPORT)
+    step = "Record again, or check that the export was complete."
+    return InputError("number of samples", 0, "the file ends after its header", str(path), step)
+
+
+def _delimited(lines: Sequence[str]) -> tuple[str, str, list[Block]] | None:
+    """Delimiter, decimal sign and tables: of the delimiters that make columns of numbers of most lines, the first with
+    several and no other columns, then the first with several."""
+    found = []
+    for delimiter in _DELIMITERS:
+        if delimiter != WHITESPACE and not any(delimiter in line for line in lines):
+            continue
+        cells = [split_cells(line, delimiter) for line in lines]
+        decimal = "." if delimiter == "," else decimal_sign(cell for row in cells[:500] for cell in row)
+        if each := blocks(cells, decimal):
+            found.append((delimiter, decimal, each))
+    rows = max((_longest(each).stop - _longest(each).first for _, _, each in found), default=0)
+
+    def fitness(entry: tuple[str, str, list[Block]]) -> tuple[bool, bool, bool]:
+        block = _longest(entry[2])
+        return block.stop - block.first >= 0.5 * rows, block.numeric > 1, not block.text_columns
+
+    return max(found, key=fitness, default=None)  # the first of equals
+
+
+def _table(
+    path: Path, encoding: Encoding, lines: Sequence[str], delimiter: str, decimal: str, block: Block
+) -> TextTable:
+    """The table of a block of ``lines``, to the end of the file."""
+    headers = block.headers or _commented_headers(lines[: block.first], delimiter, block.width)
+    headers = headers or _other_headers(lines[: block.first], block.width)
+    _check_columns(headers, block.width, path)
+    above = "".join(lines[: block.first])
+    return TextTable(
+        path=path,
+        encoding=encoding,
+        delimiter=delimiter,
+        decimal=decimal,
+        grouped=_has_groups(lines[block.first : block.stop], delimiter, decimal),
+        headers=headers or [str(k + 1) for k in range(block.width)],
+        units=block.units or [""] * block.width,
+        has_header=bool(headers),
+        comments=_comments(lines[: block.first]),
+        title=block.title,
+        first_line=block.first + 1,
+        begin=encoding.mark + len(above.encode(encoding.name, encoding.errors)),
+        text_columns=block.text_columns,
+        clock_columns=_clocks(lines[block.first : block.stop], delimiter),
+    )
+
+
+def _comments(lines: Sequence[str]) -> list[tuple[int, str]]:
+    marked = ((number, line.lstrip().rstrip("\r\n")) for number, line in enumerate(lines, 1))
+    return [(number, text[1:].removeprefix(" ")) for number, text in marked if text.startswith("#")]
+
+
+def _commented_headers(lines: Sequence[str], delimiter: str, width: int) -> list[str]:
+    """Headers as NumPy writes them: the last comment, if it has a cell a column."""
+    comments = [text for _, text in _comments(lines)]
+    cells = list(split_cells(comments[-1], delimiter)) if comments else []
+    return cells if len(cells) == width and width > 1 else []
+
+
+def _other_headers(lines: Sequence[str], width: int) -> list[str]:
+    """Headers that another delimiter separates than the numbers, in the last line above."""
+    last = next((line for line in reversed(lines) if line.strip()), "")
+    for split in (*(lambda text, mark=mark: split_cells(text, mark) for mark in _DELIMITERS),
+                  lambda text: re.split(r"\s{2,}|\t", text.strip().lstrip("# "))):  # fmt: skip
+        cells = list(split(last))
+        if len(cells) == width > 1 and not any(is_number(cell) or is_missing(cell) for cell in cells):
+            return cells
+    return []
+
+
+def _check_columns(headers: Sequence[str], width: int, path: Path) -> None:
+    """Raise InputError for more or longer headers than any table has."""
+    if width > MAX_COLUMNS:
+        limit, step = f"at most {MAX_COLUMNS} can be read", "Save fewer columns."
+        raise InputError("number of columns", width, limit, str(path), step)
+    longest = max(headers, key=len, default="")
+    if len(longest) > _MAX_HEADER_CHARS:
+        limit, step = f"at most {_MAX_HEADER_CHARS} characters", "Rename the column."
+        raise InputError("header", f"{longest[:40]!r}… of {len(longest)} characters", limit, str(path), step)
+
+
+def _has_groups(lines: Sequence[str], delimiter: str, decimal: str) -> bool:
+    """Whether numbers have a sign of thousands."""
+    cells = (cell for line in lines[:_SAMPLE_LINES] for cell in split_cells(line, delimiter))
+    return any(plain_number(cell, decimal) != cell.replace(decimal, ".") for cell in cells)
+
+
+def _clocks(lines: Sequence[str], delimiter: str) -> frozenset[int]:
+    """The columns with times of a clock."""
+    rows = (split_cells(line, delimiter) for line in lines[:_SAMPLE_LINES])
+    return frozenset(k for row in rows for k, cell in enumerate(row) if ":" in cell and is_number(cell))
+
+
+def _is_text(line: str, table: TextTable) -> bool:
+    """Whether a line has no number, and is neither blank nor a comment."""
+    if not line.strip() or line.lstrip().startswith("#"):
+        return False
+    cells = split_cells(line, table.delimiter)
+    used = [cell for cell in cells if not is_missing(cell)]
+    return bool(used) and not any(is_number(cell, table.decimal) for cell in used)
+
+
+def _all_tables(path: Path, like: TextTable) -> list[TextTable]:
+    """Every table of a file, each between two rows of text."""
+    found = []
+    for part in _stretches(like):
+        lines = [*part.above, *part.lines]
+        chosen = _delimited(lines) if part.rows > 1 else None
+        if chosen is None:
+            continue
+        table = _table(path, like.encoding, lines, *chosen[:2], _longest(chosen[2]))
+        inside = table.first_line - 1 - len(part.above)
+        skipped = "".join(part.lines[:inside]).encode(like.encoding.name, like.encoding.errors)
+        found.append((part.rows, replace(table, first_line=part.first_line + inside, begin=part.begin + len(skipped),
+                                         end=part.end, comments=like.comments)))  # fmt: skip
+    longest = max((rows for rows, _ in found), default=0)
+    long = [table for rows, table in found if rows >= min(longest, MIN_ROWS)]
+    return long if len(long) < 2 else [replace(table, name=f"table {k}") for k, table in enumerate(long, 1)]
+
+
+@dataclass
+class _Stretch:
+    """The lines between two rows of text: those above, the first of them, and how many have numbers; the first line's
+    number and the bytes of both ends, None for the end of the file."""
+
+    above: list[str]
+    first_line: int
+    begin: int
+    end: int | None = None
+    rows: int = 0
+    lines: list[str] = field(default_factory=list)
+
+
+def _stretches(table: TextTable) -> Iterator[_Stretch]:
+    """Every stretch of a file between two rows of text."""
+    above: list[str] = []
+    part = None
+    for number, offset, line in table.all_lines():
+        if _is_text(line, table):
+            if part:
+                part.end = offset
+                yield part
+            above = [*(above if part is None else []), line][-_ABOVE_LINES:]
+            part = None
+        elif part or (line.strip() and not line.lstrip().startswith("#")):
+            part = part or _Stretch(above, number, offset)
+            part.rows += bool(line.strip())
+            part.lines += [line] if part.rows <= _SAMPLE_LINES else []
+    if part:
+        yield part

@@ -1,0 +1,228 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The recordings of one file: tables one after the other, groups of columns, runs whose time starts again."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from .columns import Column, choose, stated_unit
+from .quantities import RECOGNISED, by_name, by_numbered_name, split
+
+MAIN = ("time", "depth", "velocity", "force")
+_MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
+_MAX_RUNS = 10_000
+_BLOCK = 1 << 20  # samples whose steps are looked at together
+_NEAR_START = 0.02  # of the range of time: a run begins where the first one began
+_MAX_LISTED = 12  # names in a message
+
+
+@dataclass(frozen=True, kw_only=True)
+class Part:
+    """One recording of a file: its name, empty if there is no other; its table; and the columns that were given, or
+    that belong together."""
+
+    name: str = ""
+    table: Any
+    columns: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class RowRange:
+    """Rows of a table from ``first`` to the one before ``stop``, with the interface of ``FileTable``."""
+
+    table: Any
+    first: int
+    stop: int | None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.table, name)
+
+    def place(self, row: int) -> str:
+        """The place of a row in the file."""
+        return self.table.place(self.first + row)
+
+    def numbers(self, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
+        """As ``FileTable.numbers``, for these rows."""
+        values, sha256, complete = self.table.numbers(columns)
+        return {q: each[self.first : self.stop].copy() for q, each in values.items()}, sha256, complete
+
+
+def parts_of(tables: Sequence[Any], given: Mapping[str, str]) -> list[Part]:
+    """The recordings of a file with these tables.
+
+    Parameters
+    ----------
+    tables : sequence of FileTable or TextTable
+        All tables of the file.
+    given : mapping
+        Quantity -> header; one with ``*`` stands for several columns, each of a recording of its own.
+
+    Returns
+    -------
+    list of Part
+        Those with the columns of a recording; all if none has them.
+
+    Raises
+    ------
+    InputError
+        A header with ``*`` matches no column of any table.
+    """
+    found, refused = [], None
+    for table in tables:
+        try:
+            found += [part for each in _groups(table, given) for part in _runs(each)]
+        except InputError as error:
+            refused = error
+    if not found and refused:
+        raise refused
+    return [part for part in found if len(found) == 1 or _is_recording(part)] or found
+
+
+def chosen_part(parts: Sequence[Part], wanted: str | int | None, path: Path) -> Part:
+    """The part with this name or number from 1. Raises InputError if it is absent, or needed and not given."""
+    if wanted is None:
+        if len(parts) == 1:
+            return parts[0]
+        step = f"Choose one by its name or number, such as --part {parts[0].name!r} or --part 1; campaign takes all."
+        raise InputError("number of recordings", len(parts), f"the file has {listed(parts)}", str(path), step)
+    text = str(wanted).strip()
+    named = [part for part in parts if part.name.casefold() == text.casefold()]
+    if len(named) == 1:
+        return named[0]
+    if text.isdecimal() and 1 <= int(text) <= len(parts):
+        return parts[int(text) - 1]
+    limit = f"the file has {listed(parts)}" if len(parts) > 1 else "the file has one recording, without a name"
+    step = f"Give one of these names, or a number from 1 to {len(parts)}." if len(parts) > 1 else "Leave it out."
+    raise InputError("part", repr(text[:60]), limit, str(path), step)
+
+
+def listed(parts: Sequence[Part]) -> str:
+    """The names of the first parts as a message shows them."""
+    names = ", ".join(repr(part.name) for part in parts[:_MAX_LISTED])
+    return names + (f" and {len(parts) - _MAX_LISTED} more" if len(parts) > _MAX_LISTED else "")
+
+
+def _is_recording(part: Part) -> bool:
+    """Whether a table has a force and something that it varies over."""
+    try:
+        found = choose(part.table, MAIN, part.columns)
+    except InputError as error:
+        return error.value == "ambiguous"
+    return "force" in found and (len(found) > 1 or bool(part.columns))
+
+
+def _groups(table: Any, given: Mapping[str, str]) -> list[Part]:
+    """The recordings side by side in a table."""
+    if any("*" in str(header) and header not in table.headers for header in given.values()):
+        return _by_pattern(table, given)
+    for recognise in RECOGNISED[:2]:
+        groups = _repeated(table, recognise, given)
+        if groups:
+            return groups
+    return [Part(name=table.name, table=table, columns=given)]
+
+
+def _by_pattern(table: Any, given: Mapping[str, str]) -> list[Part]:
+    """A recording for each text that ``*`` stands for."""
+    fixed = {q: header for q, header in given.items() if "*" not in str(header)}
+    taken = {column.index for column in choose(table, tuple(fixed), fixed).values()}
+    text = getattr(table, "text_columns", frozenset())
+    groups: dict[str, dict[str, str]] = {}
+    for quantity, pattern in given.items():
+        if quantity in fixed:
+            continue
+        for index, header in enumerate(table.headers):
+            name = split(header)[0]
+            if index not in taken | text and header and fnmatchcase(name, pattern):
+                before, _, after = pattern.partition("*")
+                key = name[len(before) : len(name) - len(after)].strip()
+                groups.setdefault(key or name, {})[quantity] = str(index + 1)
+    if not groups:
+        patterns = ", ".join(f"{q}={given[q]}" for q in given if q not in fixed)
+        limit = "no column with numbers matches"
+        raise InputError("--column", patterns, limit, str(table.path), "Give a header in which * stands for any text.")
+    return [Part(name=_joined(table.name, key), table=table, columns=fixed | chosen) for key, chosen in groups.items()]
+
+
+def _repeated(table: Any, recognise: Any, given: Mapping[str, str]) -> list[Part]:
+    """The groups of columns in which force, and depth or time, occur equally often; columns that occur once belong to
+    each group."""
+    columns: dict[str, list[int]] = {}
+    for index, header in enumerate(table.headers):
+        quantity = recognise(header)
+        if quantity in MAIN and quantity not in given:
+            columns.setdefault(quantity, []).append(index)
+    many = {q: found for q, found in columns.items() if len(found) > 1}
+    counts = {len(found) for found in many.values()}
+    if "force" not in many or len(many) < 2 or len(counts) != 1:
+        return []
+    alone = {q: str(found[0] + 1) for q, found in columns.items() if len(found) == 1}
+    groups = [{q: found[k] for q, found in many.items()} for k in range(counts.pop())]
+    names = [_group_name(table, group) for group in groups]
+    if len(set(names)) < len(names):
+        names = [f"columns {min(group.values()) + 1} to {max(group.values()) + 1}" for group in groups]
+    return [
+        Part(name=_joined(table.name, name), table=table,
+             columns=dict(given) | alone | {q: str(k + 1) for q, k in group.items()})
+        for name, group in zip(names, groups)
+    ]  # fmt: skip
+
+
+def _group_name(table: Any, group: Mapping[str, int]) -> str:
+    """The end that the names of the columns of a group have in common, such as the number of a specimen."""
+    names = [split(table.headers[index])[0] for index in group.values()]
+    ends = [name.rstrip("0123456789") for name in names]
+    numbers = {name[len(end) :] for name, end in zip(names, ends)}
+    return numbers.pop() if len(numbers) == 1 and by_numbered_name(names[0]) and not by_name(names[0]) else ""
+
+
+def _joined(table: str, group: str) -> str:
+    return f"{table}: {group}" if table and group else table or group
+
+
+def _runs(part: Part) -> Iterator[Part]:
+    """The runs of a part, one below the other, each with a time that starts again."""
+    starts = [0] if getattr(part.table, "is_large", False) else _starts(part)
+    if len(starts) < 2:
+        yield part
+        return
+    for k, (first, stop) in enumerate(zip(starts, [*starts[1:], None]), 1):
+        yield replace(part, name=_joined(part.name, f"run {k}"), table=RowRange(part.table, first, stop))
+
+
+def _starts(part: Part) -> list[int]:
+    """The first row of every run."""
+    try:
+        found = choose(part.table, ("time",), {q: h for q, h in part.columns.items() if q == "time"})
+        time = part.table.numbers(found)[0].get("time", np.empty(0)) if found else np.empty(0)
+    except InputError:  # reported when the part is read
+        return [0]
+    blocks = range(0, len(time), _BLOCK)
+    if not any((np.diff(time[k : k + _BLOCK + 1]) < 0.0).any() for k in blocks) and np.isfinite(time).all():
+        return [0]
+    present = np.flatnonzero(np.isfinite(time))
+    if len(present) < 2 * _MIN_RUN:
+        return [0]
+    falls = np.flatnonzero(np.diff(time[present]) < 0.0) + 1
+    near = time[present[0]] + _NEAR_START * np.ptp(time[present])
+    lengths = np.diff(np.concatenate([[0], falls, [len(present)]]))
+    if not 0 < len(falls) <= _MAX_RUNS or lengths.min() < _MIN_RUN or (time[present[falls]] > near).any():
+        return [0]
+    if (time[present[falls + 1]] >= time[present[falls - 1]]).any():  # one wrong time, after which the clock continues
+        return [0]
+    return [0, *present[falls].tolist()]
+
+
+def column_table(part: Part) -> list[tuple[str, str, str]]:
+    """Header, stated unit, and quantity of each column of a part, for a look at it."""
+    try:
+        found = {column.index: q for q, column in choose(part.table, MAIN, part.columns).items()}
+    except InputError:
+        found = {}
+    headers = enumerate(part.table.headers)
+    return [(header, stated_unit(part.table, k) or "", found.get(k, "")) for k, header in headers]

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The quantities of a recording, and the headers by which they and their units are recognised."""
+
+import re
+import unicodedata
+from collections.abc import Iterable
+
+from ..errors import InputError
+from ..units import find
+
+# quantity: its dimension, and the header names that are recognised, as normalised by _plain(): English, then German,
+# French, Spanish, Italian, and names of instruments
+QUANTITIES = {
+    "time": (
+        "time",
+        "time t timestamp time_stamp elapsed elapsed_time test_time run_time total_time sample_time "
+        "zeit laufzeit prufzeit pruefzeit temps tiempo tempo",
+    ),
+    "depth": (
+        "length",
+        "depth insertion_depth needle_depth tip_depth penetration penetration_depth indentation "
+        "indentation_depth pd z pz p_z pos_z position_z z_position z_pos position pos tip_position "
+        "stage_position displacement axial_displacement displ disp travel stroke distance extension ext "
+        "crosshead crosshead_position crosshead_extension crosshead_displacement "
+        "weg standardweg traversenweg prufweg pruefweg tiefe eindringtiefe eindringweg verschiebung hub "
+        "deplacement profondeur enfoncement course allongement desplazamiento profundidad posicion carrera "
+        "spostamento profondita posizione corsa",
+    ),
+    "velocity": (
+        "velocity",
+        "velocity vel vz v_z velocity_z insertion_velocity speed insertion_speed "
+        "geschwindigkeit vitesse velocidad velocita",
+    ),
+    "force": (
+        "force",
+        "force fz f_z force_z axial_force force_axial needle_force insertion_force f fn f_n "
+        "normal_force load axial_load compressive_load compression_load load_cell load_cell_force "
+        "standard_force kraft standardkraft prufkraft pruefkraft last effort force_axiale charge fuerza "
+        "carga forza carico",
+    ),
+    "fx": ("force", "fx f_x force_x"),
+    "fy": ("force", "fy f_y force_y"),
+    "tx": ("torque", "tx t_x torque_x mx m_x moment_x"),
+    "ty": ("torque", "ty t_y torque_y my m_y moment_y"),
+    "tz": ("torque", "tz t_z torque_z mz m_z moment_z"),
+    "stiffness": ("force", "stiffness"),
+    "friction": ("force", "friction"),
+    "cutting": ("force", "cutting"),
+}
+AXES = tuple(QUANTITIES)[4:]
+_NAMES = {name: quantity for quantity, (_, names) in QUANTITIES.items() for name in names.split()}
+_IN_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(]\s*([^\])]+?)\s*[\])]\s*")
+_AFTER_SLASH = re.compile(r"(.*?)\s+(?:/|in)\s+(\S+)\s*")
+_AFTER_COMMA = re.compile(r"(.*?),\s*(\S+)\s*")
+_NUMBERED = re.compile(r"(.*?)[_.]?\d+")
+
+
+_NAMED_BY_WORD = {
+    "time": "time zeit temps tiempo tempo",
+    "depth": "depth position displacement extension travel indentation penetration crosshead weg tiefe deplacement "
+             "profondeur desplazamiento profundidad spostamento profondita posizione",
+    "force": "force load kraft standardkraft effort fuerza carga forza fz",
+}  # fmt: skip
+# words that make another quantity of a header
+_OTHERS = frozenset(
+    "rate speed velocity energy work error sd std max min mean average peak target set setpoint command "
+    "commanded desired ratio strain stress offset x y transverse lateral geschwindigkeit soll".split()
+)
+UNIT_DIMENSIONS = ("time", "length", "velocity", "force", "torque", "angle")
+
+
+def dimension(quantity: str) -> str:
+    """The dimension of a quantity: time, length, velocity, force or torque."""
+    return QUANTITIES[quantity][0]
+
+
+def check_known(quantity: str) -> None:
+    """Raise InputError for a name that is not a quantity of a recording."""
+    if quantity not in QUANTITIES:
+        raise InputError("quantity", repr(quantity), f"known are {', '.join(QUANTITIES)}")
+
+
+def split(header: str) -> tuple[str, str | None]:
+    """Split a header into name and unit: ``Force [N]``, ``time_us``, ``Weg (mm)``, ``F / N``, ``Fz, gf``."""
+    plain = " ".join(header.split())  # runs of blanks would take the expressions a time with their cube
+    after_comma = _AFTER_COMMA.fullmatch(plain)
+    if after_comma and is_unit(after_comma[2].strip("[]()")):
+        return after_comma[1], after_comma[2].strip("[]()")
+    bracketed = _IN_BRACKETS.fullmatch(plain) or _AFTER_SLASH.fullmatch(plain)
+    if bracketed and (is_unit(bracketed[2]) or _NAMES.get(plain_name(plain)) is None):
+        return bracketed[1], bracketed[2]
+    parts = header.split("_")
+    for cut in range(1, len(parts)):
+        name, suffix = "_".join(parts[:cut]), "_".join(parts[cut:])
+        quantity = _NAMES.get(plain_name(name))
+        if find(suffix, dimension(quantity)) if quantity else is_unit(suffix):
+            return name, suffix
+    return header, None
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of a quantity of a recording."""
+    return any(find(text, each) for each in UNIT_DIMENSIONS)
+
+
+def by_name(header: str) -> str | None:
+    """The quantity of a header by its whole name."""
+    return _NAMES.get(plain_name(split(header)[0]))
+
+
+def by_numbered_name(header: str) -> str | None:
+    """The quantity of a header whose name ends with a number, as that of a specimen: ``Load 2``."""
+    numbered = _NUMBERED.fullmatch(plain_name(split(header)[0]))
+    return _NAMES.get(numbered[1]) if numbered else None
+
+
+def by_word(header: str) -> str | None:
+    """Time, depth or force, by one word of a header: ``Compressive load 5 kN cell``; None if another word makes it a
+    different quantity, such as a rate, or if words of several are in it."""
+    words = set(plain_name(split(header)[0]).split("_"))
+    found = [quantity for quantity, names in _NAMED_BY_WORD.items() if words & set(names.split())]
+    return found[0] if len(found) == 1 and not words & _OTHERS else None
+
+
+RECOGNISED = (by_name, by_numbered_name, by_word)
+"""How a header is recognised, the surest way first."""
+
+
+def plain_name(name: str) -> str:
+    """A name in lower case without accents, its words joined by ``_``."""
+    letters = "".join(each for each in unicodedata.normalize("NFKD", name) if not unicodedata.combining(each))
+    return re.sub(r"[\W_]+", "_", letters.casefold()).strip("_")
+
+
+def listed(headers: Iterable[str]) -> str:
+    """Headers as a message shows them."""
+    return ", ".join(map(repr, headers))
