@@ -28,6 +28,7 @@ _HOME = {
     "simulate": "models.simulation",
     "Recording": "recording",
     "read": "recording",
+    "read_all": "recording",
     "write": "recording",
     "segment": "segmentation",
     "identify": "identification",

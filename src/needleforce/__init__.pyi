@@ -23,6 +23,7 @@ from .preset_files import preset as preset
 from .preset_files import presets as presets
 from .recording import Recording as Recording
 from .recording import read as read
+from .recording import read_all as read_all
 from .recording import write as write
 from .segmentation import segment as segment
 from .vocabulary import Phase as Phase

@@ -49,8 +49,7 @@ def test_the_command(file, more):
     "arguments, code, message",
     [
         ([*READING, *SPHERE, "--segment", "segment=7"], 1, "never 7, it contains 0"),
-        ([*READING, *SPHERE, "--segment", "part=0"], 1, "the columns are time_s, segment"),
-        ([*READING[:4], *SPHERE], 1, "give --depth-inwards decreasing"),
+        ([*READING, *SPHERE, "--segment", "part=0"], 1, "the columns are 'time_s', 'segment'"),
         ([*SPHERE], 1, "no column holds the depth"),
     ],
 )
@@ -58,6 +57,15 @@ def test_a_file_without_result_exits_with_1(file, arguments, code, message):
     done = CliRunner().invoke(app, ["indentation", str(file), *arguments])
     assert done.exit_code == code
     assert re.search(message, done.stderr), done.stderr
+
+
+def test_a_depth_that_decreases_inwards_is_recognised(file):
+    given, recognised = (
+        CliRunner().invoke(app, ["indentation", str(file), *reading, *SPHERE, "--json", "-"])
+        for reading in (READING, READING[:4])
+    )
+    assert recognised.stdout == given.stdout
+    assert "depth decreases while the needle goes in: its sign is reversed" in recognised.stderr
 
 
 @pytest.mark.parametrize(

@@ -32,8 +32,12 @@ def campaign(
     needle: Needle | None = None,
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
-    inwards: str = "increasing",
+    inwards: str | None = None,
     filter_length: int | None = None,
+    rate: float | None = None,
+    speed: float | None = None,
+    step: float | None = None,
+    first_row: int | None = None,
     repeats: Collection[str] = REPEATS,
     progress: Progress | None = None,
 ) -> Campaign:
@@ -58,8 +62,8 @@ def campaign(
         Name of the model, as for ``identify``.
     needle : Needle, optional
         The needle, as for ``identify``.
-    columns, units, inwards, filter_length
-        As for ``read``.
+    columns, units, inwards, filter_length, rate, speed, step, first_row
+        As for ``read``. Every recording of a file with several is used; they are repeats of one condition.
     repeats : collection of str
         Fields in which repeats of one condition differ. Files with equal other fields are repeats of one condition; a
         file without fields is identified by itself.
@@ -77,7 +81,9 @@ def campaign(
         A source without files, a pattern that matches none of them, a mapping that cannot be read, or an unknown model.
     """
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
+    options |= {"rate": rate, "speed": speed, "step": step, "first_row": first_row}
     files, not_recordings = _sorted_out(source, mapping, options)
+    files = [part for file in files for part in file.parts(columns)]
     labels, notes = label_files(files, pattern, mapping)
     if pattern is None and mapping is None:
         labels, more = inferred(labels, lambda file: _speed(file, options))
@@ -123,7 +129,7 @@ def _unreadable(file: File, options: dict[str, Any]) -> str:
 def _speed(file: File, options: dict[str, Any]) -> float:
     """The median speed [m/s] of the first insertion; NaN without one."""
     try:
-        recording = read(file.path, **options)
+        recording = read(file.path, part=file.part, **options)
     except (InputError, OSError):
         return float("nan")
     strokes = cycles(recording.time, recording.depth)
@@ -151,7 +157,7 @@ def _conditions(
 
 def _load(label: Label, options: dict[str, Any]) -> LoadedFile:
     try:
-        return LoadedFile(label, read(label.file.path, **options))
+        return LoadedFile(label, read(label.file.path, part=label.file.part, **options))
     except (InputError, OSError) as error:
         return LoadedFile(label, None, str(error))
 

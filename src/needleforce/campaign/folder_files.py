@@ -3,7 +3,7 @@
 
 import glob
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
@@ -11,16 +11,35 @@ from typing import NoReturn
 from ..errors import InputError
 from ..files import file_name
 from ..recording.formats.detect import ARCHIVE, JSON, TEXT, format_of
+from ..recording.reader import recordings_in
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 
 
 @dataclass(frozen=True, order=True)
 class File:
-    """A file; ``name`` is its path relative to the common folder of all files, with ``/`` on every system."""
+    """A file, or one of several recordings in it; ``name`` is its path relative to the common folder of all files, with
+    ``/`` on every system, and after a colon the name of the recording, whose number from 1 is ``part``."""
 
     name: str
     path: Path
+    part: int | None = None
+    part_name: str = ""
+
+    @property
+    def file_name(self) -> str:
+        """The name of the file alone."""
+        return self.name.removesuffix(f": {self.part_name}") if self.part else self.name
+
+    def parts(self, columns: Mapping[str, str] | None) -> "list[File]":
+        """Every recording of the file; the file itself if it has one, or cannot be read."""
+        try:
+            found = [] if format_of(self.path).log else recordings_in(self.path, columns)
+        except (InputError, OSError):
+            return [self]
+        if len(found) < 2:
+            return [self]
+        return [File(f"{self.name}: {part.name}", self.path, k, part.name) for k, part in enumerate(found, 1)]
 
 
 def find_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> list[File]:

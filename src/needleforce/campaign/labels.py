@@ -23,7 +23,7 @@ _MAX_FIELDS = 100
 COLUMNS = ("file", "pooled", "status", "quantity", "value", "low", "high", "unit", "identifiable", "outlier",
            "residual_over_peak", "r2", "why")  # fmt: skip
 """Columns of the campaign's table, which cannot be names of fields."""
-REPEATS = ("repeat", "date", "file", "time", "run")
+REPEATS = ("repeat", "date", "file", "time", "run", "part")
 """Default fields in which repeats of one condition differ."""
 
 _CARD = ("needle", "tissue", "rig", "speed_mm_s", "pass")
@@ -214,7 +214,7 @@ def label_files(
     known = {} if mapping is None else read_mapping(mapping)
     rows = {file: row_of(known, file) for file in files}
     labels = [_label(file, form, known.get(rows[file] or ""), mapping is not None) for file in files]
-    if form is not None and not any(form.read(file.name)[0] for file in files):
+    if form is not None and not any(form.read(file.file_name)[0] for file in files):
         reason = f"it matches none of {len(files)} files; {files[0].name}: {form.read(files[0].name)[1]}"
         raise InputError("name pattern", repr(pattern), reason, next_step="Correct the pattern, or give a mapping.")
     unused = [name for name in known if name not in rows.values()]
@@ -248,13 +248,13 @@ def grouped(labels: list[Label], repeats: Collection[str]) -> list[list[Label]]:
 
 
 def _label(file: File, form: NamePattern | None, row: dict[str, str] | None, mapped: bool) -> Label:
-    fields, mismatch = ({}, "") if form is None else form.read(file.name)
+    fields, mismatch = ({}, "") if form is None else form.read(file.file_name)
     if not fields and row:
         fields = row
     if not fields:
         fields = _of_card(file)
-    if fields:
-        return Label(file, fields)
+    if fields or file.part:  # the recordings of one file are repeats
+        return Label(file, (fields or {"source": file.file_name}) | ({"part": file.part_name} if file.part else {}))
     reasons = [f"its name does not match {form.text}, because {mismatch}"] if mismatch else []
     reasons += ["it is not in the mapping"] if mapped else []
     reasons += ["it has no card"] if reasons else ["it has no card; give a name pattern or a mapping"]

@@ -43,17 +43,17 @@ class Repeat:
 
 def copies(named: Sequence[tuple[str, Recording]]) -> dict[str, Anomaly]:
     """File -> anomaly for each file with the same bytes as a previous one."""
-    first: dict[str, str] = {}
+    first: dict[tuple[str, str], str] = {}
     found = {}
     for name, recording in named:
-        sha256 = recording.card.sha256
-        if sha256 and sha256 in first:
+        content = recording.card.content
+        if content[0] and content in first:
             nan = float("nan")
-            sentence = f"It has the same bytes as {first[sha256]}: a copy is not a repeat. Remove one of the two."
+            sentence = f"It has the same bytes as {first[content]}: a copy is not a repeat. Remove one of the two."
             found[name] = Anomaly(
                 kind="copy", quantity="", value=nan, usual=nan, unit="", sentence=sentence, left_out=True
             )
-        first.setdefault(sha256, name)
+        first.setdefault(content, name)
     return found
 
 

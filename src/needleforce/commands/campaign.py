@@ -6,7 +6,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .files import COLUMN_HELP, FILTER_HELP, INWARDS_HELP, NEEDLE_HELP, UNIT_HELP, check_usage
+from .files import (
+    COLUMN_HELP,
+    FILTER_HELP,
+    NEEDLE_HELP,
+    UNIT_HELP,
+    FirstRowOption,
+    InwardsOption,
+    RateOption,
+    SpeedOption,
+    StepOption,
+    check_usage,
+    motion_options,
+)
 from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, table, write_json
 
 if TYPE_CHECKING:
@@ -26,7 +38,11 @@ def run(
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
+    depth_inwards: InwardsOption = None,
+    rate_hz: RateOption = None,
+    speed_mm_s: SpeedOption = None,
+    step_um: StepOption = None,
+    first_row: FirstRowOption = None,
     filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
     table: Annotated[Path | None, typer.Option(help="Write all results as one table, .csv or .parquet.")] = None,
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
@@ -43,6 +59,7 @@ def run(
         check_table(table)
     reading = {"columns": pairs(column, "column"), "units": pairs(unit, "unit"), "inwards": depth_inwards}
     reading["filter_length"] = filter_length
+    reading |= motion_options(None, rate_hz, speed_mm_s, step_um, first_row)
     check_usage(reading)
     body = needle_of(needle) if needle else None
     options = {"pattern": pattern, "mapping": mapping, "model": model, "needle": body, "progress": progress}

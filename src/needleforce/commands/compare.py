@@ -8,7 +8,20 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .files import COLUMN_HELP, INWARDS_HELP, UNIT_HELP, read_all, readable, screen_recordings
+from .files import (
+    COLUMN_HELP,
+    UNIT_HELP,
+    FirstRowOption,
+    InwardsOption,
+    PartOption,
+    RateOption,
+    SpeedOption,
+    StepOption,
+    motion_options,
+    read_all,
+    readable,
+    screen_recordings,
+)
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 
 if TYPE_CHECKING:
@@ -28,7 +41,12 @@ def run(
     models: Annotated[str, typer.Option(help=MODELS_HELP)] = "paper,cone_cylinder,power_law,okamura,maurin",
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
+    depth_inwards: InwardsOption = None,
+    part: PartOption = None,
+    rate_hz: RateOption = None,
+    speed_mm_s: SpeedOption = None,
+    step_um: StepOption = None,
+    first_row: FirstRowOption = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help="Write table and figure as one HTML file.")] = None,
 ) -> None:
@@ -41,7 +59,8 @@ def run(
     from ..report import write_comparison
 
     check_outputs([json, report], files)
-    done = screen_recordings(read_all(files, column, unit, inwards=depth_inwards))
+    given = motion_options(part, rate_hz, speed_mm_s, step_um, first_row)
+    done = screen_recordings(read_all(files, column, unit, inwards=depth_inwards, **given))
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")

@@ -7,7 +7,20 @@ from typing import Annotated
 import typer
 
 from ..errors import InputError
-from .files import COLUMN_HELP, FILTER_HELP, INWARDS_HELP, START_DEPTH_HELP, UNIT_HELP, read_all
+from .files import (
+    COLUMN_HELP,
+    FILTER_HELP,
+    START_DEPTH_HELP,
+    UNIT_HELP,
+    FirstRowOption,
+    InwardsOption,
+    PartOption,
+    RateOption,
+    SpeedOption,
+    StepOption,
+    motion_options,
+    read_all,
+)
 from .output import check_outputs, say
 
 NAME = "convert"
@@ -19,7 +32,12 @@ def run(
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .csv, .parquet or .mcap.")],
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
+    depth_inwards: InwardsOption = None,
+    part: PartOption = None,
+    rate_hz: RateOption = None,
+    speed_mm_s: SpeedOption = None,
+    step_um: StepOption = None,
+    first_row: FirstRowOption = None,
     motion: Annotated[Path | None, typer.Option(help="File with velocity or depth on its own clock.")] = None,
     start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
     filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
@@ -37,6 +55,7 @@ def run(
         )
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
+    options |= motion_options(part, rate_hz, speed_mm_s, step_um, first_row)
     ((_, recording),) = read_all([file], column, unit, [motion] if motion else [], **options)
     if isinstance(recording, InputError):
         say(f"needleforce: {recording}")

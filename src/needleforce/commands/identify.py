@@ -10,12 +10,18 @@ from ..errors import InputError
 from .files import (
     COLUMN_HELP,
     FILTER_HELP,
-    INWARDS_HELP,
     MOTION_HELP,
     NEEDLE_HELP,
     START_DEPTH_HELP,
     UNIT_HELP,
+    FirstRowOption,
+    InwardsOption,
+    PartOption,
+    RateOption,
     ReadFiles,
+    SpeedOption,
+    StepOption,
+    motion_options,
     read_all,
     screen_recordings,
 )
@@ -47,7 +53,12 @@ def run(
     layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
+    depth_inwards: InwardsOption = None,
+    part: PartOption = None,
+    rate_hz: RateOption = None,
+    speed_mm_s: SpeedOption = None,
+    step_um: StepOption = None,
+    first_row: FirstRowOption = None,
     motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = [],  # noqa: B006
     start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
     filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
@@ -71,6 +82,7 @@ def run(
     body = needle_of(needle) if needle else None
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
+    options |= motion_options(part, rate_hz, speed_mm_s, step_um, first_row)
     done = screen_recordings(read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options))
     seconds = read_all(second_pass, column, unit, motion[len(files) :], **options)
     _print_assumptions(done + seconds)

@@ -11,12 +11,26 @@ import numpy as np
 import typer
 
 from ..errors import InputError
-from .files import COLUMN_HELP, INWARDS_HELP, NEEDLE_HELP, UNIT_HELP, read_all
+from .files import (
+    COLUMN_HELP,
+    NEEDLE_HELP,
+    UNIT_HELP,
+    FirstRowOption,
+    InwardsOption,
+    PartOption,
+    RateOption,
+    SpeedOption,
+    StepOption,
+    motion_options,
+    read_all,
+)
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
 
 if TYPE_CHECKING:
     from ..identification.indentation import TipFit
     from ..recording import Recording
+    from ..recording.file_table import FileTable
+    from ..recording.formats.text_table import TextTable
 
 NAME = "indentation"
 SEGMENT_HELP = "Use the rows in which a column has a value, such as segment=0; default: all rows up to the deepest one."
@@ -44,7 +58,12 @@ def run(
     ] = "constant",
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: Annotated[str, typer.Option(help=INWARDS_HELP)] = "increasing",
+    depth_inwards: InwardsOption = None,
+    part: PartOption = None,
+    rate_hz: RateOption = None,
+    speed_mm_s: SpeedOption = None,
+    step_um: StepOption = None,
+    first_row: FirstRowOption = None,
     segment: Annotated[str | None, typer.Option(help=SEGMENT_HELP)] = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
 ) -> None:
@@ -57,7 +76,10 @@ def run(
     checked_options(**options)
     wanted = pairs([segment], "segment") if segment else {}
     tips, shank = tips_of(tip, half_angle_deg, radius_um, needle)
-    ((_, recording),) = read_all([file], column, unit, inwards=depth_inwards, baseline=False)
+    given = motion_options(part, rate_hz, speed_mm_s, step_um, first_row)
+    ((_, recording),) = read_all(
+        [file], column, unit, inwards=depth_inwards, baseline=False, test="indentation", **given
+    )
     try:
         depth, force = _approach(recording, file, wanted)
         rows = compare_tips(depth, force, tips, progress=progress, shank_radius=shank, **options)
@@ -77,28 +99,35 @@ def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str,
     for sentence in (*recording.card.assumptions, *(note.message for note in recording.notes)):
         say(f"note: {sentence}")
     if wanted:
-        used = _rows(file, *next(iter(wanted.items())), len(recording))
+        used = _rows(_table_of(recording, file), *next(iter(wanted.items())), len(recording))
     else:
         used = slice(int(recording.depth.argmax()) + 1)
         say(f"assumed: the indentation ends at the deepest of {len(recording)} samples, number {used.stop}")
     return recording.depth[used], recording.force[used]
 
 
-def _rows(file: Path, name: str, value: str, count: int) -> np.ndarray:
-    """Whether the column ``name`` has ``value``, (n,); InputError if there is no such column or value."""
-    import pandas as pd
+def _table_of(recording: "Recording", file: Path) -> "FileTable | TextTable":
+    from ..recording.parts import chosen_part
+    from ..recording.reader import recordings_in
 
-    frame = pd.read_csv(file, sep=None, engine="python", comment="#", skipinitialspace=True, dtype=str)
-    if name not in frame:
-        limit = f"the columns are {', '.join(map(str, frame.columns))}"
-        raise InputError("column of --segment", repr(name), limit, next_step="Give one of them.")
-    if len(frame) != count:
-        limit = f"the file has {len(frame)} rows"
+    return chosen_part(recordings_in(file), recording.card.part or None, file).table
+
+
+def _rows(table: "FileTable | TextTable", name: str, value: str, count: int) -> np.ndarray:
+    """Whether the column ``name`` has ``value``, (n,); InputError if there is no such column or value."""
+    from ..recording.columns import columns_of
+
+    if name not in table.headers:
+        step = "Give one of them."
+        raise InputError("column of --segment", repr(name), columns_of(table), next_step=step)
+    cells = table.texts(table.headers.index(name))
+    if len(cells) != count:
+        limit = f"the file has {len(cells)} rows"
         advice = "Correct or remove the other rows."
         raise InputError("number of rows with all values", count, limit, next_step=advice)
-    used = (frame[name].str.strip() == value).to_numpy()
+    used = np.array([cell == value for cell in cells])
     if not used.any():
-        limit = f"it contains {', '.join(frame[name].unique()[:8])}"
+        limit = f"it contains {', '.join(list(dict.fromkeys(cells))[:8])}"
         raise InputError(f"column {name!r}", f"never {value}", limit, next_step="Give one of its values.")
     return used
 

@@ -315,9 +315,9 @@ def bench_estimates(
 
 def _different(recordings: list[Recording]) -> None:
     """Raises InputError for a file given twice, which would count as a repeat and make the intervals too narrow."""
-    sources: dict[str, str] = {}
+    sources: dict[tuple[str, str], str] = {}
     for card in (recording.card for recording in recordings if recording.card.sha256):
-        if card.sha256 in sources:
-            same = f"the same bytes as {sources[card.sha256]}"
+        if card.content in sources:
+            same = f"the same bytes as {sources[card.content]}"
             raise InputError("content of the file", same, "given twice", card.source, "Give each file once.")
-        sources[card.sha256] = card.source
+        sources[card.content] = card.source

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from .columns import Column
+from .recording import Note
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -34,6 +35,12 @@ class FileTable:
         SHA-256 of the file.
     row_name, first_row : str, int
         How the rows are called in messages, and the number of the first.
+    has_header : bool
+        False where the headers are the numbers of the columns.
+    text_columns : frozenset of int
+        Columns that are known to hold no numbers.
+    notes : list of Note
+        What was found in the file.
     """
 
     path: Path
@@ -45,6 +52,28 @@ class FileTable:
     sha256: str = ""
     row_name: str = "row"
     first_row: int = 1
+    has_header: bool = True
+    text_columns: frozenset[int] = frozenset()
+    notes: list[Note] = field(default_factory=list)
+
+    def first_cells(self) -> list[str]:
+        """The values of the first row, as a message shows them."""
+        return [self._first_cell(index) for index in range(len(self.headers))]
+
+    def _first_cell(self, index: int) -> str:
+        try:
+            values = self.read_column(index)
+        except InputError:
+            return "text"
+        return f"{values[0]:g}" if len(values) and values.ndim == 1 and np.isfinite(values[0]) else ""
+
+    def texts(self, index: int) -> list[str]:
+        """The values of a column as texts."""
+        return [f"{value:g}" if np.isfinite(value) else "" for value in self.read_column(index)]
+
+    def index_of_row(self, number: int) -> int | None:
+        """Which row has this number in the file, from 0; the first for a smaller number."""
+        return max(0, number - self.first_row)
 
     def place(self, row: int) -> str:
         """The place of a row: file, table, and its number."""

@@ -94,6 +94,9 @@ def chosen_part(parts: Sequence[Part], wanted: str | int | None, path: Path) -> 
     named = [part for part in parts if part.name.casefold() == text.casefold()]
     if len(named) == 1:
         return named[0]
+    of_table = [part for part in parts if part.name.casefold().startswith(f"{text.casefold()}: ")]
+    if of_table:
+        return chosen_part(of_table, None, path)
     if text.isdecimal() and 1 <= int(text) <= len(parts):
         return parts[int(text) - 1]
     limit = f"the file has {listed(parts)}" if len(parts) > 1 else "the file has one recording, without a name"
@@ -216,6 +219,15 @@ def _starts(part: Part) -> list[int]:
     if (time[present[falls + 1]] >= time[present[falls - 1]]).any():  # one wrong time, after which the clock continues
         return [0]
     return [0, *present[falls].tolist()]
+
+
+def from_row(table: Any, number: int) -> RowRange:
+    """The rows of a table from the one with this number in the file. Raises InputError if the table ends before."""
+    first = table.index_of_row(number)
+    if first is None:
+        limit = f"the table begins in row {table.first_row} and ends before"
+        raise InputError("first row", number, limit, str(table.path), "Give the number of a row of the table.")
+    return RowRange(table, first, None)
 
 
 def column_table(part: Part) -> list[tuple[str, str, str]]:

@@ -3,6 +3,7 @@
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +15,14 @@ from .force_signal import glitch_notes, remove_bias
 from .formats.detect import format_of, tables_of
 from .formats.text_table import TextTable
 from .joining import INWARDS, join, of_main, put_motion, put_signs, settle_motion
-from .parts import chosen_part, parts_of
+from .parts import Part, chosen_part, from_row, parts_of
 from .quantities import AXES
 from .recording import Recording
 from .stream import Stream, read_stream
 from .timestamps import timing_notes
 
 TESTS = ("insertion", "indentation")
+_last: list[tuple[Any, list[Part]]] = []  # the recordings of the last file that had several
 
 
 def read(
@@ -37,6 +39,7 @@ def read(
     rate: float | None = None,
     speed: float | None = None,
     step: float | None = None,
+    first_row: int | None = None,
     test: str = "insertion",
 ) -> Recording:
     """Read a recording from a file of any format: text, Excel, Parquet, MATLAB, HDF5, TDMS, NumPy, JSON, MCAP, bags.
@@ -74,6 +77,8 @@ def read(
         file's card.
     rate, speed, step : float, optional
         Of a file without time or depth: samples per second [Hz], constant speed [m/s], travel between two samples [m].
+    first_row : int, optional
+        Row, or line of a text, at which the numbers begin, where rows above it are no samples.
     test : {"insertion", "indentation"}
         An indentation needs no time, and what is usual for needles is not expected of it.
 
@@ -97,8 +102,10 @@ def read(
             raise InputError("part", repr(str(part)[:60]), "a log has one recording", str(path), "Leave it out.")
         return read_recording(path, **options)
     assumed = AssumedMotion(rate=rate, speed=speed, step=step, counted=test == "indentation")
-    chosen = chosen_part(parts_of(tables_of(Path(path)), _texts(columns)), part, Path(path))
-    return _read_table(chosen.table, **options | {"columns": chosen.columns}, assumed=assumed)
+    chosen = chosen_part(recordings_in(Path(path), columns), part, Path(path))
+    table = chosen.table if first_row is None else from_row(chosen.table, first_row)
+    recording = _read_table(table, **options | {"columns": chosen.columns}, assumed=assumed)
+    return replace(recording, card=replace(recording.card, part=chosen.name)) if chosen.name else recording
 
 
 def read_all(path: str | os.PathLike, **options: Any) -> list[Recording]:
@@ -111,8 +118,21 @@ def read_all(path: str | os.PathLike, **options: Any) -> list[Recording]:
     """
     if format_of(Path(path)).log:
         return [read(path, **options)]
-    names = parts_of(tables_of(Path(path)), _texts(options.get("columns")))
-    return [read(path, part=k, **options) for k in range(1, len(names) + 1)]
+    count = len(recordings_in(Path(path), options.get("columns")))
+    return [read(path, part=k, **options) for k in range(1, count + 1)]
+
+
+def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
+    """The recordings of a file that is no log. Those of a file with several are kept until another file is read, so
+    that each can be read without opening the file again. Raises InputError as ``read``."""
+    found = path.stat() if path.exists() else None
+    key = (path.absolute(), found and (found.st_mtime_ns, found.st_size), tuple(sorted(_texts(columns).items())))
+    if _last and _last[0][0] == key:
+        return _last[0][1]
+    _last.clear()
+    parts = parts_of(tables_of(path), _texts(columns))
+    _last.extend([(key, parts)] if len(parts) > 1 else [])
+    return parts
 
 
 def read_columns(

@@ -76,6 +76,8 @@ class Card:
         The file, or the simulation.
     sha256 : str
         SHA-256 of the file.
+    part : str
+        The name of the recording, of a file with several.
     needle, tissue, rig : str
         Descriptions.
     filter_length : int
@@ -91,6 +93,12 @@ class Card:
     rig: str = ""
     filter_length: int = 1
     assumptions: tuple[str, ...] = ()
+    part: str = ""
+
+    @property
+    def content(self) -> tuple[str, str]:
+        """What recordings with the same values have in common: the hash of their file, and the part."""
+        return self.sha256, self.part
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -225,8 +233,9 @@ class Recording:
 
     @property
     def name(self) -> str:
-        """The last part of the card's source; ``recording`` without one."""
-        return self.card.source.replace("\\", "/").rsplit("/", 1)[-1] or "recording"
+        """The last part of the card's source; ``recording`` without one. Of a file with several, its name, too."""
+        file = self.card.source.replace("\\", "/").rsplit("/", 1)[-1] or "recording"
+        return f"{file}: {self.card.part}" if self.card.part else file
 
     def _summary(self) -> list[tuple[str, str]]:
         """What the recording spans, as names and texts."""

@@ -138,7 +138,7 @@ def _in_order_and_si(table: Table, units: Mapping[str, str], assumed: AssumedMot
     if timed:
         put_in_order(table)
     check_count(table)
-    place = file_name(table.layout.path) + (f", {table.layout.name}" if table.layout.name else "")
+    place = file_name(table.layout.path)
     if "depth" in table.values and np.ptp(table.values["depth"]) == 0.0:
         header = table.columns["depth"].header
         raise constant_depth(f"depth (column {header!r})", table.values["depth"][0], place)

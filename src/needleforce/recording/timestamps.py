@@ -32,7 +32,7 @@ def check_count(table: Table) -> None:
             count,
             "at least 2 are needed",
             str(table.layout.path),
-            "Check that the recording is complete and that its time column increases.",
+            "Check that the recording is complete, that its columns hold values, and that its time increases.",
         )
 
 

@@ -63,14 +63,14 @@ def kinds(row: Row, decimal: str) -> str:
     return "".join("e" if is_missing(c) else "n" if is_number(c, decimal) else "t" for c in row)
 
 
-def blocks(rows: Sequence[Row], decimal: str = ".") -> list[Block]:
-    """The tables in ``rows``, in their order.
+def blocks(rows: Sequence[Row], decimal: str = ".", shapes: Sequence[str] | None = None) -> list[Block]:
+    """The tables in ``rows``, in their order; ``shapes`` are the kinds of each row if they are known.
 
     Rows of which no cell is a number end a table. A table is the longest run of rows of equal kinds between two of
     these, with the rows around it: a damaged cell within a table is reported when it is read, and is no end. Of several
     tables those with at least 20 rows are given, or the longest alone.
     """
-    shapes = [kinds(row, decimal) for row in rows]
+    shapes = [kinds(row, decimal) for row in rows] if shapes is None else shapes
     found = [block for part in _between_texts(shapes) if (block := _block(rows, shapes, *part))]
     longest = max((_rows_of(shapes, each) for each in found), default=0)
     return [each for each in found if _rows_of(shapes, each) >= min(longest, MIN_ROWS)]

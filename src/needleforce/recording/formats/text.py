@@ -139,7 +139,7 @@ def _table(
         has_header=bool(headers),
         comments=_comments(lines[: block.first]),
         title=block.title,
-        first_line=block.first + 1,
+        first_row=block.first + 1,
         begin=encoding.mark + len(above.encode(encoding.name, encoding.errors)),
         text_columns=block.text_columns,
         clock_columns=_clocks(lines[block.first : block.stop], delimiter),
@@ -210,9 +210,9 @@ def _all_tables(path: Path, like: TextTable) -> list[TextTable]:
         if chosen is None:
             continue
         table = _table(path, like.encoding, lines, *chosen[:2], _longest(chosen[2]))
-        inside = table.first_line - 1 - len(part.above)
+        inside = table.first_row - 1 - len(part.above)
         skipped = "".join(part.lines[:inside]).encode(like.encoding.name, like.encoding.errors)
-        found.append((part.rows, replace(table, first_line=part.first_line + inside, begin=part.begin + len(skipped),
+        found.append((part.rows, replace(table, first_row=part.first_row + inside, begin=part.begin + len(skipped),
                                          end=part.end, comments=like.comments)))  # fmt: skip
     longest = max((rows for rows, _ in found), default=0)
     long = [table for rows, table in found if rows >= min(longest, MIN_ROWS)]
@@ -225,7 +225,7 @@ class _Stretch:
     number and the bytes of both ends, None for the end of the file."""
 
     above: list[str]
-    first_line: int
+    first_row: int
     begin: int
     end: int | None = None
     rows: int = 0

@@ -51,7 +51,7 @@ class Encoding:
 class TextTable:
     """A table of text, with the interface of ``FileTable``.
 
-    ``begin`` and ``end`` are the bytes of its rows, ``first_line`` is the line of the first; ``headers`` are numbers of
+    ``begin`` and ``end`` are the bytes of its rows, ``first_row`` is the line of the first; ``headers`` are numbers of
     columns where ``has_header`` is False. ``grouped`` is True if numbers have a sign of thousands.
     """
 
@@ -66,7 +66,7 @@ class TextTable:
     comments: list[tuple[int, str]] = field(default_factory=list)
     title: list[str] = field(default_factory=list)
     name: str = ""
-    first_line: int = 1
+    first_row: int = 1
     begin: int = 0
     end: int | None = None
     text_columns: frozenset[int] = frozenset()
@@ -91,7 +91,7 @@ class TextTable:
 
     def data_lines(self) -> Iterator[tuple[int, list[str]]]:
         """Each line of data as its number in the file, from 1, and its cells. Slow; used to locate a fault."""
-        for number, _, line in self._lines(self.begin, self.first_line):
+        for number, _, line in self._lines(self.begin, self.first_row):
             if cells := self.cells(line):
                 yield number, cells
 
@@ -120,6 +120,14 @@ class TextTable:
     def first_cells(self) -> list[str]:
         """The cells of the first row."""
         return next((cells for _, cells in self.data_lines()), [])
+
+    def texts(self, index: int) -> list[str]:
+        """The cells of a column."""
+        return [cells[index] if index < len(cells) else "" for _, cells in self.data_lines()]
+
+    def index_of_row(self, number: int) -> int | None:
+        """Which row is in the line with this number or the next, from 0; None if the table ends before."""
+        return next((at for at, (line, _) in enumerate(self.data_lines()) if line >= number), None)
 
     def parses(self) -> bool:
         """Whether every line to the end is a row of numbers; a large file is not parsed for this."""

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of an Excel workbook (xlsx, xlsm, xls): the stored values of its sheets; formulas and macros are never run."""
+
+import hashlib
+import re
+import zipfile
+import zlib
+from collections.abc import Sequence
+from datetime import date, datetime, time, timedelta
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from ...files import MAX_RECORDING_BYTES, read_bytes, unpacked_limit
+from ..file_table import FileTable
+from ..recording import Note
+from .clock_times import seconds_of
+from .rows import Block, blocks, is_missing, is_number, plain_number
+
+_MAX_CELLS = 50_000_000  # of a sheet, empty ones included: a million rows of 50 columns
+_ENCRYPTED = "EncryptedPackage".encode("utf-16-le")
+_FORMULA_WITHOUT_VALUE = re.compile(rb"</f>\s*(?:<v\s*/>|<v>\s*</v>)?\s*</c>")
+_SAVE = "Open it in a spreadsheet program and save it again as xlsx, or export the sheet as CSV."
+
+
+def tables(path: Path) -> list[FileTable]:
+    """The tables of all sheets. Raises InputError for a workbook that is damaged, encrypted or has no table."""
+    from python_calamine import CalamineWorkbook, SheetTypeEnum
+
+    content = read_bytes(path, "file", MAX_RECORDING_BYTES)
+    if _ENCRYPTED in content[: 1 << 20]:
+        step = "Open it with its password and save it without one."
+        raise InputError("workbook", "encrypted", "its values can be read with a password only", str(path), step)
+    without_value = _formulas_without_value(content, path) if content.startswith(b"PK") else 0
+    try:
+        book = CalamineWorkbook.from_filelike(BytesIO(content))
+        names = [each.name for each in book.sheets_metadata if each.typ == SheetTypeEnum.WorkSheet]
+        sheets = [(name, _cells(book.get_sheet_by_name(name), path, name)) for name in names]
+    except InputError:
+        raise
+    except Exception as error:  # the library has its own exceptions, and those of zip and XML
+        reason = " ".join(str(error).split())[:200]
+        raise InputError("workbook", "not readable", reason, str(path), _SAVE) from None
+    sha256 = hashlib.sha256(content).hexdigest()
+    found = [table for name, rows in sheets for table in _tables_of_sheet(path, name, rows, sha256)]
+    if not found:
+        shown = ", ".join(repr(name[:40]) for name in names[:12]) or "none"
+        limit = f"rows of numbers are needed; its sheets are {shown}"
+        raise InputError("workbook", "without a table", limit, str(path), _formula_step(without_value))
+    if without_value:
+        message = f"{without_value} cells hold formulas without stored values and are read as missing"
+        for table in found:
+            table.notes.append(Note("missing", message, without_value))
+    return found
+
+
+def _formula_step(count: int) -> str:
+    return (
+        f"{count} cells hold formulas without stored values. {_SAVE}" if count else "Check that it is the right file."
+    )
+
+
+def _formulas_without_value(content: bytes, path: Path) -> int:
+    """How many cells have a formula whose value was not stored. Raises InputError for an archive that is damaged or
+    unpacks to more than any workbook of its size."""
+    limit, size, count = unpacked_limit(len(content)), 0, 0
+    try:
+        with zipfile.ZipFile(BytesIO(content)) as archive:
+            for member in archive.infolist():
+                with archive.open(member) as file:
+                    for block in iter(lambda file=file: file.read(1 << 20), b""):
+                        size += len(block)
+                        if size > limit:
+                            allowed = f"at most {limit >> 20} MiB for a file of this size"
+                            step = "Check that it is a recording."
+                            raise InputError("unpacked size", f"over {limit >> 20} MiB", allowed, str(path), step)
+                        if "worksheets/" in member.filename:
+                            count += len(_FORMULA_WITHOUT_VALUE.findall(block))
+    except (zipfile.BadZipFile, NotImplementedError, RuntimeError, OSError, EOFError, ValueError, zlib.error) as error:
+        if isinstance(error, InputError):
+            raise
+        reason = " ".join(str(error).split())[:200]
+        raise InputError("workbook", "not readable", reason, str(path), _SAVE) from None
+    return count
+
+
+def _cells(sheet: Any, path: Path, name: str) -> list[list]:
+    """The rows of a sheet from its first cell on. Raises InputError for a sheet that is larger than any recording."""
+    if sheet.end is None:
+        return []
+    rows, columns = sheet.end[0] + 1, sheet.end[1] + 1
+    if rows * columns > _MAX_CELLS:
+        limit, step = f"at most {_MAX_CELLS} cells are read", "Delete the empty rows and columns, or split the sheet."
+        raise InputError("size of the sheet", f"{rows} rows of {columns} columns", limit, f"{path}, {name}", step)
+    return sheet.to_python(skip_empty_area=False)
+
+
+class _Texts(Sequence):
+    """Rows of cells as text, made when they are used."""
+
+    def __init__(self, rows: list[list]):
+        self._rows = rows
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __getitem__(self, index: Any) -> list[str]:
+        return [_text(cell) for cell in self._rows[index]]
+
+
+def _text(cell: Any) -> str:
+    if isinstance(cell, float) and cell.is_integer() and abs(cell) < 1e15:
+        return str(int(cell))
+    return str(cell).strip()
+
+
+def _kind(cell: Any) -> str:
+    """``n`` for a number or a time, ``e`` for no value, ``t`` for text, of which truth values are."""
+    if isinstance(cell, str):
+        return "e" if is_missing(cell.strip()) else "n" if is_number(cell.strip(), _decimal(cell)) else "t"
+    return "t" if isinstance(cell, bool) else "n"
+
+
+def _decimal(cell: str) -> str:
+    """The decimal sign of a number that a sheet holds as text."""
+    return "," if "," in cell and "." not in cell else "."
+
+
+def _tables_of_sheet(path: Path, sheet: str, rows: list[list], sha256: str) -> list[FileTable]:
+    shapes = ["".join(map(_kind, row)) for row in rows]
+    shapes = ["" if not shape.strip("e") else shape for shape in shapes]
+    found = blocks(_Texts(rows), shapes=shapes)
+    names = [sheet] if len(found) == 1 else [f"{sheet}: table {k}" for k in range(1, len(found) + 1)]
+    return [_table(path, name, rows, block, sha256) for name, block in zip(names, found)]
+
+
+def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -> FileTable:
+    headers = block.headers or [str(k + 1) for k in range(block.width)]
+
+    def read_column(index: int) -> np.ndarray:
+        cells = [row[index] if index < len(row) else "" for row in rows[block.first : block.stop]]
+        if any(isinstance(cell, date | time | timedelta) for cell in cells):
+            return _seconds(cells, f"{path}, {name}")
+        return np.array([_number(cell, headers[index], index, row, f"{path}, {name}")
+                         for row, cell in enumerate(cells, block.first + 1)])  # fmt: skip
+
+    units = ["s" if _is_clock(rows[block.first : block.stop], k) else unit
+             for k, unit in enumerate(block.units or [""] * block.width)]  # fmt: skip
+    return FileTable(path=path, name=name, headers=headers, units=units, read_column=read_column, sha256=sha256,
+                     first_row=block.first + 1, has_header=bool(block.headers),
+                     text_columns=block.text_columns)  # fmt: skip
+
+
+def _is_clock(rows: list[list], index: int) -> bool:
+    return any(isinstance(row[index], date | time | timedelta) for row in rows[:20] if index < len(row))
+
+
+def _seconds(cells: list, place: str) -> np.ndarray:
+    """Times of a clock or a calendar in seconds from the first."""
+    if any(isinstance(cell, timedelta) for cell in cells):
+        return np.array([cell.total_seconds() if isinstance(cell, timedelta) else np.nan for cell in cells])
+    known = [cell if isinstance(cell, datetime | date | time) else None for cell in cells]
+    return seconds_of(np.array([None if each is None else each.isoformat() for each in known], object), place)
+
+
+def _number(cell: Any, header: str, column: int, row: int, place: str) -> float:
+    """A cell as a number, NaN for none. Raises InputError for a text."""
+    if not isinstance(cell, str | bool):
+        return float(cell)
+    text = str(cell).strip()
+    if is_missing(text):
+        return np.nan
+    if isinstance(cell, str) and is_number(text, _decimal(text)) and ":" not in text:
+        return float(plain_number(text, _decimal(text)))
+    limit, step = "a number is needed", "Correct or empty the cell."
+    raise InputError(f"column {header!r}", repr(text[:40]), limit, f"{place}, cell {_letters(column)}{row}", step)
+
+
+def _letters(column: int) -> str:
+    """The name of a column as spreadsheets have it: A, B … Z, AA …"""
+    name = ""
+    column += 1
+    while column:
+        column, rest = divmod(column - 1, 26)
+        name = chr(ord("A") + rest) + name
+    return name
