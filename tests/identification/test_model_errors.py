@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Intervals hold what the recording allows beside noise: a lag, an undeclared filter, unequal strokes, the law."""
+"""Intervals hold more than noise where a recording shows it: a lag, a filter, unequal strokes, the choice of a law."""
 
 import numpy as np
 import pytest
