@@ -12,6 +12,8 @@ CXX_SANITIZED := build/sanitized
 THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp
 # a line at least every five seconds
 WATCHED = $(PYTHON) tools/progress.py
+# Python keeps what it compiled, whatever the shell has set: otherwise a command takes four times as long, for each compiles every module again
+unexport PYTHONDONTWRITEBYTECODE
 # names from requirements/, versions from constraints.txt. Python compiles what is imported when it is: all of it at once takes longer
 # than the rest of the installation.
 INSTALL = $(BIN)/pip install --disable-pip-version-check --no-compile --constraint constraints.txt

@@ -148,7 +148,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Row
   return {flat.data(), {rows, n}, nb::cast(flat)};
 }
 
-using Search = fit::LayeredSearch;
+using Problem = fit::LayeredProblem;
 using Flags = nb::ndarray<const std::uint8_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Matrix = nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig>;
 
@@ -187,83 +187,83 @@ fit::LayeredRun run_of(nb::handle given, const fit::LayeredSettings& settings) {
   return run;
 }
 
-void begin_search(Search* self, const char* form, std::size_t layers, std::pair<double, double> times,
-                  double brittleness, double ridge, const nb::list& repeats) {
+void begin_problem(Problem* self, const char* form, std::size_t layers, std::pair<double, double> times,
+                   double brittleness, double ridge, const nb::list& repeats) {
   const fit::LayeredSettings settings{form_of(form), layers, times.first, times.second, brittleness, ridge};
   std::vector<fit::LayeredRun> runs;
   for (const nb::handle repeat : repeats) runs.push_back(run_of(repeat, settings));
-  new (self) Search(settings, std::move(runs));
+  new (self) Problem(settings, std::move(runs));
 }
 
-Search::X vector_of(const Search& search, const Values& x) {
-  if (x.shape(0) != search.size()) throw nb::value_error("x does not have the size of the search");
+Problem::X vector_of(const Problem& problem, const Values& x) {
+  if (x.shape(0) != problem.size()) throw nb::value_error("x does not have the size of the problem");
   return copied(x);
 }
 
-void check_run(const Search& search, std::size_t run) {
-  if (run >= search.runs()) throw nb::index_error("no such repeat");
+void check_run(const Problem& problem, std::size_t run) {
+  if (run >= problem.runs()) throw nb::index_error("no such repeat");
 }
 
 /// Forces (layers, n) [N] of the layers along a repeat.
-Matrix forces(const Search& search, std::size_t run, const Values& x) {
-  check_run(search, run);
-  const auto now = search.evaluate(vector_of(search, x));
-  return matrix_of(now.forces[run], search.layers());
+Matrix forces(const Problem& problem, std::size_t run, const Values& x) {
+  check_run(problem, run);
+  const auto now = problem.evaluate(vector_of(problem, x));
+  return matrix_of(now.forces[run], problem.layers());
 }
 
-Output residuals(const Search& search, std::size_t run, const Values& x) {
-  check_run(search, run);
-  return array_of(search.evaluate(vector_of(search, x)).residuals[run]);
+Output residuals(const Problem& problem, std::size_t run, const Values& x) {
+  check_run(problem, run);
+  return array_of(problem.evaluate(vector_of(problem, x)).residuals[run]);
 }
 
-std::vector<std::uint8_t> flags_of(const Search& search, const Flags& free) {
-  if (free.shape(0) != search.size()) throw nb::value_error("flags do not have the size of the search");
+std::vector<std::uint8_t> flags_of(const Problem& problem, const Flags& free) {
+  if (free.shape(0) != problem.size()) throw nb::value_error("flags do not have the size of the problem");
   return {free.data(), free.data() + free.shape(0)};
 }
 
 /// The places in x on which a repeat depends, and the derivatives (k, n) of its residuals.
-nb::tuple jacobian(const Search& search, std::size_t run, const Values& x, const Flags& free) {
-  check_run(search, run);
-  const auto vector = vector_of(search, x);
-  const auto places = search.places(run, flags_of(search, free));
+nb::tuple jacobian(const Problem& problem, std::size_t run, const Values& x, const Flags& free) {
+  check_run(problem, run);
+  const auto vector = vector_of(problem, x);
+  const auto places = problem.places(run, flags_of(problem, free));
   std::vector<double> columns;
-  search.jacobian(vector, run, places, search.evaluate(vector), columns);
+  problem.jacobian(vector, run, places, problem.evaluate(vector), columns);
   nb::list list;
   for (const std::size_t place : places) list.append(place);
   return nb::make_tuple(list, matrix_of(columns, places.size()));
 }
 
-nb::tuple searched(const Search& search, const Values& x, const Flags& free, const Values& low,
+/// The x with the smallest cost, and the cost.
+nb::tuple searched(const Problem& problem, const Values& x, const Flags& free, const Values& low,
                    const Values& high, std::size_t max_steps, bool scans) {
-  const auto start = vector_of(search, x);
-  const auto flags = flags_of(search, free);
-  const fit::LayeredBounds bounds{vector_of(search, low), vector_of(search, high)};
-  Search::Found found;
+  const auto start = vector_of(problem, x);
+  const fit::LayeredSearch search(problem, flags_of(problem, free),
+                                  {vector_of(problem, low), vector_of(problem, high)});
+  fit::LayeredSearch::Found found;
   {
     nb::gil_scoped_release release;
-    found = scans ? search.settle(start, flags, bounds, max_steps)
-                  : search.descend(start, flags, bounds, max_steps);
+    found = scans ? search.settle(start, max_steps) : search.descend(start, max_steps);
   }
   return nb::make_tuple(array_of(found.x), found.cost);
 }
 
-Output squares_by_puncture(const Search& search, std::size_t run, std::size_t layer, const Values& x,
+Output squares_by_puncture(const Problem& problem, std::size_t run, std::size_t layer, const Values& x,
                            const Values& depths) {
-  check_run(search, run);
-  if (layer >= search.layers()) throw nb::index_error("no such layer");
+  check_run(problem, run);
+  if (layer >= problem.layers()) throw nb::index_error("no such layer");
   return array_of(
-      search.squares_by_puncture(vector_of(search, x), run, layer, {depths.data(), depths.shape(0)}));
+      problem.squares_by_puncture(vector_of(problem, x), run, layer, {depths.data(), depths.shape(0)}));
 }
 
 void bind_layered(nb::module_& module) {
-  nb::class_<Search>(module, "LayeredSearch")
-      .def("__init__", &begin_search, nb::arg("form"), nb::arg("layers"), nb::arg("times"),
+  nb::class_<Problem>(module, "LayeredProblem")
+      .def("__init__", &begin_problem, nb::arg("form"), nb::arg("layers"), nb::arg("times"),
            nb::arg("brittleness"), nb::arg("ridge"), nb::arg("repeats"))
       .def("forces", &forces, nb::arg("run"), nb::arg("x"))
       .def("residuals", &residuals, nb::arg("run"), nb::arg("x"))
       .def("jacobian", &jacobian, nb::arg("run"), nb::arg("x"), nb::arg("free"))
       .def(
-          "cost", [](const Search& search, const Values& x) { return search.cost(vector_of(search, x)); },
+          "cost", [](const Problem& problem, const Values& x) { return problem.cost(vector_of(problem, x)); },
           nb::arg("x"))
       .def("search", &searched, nb::arg("x"), nb::arg("free"), nb::arg("low"), nb::arg("high"),
            nb::arg("max_steps"), nb::arg("scans"))

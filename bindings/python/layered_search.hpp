@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Residuals of the layered law over several repeats, their normal equations, and the search of their smallest
-// sum of squares: Levenberg-Marquardt within bounds, in turn with scans of the parameters at which the force
-// jumps.
+// Search of the smallest sum of squares of a layered problem: Levenberg-Marquardt within bounds, in turn with
+// scans of the values at which the force jumps.
 #pragma once
 
 #include <algorithm>
@@ -9,221 +8,25 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <span>
 #include <utility>
 #include <vector>
 
-#include "needleforce/fit/layered.hpp"
+#include "layered_problem.hpp"
 
 namespace needleforce::fit {
-
-/// Places of a layer's values in the vector x; behind all layers the logits of the relaxing share and of its
-/// short part, the exponent of the speed, the logarithm of the friction outwards over that inwards, and the
-/// punctures [mm] run by run.
-enum LayerPlace : std::size_t {
-  coefficient_x,
-  saturation_x,
-  top_x,
-  ratio_x,
-  stiffness_x,
-  length_x,
-  surface_x,
-  per_layer
-};
-
-/// One repeat: its motion, the measured mean forces, the weight [1/N] of each residual, the logarithm of its
-/// speed over that to which the parameters refer, and columns (each as long as the motion) of the force zero,
-/// which is profiled out.
-struct LayeredRun {
-  std::vector<LayerStep> steps;
-  std::vector<double> force, weight;
-  double log_speed = 0.0;
-  std::vector<double> zero;
-
-  std::size_t size() const noexcept { return steps.size(); }
-  std::size_t zeros() const noexcept { return steps.empty() ? 0 : zero.size() / steps.size(); }
-};
-
-/// What does not change in a search. `ridge` [1/mm] is the residual per distance of a puncture from the runs'
-/// mean.
-struct LayeredSettings {
-  LayeredForm form;
-  std::size_t layers;
-  double time_1, time_2, brittleness, ridge;
-};
 
 struct LayeredBounds {
   std::vector<double> low, high;
 };
 
+/// A search of the values that are `free`, within `bounds`; the problem outlives it.
 class LayeredSearch {
  public:
-  using X = std::vector<double>;
-  static constexpr double refused = 1e3;  ///< residual of values that the engine refuses
+  using X = LayeredProblem::X;
+  using Flags = std::vector<std::uint8_t>;
 
-  LayeredSearch(const LayeredSettings& settings, std::vector<LayeredRun> runs)
-      : settings_(settings), runs_(std::move(runs)) {}
-
-  std::size_t layers() const noexcept { return settings_.layers; }
-  std::size_t runs() const noexcept { return runs_.size(); }
-  const LayeredRun& run(std::size_t r) const noexcept { return runs_[r]; }
-  std::size_t shared() const noexcept { return withdrawal() + 1; }
-  std::size_t relaxing() const noexcept { return per_layer * layers(); }
-  std::size_t speed() const noexcept { return per_layer * layers() + 2; }
-  std::size_t withdrawal() const noexcept { return per_layer * layers() + 3; }
-  std::size_t size() const noexcept { return shared() + layers() * runs(); }
-  std::size_t puncture(std::size_t r, std::size_t layer) const noexcept {
-    return shared() + r * layers() + layer;
-  }
-
-  static double logistic(double x) noexcept { return 0.5 * (1.0 + std::tanh(0.5 * x)); }
-
-  /// The parameters of a layer that ruptures at `puncture` [mm]. Its dimple stays above its rupture: a
-  /// resting surface outside the layer would be none.
-  LayerNumbers numbers(const double* x, std::size_t layer, double puncture) const noexcept {
-    constexpr double mm = 1e-3, min_indentation = 1e-6;
-    const double* own = x + per_layer * layer;
-    const double top = mm * own[top_x], stiffness = std::exp(own[stiffness_x]);
-    const double ratio = std::exp(x[withdrawal()]);
-    const double at = std::max(mm * puncture, top + min_indentation);
-    return {std::exp(own[coefficient_x]),
-            std::exp(own[saturation_x]),
-            top,
-            at,
-            stiffness * logistic(own[ratio_x]) / ratio,
-            stiffness,
-            std::exp(own[length_x]),
-            std::min(mm * own[surface_x], at - top),
-            settings_.brittleness,
-            ratio};
-  }
-  RelaxationNumbers relaxation(const double* x) const noexcept {
-    const double share = logistic(x[relaxing()]), part = logistic(x[relaxing() + 1]);
-    return {share * part, settings_.time_1, share * (1.0 - part), settings_.time_2};
-  }
-  double factor(const double* x, std::size_t r) const noexcept {
-    return runs_[r].log_speed == 0.0 ? 1.0 : std::exp(runs_[r].log_speed * x[speed()]);
-  }
-
-  /// Force (n,) [N] of one layer along a run with a puncture [mm].
-  void force_of_layer(const double* x, std::size_t r, std::size_t layer, double puncture,
-                      double* force) const {
-    const LayeredRun& run = runs_[r];
-    layer_force(numbers(x, layer, puncture), relaxation(x), settings_.form, run.steps, force);
-    if (const double scale = factor(x, r); scale != 1.0)
-      for (std::size_t i = 0; i < run.size(); ++i) force[i] *= scale;
-  }
-
-  /// The layers' forces of every run, the weighted residuals, and half the sum of squares.
-  struct Evaluation {
-    std::vector<std::vector<double>> forces, residuals;
-    double cost = 0.0;
-  };
-
-  void residuals(std::size_t r, const std::vector<double>& forces, std::vector<double>& residual) const {
-    const LayeredRun& run = runs_[r];
-    const std::size_t n = run.size();
-    residual.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      double sum = 0.0;
-      for (std::size_t layer = 0; layer < layers(); ++layer) sum += forces[layer * n + i];
-      const double value = (sum - run.force[i]) * run.weight[i];
-      residual[i] = value == value ? value : refused;
-    }
-  }
-
-  /// Sum of squares of a residual without the part that the force zero explains.
-  double squares(std::size_t r, const double* residual) const noexcept {
-    const LayeredRun& run = runs_[r];
-    const std::size_t n = run.size();
-    double sum = dot(residual, residual, n);
-    for (std::size_t q = 0; q < run.zeros(); ++q) {
-      const double part = dot(residual, run.zero.data() + q * n, n);
-      sum -= part * part;
-    }
-    return sum;
-  }
-
-  Evaluation evaluate(const X& x) const {
-    Evaluation found;
-    found.forces.resize(runs());
-    found.residuals.resize(runs());
-    for (std::size_t r = 0; r < runs(); ++r) {
-      const std::size_t n = runs_[r].size();
-      found.forces[r].resize(layers() * n);
-      for (std::size_t layer = 0; layer < layers(); ++layer)
-        force_of_layer(x.data(), r, layer, x[puncture(r, layer)], found.forces[r].data() + layer * n);
-      residuals(r, found.forces[r], found.residuals[r]);
-      found.cost += 0.5 * squares(r, found.residuals[r].data());
-    }
-    for (std::size_t layer = 0; layer < layers(); ++layer) {
-      const double mean = mean_puncture(x, layer);
-      for (std::size_t r = 0; r < runs(); ++r) {
-        const double distance = settings_.ridge * (x[puncture(r, layer)] - mean);
-        found.cost += 0.5 * distance * distance;
-      }
-    }
-    return found;
-  }
-  double cost(const X& x) const { return evaluate(x).cost; }
-
-  /// Places in x of the free values on which the residuals of a run depend.
-  std::vector<std::size_t> places(std::size_t r, const std::vector<std::uint8_t>& free) const {
-    std::vector<std::size_t> found;
-    for (std::size_t k = 0; k < shared(); ++k)
-      if (free[k]) found.push_back(k);
-    for (std::size_t layer = 0; layer < layers(); ++layer)
-      if (free[puncture(r, layer)]) found.push_back(puncture(r, layer));
-    return found;
-  }
-
-  /// Derivatives of the residuals of a run by the values at `places`, a column (n,) each, by differences. A
-  /// value of one layer changes the force of that layer only.
-  void jacobian(const X& x, std::size_t r, const std::vector<std::size_t>& at, const Evaluation& now,
-                std::vector<double>& columns) const {
-    const LayeredRun& run = runs_[r];
-    const std::size_t n = run.size();
-    columns.assign(at.size() * n, 0.0);
-    std::vector<double> force(n);
-    X moved = x;
-    for (std::size_t c = 0; c < at.size(); ++c) {
-      double* column = columns.data() + c * n;
-      const std::size_t k = at[c];
-      const double step = step_of(k);
-      moved[k] = x[k] + step;
-      for (std::size_t layer = 0; layer < layers(); ++layer) {
-        const double* base = now.forces[r].data() + layer * n;
-        if (k == speed()) {
-          for (std::size_t i = 0; i < n; ++i) column[i] += base[i] * run.log_speed * step;
-        } else if (affects(k, layer)) {
-          force_of_layer(moved.data(), r, layer, moved[puncture(r, layer)], force.data());
-          for (std::size_t i = 0; i < n; ++i) column[i] += force[i] - base[i];
-        }
-      }
-      moved[k] = x[k];
-      for (std::size_t i = 0; i < n; ++i) {
-        const double slope = column[i] / step * run.weight[i];
-        column[i] = slope == slope ? slope : 0.0;
-      }
-    }
-  }
-
-  /// J'J (size, size) and J'r (size,) of the cost.
-  struct Equations {
-    std::vector<double> gram, slope;
-  };
-  Equations equations(const X& x, const Evaluation& now, const std::vector<std::uint8_t>& free) const {
-    const std::size_t p = size();
-    Equations sum{std::vector<double>(p * p, 0.0), std::vector<double>(p, 0.0)};
-    std::vector<double> columns;
-    for (std::size_t r = 0; r < runs(); ++r) {
-      const std::vector<std::size_t> at = places(r, free);
-      jacobian(x, r, at, now, columns);
-      add(r, at, columns, now.residuals[r], sum);
-    }
-    add_ridge(x, sum);
-    return sum;
-  }
+  LayeredSearch(const LayeredProblem& problem, Flags free, LayeredBounds bounds)
+      : problem_(problem), free_(std::move(free)), bounds_(std::move(bounds)) {}
 
   struct Found {
     X x;
@@ -233,16 +36,15 @@ class LayeredSearch {
   /// The x with the smallest cost after at most `max_steps` steps. Marquardt's damping (1963), scaled by the
   /// diagonal. Tops and punctures move as distances from those of the layer above, which are never negative:
   /// layers stay in the order of depth.
-  Found descend(X x, const std::vector<std::uint8_t>& free, const LayeredBounds& bounds,
-                std::size_t max_steps) const {
-    x = admitted(std::move(x), bounds);
-    Evaluation now = evaluate(x);
+  Found descend(X x, std::size_t max_steps) const {
+    x = admitted(std::move(x));
+    Evaluation now = problem_.evaluate(x);
     double damping = 1e-3;
     std::size_t idle = 0;
-    Equations system = as_distances(equations(x, now, free));
+    Equations system = as_distances(problem_.equations(x, now, free_));
     for (std::size_t k = 0; k < max_steps; ++k) {
-      X tried = stepped(x, system, damping, free, bounds);
-      Evaluation then = evaluate(tried);
+      X tried = stepped(x, system, damping);
+      Evaluation then = problem_.evaluate(tried);
       if (!(then.cost < now.cost)) {
         damping *= 4.0;
         if (damping > 1e8) break;
@@ -253,20 +55,19 @@ class LayeredSearch {
       now = std::move(then);
       damping = std::max(0.2 * damping, 1e-12);
       if (idle == max_idle_steps) break;
-      system = as_distances(equations(x, now, free));
+      system = as_distances(problem_.equations(x, now, free_));
     }
     return {std::move(x), now.cost};
   }
 
   /// `descend` and scans of the parameters at which the force jumps, in turn, as long as the cost decreases.
-  Found settle(X x, const std::vector<std::uint8_t>& free, const LayeredBounds& bounds,
-               std::size_t max_steps) const {
-    Found best = descend(std::move(x), free, bounds, max_steps);
+  Found settle(X x, std::size_t max_steps) const {
+    Found best = descend(std::move(x), max_steps);
     for (int round = 0; round < 3; ++round) {
       X scanned = best.x;
-      scan_punctures(scanned, bounds);
-      scan_surfaces(scanned, free, bounds);
-      Found tried = descend(std::move(scanned), free, bounds, max_steps);
+      scan_punctures(scanned);
+      scan_surfaces(scanned);
+      Found tried = descend(std::move(scanned), max_steps);
       const double gain = best.cost - tried.cost;
       if (gain > 0.0) best = std::move(tried);
       if (gain < 1e-3 * best.cost) break;
@@ -274,99 +75,26 @@ class LayeredSearch {
     return best;
   }
 
-  /// The sum of squares of a run for each of `depths` [mm] as the puncture of a layer.
-  std::vector<double> squares_by_puncture(const X& x, std::size_t r, std::size_t layer,
-                                          std::span<const double> depths) const {
-    const std::size_t n = runs_[r].size();
-    std::vector<double> forces(layers() * n), residual, found;
-    for (std::size_t k = 0; k < layers(); ++k)
-      force_of_layer(x.data(), r, k, x[puncture(r, k)], forces.data() + k * n);
-    for (const double depth : depths) {
-      force_of_layer(x.data(), r, layer, depth, forces.data() + layer * n);
-      residuals(r, forces, residual);
-      found.push_back(squares(r, residual.data()));
-    }
-    return found;
-  }
-
  private:
+  using Equations = LayeredProblem::Equations;
+  using Evaluation = LayeredProblem::Evaluation;
   static constexpr double min_step_gain = 1e-5;
   static constexpr std::size_t max_idle_steps = 3;
   static constexpr double scan_step = 0.2, surface_step = 0.1;  // [mm]
 
-  static double dot(const double* a, const double* b, std::size_t n) noexcept {
-    double sums[4] = {};  // four sums, so that the additions do not wait for one another
-    std::size_t i = 0;
-    for (; i + 4 <= n; i += 4)
-      for (std::size_t k = 0; k < 4; ++k) sums[k] += a[i + k] * b[i + k];
-    for (; i < n; ++i) sums[0] += a[i] * b[i];
-    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
-  }
-
-  double mean_puncture(const X& x, std::size_t layer) const noexcept {
-    double sum = 0.0;
-    for (std::size_t r = 0; r < runs(); ++r) sum += x[puncture(r, layer)];
-    return sum / static_cast<double>(runs());
-  }
-
-  double step_of(std::size_t k) const noexcept {
-    if (k >= shared()) return 0.03;  // a third of a bin: a smaller step leaves the rupture in its bin
-    if (k >= relaxing()) return 1e-4;
-    const std::size_t place = k % per_layer;
-    return place == top_x || place == surface_x ? 1e-3 : 1e-4;
-  }
-  bool affects(std::size_t k, std::size_t layer) const noexcept {
-    if (k < relaxing()) return k / per_layer == layer;
-    return k < shared() || (k - shared()) % layers() == layer;
-  }
-
-  void add(std::size_t r, const std::vector<std::size_t>& at, const std::vector<double>& columns,
-           const std::vector<double>& residual, Equations& sum) const {
-    const LayeredRun& run = runs_[r];
-    const std::size_t n = run.size(), q = run.zeros(), p = size();
-    std::vector<double> along(at.size() * q), off(q);
-    for (std::size_t z = 0; z < q; ++z) {
-      const double* zero = run.zero.data() + z * n;
-      off[z] = dot(residual.data(), zero, n);
-      for (std::size_t c = 0; c < at.size(); ++c) along[c * q + z] = dot(columns.data() + c * n, zero, n);
-    }
-    for (std::size_t c = 0; c < at.size(); ++c) {
-      const double* column = columns.data() + c * n;
-      sum.slope[at[c]] += dot(column, residual.data(), n) - dot(along.data() + c * q, off.data(), q);
-      for (std::size_t d = 0; d <= c; ++d) {
-        const double value =
-            dot(column, columns.data() + d * n, n) - dot(along.data() + c * q, along.data() + d * q, q);
-        sum.gram[at[c] * p + at[d]] += value;
-        if (d != c) sum.gram[at[d] * p + at[c]] += value;
-      }
-    }
-  }
-
-  void add_ridge(const X& x, Equations& sum) const {
-    const double square = settings_.ridge * settings_.ridge, share = 1.0 / static_cast<double>(runs());
-    for (std::size_t layer = 0; layer < layers(); ++layer) {
-      const double mean = mean_puncture(x, layer);
-      for (std::size_t r = 0; r < runs(); ++r) {
-        const std::size_t k = puncture(r, layer);
-        sum.slope[k] += square * (x[k] - mean);
-        for (std::size_t s = 0; s < runs(); ++s)
-          sum.gram[k * size() + puncture(s, layer)] += square * ((r == s ? 1.0 : 0.0) - share);
-      }
-    }
-  }
-
   /// Calls visit(k, above) for every top and puncture that has one above it, from the bottom up.
   template <class Visit>
   void each_below(Visit visit) const {
-    for (std::size_t layer = layers(); layer-- > 1;) {
+    for (std::size_t layer = problem_.layers(); layer-- > 1;) {
       visit(per_layer * layer + top_x, per_layer * (layer - 1) + top_x);
-      for (std::size_t r = 0; r < runs(); ++r) visit(puncture(r, layer), puncture(r, layer - 1));
+      for (std::size_t r = 0; r < problem_.runs(); ++r)
+        visit(problem_.puncture(r, layer), problem_.puncture(r, layer - 1));
     }
   }
 
   /// The equations for distances instead of depths: a depth is the sum of the distances down to it.
   Equations as_distances(Equations system) const {
-    const std::size_t p = size();
+    const std::size_t p = problem_.size();
     each_below([&](std::size_t k, std::size_t above) {
       for (std::size_t i = 0; i < p; ++i) system.gram[above * p + i] += system.gram[k * p + i];
       for (std::size_t i = 0; i < p; ++i) system.gram[i * p + above] += system.gram[i * p + k];
@@ -379,59 +107,61 @@ class LayeredSearch {
     return x;
   }
   X to_depths(X y) const {
-    for (std::size_t layer = 1; layer < layers(); ++layer) {
+    for (std::size_t layer = 1; layer < problem_.layers(); ++layer) {
       y[per_layer * layer + top_x] += y[per_layer * (layer - 1) + top_x];
-      for (std::size_t r = 0; r < runs(); ++r) y[puncture(r, layer)] += y[puncture(r, layer - 1)];
+      for (std::size_t r = 0; r < problem_.runs(); ++r)
+        y[problem_.puncture(r, layer)] += y[problem_.puncture(r, layer - 1)];
     }
     return y;
   }
   /// x within its bounds and in the order of depth.
-  X admitted(X x, const LayeredBounds& bounds) const {
-    for (std::size_t layer = 1; layer < layers(); ++layer) {
+  X admitted(X x) const {
+    for (std::size_t layer = 1; layer < problem_.layers(); ++layer) {
       double* top = x.data() + per_layer * layer + top_x;
       *top = std::max(*top, *(top - per_layer));
-      for (std::size_t r = 0; r < runs(); ++r)
-        x[puncture(r, layer)] = std::max(x[puncture(r, layer)], x[puncture(r, layer - 1)]);
+      for (std::size_t r = 0; r < problem_.runs(); ++r)
+        x[problem_.puncture(r, layer)] =
+            std::max(x[problem_.puncture(r, layer)], x[problem_.puncture(r, layer - 1)]);
     }
-    for (std::size_t k = 0; k < size(); ++k) x[k] = std::clamp(x[k], bounds.low[k], bounds.high[k]);
+    for (std::size_t k = 0; k < problem_.size(); ++k)
+      x[k] = std::clamp(x[k], bounds_.low[k], bounds_.high[k]);
     return x;
   }
 
-  X stepped(const X& x, const Equations& system, double damping, const std::vector<std::uint8_t>& free,
-            const LayeredBounds& bounds) const {
-    const std::size_t p = size();
+  X stepped(const X& x, const Equations& system, double damping) const {
+    const std::size_t p = problem_.size();
     X y = to_distances(x);
     std::vector<std::uint8_t> distance(p, 0);
     each_below([&](std::size_t k, std::size_t) { distance[k] = 1; });
     std::vector<std::size_t> in;
     for (std::size_t k = 0; k < p; ++k) {
-      const bool low = distance[k] ? y[k] <= 0.0 : x[k] <= bounds.low[k], high = x[k] >= bounds.high[k];
+      const bool low = distance[k] ? y[k] <= 0.0 : x[k] <= bounds_.low[k], high = x[k] >= bounds_.high[k];
       const bool held = (low && system.slope[k] > 0.0) || (high && system.slope[k] < 0.0);
-      if (free[k] && !held && system.gram[k * p + k] > 0.0) in.push_back(k);
+      if (free_[k] && !held && system.gram[k * p + k] > 0.0) in.push_back(k);
     }
     const std::vector<double> step = solved(system, in, damping);
     for (std::size_t i = 0; i < in.size(); ++i) {
       y[in[i]] -= step[i];
       if (distance[in[i]]) y[in[i]] = std::max(0.0, y[in[i]]);
     }
-    return admitted(to_depths(std::move(y)), bounds);
+    return admitted(to_depths(std::move(y)));
   }
 
   /// The damped step at the places `in`, by Cholesky on the equations scaled by their diagonal.
   std::vector<double> solved(const Equations& system, const std::vector<std::size_t>& in,
                              double damping) const {
-    const std::size_t p = size(), m = in.size();
+    const std::size_t p = problem_.size(), m = in.size();
     std::vector<double> scale(m), lower(m * m), step(m);
     for (std::size_t i = 0; i < m; ++i) scale[i] = 1.0 / std::sqrt(system.gram[in[i] * p + in[i]]);
     const double shift = std::max(damping, 1e-10);  // keeps directions without data finite
     for (std::size_t i = 0; i < m; ++i) {
       for (std::size_t k = 0; k <= i; ++k) {
         double value = system.gram[in[i] * p + in[k]] * scale[i] * scale[k] + (i == k ? shift : 0.0);
-        value -= dot(lower.data() + i * m, lower.data() + k * m, k);
+        value -= LayeredProblem::dot(lower.data() + i * m, lower.data() + k * m, k);
         lower[i * m + k] = i == k ? std::sqrt(std::max(value, 1e-12)) : value / lower[k * m + k];
       }
-      step[i] =
-          (system.slope[in[i]] * scale[i] - dot(lower.data() + i * m, step.data(), i)) / lower[i * m + i];
+      step[i] = (system.slope[in[i]] * scale[i] - LayeredProblem::dot(lower.data() + i * m, step.data(), i)) /
+                lower[i * m + i];
     }
     for (std::size_t i = m; i-- > 0;) {
       for (std::size_t k = i + 1; k < m; ++k) step[i] -= lower[k * m + i] * step[k];
@@ -443,28 +173,29 @@ class LayeredSearch {
 
   /// Every run's punctures, one by one, at the best of many depths between those of the layers above and
   /// below.
-  void scan_punctures(X& x, const LayeredBounds&) const {
-    for (std::size_t r = 0; r < runs(); ++r) {
+  void scan_punctures(X& x) const {
+    for (std::size_t r = 0; r < problem_.runs(); ++r) {
       const auto [low, high] = reach(r);
-      for (std::size_t layer = 0; layer < layers(); ++layer) {
-        const double own = x[puncture(r, layer)];
-        const double above = layer > 0 ? x[puncture(r, layer - 1)] : -std::numeric_limits<double>::infinity();
-        const double below =
-            layer + 1 < layers() ? x[puncture(r, layer + 1)] : std::numeric_limits<double>::infinity();
+      for (std::size_t layer = 0; layer < problem_.layers(); ++layer) {
+        const double own = x[problem_.puncture(r, layer)];
+        const double above =
+            layer > 0 ? x[problem_.puncture(r, layer - 1)] : -std::numeric_limits<double>::infinity();
+        const double below = layer + 1 < problem_.layers() ? x[problem_.puncture(r, layer + 1)]
+                                                           : std::numeric_limits<double>::infinity();
         std::vector<double> depths{own};
         for (double depth = std::max(low, x[top_x]) + scan_step; depth < high + 2.0 * scan_step;
              depth += scan_step)
           if (depth >= above && depth <= below) depths.push_back(depth);
-        const std::vector<double> found = squares_by_puncture(x, r, layer, depths);
+        const std::vector<double> found = problem_.squares_by_puncture(x, r, layer, depths);
         const auto best = std::min_element(found.begin(), found.end());
-        if (*best == *best) x[puncture(r, layer)] = depths[best - found.begin()];
+        if (*best == *best) x[problem_.puncture(r, layer)] = depths[best - found.begin()];
       }
     }
   }
   /// Smallest and largest depth [mm] of a run.
   std::pair<double, double> reach(std::size_t r) const noexcept {
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const LayerStep& step : runs_[r].steps) {
+    for (const LayerStep& step : problem_.run(r).steps) {
       low = std::min(low, 1e3 * step.depth);
       high = std::max(high, 1e3 * step.depth);
     }
@@ -472,37 +203,26 @@ class LayeredSearch {
   }
 
   /// Every layer's resting surface at the best of many depths.
-  void scan_surfaces(X& x, const std::vector<std::uint8_t>& free, const LayeredBounds& bounds) const {
-    const Evaluation now = evaluate(x);
-    for (std::size_t layer = 0; layer < layers(); ++layer) {
+  void scan_surfaces(X& x) const {
+    const Evaluation now = problem_.evaluate(x);
+    for (std::size_t layer = 0; layer < problem_.layers(); ++layer) {
       const std::size_t place = per_layer * layer + surface_x;
-      if (!free[place]) continue;
+      if (!free_[place]) continue;
       double best = std::numeric_limits<double>::infinity(), at = x[place];
       const double own = x[place];
       for (int k = -10; k <= 10; ++k) {
-        const double tried = std::clamp(own + surface_step * k, bounds.low[place], bounds.high[place]);
+        const double tried = std::clamp(own + surface_step * k, bounds_.low[place], bounds_.high[place]);
         x[place] = tried;
-        const double found = squares_of_layer(x, layer, now);
+        const double found = problem_.squares_of_layer(x, layer, now);
         if (found < best || (found == best && k == 0)) best = found, at = tried;
       }
       x[place] = at;
     }
   }
-  /// The sum of squares of all runs where one layer differs from `now`.
-  double squares_of_layer(const X& x, std::size_t layer, const Evaluation& now) const {
-    double sum = 0.0;
-    std::vector<double> residual;
-    for (std::size_t r = 0; r < runs(); ++r) {
-      std::vector<double> forces = now.forces[r];
-      force_of_layer(x.data(), r, layer, x[puncture(r, layer)], forces.data() + layer * runs_[r].size());
-      residuals(r, forces, residual);
-      sum += squares(r, residual.data());
-    }
-    return sum;
-  }
 
-  LayeredSettings settings_;
-  std::vector<LayeredRun> runs_;
+  const LayeredProblem& problem_;
+  Flags free_;
+  LayeredBounds bounds_;
 };
 
 }  // namespace needleforce::fit

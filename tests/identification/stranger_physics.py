@@ -154,7 +154,10 @@ def friction(motion, specimen):
         inside, cut = now, max(cut, now)
         if now == 0:
             continue
-        u[:now] = np.clip(u[:now] + step, -stretch, stretch) * factor[k]
+        if k and step == 0.0 and factor[k] == 1.0 and surface is None:
+            out[:, k] = out[:, k - 1]  # nothing moves
+            continue
+        u[:now] = np.minimum(np.maximum(u[:now] + step, -stretch), stretch) * factor[k]
         weight = u[:now] * shares[:now]
         weight[-1] *= min((depth - edges[now - 1]) / NODE, 1.0)
         if surface is not None:
@@ -193,7 +196,7 @@ def cutting(motion, specimen):
     factor, front = relaxed(motion, *specimen.relaxing), -np.inf
     amplitude, wavelength, phase = specimen.oscillation
     out = np.zeros(FINE)
-    for k, depth in enumerate(motion.depth):
+    for k, depth in enumerate(motion.depth.tolist()):
         front = max(front, depth - specimen.stretch)  # the tip advances the cut
         pressed = max(depth - front, 0.0)
         out[k] = pressed / specimen.stretch * (1.0 + amplitude * np.sin(2 * np.pi * front / wavelength + phase))

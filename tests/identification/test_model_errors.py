@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Intervals hold what the recording allows beside noise: a lag, an undeclared filter, unequal strokes, the law."""
+"""Intervals hold more than noise where a recording shows it: a lag, a filter, unequal strokes, the choice of a law."""
+
+import functools
 
 import numpy as np
 import pytest
@@ -35,9 +37,15 @@ def cycle(seed, *, loading=cone, grip=0.0, noise=NOISE, lag=0.0, average=1):
     return nf.Recording(time=time, depth=depth, force=force)
 
 
+@functools.cache
+def fitted(seed, **options):
+    """The default fit of a cycle, which several tests look at."""
+    return nf.identify(cycle(seed, **options))
+
+
 def held(name, value, **options):
     """Share of the recordings whose interval holds the value."""
-    found = [nf.identify(cycle(seed, **options)).parameters[name] for seed in range(RUNS)]
+    found = [fitted(seed, **options).parameters[name] for seed in range(RUNS)]
     return np.mean([each.low <= value <= each.high for each in found])
 
 
@@ -48,7 +56,7 @@ def test_depths_hold_the_truth_behind_a_lag(lag):
 
 
 def test_depths_hold_the_truth_behind_an_undeclared_filter_that_is_found():
-    fits = [nf.identify(cycle(seed, average=20)) for seed in range(RUNS)]
+    fits = [fitted(seed, average=20) for seed in range(RUNS)]
     found = [fit for fit in fits if any("behind an average filter" in note for note in fit.recordings[0].notes)]
     assert len(found) >= RUNS // 2  # the others have too few free samples to show it, and are not held
     for fit in found:
@@ -58,12 +66,12 @@ def test_depths_hold_the_truth_behind_an_undeclared_filter_that_is_found():
 
 def test_friction_holds_the_truth_where_the_surface_grips_the_shaft():
     assert held("friction_per_length", FRICTION, grip=0.1) >= 0.9
-    notes = nf.identify(cycle(0, grip=0.1)).recordings[0].notes
+    notes = fitted(0, grip=0.1).recordings[0].notes
     assert any("Insertion and withdrawal disagree on where" in note and "surface may hold" in note for note in notes)
 
 
 def test_strokes_that_agree_are_not_said_to_disagree():
-    notes = [nf.identify(cycle(seed)).recordings[0].notes for seed in range(RUNS)]
+    notes = [fitted(seed).recordings[0].notes for seed in range(RUNS)]
     assert sum(any("disagree" in note for note in found) for found in notes) <= 2
 
 
@@ -79,7 +87,7 @@ def test_the_contact_carries_the_choice_of_the_law(share, least):
 
 def test_a_law_given_by_name_is_not_a_choice():
     found = nf.identify(cycle(0), model="paper").parameters.contact_depth
-    chosen = nf.identify(cycle(0)).parameters.contact_depth
+    chosen = fitted(0).parameters.contact_depth
     assert found.high - found.low < chosen.high - chosen.low
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.motion import DepthSignal
-from needleforce.identification.timing import lag_of, significant_lag, undeclared_filter
+from needleforce.identification.timing import MAX_LAG_S, SIGNIFICANT, lag_search, significant_lag, undeclared_filter
 
 NOISE = 4e-3
 
@@ -24,12 +24,14 @@ def lagging(run, lag, seed):
     return nf.Recording(time=run.time, depth=run.depth, force=force)
 
 
+def reported_lag(recording):
+    return significant_lag(recording, nf.segment(recording), DepthSignal(recording.depth))
+
+
 @pytest.mark.parametrize("lag", [0.05, -0.05, 0.1])
 def test_a_lag_is_in_its_range(run, lag):
     for seed in range(8):
-        recording = lagging(run, lag, seed)
-        found = lag_of(recording, nf.segment(recording))
-        assert found.significant
+        found = reported_lag(lagging(run, lag, seed))
         assert found.low - 3.29 * found.error <= lag <= found.high + 3.29 * found.error
 
 
@@ -39,18 +41,26 @@ def test_without_a_lag_none_is_reported(preset):
     run = nf.simulate(nf.preset(preset), motion, rate=500.0)
     reported = 0
     for seed in range(40):
-        recording = lagging(run, 0.0, seed)
-        reported += lag_of(recording, nf.segment(recording)).significant
+        reported += reported_lag(lagging(run, 0.0, seed)) is not None
     assert reported <= 2
 
 
-@pytest.mark.parametrize("lag", [0.0, 0.003, 0.05, -0.05])
+def complete_search(recording):
+    """Low, high and error [s] over both ways in which the force may follow; None for a lag not to be reported."""
+    search = lag_search(recording, nf.segment(recording), DepthSignal(recording.depth))
+    (first, first_half), (second, second_half) = (search.best(linearly=each) for each in (True, False))
+    low, high, error = min(first, second), max(first, second), search.error(max(first_half, second_half))
+    significant = -MAX_LAG_S < low and high < MAX_LAG_S and max(low, -high) > SIGNIFICANT * error
+    middle = 0.5 * (low + high)
+    return (low, high, error) if significant and not (middle < 0.0 and search.unloads_at_once(middle)) else None
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.003, -0.006, 0.05, -0.05])
 def test_a_search_that_may_stop_early_reports_the_same_lags(run, lag):
     for seed in range(8):
         recording = lagging(run, lag, seed)
-        events = nf.segment(recording)
-        complete, early = lag_of(recording, events), significant_lag(recording, events, DepthSignal(recording.depth))
-        assert early == (complete if complete is not None and complete.significant else None)
+        early = reported_lag(recording)
+        assert (early and (early.low, early.high, early.error)) == complete_search(recording)
 
 
 def test_a_tip_that_unloads_at_once_is_no_lag(run):
@@ -59,13 +69,12 @@ def test_a_tip_that_unloads_at_once_is_no_lag(run):
     unloaded = np.where((np.arange(len(run)) >= start) & (run.depth > 0.0), 0.1, 0.0)
     force = np.where(unloaded > 0.0, run.force - unloaded, run.force)
     found = [lagging(dataclasses.replace(run, force=force), 0.0, seed) for seed in range(8)]
-    lags = [significant_lag(each, nf.segment(each), DepthSignal(each.depth)) for each in found]
-    assert sum(lag is not None for lag in lags) <= 2  # all 8 with one stretch for friction and tip
+    assert sum(reported_lag(each) is not None for each in found) <= 2  # all 8 with one stretch for friction and tip
 
 
 def test_a_recording_without_a_hold_has_no_lag_to_find():
     run = nf.simulate(nf.preset("paper"), nf.Motion.insert(start=-5e-3, speed=3e-3, depth=9e-3), rate=500.0)
-    assert lag_of(run, nf.segment(run)) is None
+    assert lag_search(run, nf.segment(run), DepthSignal(run.depth)) is None
 
 
 @pytest.mark.parametrize("length", [4, 10, 25])

@@ -19,7 +19,7 @@ from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
 from .motion import DepthSignal, smoothed
 from .statistics.noise import TWO_SIDED, noise_of
-from .strokes import own_spans, undelayed_depth
+from .strokes import own_spans
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
 MAX_LAG_S = 0.15  # [s]
@@ -59,23 +59,17 @@ class Lag:
         return max(self.low, -self.high) > SIGNIFICANT * self.error
 
 
-def lag_of(recording: Recording, events: Events) -> Lag | None:
-    """The lag at the start of the withdrawal after a hold; None without both.
+def significant_lag(recording: Recording, events: Events, signal: DepthSignal) -> Lag | None:
+    """The lag at the start of the withdrawal after a hold, if it is significant and a tip that unloads at once does not
+    explain it, otherwise None.
 
     Least squares of F(t) = a + b t + c g(d(t - lag) / s), where d is the travel back from the hold: a relaxing force,
     then one that follows the reversal over a stretch s of any length, g being 1 - exp(-x) or x up to 1. How the force
     follows is not known better than between these two, which give the range. The error is half the range of lags whose
-    sum of squares the noise allows, and a sample.
+    sum of squares the noise allows, and a sample. No lag is outside the range of both if it is inside that of the
+    first, so that the second need not be looked at.
     """
-    search = _search_of(recording, events, DepthSignal(undelayed_depth(recording)))
-    return None if search is None else _between([search.best(linearly=each) for each in (True, False)], search)
-
-
-def significant_lag(recording: Recording, events: Events, signal: DepthSignal) -> Lag | None:
-    """``lag_of`` if it is significant and a tip that unloads at once does not explain it, otherwise None. No lag is
-    outside both ways in which the force may follow if it is inside the first, so that the second need not be looked at.
-    """
-    search = _search_of(recording, events, signal)
+    search = lag_search(recording, events, signal)
     if search is None:
         return None
     first = search.best(linearly=True)
@@ -139,8 +133,9 @@ class LagSearch:
         return lowest <= with_lag * (1.0 + SIGNIFICANT**2 * self.correlation / max(len(self.time) - 5, 1))
 
 
-def _search_of(recording: Recording, events: Events, signal: DepthSignal) -> LagSearch | None:
-    """The search for a lag; None without a window, or where the depth is too noisy."""
+def lag_search(recording: Recording, events: Events, signal: DepthSignal) -> LagSearch | None:
+    """The search for a lag at the start of the withdrawal after a hold; None without both, or where the depth is too
+    noisy."""
     window = _window(recording, events)
     if window is None:
         return None

@@ -2,6 +2,7 @@
 """Bending of a needle: elastica of a cantilever with an elastic clamp and of three-point bending, and their limits for
 small deflections."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,8 @@ from numpy.typing import ArrayLike
 from ...core import Needle
 from ...errors import InputError
 
-_BISECTIONS = 54
+_MAX_STEPS = 100  # of a search for a zero: 53 halvings, and interpolations that gain nothing
+_TINY = np.finfo(float).tiny
 
 
 def elastica_deflection(
@@ -58,21 +60,53 @@ def _cantilever(load: np.ndarray, softness: np.ndarray) -> tuple[np.ndarray, np.
     """Deflection over a and slope [rad] at the force, for the loads F a^2/EI (n,) [1] and the compliances of the clamp
     c EI/a (n,) [1].
 
-    Bisection over the curvature at the clamp: the length that a rod under the force needs to come to no curvature grows
-    with it.
+    Search of the curvature at the clamp: the length that a rod under the force needs to come to no curvature grows with
+    it, and no rod exists beyond a certain one.
     """
     from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
-    load = np.maximum(load, 1e-12)
-    low, high = np.zeros_like(load), np.minimum(np.sqrt(2.0 * load), load)  # no arm is longer than the rod
-    for _ in range(_BISECTIONS):
-        curvature = 0.5 * (low + high)
+    def excess(curvature: np.ndarray) -> np.ndarray:
         possible, k2, phi = _end(curvature, load, softness)
-        short = possible & (ellipk(k2) - ellipkinc(phi, k2) < np.sqrt(load))
-        low, high = np.where(short, curvature, low), np.where(short, high, curvature)
-    _, k2, phi = _end(low, load, softness)
+        return np.where(possible, ellipk(k2) - ellipkinc(phi, k2) - np.sqrt(load), np.inf)
+
+    load = np.maximum(load, 1e-12)
+    high = np.minimum(np.sqrt(2.0 * load), load)  # no arm is longer than the rod
+    _, k2, phi = _end(_zeros(excess, np.zeros_like(load), high), load, softness)
     sag = 1.0 - 2.0 * (ellipe(k2) - ellipeinc(phi, k2)) / np.sqrt(load)
     return _series_where_small(sag, load, softness), np.arcsin(np.clip(2.0 * k2 - 1.0, -1.0, 1.0))
+
+
+def _zeros(function: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Zeros (n,) of an increasing function of (n,) values, each between its ``low`` and ``high``, or at the end next to
+    which it is. The function may be infinite.
+
+    Inverse quadratic interpolation where three points are on a smooth curve, halving elsewhere: Chandrupatla 1997.
+    """
+    x, other, share = low, high, np.full_like(low, 0.5)
+    f, f_other = np.minimum(function(x), -_TINY), np.maximum(function(other), _TINY)
+    tolerance = 2.0**-53 * np.abs(high)
+    for _ in range(_MAX_STEPS):
+        tried = x + share * (other - x)
+        f_tried = function(tried)
+        same = (f_tried < 0.0) == (f < 0.0)
+        last, f_last = np.where(same, x, other), np.where(same, f, f_other)
+        other, f_other = np.where(same, other, x), np.where(same, f_other, f)
+        x, f = tried, f_tried
+        width = np.maximum(np.abs(other - x), tolerance)
+        if ((width <= 2.0 * tolerance) | (f == 0.0)).all():
+            break
+        share = np.clip(_share(x - last, other - last, f, f_other, f_last), tolerance / width, 1.0 - tolerance / width)
+    return np.where(np.abs(f) <= np.abs(f_other), x, other)
+
+
+def _share(x: np.ndarray, other: np.ndarray, f: np.ndarray, f_other: np.ndarray, f_last: np.ndarray) -> np.ndarray:
+    """Share (n,) of the interval from ``x`` to ``other`` at which to try next, both relative to the last point."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        place, height = (x - other) / -other, (f - f_other) / (f_last - f_other)
+        smooth = (1.0 - np.sqrt(1.0 - place) < height) & (height < np.sqrt(place))
+        first = f / (f - f_other) * f_last / (f_last - f_other)
+        second = x / (other - x) * f / (f_last - f) * f_other / (f_other - f_last)
+    return np.where(smooth, first + second, 0.5)
 
 
 def _end(curvature: np.ndarray, load: np.ndarray, softness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -121,12 +155,8 @@ def three_point_load(deflection: ArrayLike) -> np.ndarray:
         wrong = share[~((share >= 0.0) & (share <= 0.5))][0]
         step = "Check zero and direction of the deflection, and the span."
         raise InputError("deflection over span", f"{wrong:g}", "it must be 0 to 0.5", next_step=step)
-    low, high = np.zeros_like(share), np.full_like(share, 0.5 * np.pi)
-    for _ in range(_BISECTIONS):
-        slope = 0.5 * (low + high)
-        below = _three_point(slope)[0] < share
-        low, high = np.where(below, slope, low), np.where(below, high, slope)
-    load = np.where(share < 1e-5, 48.0 * share, _three_point(0.5 * (low + high))[1])
+    slope = _zeros(lambda each: _three_point(each)[0] - share, np.zeros_like(share), np.full_like(share, 0.5 * np.pi))
+    load = np.where(share < 1e-5, 48.0 * share, _three_point(slope)[1])
     return load.reshape(np.shape(deflection))
 
 

@@ -35,8 +35,8 @@ class Problem:
     ridge: float = FREE_RIDGE
 
     @cached_property
-    def _search(self) -> core.LayeredSearch:
-        """The core's search over these cycles."""
+    def _core(self) -> core.LayeredProblem:
+        """The problem over these cycles in the core."""
         unknowns = self.unknowns
         repeats = [
             (
@@ -49,7 +49,7 @@ class Problem:
             )
             for cycle in self.cycles
         ]
-        return core.LayeredSearch(
+        return core.LayeredProblem(
             form=self.form,
             layers=unknowns.layers,
             times=unknowns.times,
@@ -67,7 +67,7 @@ class Problem:
 
     def by_layer(self, run: int, x: np.ndarray) -> np.ndarray:
         """Forces (layers, m) [N] of every layer along the cycle of a run; the total force is their sum."""
-        return self._search.forces(run, x)
+        return self._core.forces(run, x)
 
     def speed_factor(self, cycle: BinnedCycle, x: np.ndarray) -> float:
         """Factor of the forces at the speed of a cycle."""
@@ -75,11 +75,11 @@ class Problem:
 
     def residuals(self, run: int, x: np.ndarray) -> np.ndarray:
         """Model minus measured force over the scale, weighted, (m,)."""
-        return self._search.residuals(run, x)
+        return self._core.residuals(run, x)
 
     def cost(self, x: np.ndarray) -> float:
         """Half the sum of squares of all residuals, and of the punctures' distances from their mean."""
-        return self._search.cost(x)
+        return self._core.cost(x)
 
     def zero(self, run: int, x: np.ndarray) -> Estimate:
         """``force_offset`` [N] of a run: by its free travel, or without any by the complete cycle."""
@@ -95,16 +95,16 @@ class Problem:
 
     def jacobian(self, run: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Indices in x on which one run's residuals depend (k,), and their derivatives (m, k), by differences."""
-        places, columns = self._search.jacobian(run, x, self._free)
+        places, columns = self._core.jacobian(run, x, self._free)
         return np.array(places), columns.T
 
     def solve(self, x: np.ndarray, max_steps: int) -> tuple[np.ndarray, float]:
         """Least squares from x in at most ``max_steps`` steps: the vector, and half the sum of squares."""
-        return self._search.search(x, self._free, *self.bounds(), max_steps, False)
+        return self._core.search(x, self._free, *self.bounds(), max_steps, False)
 
     def settled(self, x: np.ndarray, max_steps: int) -> tuple[np.ndarray, float]:
         """``solve`` and scans of the parameters at which the force jumps, in turn, as long as the cost decreases."""
-        return self._search.search(x, self._free, *self.bounds(), max_steps, True)
+        return self._core.search(x, self._free, *self.bounds(), max_steps, True)
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest x (size,): a layer begins between the smallest contact depth, with a margin, and the
@@ -127,4 +127,4 @@ class Problem:
 
     def squares_by_puncture(self, run: int, layer: int, x: np.ndarray, depths: np.ndarray) -> np.ndarray:
         """Sums of squares (k,) of the residuals of a run for depths (k,) [mm] of a layer's rupture."""
-        return np.nan_to_num(self._search.squares_by_puncture(run, layer, x, depths), nan=REFUSED_RESIDUAL)
+        return np.nan_to_num(self._core.squares_by_puncture(run, layer, x, depths), nan=REFUSED_RESIDUAL)
