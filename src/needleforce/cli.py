@@ -15,6 +15,7 @@ from .commands import (
     export,
     identify,
     indentation,
+    inspect,
     laws,
     presets,
     record,
@@ -31,6 +32,7 @@ app = typer.Typer(
 )
 for command in (
     demo,
+    inspect,
     simulate,
     identify,
     campaign,

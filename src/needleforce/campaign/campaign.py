@@ -38,6 +38,7 @@ def campaign(
     speed: float | None = None,
     step: float | None = None,
     first_row: int | None = None,
+    instrument: str | os.PathLike | None = None,
     repeats: Collection[str] = REPEATS,
     progress: Progress | None = None,
 ) -> Campaign:
@@ -64,6 +65,8 @@ def campaign(
         The needle, as for ``identify``.
     columns, units, inwards, filter_length, rate, speed, step, first_row
         As for ``read``. Every recording of a file with several is used; they are repeats of one condition.
+    instrument : str or os.PathLike, optional
+        Options kept in a file, the ``mapping`` of ``read``.
     repeats : collection of str
         Fields in which repeats of one condition differ. Files with equal other fields are repeats of one condition; a
         file without fields is identified by itself.
@@ -81,9 +84,9 @@ def campaign(
         A source without files, a pattern that matches none of them, a mapping that cannot be read, or an unknown model.
     """
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
-    options |= {"rate": rate, "speed": speed, "step": step, "first_row": first_row}
+    options |= {"rate": rate, "speed": speed, "step": step, "first_row": first_row, "mapping": instrument}
     files, not_recordings = _sorted_out(source, mapping, options)
-    files = [part for file in files for part in file.parts(columns)]
+    files = [part for file in files for part in file.parts(columns, instrument)]
     labels, notes = label_files(files, pattern, mapping)
     if pattern is None and mapping is None:
         labels, more = inferred(labels, lambda file: _speed(file, options))

@@ -11,7 +11,8 @@ from typing import NoReturn
 from ..errors import InputError
 from ..files import file_name
 from ..recording.formats.detect import ARCHIVE, JSON, TEXT, format_of
-from ..recording.reader import recordings_in
+from ..recording.mappings import with_mapping
+from ..recording.parts import recordings_in
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 
@@ -31,10 +32,11 @@ class File:
         """The name of the file alone."""
         return self.name.removesuffix(f": {self.part_name}") if self.part else self.name
 
-    def parts(self, columns: Mapping[str, str] | None) -> "list[File]":
+    def parts(self, columns: Mapping[str, str] | None, instrument: str | os.PathLike | None) -> "list[File]":
         """Every recording of the file; the file itself if it has one, or cannot be read."""
         try:
-            found = [] if format_of(self.path).log else recordings_in(self.path, columns)
+            given = with_mapping(self.path, instrument, {"columns": columns})[0]["columns"]
+            found = [] if format_of(self.path).log else recordings_in(self.path, given)
         except (InputError, OSError):
             return [self]
         if len(found) < 2:

@@ -13,11 +13,12 @@ from .files import (
     UNIT_HELP,
     FirstRowOption,
     InwardsOption,
+    MappingOption,
     RateOption,
     SpeedOption,
     StepOption,
     check_usage,
-    motion_options,
+    file_options,
 )
 from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, table, write_json
 
@@ -43,6 +44,7 @@ def run(
     speed_mm_s: SpeedOption = None,
     step_um: StepOption = None,
     first_row: FirstRowOption = None,
+    instrument: MappingOption = None,
     filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
     table: Annotated[Path | None, typer.Option(help="Write all results as one table, .csv or .parquet.")] = None,
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
@@ -59,7 +61,10 @@ def run(
         check_table(table)
     reading = {"columns": pairs(column, "column"), "units": pairs(unit, "unit"), "inwards": depth_inwards}
     reading["filter_length"] = filter_length
-    reading |= motion_options(None, rate_hz, speed_mm_s, step_um, first_row)
+    given = file_options(
+        part=None, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=instrument
+    )
+    reading |= {"instrument" if name == "mapping" else name: value for name, value in given.items()}
     check_usage(reading)
     body = needle_of(needle) if needle else None
     options = {"pattern": pattern, "mapping": mapping, "model": model, "needle": body, "progress": progress}

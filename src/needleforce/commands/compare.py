@@ -13,11 +13,12 @@ from .files import (
     UNIT_HELP,
     FirstRowOption,
     InwardsOption,
+    MappingOption,
     PartOption,
     RateOption,
     SpeedOption,
     StepOption,
-    motion_options,
+    file_options,
     read_all,
     readable,
     screen_recordings,
@@ -47,6 +48,7 @@ def run(
     speed_mm_s: SpeedOption = None,
     step_um: StepOption = None,
     first_row: FirstRowOption = None,
+    mapping: MappingOption = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help="Write table and figure as one HTML file.")] = None,
 ) -> None:
@@ -59,7 +61,9 @@ def run(
     from ..report import write_comparison
 
     check_outputs([json, report], files)
-    given = motion_options(part, rate_hz, speed_mm_s, step_um, first_row)
+    given = file_options(
+        part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
+    )
     done = screen_recordings(read_all(files, column, unit, inwards=depth_inwards, **given))
     for file, problem in done:
         if isinstance(problem, nf.InputError):

@@ -14,11 +14,12 @@ from .files import (
     UNIT_HELP,
     FirstRowOption,
     InwardsOption,
+    MappingOption,
     PartOption,
     RateOption,
     SpeedOption,
     StepOption,
-    motion_options,
+    file_options,
     read_all,
 )
 from .output import check_outputs, say
@@ -38,6 +39,7 @@ def run(
     speed_mm_s: SpeedOption = None,
     step_um: StepOption = None,
     first_row: FirstRowOption = None,
+    mapping: MappingOption = None,
     motion: Annotated[Path | None, typer.Option(help="File with velocity or depth on its own clock.")] = None,
     start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
     filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
@@ -55,7 +57,9 @@ def run(
         )
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
-    options |= motion_options(part, rate_hz, speed_mm_s, step_um, first_row)
+    options |= file_options(
+        part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
+    )
     ((_, recording),) = read_all([file], column, unit, [motion] if motion else [], **options)
     if isinstance(recording, InputError):
         say(f"needleforce: {recording}")

@@ -38,16 +38,25 @@ StepOption = Annotated[
 FirstRowOption = Annotated[
     int | None, typer.Option("--first-row", help="Row of the file at which the samples begin, if rows above are none.")
 ]
+MappingOption = Annotated[
+    str | None, typer.Option("--as", help="Options kept for an instrument: a name such as instron, or a TOML file.")
+]
 InwardsOption = Annotated[str | None, typer.Option("--depth-inwards", help=INWARDS_HELP)]
 
 ReadFiles = list[tuple[Path, "Recording | InputError"]]
 
 
-def motion_options(
-    part: str | None, rate_hz: float | None, speed_mm_s: float | None, step_um: float | None, first_row: int | None
+def file_options(
+    *,
+    part: str | None,
+    rate_hz: float | None,
+    speed_mm_s: float | None,
+    step_um: float | None,
+    first_row: int | None,
+    mapping: str | None,
 ) -> dict[str, Any]:
     """The options of ``nf.read`` for what a file lacks, those that were given."""
-    given = {"part": part, "rate": rate_hz, "first_row": first_row}
+    given = {"part": part, "rate": rate_hz, "first_row": first_row, "mapping": mapping}
     given["speed"] = None if speed_mm_s is None else 1e-3 * speed_mm_s
     given["step"] = None if step_um is None else 1e-6 * step_um
     return {name: value for name, value in given.items() if value is not None}
@@ -79,11 +88,13 @@ def read_all(
 def _all_parts(file: Path, options: dict) -> Sequence[int | None]:
     """The numbers of the recordings of a file, None for the one of a log."""
     from ..recording.formats.detect import format_of
-    from ..recording.reader import recordings_in
+    from ..recording.mappings import with_mapping
+    from ..recording.parts import recordings_in
 
     if format_of(file).log:
         return [None]
-    return range(1, len(recordings_in(file, options["columns"])) + 1)
+    columns = with_mapping(file, options.get("mapping"), {"columns": options["columns"]})[0]["columns"]
+    return range(1, len(recordings_in(file, columns)) + 1)
 
 
 def check_usage(options: dict) -> None:

@@ -16,12 +16,13 @@ from .files import (
     UNIT_HELP,
     FirstRowOption,
     InwardsOption,
+    MappingOption,
     PartOption,
     RateOption,
     ReadFiles,
     SpeedOption,
     StepOption,
-    motion_options,
+    file_options,
     read_all,
     screen_recordings,
 )
@@ -59,6 +60,7 @@ def run(
     speed_mm_s: SpeedOption = None,
     step_um: StepOption = None,
     first_row: FirstRowOption = None,
+    mapping: MappingOption = None,
     motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = [],  # noqa: B006
     start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
     filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
@@ -82,7 +84,9 @@ def run(
     body = needle_of(needle) if needle else None
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
     options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
-    options |= motion_options(part, rate_hz, speed_mm_s, step_um, first_row)
+    options |= file_options(
+        part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
+    )
     done = screen_recordings(read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options))
     seconds = read_all(second_pass, column, unit, motion[len(files) :], **options)
     _print_assumptions(done + seconds)

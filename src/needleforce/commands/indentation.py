@@ -17,11 +17,12 @@ from .files import (
     UNIT_HELP,
     FirstRowOption,
     InwardsOption,
+    MappingOption,
     PartOption,
     RateOption,
     SpeedOption,
     StepOption,
-    motion_options,
+    file_options,
     read_all,
 )
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
@@ -64,6 +65,7 @@ def run(
     speed_mm_s: SpeedOption = None,
     step_um: StepOption = None,
     first_row: FirstRowOption = None,
+    mapping: MappingOption = None,
     segment: Annotated[str | None, typer.Option(help=SEGMENT_HELP)] = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
 ) -> None:
@@ -76,7 +78,9 @@ def run(
     checked_options(**options)
     wanted = pairs([segment], "segment") if segment else {}
     tips, shank = tips_of(tip, half_angle_deg, radius_um, needle)
-    given = motion_options(part, rate_hz, speed_mm_s, step_um, first_row)
+    given = file_options(
+        part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
+    )
     ((_, recording),) = read_all(
         [file], column, unit, inwards=depth_inwards, baseline=False, test="indentation", **given
     )
@@ -107,8 +111,7 @@ def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str,
 
 
 def _table_of(recording: "Recording", file: Path) -> "FileTable | TextTable":
-    from ..recording.parts import chosen_part
-    from ..recording.reader import recordings_in
+    from ..recording.parts import chosen_part, recordings_in
 
     return chosen_part(recordings_in(file), recording.card.part or None, file).table
 

@@ -9,7 +9,7 @@ from typing import Protocol
 from ..errors import InputError
 from .quantities import RECOGNISED, check_known, dimension, listed, plain_name, split
 
-_MAX_LISTED = 24  # columns in a message
+_MAX_LISTED = 16  # columns in a message
 
 
 class HasColumns(Protocol):

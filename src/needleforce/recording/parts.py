@@ -11,7 +11,8 @@ import numpy as np
 
 from ..errors import InputError
 from .columns import Column, choose, stated_unit
-from .quantities import RECOGNISED, by_name, by_numbered_name, split
+from .formats.detect import tables_of
+from .quantities import RECOGNISED, by_name, by_numbered_name, plain_name, split
 
 MAIN = ("time", "depth", "velocity", "force")
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
@@ -19,6 +20,7 @@ _MAX_RUNS = 10_000
 _BLOCK = 1 << 20  # samples whose steps are looked at together
 _NEAR_START = 0.02  # of the range of time: a run begins where the first one began
 _MAX_LISTED = 12  # names in a message
+_last: list = []  # the recordings of the last file that had several
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +54,7 @@ class RowRange:
         return {q: each[self.first : self.stop].copy() for q, each in values.items()}, sha256, complete
 
 
-def parts_of(tables: Sequence[Any], given: Mapping[str, str]) -> list[Part]:
+def parts_of(tables: Sequence[Any], given: Mapping[str, Any]) -> list[Part]:
     """The recordings of a file with these tables.
 
     Parameters
@@ -60,7 +62,8 @@ def parts_of(tables: Sequence[Any], given: Mapping[str, str]) -> list[Part]:
     tables : sequence of FileTable or TextTable
         All tables of the file.
     given : mapping
-        Quantity -> header; one with ``*`` stands for several columns, each of a recording of its own.
+        Quantity -> header, or headers of which the first that a table has is used; one with ``*`` stands for several
+        columns, each of a recording of its own.
 
     Returns
     -------
@@ -81,6 +84,24 @@ def parts_of(tables: Sequence[Any], given: Mapping[str, str]) -> list[Part]:
     if not found and refused:
         raise refused
     return [part for part in found if len(found) == 1 or _is_recording(part)] or found
+
+
+def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
+    """The recordings of a file that is no log. Those of a file with several are kept until another file is read, so
+    that each can be read without opening the file again. Raises InputError as ``read``."""
+    found = path.stat() if path.exists() else None
+    key = (path.absolute(), found and (found.st_mtime_ns, found.st_size), tuple(sorted(header_texts(columns).items())))
+    if _last and _last[0][0] == key:
+        return _last[0][1]
+    _last.clear()
+    parts = parts_of(tables_of(path), header_texts(columns))
+    _last.extend([(key, parts)] if len(parts) > 1 else [])
+    return parts
+
+
+def header_texts(columns: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The given columns with numbers as text; several headers of one quantity as a tuple."""
+    return {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in (columns or {}).items()}
 
 
 def chosen_part(parts: Sequence[Part], wanted: str | int | None, path: Path) -> Part:
@@ -119,8 +140,22 @@ def _is_recording(part: Part) -> bool:
     return "force" in found and (len(found) > 1 or bool(part.columns))
 
 
-def _groups(table: Any, given: Mapping[str, str]) -> list[Part]:
+def _first_present(table: Any, given: Mapping[str, Any]) -> dict[str, str]:
+    """The given headers; of several for one quantity the first that the table has, none if it has none of them."""
+    names = {plain_name(text): text for header in reversed(table.headers) for text in (split(header)[0], header)}
+    names |= {header: header for header in table.headers}
+    chosen = {}
+    for quantity, header in given.items():
+        if isinstance(header, str):
+            chosen[quantity] = header
+        elif found := [each for each in header if each in names or plain_name(each) in names]:
+            chosen[quantity] = found[0]
+    return chosen
+
+
+def _groups(table: Any, given: Mapping[str, Any]) -> list[Part]:
     """The recordings side by side in a table."""
+    given = _first_present(table, given)
     if any("*" in str(header) and header not in table.headers for header in given.values()):
         return _by_pattern(table, given)
     for recognise in RECOGNISED[:2]:

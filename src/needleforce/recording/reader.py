@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from .assumed_motion import AssumedMotion
@@ -15,14 +15,17 @@ from .force_signal import glitch_notes, remove_bias
 from .formats.detect import format_of, tables_of
 from .formats.text_table import TextTable
 from .joining import INWARDS, join, of_main, put_motion, put_signs, settle_motion
-from .parts import Part, chosen_part, from_row, parts_of
+from .mappings import with_mapping
+from .parts import chosen_part, from_row, header_texts, recordings_in
 from .quantities import AXES
 from .recording import Recording
 from .stream import Stream, read_stream
 from .timestamps import timing_notes
 
+if TYPE_CHECKING:
+    from .look import Look
+
 TESTS = ("insertion", "indentation")
-_last: list[tuple[Any, list[Part]]] = []  # the recordings of the last file that had several
 
 
 def read(
@@ -41,7 +44,9 @@ def read(
     step: float | None = None,
     first_row: int | None = None,
     test: str = "insertion",
-) -> Recording:
+    mapping: str | os.PathLike | None = None,
+    dry_run: bool = False,
+) -> "Recording | Look":
     """Read a recording from a file of any format: text, Excel, Parquet, MATLAB, HDF5, TDMS, NumPy, JSON, MCAP, bags.
 
     The format is detected from the first bytes. A table of text may have anything above it, a row of units, any common
@@ -81,28 +86,60 @@ def read(
         Row, or line of a text, at which the numbers begin, where rows above it are no samples.
     test : {"insertion", "indentation"}
         An indentation needs no time, and what is usual for needles is not expected of it.
+    mapping : str or os.PathLike, optional
+        Options kept in a TOML file, by its name or path; those given here come first. Without one ``needleforce.toml``
+        in the folder of the file applies, if there is one.
+    dry_run : bool
+        Look at the file only: what it is, what would be assumed, and what is missing.
 
     Returns
     -------
     Recording
-        Arrays in SI. ``card.assumptions`` lists what was assumed, ``notes`` what was found.
+        Arrays in SI. ``card.assumptions`` lists what was assumed, ``notes`` what was found. With ``dry_run`` a
+        ``Look``, which prints itself.
 
     Raises
     ------
     InputError
         The file cannot be read as a recording; the message names the line if there is one.
     """
-    _check(inwards, filter_length, test)
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
-    options |= {"baseline": baseline, "motion": motion, "start_depth": start_depth}
-    if format_of(Path(path)).log:
+    options |= {"start_depth": start_depth, "part": part, "rate": rate, "speed": speed, "step": step}
+    options |= {"first_row": first_row}
+    if dry_run:
+        return _look(path, options | {"mapping": mapping, "baseline": baseline, "motion": motion, "test": test})
+    options, sentence = with_mapping(Path(path), mapping, options)
+    _check(options["inwards"], options["filter_length"], test)
+    recording = _read_file(Path(path), options, baseline=baseline, motion=motion, counted=test == "indentation")
+    if not sentence:
+        return recording
+    return replace(recording, card=replace(recording.card, assumptions=(sentence, *recording.card.assumptions)))
+
+
+def _look(path: str | os.PathLike, options: dict[str, Any]) -> "Look":
+    """A look at a file, with its recording, or the first of several, if it can be read."""
+    from .look import look
+
+    def recording_of(part: int | None) -> Recording:
+        return read(path, **options | ({"part": part} if part else {}))
+
+    return look(path, recording_of, options)
+
+
+def _read_file(
+    path: Path, options: dict[str, Any], *, baseline: bool, motion: str | os.PathLike | None, counted: bool
+) -> Recording:
+    """Read the chosen recording of a file with checked options."""
+    part, first_row = options.pop("part"), options.pop("first_row")
+    assumed = AssumedMotion(**{name: options.pop(name) for name in ("rate", "speed", "step")}, counted=counted)
+    options |= {"baseline": baseline, "motion": motion}
+    if format_of(path).log:
         from .log.to_recording import read_recording
 
         if part is not None:
             raise InputError("part", repr(str(part)[:60]), "a log has one recording", str(path), "Leave it out.")
         return read_recording(path, **options)
-    assumed = AssumedMotion(rate=rate, speed=speed, step=step, counted=test == "indentation")
-    chosen = chosen_part(recordings_in(Path(path), columns), part, Path(path))
+    chosen = chosen_part(recordings_in(path, options["columns"]), part, path)
     table = chosen.table if first_row is None else from_row(chosen.table, first_row)
     recording = _read_table(table, **options | {"columns": chosen.columns}, assumed=assumed)
     return replace(recording, card=replace(recording.card, part=chosen.name)) if chosen.name else recording
@@ -118,21 +155,9 @@ def read_all(path: str | os.PathLike, **options: Any) -> list[Recording]:
     """
     if format_of(Path(path)).log:
         return [read(path, **options)]
-    count = len(recordings_in(Path(path), options.get("columns")))
+    given, _ = with_mapping(Path(path), options.get("mapping"), {"columns": options.get("columns")})
+    count = len(recordings_in(Path(path), given["columns"]))
     return [read(path, part=k, **options) for k in range(1, count + 1)]
-
-
-def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
-    """The recordings of a file that is no log. Those of a file with several are kept until another file is read, so
-    that each can be read without opening the file again. Raises InputError as ``read``."""
-    found = path.stat() if path.exists() else None
-    key = (path.absolute(), found and (found.st_mtime_ns, found.st_size), tuple(sorted(_texts(columns).items())))
-    if _last and _last[0][0] == key:
-        return _last[0][1]
-    _last.clear()
-    parts = parts_of(tables_of(path), _texts(columns))
-    _last.extend([(key, parts)] if len(parts) > 1 else [])
-    return parts
 
 
 def read_columns(
@@ -146,7 +171,7 @@ def read_columns(
 ) -> Recording:
     """A recording from columns in memory; the options are those of ``read``."""
     _check(inwards, filter_length, "insertion")
-    options = {"columns": _texts(columns), "units": units, "inwards": inwards, "filter_length": filter_length}
+    options = {"columns": header_texts(columns), "units": units, "inwards": inwards, "filter_length": filter_length}
     return _read_table(source, **options, baseline=baseline, motion=None, start_depth=None)
 
 
@@ -156,10 +181,6 @@ def _check(inwards: str | None, filter_length: int | None, test: str) -> None:
     if test not in TESTS:
         raise InputError("test", repr(test), f"known are {' and '.join(TESTS)}")
     check_filter_length(filter_length)
-
-
-def _texts(columns: Mapping[str, str | int] | None) -> dict[str, str]:
-    return {quantity: str(header) for quantity, header in (columns or {}).items()}
 
 
 def _read_table(

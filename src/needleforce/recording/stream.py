@@ -20,6 +20,7 @@ from .timestamps import check_count, put_in_order
 from .unit_guess import assign_units
 
 _MOTION = ("depth", "velocity")
+_MANY_COLUMNS = 5  # of which each may be a recording
 _MAX_MAGNITUDE = 1e30  # of any quantity in any unit: far beyond any instrument
 _MIN_STEP_S = 1e-15  # [s]
 _MAX_SHARED_SHARE = 0.5  # of the smaller stream's rows: more rows with both mean one stream with missing values
@@ -197,11 +198,11 @@ def _required(
         required.remove("depth")
     absent = [quantity for quantity in required if quantity not in chosen]
     if absent:
-        raise missing(layout, absent, chosen, _instead(absent, "force" in wanted))
+        raise missing(layout, absent, chosen, _instead(absent, "force" in wanted, len(layout.headers)))
     return tuple(required)
 
 
-def _instead(absent: Sequence[str], whole: bool) -> list[str]:
+def _instead(absent: Sequence[str], whole: bool, columns: int) -> list[str]:
     """Other ways to give what is absent."""
     ways = []
     if "time" in absent and whole:
@@ -209,6 +210,10 @@ def _instead(absent: Sequence[str], whole: bool) -> list[str]:
     if "depth" in absent and whole:
         ways.append("the depth by --step-um or --speed-mm-s of a constant motion")
         ways.append("give a motion file with --motion FILE")
+    if "force" in absent and columns > _MANY_COLUMNS:
+        ways.append("the force of a recording in each column with --column 'force=*'")
+    if "time" in absent and whole:
+        ways.append("use the command indentation, which needs no time")
     return ways
 
 

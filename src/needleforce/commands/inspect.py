@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``needleforce inspect``: what a file is, what is assumed of it, what is missing, and the command that reads it."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ..errors import InputError
+from .files import (
+    COLUMN_HELP,
+    UNIT_HELP,
+    FirstRowOption,
+    InwardsOption,
+    MappingOption,
+    PartOption,
+    RateOption,
+    SpeedOption,
+    StepOption,
+    check_usage,
+    file_options,
+)
+from .output import check_outputs, pairs, say, show, table
+
+if TYPE_CHECKING:
+    from ..recording.look import Look
+
+NAME = "inspect"
+SAVE_HELP = (
+    "Keep the options under a name, for --as, or in a TOML file; one named needleforce.toml applies to its folder."
+)
+
+
+def run(
+    file: Annotated[Path, typer.Argument(help="A file of any format, or the folder of a bag.", show_default=False)],
+    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
+    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
+    depth_inwards: InwardsOption = None,
+    part: PartOption = None,
+    rate_hz: RateOption = None,
+    speed_mm_s: SpeedOption = None,
+    step_um: StepOption = None,
+    first_row: FirstRowOption = None,
+    mapping: MappingOption = None,
+    plot: Annotated[bool, typer.Option(help="Draw the force over the depth in the terminal.")] = True,
+    figure: Annotated[Path | None, typer.Option(help="Write the plot as a picture: .png, .svg or .pdf.")] = None,
+    save: Annotated[str | None, typer.Option(help=SAVE_HELP)] = None,
+) -> None:
+    """Look at a file: its format, recordings, columns and units, what is assumed, and what is missing."""
+    import needleforce as nf
+
+    check_outputs([figure], [file])
+    options = {"columns": pairs(column, "column"), "units": pairs(unit, "unit"), "inwards": depth_inwards}
+    check_usage(options)
+    found = nf.read(
+        file,
+        dry_run=True,
+        **options,
+        **file_options(
+            part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
+        ),
+    )
+    _show(found)
+    if found.recording is None:
+        say(found.problem)
+        raise typer.Exit(1)
+    if plot:
+        _plot(found)
+    if figure is not None:
+        found.recording.plot().figure.savefig(figure)
+        say(f"figure: {figure}")
+    if save is not None:
+        from ..recording.mappings import save_mapping
+
+        say(f"mapping: {save_mapping({k: v for k, v in found.options.items() if k != 'part'}, save)}")
+    show(f"\nRead by:\n  {found.command}")
+
+
+def _show(found: "Look") -> None:
+    for title, headers, rows in found.tables():
+        table(title, list(headers), [list(row) for row in rows])
+    if found.recording is None:
+        return
+    show(_contact(found))
+    for sentence in found.recording.card.assumptions:
+        show(f"assumed: {sentence}")
+    for note in found.recording.notes:
+        show(f"note: {note.message}")
+
+
+def _contact(found: "Look") -> str:
+    """Where the contact is, and the free travel before it."""
+    import needleforce as nf
+
+    try:
+        contact = nf.segment(found.recording).contact
+    except (InputError, ValueError, IndexError):
+        contact = None
+    if contact is None:
+        return "no contact is found"
+    free = 1e3 * (contact.depth - float(found.recording.depth[0]))
+    return f"contact at {1e3 * contact.depth:.3f} mm, after {free:.3f} mm of free travel"
+
+
+def _plot(found: "Look") -> None:
+    from ..display.terminal_plot import terminal_plot
+
+    depth, force = 1e3 * found.recording.depth, found.recording.force
+    show(terminal_plot(depth, force, "depth [mm]", "force [N]"))

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A look at a file before it is used: format, recordings, columns, what is assumed, what is missing, and how to read
+it."""
+
+import os
+import shlex
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..display.tables import blocks, text_list, text_table
+from ..errors import InputError
+from .columns import Column
+from .formats.detect import format_of
+from .mappings import with_mapping
+from .parts import Part, chosen_part, column_table, recordings_in
+from .recording import Recording
+
+_MAX_LISTED = 20  # recordings and columns that are shown
+_FLAGS = {
+    "mapping": ("--as", 1.0),
+    "part": ("--part", 1.0),
+    "inwards": ("--depth-inwards", 1.0),
+    "filter_length": ("--filter-length", 1.0),
+    "rate": ("--rate-hz", 1.0),
+    "speed": ("--speed-mm-s", 1e3),
+    "step": ("--step-um", 1e6),
+    "first_row": ("--first-row", 1.0),
+    "start_depth": ("--start-depth-mm", 1e3),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnLook:
+    """One column: header, stated unit, the quantity it is read as, empty if it is not used, number of values, first,
+    last, smallest and largest value in the file's unit; NaN where it holds no numbers."""
+
+    header: str
+    unit: str
+    quantity: str
+    count: int
+    first: float
+    last: float
+    smallest: float
+    largest: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Look:
+    """What a file is, and how it is read.
+
+    Parameters
+    ----------
+    path : str
+        The file.
+    format : str
+        Its format in words.
+    parts : tuple of str
+        The names of its recordings; one empty name for a file with one.
+    part : str
+        The recording that is shown.
+    columns : tuple of ColumnLook
+        Its columns.
+    recording : Recording or None
+        The recording, None if it cannot be read with these options.
+    problem : str
+        Why it cannot be read, with what to do; empty if it can.
+    given : mapping
+        The options of ``read`` that were given.
+    options : mapping
+        These, completed by a mapping.
+    """
+
+    path: str
+    format: str
+    parts: tuple[str, ...]
+    part: str
+    columns: tuple[ColumnLook, ...]
+    recording: Recording | None
+    problem: str
+    given: Mapping[str, Any]
+    options: Mapping[str, Any]
+
+    @property
+    def command(self) -> str:
+        """The command that identifies a model from this recording, with the options that read it."""
+        return " ".join(["needleforce identify", shlex.quote(self.path), *option_words(self.given)])
+
+    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+        """What is shown: title, headers and rows of each table."""
+        made = [("file", ("quantity", "value"), self._facts())]
+        if len(self.parts) > 1:
+            rows = [(str(k), name) for k, name in enumerate(self.parts[:_MAX_LISTED], 1)]
+            more = len(self.parts) - _MAX_LISTED
+            rows += [("…", f"and {more} more")] if more > 0 else []
+            made.append(("recordings in the file", ("number", "name"), rows))
+        if self.columns:
+            headers = ("column", "header", "unit", "read as", "first", "last", "smallest", "largest")
+            made.append(("columns", headers, [_cells(k, each) for k, each in enumerate(self.columns[:_MAX_LISTED], 1)]))
+        return made
+
+    def _facts(self) -> list[tuple[str, ...]]:
+        facts = [("file", self.path), ("format", self.format), ("recordings", str(len(self.parts)))]
+        facts += [("shown", self.part)] if self.part else []
+        return facts + (self.recording._summary() if self.recording else [])
+
+    def __str__(self) -> str:
+        parts = [f"{title}\n{text_table(headers, rows)}" for title, headers, rows in self.tables()]
+        if self.recording is not None:
+            card, notes = self.recording.card, [note.message for note in self.recording.notes]
+            parts += [text_list("Assumed", card.assumptions), text_list("Notes", notes)]
+        parts += [f"Not read: {self.problem}"] if self.problem else [f"Read by: {self.command}"]
+        return blocks(*parts)
+
+
+def _cells(number: int, column: ColumnLook) -> tuple[str, ...]:
+    values = (column.first, column.last, column.smallest, column.largest)
+    shown = ["" if np.isnan(value) else f"{value:.6g}" for value in values]
+    return (str(number), column.header, column.unit, column.quantity, *shown)
+
+
+def option_words(options: Mapping[str, Any]) -> list[str]:
+    """The options of ``read`` as words of a command line."""
+    words = []
+    for name, flag in (("columns", "--column"), ("units", "--unit")):
+        for quantity, text in (options.get(name) or {}).items():
+            words += [flag, shlex.quote(f"{quantity}={text}")]
+    for name, (flag, factor) in _FLAGS.items():
+        value = options.get(name)
+        if value is not None:
+            words += [flag, shlex.quote(value if isinstance(value, str) else f"{factor * value:g}")]
+    return words
+
+
+def look(path: str | os.PathLike, recording_of: Callable[[int | None], Recording], given: Mapping[str, Any]) -> Look:
+    """Look at a file.
+
+    A file that cannot be read as a recording is no error: ``problem`` states why.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+        The file.
+    recording_of : callable
+        Number of a part, None for the only one -> Recording; raises InputError.
+    given : mapping
+        The options of ``read`` that were given.
+
+    Returns
+    -------
+    Look
+    """
+    given = {name: value for name, value in given.items() if value is not None and value != {}}
+    options = with_mapping(Path(path), given.get("mapping"), {k: v for k, v in given.items() if k != "mapping"})[0]
+    parts: Sequence[Part] = ()
+    problem, recording, shown = "", None, None
+    form = format_of(Path(path))
+    try:
+        parts = () if form.log else recordings_in(Path(path), options.get("columns"))
+        shown = _shown(parts, options.get("part"), Path(path))
+        recording = recording_of(parts.index(shown) + 1 if len(parts) > 1 else None)
+    except InputError as error:
+        problem = str(error)
+        shown = shown or (parts[0] if parts else None)
+    if len(parts) > 1 and "part" not in given and recording is not None:
+        given["part"] = shown.name
+    return Look(
+        path=os.fspath(path),
+        format=form.name,
+        parts=tuple(part.name for part in parts) or ("",),
+        part=shown.name if shown else "",
+        columns=() if shown is None else tuple(_column_looks(shown)),
+        recording=recording,
+        problem=problem,
+        given=given,
+        options=options,
+    )
+
+
+def _shown(parts: Sequence[Part], wanted: Any, path: Path) -> Part | None:
+    """The part that was chosen, or the first."""
+    return chosen_part(parts, wanted, path) if parts and wanted is not None else next(iter(parts), None)
+
+
+def _column_looks(part: Part) -> list[ColumnLook]:
+    return [
+        ColumnLook(header=header, unit=unit, quantity=quantity, **_range(part.table, k))
+        for k, (header, unit, quantity) in enumerate(column_table(part)[:_MAX_LISTED])
+    ]
+
+
+def _range(table: Any, index: int) -> dict[str, Any]:
+    """Number of values, first, last, smallest and largest of a column."""
+    column = Column("force", table.headers[index], index, None)
+    try:
+        values = table.numbers({"force": column})[0]["force"]
+    except InputError:
+        values = np.empty(0)
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return dict.fromkeys(("first", "last", "smallest", "largest"), float("nan")) | {"count": 0}
+    ends = {"first": float(values[0]), "last": float(values[-1])}
+    return ends | {"smallest": float(values.min()), "largest": float(values.max()), "count": len(values)}
