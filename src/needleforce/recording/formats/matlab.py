@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: Apache-2.0
+"""MATLAB 4 and 5 by scipy: vectors, matrices, structs within each other and arrays of structs; version 7.3 is HDF5."""
+
+import struct
+import zlib
+from collections.abc import Iterator
+from io import BytesIO
+from math import prod
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
+from ..file_table import FileTable
+from .arrays import Array, FileArrays, check_count, check_size, orientation, reading
+
+_FORMAT = "MATLAB"
+_HEAD_BYTES, _TAG_BYTES = 128, 8
+_COMPRESSED, _MATRIX = 15, 14  # types of elements, MATLAB's "MAT-File Format", tables 1-1 and 1-3
+_CELL, _STRUCT, _OBJECT, _TEXT, _OPAQUE = 1, 2, 3, 4, 17  # classes of arrays; the last has no shape
+_MAX_ARRAYS = 1 << 18  # of a file, the empty ones included: each takes some 100 bytes in memory
+_MAX_CHARS = 1 << 20  # of a text
+_MAX_DEPTH = 16  # structs within each other
+_BLOCK_BYTES = 1 << 16
+_EXPORT = (
+    "In MATLAB, save it as text with writetable(T, 'run.csv'), or as a struct: S = table2struct(T, 'ToScalar', true)"
+)
+_UNITS = ("units", "unit", "Units", "Unit")  # a struct of texts with the names of the variables
+_OBJECTS = {
+    "timetable": f"{_EXPORT} with T = timetable2table(TT).",
+    "timeseries": "In MATLAB, save its parts: t = ts.Time; x = ts.Data; save('run.mat', 't', 'x').",
+}
+
+
+def tables(path: Path) -> list[FileTable]:
+    """The tables of a MATLAB 4 or 5 file: the vectors of one length in a struct or in the workspace, each matrix.
+
+    Raises InputError for a damaged file, for one that would take more memory than a recording, and for MATLAB objects
+    such as ``table``, with the command that exports them, if nothing else is in the file.
+    """
+    from scipy.io import loadmat
+
+    content = read_bytes(path, "file", MAX_RECORDING_BYTES)
+    found = FileArrays(path=path, format=_FORMAT, header=matlab_header)
+    with reading(path, _FORMAT):
+        check_elements(content, path)
+        variables = loadmat(BytesIO(content))
+        _add_level(found, "", {k: v for k, v in variables.items() if not k.startswith("__")}, [], 0)
+    return found.finish()
+
+
+def matlab_header(name: str, index: int) -> str:
+    """The header of a column of a matrix, as MATLAB writes it."""
+    return f"{name}(:,{index + 1})"
+
+
+def object_step(name: str) -> str:
+    """How to export a MATLAB object of the class ``name``."""
+    return _OBJECTS.get(name, f"{_EXPORT}.")
+
+
+def _add_level(found: FileArrays, level: str, variables: dict[str, Any], outer: list, depth: int) -> None:
+    """Add the variables of the workspace, or the fields of one struct; ``outer`` are the single values around it."""
+    if depth > _MAX_DEPTH:
+        raise ValueError(f"more than {_MAX_DEPTH} structs within each other")
+    units = _texts_of(next((variables[key] for key in _UNITS if key in variables), None))
+    arrays, comments, inner = [], [], []
+    for name, value in _without_cells(variables):
+        label = f"{level}.{name}".lstrip(".")
+        if not isinstance(value, np.ndarray) or _class_of(value):
+            _leave_out(found, label, value)
+        elif value.dtype.names:
+            inner.append((label, value))
+        elif value.dtype.kind in "USiuf" and value.size == 1:
+            comments.append((name, value.flat[0]))
+        elif value.dtype.kind in "iuf" and (sides := orientation(value.shape)):
+            arrays.append(_array(name, value, sides, units.get(name, "")))
+        elif value.size:
+            found.leave_out(f"{label} ({_described(value)})")
+    comments += outer
+    found.add(level, arrays, comments)
+    for label, structs in inner:
+        for number, each in enumerate(structs.flatten("F"), 1):  # in MATLAB's order
+            one = label if structs.size == 1 else f"{label}({number})"
+            _add_level(found, one, {field: each[field] for field in structs.dtype.names}, comments, depth + 1)
+
+
+def _without_cells(variables: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The variables, and the contents of cell arrays that hold arrays or structs instead of texts."""
+    for name, value in variables.items():
+        cells = isinstance(value, np.ndarray) and value.dtype == object and not _class_of(value)
+        if not cells or not any(isinstance(each, np.ndarray) and _is_data(each) for each in value.flat):
+            yield name, value
+        elif value.size == 1:
+            yield name, value.flat[0]
+        else:
+            yield from ((f"{name}{{{number}}}", each) for number, each in enumerate(value.flatten("F"), 1))
+
+
+def _is_data(value: np.ndarray) -> bool:
+    return bool(value.dtype.names) or (value.dtype.kind in "iuf" and value.size > 1)
+
+
+def _array(name: str, value: np.ndarray, sides: tuple[int, int, bool], unit: str) -> Array:
+    rows, columns, transposed = sides
+    flat = value.reshape([size for size in value.shape if size != 1] if columns > 1 else [rows, 1])
+    flat = flat.T if transposed and columns > 1 else flat
+    return Array(
+        name=name,
+        rows=rows,
+        columns=columns,
+        read=lambda column: flat[:, column],
+        units=[unit] * columns,
+        vector=columns == 1,
+    )
+
+
+def _texts_of(value: Any) -> dict[str, str]:
+    """The texts of a struct of texts, such as units by the name of the variable."""
+    if not isinstance(value, np.ndarray) or not value.dtype.names or value.size != 1:
+        return {}
+    fields = {name: value.flat[0][name] for name in value.dtype.names}
+    return {
+        name: str(each.flat[0])
+        for name, each in fields.items()
+        if isinstance(each, np.ndarray) and each.dtype.kind == "U" and each.size == 1
+    }
+
+
+def _class_of(value: Any) -> str:
+    """The class of a MATLAB object, empty for plain arrays and structs."""
+    from scipy.io.matlab import MatlabFunction, MatlabObject, MatlabOpaque
+
+    if isinstance(value, MatlabOpaque):
+        return _text(value.flat[0]["s2"]) or "object"
+    if isinstance(value, MatlabObject):
+        return value.classname or "object"
+    return "function" if isinstance(value, MatlabFunction) else ""
+
+
+def _leave_out(found: FileArrays, name: str, value: Any) -> None:
+    from scipy.io.matlab import MatlabOpaque
+
+    kind = _class_of(value)
+    if isinstance(value, MatlabOpaque):  # scipy names none of them
+        name = _text(value.flat[0]["s0"]) or name
+    if kind:
+        found.step = object_step(kind)
+    found.leave_out(f"{name} (of the MATLAB class {kind})" if kind else name)
+
+
+def _text(value: Any) -> str:
+    return value.decode("latin-1") if isinstance(value, bytes) else str(value)
+
+
+def _described(value: np.ndarray) -> str:
+    shape = "x".join(map(str, value.shape))
+    return f"{shape} cells" if value.dtype == object else f"{shape} {value.dtype.name}"
+
+
+def check_elements(content: bytes, path: Path) -> None:
+    """Measure the elements of a MATLAB 5 file before scipy, which unpacks without a limit, sees them.
+
+    Raises InputError for elements that unpack beyond the limit, for more arrays than any recording has, and for arrays
+    whose stated shape is larger than that of any recording.
+    """
+    if len(content) < _HEAD_BYTES or 0 in content[:4]:  # MATLAB 4: without compression, each array as long as its data
+        return
+    order = "<" if content[126:128] == b"IM" else ">"
+    counted = _Counted(unpacked_limit(len(content)), order, path)
+    at = _HEAD_BYTES
+    while at + _TAG_BYTES <= len(content):
+        kind, size = struct.unpack_from(f"{order}II", content, at)
+        if kind == _COMPRESSED:
+            counted.walk(_Unpacked(content[at + _TAG_BYTES : at + _TAG_BYTES + size]))
+        else:
+            counted.walk(BytesIO(content[at : at + _TAG_BYTES + size]))
+        at += _TAG_BYTES + size
+
+
+class _Unpacked:
+    """A stream of the unpacked bytes of an element."""
+
+    def __init__(self, packed: bytes):
+        self._object, self._packed, self._ready = zlib.decompressobj(), packed, b""
+
+    def read(self, size: int) -> bytes:
+        """The next bytes, fewer at the end."""
+        while len(self._ready) < size:
+            block = self._object.decompress(self._packed, _BLOCK_BYTES)
+            self._packed = self._object.unconsumed_tail
+            if not block:
+                break
+            self._ready += block
+        found, self._ready = self._ready[:size], self._ready[size:]
+        return found
+
+
+class _Counted:
+    """Counts the arrays and bytes of elements; arrays within cells and structs follow their own heads directly, so that
+    the elements of all levels are one sequence."""
+
+    def __init__(self, limit: int, order: str, path: Path):
+        self._limit, self._order, self._path = limit, order, path
+        self._arrays = self._size = 0
+
+    def walk(self, stream: BinaryIO | _Unpacked) -> None:
+        """Count the elements of a stream."""
+        heads: Iterator[str] = iter(())  # what follows the tag of an array: its class, then its shape
+        kind = 0
+        while len(tag := stream.read(_TAG_BYTES)) == _TAG_BYTES:
+            code, size = struct.unpack(f"{self._order}II", tag)
+            small = code >> 16
+            self._add(_TAG_BYTES)
+            if code == _MATRIX:
+                self._arrays += 1
+                check_count("arrays", self._arrays, _MAX_ARRAYS, self._path)
+                heads = iter(("class", "shape")) if size else iter(())
+                continue
+            part = next(heads, "")
+            data = tag[4 : 4 + small] if small else self._passed(stream, size, 64 if part else 0)
+            if part == "class" and len(data) >= 4:
+                kind = struct.unpack_from(f"{self._order}I", data)[0] & 0xFF
+            elif part == "shape" and kind != _OPAQUE:
+                self._check_shape(kind, data)
+
+    def _passed(self, stream: BinaryIO | _Unpacked, size: int, kept: int) -> bytes:
+        """The first bytes of an element; the rest and the padding to eight bytes are counted only."""
+        left = size + -size % 8
+        found = stream.read(min(left, kept))
+        self._add(len(found))
+        left -= len(found)
+        while left > 0 and (block := stream.read(min(left, _BLOCK_BYTES))):
+            self._add(len(block))
+            left -= len(block)
+        return found[:size]
+
+    def _check_shape(self, kind: int, data: bytes) -> None:
+        count = prod(struct.unpack(f"{self._order}{len(data) // 4}I", data[: len(data) // 4 * 4]))
+        limits = {_CELL: _MAX_ARRAYS, _STRUCT: _MAX_ARRAYS, _OBJECT: _MAX_ARRAYS, _TEXT: _MAX_CHARS}
+        check_count("values in an array", count, limits.get(kind, 16 * MAX_SAMPLES), self._path)
+
+    def _add(self, size: int) -> None:
+        self._size += size
+        check_size(self._size, self._limit, self._path)
