@@ -193,10 +193,10 @@ def _add_object(found: FileArrays, level: str, fields: dict, outer: list, depth:
             inner.append((label, value))
         elif isinstance(value, dict) and value is not units:
             inner.append((label, value))
-        elif isinstance(value, list):
+        elif isinstance(value, list) and name != "columns":  # the names of those of data, as pandas writes them
             array_of = _array(name, value, units.get(name, ""), fields.get("columns"))
             arrays += [array_of] if array_of else []
-            found.leave_out(label) if array_of is None and len(value) > 1 and name != "columns" else None
+            found.leave_out(label) if array_of is None and len(value) > 1 else None
     comments += outer
     found.add(level, arrays, comments)
     check_count("tables", len(inner), MAX_TABLES, found.path)

@@ -18,6 +18,7 @@ from .arrays import Array, FileArrays, check_count, check_size, orientation, rea
 _FORMAT = "MATLAB"
 _HEAD_BYTES, _TAG_BYTES = 128, 8
 _COMPRESSED, _MATRIX = 15, 14  # types of elements, MATLAB's "MAT-File Format", tables 1-1 and 1-3
+_DATA_TYPES = {1, 2, 3, 4, 5, 6, 7, 9, 12, 13, _MATRIX, 16, 17, 18}  # scipy uses others as addresses
 _CELL, _STRUCT, _OBJECT, _TEXT, _OPAQUE = 1, 2, 3, 4, 17  # classes of arrays; the last has no shape
 _MAX_ARRAYS = 1 << 18  # of a file, the empty ones included: each takes some 100 bytes in memory
 _MAX_CHARS = 1 << 20  # of a text
@@ -213,6 +214,8 @@ class _Counted:
             code, size = struct.unpack(f"{self._order}II", tag)
             small = code >> 16
             self._add(_TAG_BYTES)
+            if code & 0xFFFF not in _DATA_TYPES or small > 4:
+                raise ValueError(f"an element of the type {code & 0xFFFF}")
             if code == _MATRIX:
                 self._arrays += 1
                 check_count("arrays", self._arrays, _MAX_ARRAYS, self._path)
@@ -222,6 +225,8 @@ class _Counted:
             data = tag[4 : 4 + small] if small else self._passed(stream, size, 64 if part else 0)
             if part == "class" and len(data) >= 4:
                 kind = struct.unpack_from(f"{self._order}I", data)[0] & 0xFF
+                if not _CELL <= kind <= _OPAQUE:
+                    raise ValueError(f"an array of the class {kind}")
             elif part == "shape" and kind != _OPAQUE:
                 self._check_shape(kind, data)
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """TDMS by nptdms: each group is a table; channels of another length or rate than the others are tables of their own."""
 
+import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -44,8 +45,14 @@ def _opened(path: Path) -> Iterator[Any]:
     """The open file; the library sees a stream, so that it opens no index next to it."""
     from nptdms import TdmsFile
 
-    with reading(path, _FORMAT), open_regular(path) as stream, TdmsFile.open(stream) as file:
-        yield file
+    log = logging.getLogger("nptdms")
+    level = log.level
+    log.setLevel(logging.CRITICAL)  # what it warns of ends in an error or in a shorter table
+    try:
+        with reading(path, _FORMAT), open_regular(path) as stream, TdmsFile.open(stream) as file:
+            yield file
+    finally:
+        log.setLevel(level)
 
 
 def _add_group(found: FileArrays, group: Any, root: list[tuple[str, str]]) -> None:
