@@ -98,7 +98,7 @@ class FileArrays:
         matrices = [each for each in arrays if not each.vector and each.rows not in lengths]
         for length in lengths:
             joined = [each for each in arrays if each.rows == length and each not in matrices]
-            rows = f"({length} rows)" if len(lengths) > 1 or (not level and matrices) else ""
+            rows = f"({length} rows)" if len(lengths) > 1 or not level else ""
             self._table(f"{level} {rows}".strip(), joined, lines)
         for each in matrices:
             self._table(f"{level.rstrip(self.separator)}{self.separator if level else ''}{each.name}", [each], lines)

@@ -4,6 +4,7 @@
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from ...files import open_regular, unpacked_limit
 from ..file_table import FileTable
 from .arrays import Array, FileArrays, check_count, check_size, orientation, reading, size_of
 from .matlab import matlab_header, object_step
+from .worker import tables_by_worker
 
 _FORMAT = "HDF5"
 _MAX_OBJECTS = 1 << 14  # groups and datasets of a file
@@ -40,8 +42,13 @@ def tables(path: Path) -> list[FileTable]:
     file, for one that would take more memory than a recording, and for MATLAB objects such as ``table`` if nothing else
     is in the file.
     """
-    import h5py  # noqa: F401 - a missing package is reported by the caller
+    if find_spec("h5py") is None:
+        raise ImportError(name="h5py")
+    return tables_by_worker("hdf5", path, _FORMAT)
 
+
+def tables_here(path: Path) -> list[FileTable]:
+    """As ``tables``, in this process, which a damaged file may end or keep busy for ever."""
     with _opened(path) as file:
         matlab = any(_attribute(each, _CLASS) for each in _members(file))
         header = matlab_header if matlab else _header
@@ -79,6 +86,7 @@ class _Walk:
         self._found, self._matlab, self._path = found, matlab, path
         self._limit = unpacked_limit(path.stat().st_size)
         self._seen: set[tuple] = set()
+        self._referring: set[int] = set()  # arrays of references that were followed
         self._size = 0
 
     def group(self, group: Any, level: str, outer: list, depth: int) -> None:
@@ -193,7 +201,13 @@ class _Walk:
         return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
     def _followed(self, dataset: Any) -> list[Any]:
-        """The objects to which references point, in MATLAB's order."""
+        """The objects to which references point, in MATLAB's order; none for those that were followed before."""
+        import h5py
+
+        address = h5py.h5o.get_info(dataset.id).addr
+        if address in self._referring:
+            return []
+        self._referring.add(address)
         check_count("cells", dataset.size, _MAX_REFERENCES, self._path)
         _check_chunks(dataset, self._path)
         references = dataset[()].reshape(-1)  # rows and columns are exchanged in the file
