@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
+# ruff: noqa: E501 - the content of hostile files has long lines
 """Files of arrays for ``hostile_files.py``: NumPy, MATLAB, HDF5, TDMS, JSON and ROS 1 bags, changed and as bombs."""
 
 import json

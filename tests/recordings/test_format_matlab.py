@@ -34,8 +34,9 @@ def test_vectors_matrices_and_structs(tmp_path, compressed):
         "units": units,
         "deep": {"a": TIME[:5]},
     }
+    parts = np.array([TIME[:7], FORCE[:7], None], dtype=object)[:2]
     variables = {"time": TIME, "force": FORCE.astype(np.float32)[:, None], "fs": 50.0, "who": "A. N.", "s": struct_,
-                 "M": np.arange(30.0).reshape(10, 3), "run": runs, "parts": np.array([TIME[:7], FORCE[:7]] + [None], dtype=object)[:2]}  # fmt: skip
+                 "M": np.arange(30.0).reshape(10, 3), "run": runs, "parts": parts}  # fmt: skip
     savemat(tmp_path / "x.mat", variables, do_compression=compressed)
     assert format_of(tmp_path / "x.mat").name == "MATLAB 5"
     found = by_name(tmp_path / "x.mat")
@@ -119,14 +120,15 @@ def test_objects_are_named_with_the_way_to_export_them(tmp_path, kind, step, com
     matrix(6, element(5, struct.pack("<2i", 20_000_000, 2)), element(1, b"x"), element(9, bytes(320_000_000))),
     matrix(1, element(5, struct.pack("<2i", 10**6, 1)), element(1, b"x"), element(14, b"") * 10**6),
     matrix(1, element(5, struct.pack("<2i", 2**30, 2**30)), element(1, b"x")),
-    matrix(2, element(5, struct.pack("<2i", 2**30, 1)), element(1, b"x"), element(5, struct.pack("<i", 8)), element(1, b"a" * 8)),
+    matrix(2, element(5, struct.pack("<2i", 2**30, 1)), element(1, b"x"), element(5, struct.pack("<i", 8)),
+           element(1, b"a" * 8)),
     matrix(6, element(5, struct.pack("<2i", 9, 1)), element(1, b"x"), element(250, bytes(72))),
     matrix(99, element(5, struct.pack("<2i", 9, 1)), element(1, b"x"), element(9, bytes(72))),
 ], ids=["zeros", "empty cells", "cells that are not there", "structs that are not there", "type", "class"])  # fmt: skip
 def test_what_expands_or_would_end_the_process_is_refused(tmp_path, content):
     (tmp_path / "x.mat").write_bytes(mat(content, compressed=True))
     assert (tmp_path / "x.mat").stat().st_size < 1 << 20
-    with pytest.raises(InputError, match="unpacked size|number of|not readable as MATLAB"):
+    with pytest.raises(InputError, match=r"unpacked size|number of|not readable as MATLAB"):
         tables_of(tmp_path / "x.mat")
 
 

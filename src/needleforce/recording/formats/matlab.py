@@ -1,29 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 """MATLAB 4 and 5 by scipy: vectors, matrices, structs within each other and arrays of structs; version 7.3 is HDF5."""
 
-import struct
-import zlib
 from collections.abc import Iterator
 from io import BytesIO
-from math import prod
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
-from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
+from ...files import MAX_RECORDING_BYTES, read_bytes
 from ..file_table import FileTable
-from .arrays import Array, FileArrays, check_count, check_size, orientation, reading
+from .arrays import Array, FileArrays, orientation, reading
+from .matlab_elements import check_elements
 
 _FORMAT = "MATLAB"
-_HEAD_BYTES, _TAG_BYTES = 128, 8
-_COMPRESSED, _MATRIX = 15, 14  # types of elements, MATLAB's "MAT-File Format", tables 1-1 and 1-3
-_DATA_TYPES = {1, 2, 3, 4, 5, 6, 7, 9, 12, 13, _MATRIX, 16, 17, 18}  # scipy uses others as addresses
-_CELL, _STRUCT, _OBJECT, _TEXT, _OPAQUE = 1, 2, 3, 4, 17  # classes of arrays; the last has no shape
-_MAX_ARRAYS = 1 << 18  # of a file, the empty ones included: each takes some 100 bytes in memory
-_MAX_CHARS = 1 << 20  # of a text
 _MAX_DEPTH = 16  # structs within each other
-_BLOCK_BYTES = 1 << 16
 _EXPORT = (
     "In MATLAB, save it as text with writetable(T, 'run.csv'), or as a struct: S = table2struct(T, 'ToScalar', true)"
 )
@@ -158,94 +149,3 @@ def _text(value: Any) -> str:
 def _described(value: np.ndarray) -> str:
     shape = "x".join(map(str, value.shape))
     return f"{shape} cells" if value.dtype == object else f"{shape} {value.dtype.name}"
-
-
-def check_elements(content: bytes, path: Path) -> None:
-    """Measure the elements of a MATLAB 5 file before scipy, which unpacks without a limit, sees them.
-
-    Raises InputError for elements that unpack beyond the limit, for more arrays than any recording has, and for arrays
-    whose stated shape is larger than that of any recording.
-    """
-    if len(content) < _HEAD_BYTES or 0 in content[:4]:  # MATLAB 4: without compression, each array as long as its data
-        return
-    order = "<" if content[126:128] == b"IM" else ">"
-    counted = _Counted(unpacked_limit(len(content)), order, path)
-    at = _HEAD_BYTES
-    while at + _TAG_BYTES <= len(content):
-        kind, size = struct.unpack_from(f"{order}II", content, at)
-        if kind == _COMPRESSED:
-            counted.walk(_Unpacked(content[at + _TAG_BYTES : at + _TAG_BYTES + size]))
-        else:
-            counted.walk(BytesIO(content[at : at + _TAG_BYTES + size]))
-        at += _TAG_BYTES + size
-
-
-class _Unpacked:
-    """A stream of the unpacked bytes of an element."""
-
-    def __init__(self, packed: bytes):
-        self._object, self._packed, self._ready = zlib.decompressobj(), packed, b""
-
-    def read(self, size: int) -> bytes:
-        """The next bytes, fewer at the end."""
-        while len(self._ready) < size:
-            block = self._object.decompress(self._packed, _BLOCK_BYTES)
-            self._packed = self._object.unconsumed_tail
-            if not block:
-                break
-            self._ready += block
-        found, self._ready = self._ready[:size], self._ready[size:]
-        return found
-
-
-class _Counted:
-    """Counts the arrays and bytes of elements; arrays within cells and structs follow their own heads directly, so that
-    the elements of all levels are one sequence."""
-
-    def __init__(self, limit: int, order: str, path: Path):
-        self._limit, self._order, self._path = limit, order, path
-        self._arrays = self._size = 0
-
-    def walk(self, stream: BinaryIO | _Unpacked) -> None:
-        """Count the elements of a stream."""
-        heads: Iterator[str] = iter(())  # what follows the tag of an array: its class, then its shape
-        kind = 0
-        while len(tag := stream.read(_TAG_BYTES)) == _TAG_BYTES:
-            code, size = struct.unpack(f"{self._order}II", tag)
-            small = code >> 16
-            self._add(_TAG_BYTES)
-            if code & 0xFFFF not in _DATA_TYPES or small > 4:
-                raise ValueError(f"an element of the type {code & 0xFFFF}")
-            if code == _MATRIX:
-                self._arrays += 1
-                check_count("arrays", self._arrays, _MAX_ARRAYS, self._path)
-                heads = iter(("class", "shape")) if size else iter(())
-                continue
-            part = next(heads, "")
-            data = tag[4 : 4 + small] if small else self._passed(stream, size, 64 if part else 0)
-            if part == "class" and len(data) >= 4:
-                kind = struct.unpack_from(f"{self._order}I", data)[0] & 0xFF
-                if not _CELL <= kind <= _OPAQUE:
-                    raise ValueError(f"an array of the class {kind}")
-            elif part == "shape" and kind != _OPAQUE:
-                self._check_shape(kind, data)
-
-    def _passed(self, stream: BinaryIO | _Unpacked, size: int, kept: int) -> bytes:
-        """The first bytes of an element; the rest and the padding to eight bytes are counted only."""
-        left = size + -size % 8
-        found = stream.read(min(left, kept))
-        self._add(len(found))
-        left -= len(found)
-        while left > 0 and (block := stream.read(min(left, _BLOCK_BYTES))):
-            self._add(len(block))
-            left -= len(block)
-        return found[:size]
-
-    def _check_shape(self, kind: int, data: bytes) -> None:
-        count = prod(struct.unpack(f"{self._order}{len(data) // 4}I", data[: len(data) // 4 * 4]))
-        limits = {_CELL: _MAX_ARRAYS, _STRUCT: _MAX_ARRAYS, _OBJECT: _MAX_ARRAYS, _TEXT: _MAX_CHARS}
-        check_count("values in an array", count, limits.get(kind, 16 * MAX_SAMPLES), self._path)
-
-    def _add(self, size: int) -> None:
-        self._size += size
-        check_size(self._size, self._limit, self._path)

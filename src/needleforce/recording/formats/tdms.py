@@ -5,6 +5,7 @@ import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from ...errors import InputError
 from ...files import open_regular
 from ..file_table import FileTable
 from .arrays import Array, FileArrays, check_count, reading
+from .worker import tables_by_worker
 
 _FORMAT = "TDMS"
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "units", "Unit")
@@ -28,8 +30,13 @@ def tables(path: Path) -> list[FileTable]:
     Channels with the property ``wf_increment`` are sampled evenly: unless one of them is a time, the table begins with
     a column ``time`` in seconds. Raises InputError for a damaged file.
     """
-    import nptdms  # noqa: F401 - a missing package is reported by the caller
+    if find_spec("nptdms") is None:
+        raise ImportError(name="nptdms")
+    return tables_by_worker("tdms", path, _FORMAT)
 
+
+def tables_here(path: Path) -> list[FileTable]:
+    """As ``tables``, in this process, which a damaged file may keep busy for ever."""
     found = FileArrays(path=path, format=_FORMAT, header=lambda name, _: name)
     with _opened(path) as file:
         root = _comments(file.properties)
@@ -44,15 +51,15 @@ def tables(path: Path) -> list[FileTable]:
 def _opened(path: Path) -> Iterator[Any]:
     """The open file; the library sees a stream, so that it opens no index next to it."""
     from nptdms import TdmsFile
+    from nptdms.log import log_manager
 
-    log = logging.getLogger("nptdms")
-    level = log.level
-    log.setLevel(logging.CRITICAL)  # what it warns of ends in an error or in a shorter table
+    level = log_manager.log_level
+    log_manager.set_level(logging.CRITICAL)  # what it warns of ends in an error or in a shorter table
     try:
         with reading(path, _FORMAT), open_regular(path) as stream, TdmsFile.open(stream) as file:
             yield file
     finally:
-        log.setLevel(level)
+        log_manager.set_level(level)
 
 
 def _add_group(found: FileArrays, group: Any, root: list[tuple[str, str]]) -> None:

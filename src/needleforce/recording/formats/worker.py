@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A process of its own for libraries that crash or never return on damaged files: HDF5 does, and nothing in the same
-process can end it.
+"""A process of its own for libraries that never return, or crash, on some damaged files: nothing within one process can
+end a library that is written in C.
 
 The process is started once, reads one file after another, and is started again after a file that it does not survive.
 A request is a line of JSON; the answer is its length in eight bytes, a line of JSON, and the values of a column.
