@@ -132,6 +132,15 @@ def test_what_expands_or_would_end_the_process_is_refused(tmp_path, content):
         tables_of(tmp_path / "x.mat")
 
 
+def test_cells_within_cells_without_end_are_refused(tmp_path):
+    content = element(14, b"")
+    for _ in range(5000):
+        content = matrix(1, element(5, struct.pack("<2i", 1, 1)), element(1, b"x"), content)
+    (tmp_path / "x.mat").write_bytes(mat(content, compressed=True))
+    with pytest.raises(InputError, match="arrays within each other"):
+        tables_of(tmp_path / "x.mat")
+
+
 @pytest.mark.parametrize("version", ["4", "5", "compressed"])
 def test_a_truncated_file_is_refused_or_read_up_to_its_end(tmp_path, version):
     path = tmp_path / "x.mat"

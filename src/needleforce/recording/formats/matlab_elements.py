@@ -22,6 +22,7 @@ _CELL, _STRUCT, _OBJECT, _TEXT, _SPARSE, _FUNCTION, _OPAQUE = 1, 2, 3, 4, 5, 16,
 _COMPLEX = 0x800  # flag of an array
 _PARTS = {_CELL: 0, _STRUCT: 2, _OBJECT: 3, _SPARSE: 3, _FUNCTION: 0}  # elements of values after the head; others 1
 _MAX_ARRAYS = 1 << 18  # of a file, the empty ones included: each takes some 100 bytes in memory
+_MAX_DEPTH = 64  # arrays within each other: scipy calls itself for each
 _MAX_CHARS = 1 << 20  # of a text
 _BLOCK_BYTES = 1 << 16
 _KEPT_BYTES = 256  # of an element of a head
@@ -77,10 +78,16 @@ class _Measured:
     def walk(self, stream: BinaryIO | _Unpacked) -> None:
         """Walk through one array of the workspace and those within it."""
         self._stream = stream
-        expected = 1
+        expected = [1]  # of each array within the other, how many are still to come
         while expected:
-            expected += self._array() - 1
-            check_count("arrays", self._arrays + expected, _MAX_ARRAYS, self._path)
+            if not expected[-1]:
+                expected.pop()
+                continue
+            expected[-1] -= 1
+            expected.append(self._array())
+            check_count("arrays", self._arrays + expected[-1], _MAX_ARRAYS, self._path)
+            if len(expected) > _MAX_DEPTH:
+                raise ValueError(f"more than {_MAX_DEPTH} arrays within each other")
 
     def _array(self) -> int:
         """Pass the head and values of one array; returns how many arrays follow that belong to it."""
