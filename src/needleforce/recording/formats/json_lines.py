@@ -23,6 +23,7 @@ _NUMBER_BYTES = 8
 _SHOWN_CHARS = 40
 _CHECK = "Correct or remove the line."
 _UNITS = ("units", "unit")
+_MISSING = array("d", [np.nan])
 
 
 def tables(path: Path) -> list[FileTable]:
@@ -117,7 +118,7 @@ class _Rows:
                 column = self._columns[name] = array("d")
             if len(column) > self._count:
                 continue  # a name that is there twice
-            column.extend([np.nan] * (self._count - len(column)))
+            column.extend(_MISSING * (self._count - len(column)))
             column.append(self._number(name, value, number))
         self._count += 1
         if self._count % 1024 == 0:
