@@ -243,6 +243,12 @@ def test_a_list_of_objects_and_objects_of_lists(tmp_path, indent):
     assert found[2].read_column(1).tolist() == [2.0, 4.0] and found[3].read_column(1).tolist() == FORCE[:4].tolist()
 
 
+def test_an_integer_beyond_any_float_is_infinite(tmp_path):
+    for text in ('{"t": 1}\n{"t": -%s}\n{"t": 2}\n', '{"t": [1, -%s, 2]}'):
+        (tmp_path / "x").write_text(text % ("9" * 400))
+        assert tables_of(tmp_path / "x")[0].read_column(0).tolist() == [1.0, -np.inf, 2.0]
+
+
 @pytest.mark.parametrize("orient", ["columns", "split", "records", "list"])
 def test_what_pandas_writes(tmp_path, orient):
     import pandas

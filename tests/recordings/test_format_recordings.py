@@ -73,7 +73,7 @@ def test_every_format_gives_the_same_recording(tmp_path, write):
 def test_several_recordings_in_one_file_are_chosen_by_name(tmp_path, write):
     path = tmp_path / ("x.mat" if write is matlab else "x.any")
     write(path, {"first": RUN, "second": {**RUN, "force_N": 2.0 * FORCE}})
-    with pytest.raises(nf.InputError, match="number of recordings is 2, the file has '/?first', '/?second'"):
+    with pytest.raises(nf.InputError, match=r"number of recordings is 2, the file has '/?first', '/?second'"):
         nf.read(path)
     recording = nf.read(path, part="/second" if write is hdf5 else "second", baseline=False)
     assert recording.force.tolist() == (2.0 * FORCE).tolist()

@@ -126,7 +126,7 @@ class _Rows:
 
     def _number(self, name: str, value: Any, number: int) -> float:
         if isinstance(value, int | float) and not isinstance(value, bool):
-            return float(value)
+            return _float(value)
         if value is not None:
             self._texts.setdefault(name, (number, str(value)[:_SHOWN_CHARS]))
         return np.nan
@@ -230,8 +230,16 @@ def _array(name: str, values: list, unit: str, headers: Any) -> Array | None:
 def _column(values: list) -> np.ndarray:
     """Values as float64, NaN for null; texts keep a type that is no number."""
     if all(each is None or _is_number(each) for each in values):
-        return np.array([np.nan if each is None else float(each) for each in values])
+        return np.array([np.nan if each is None else _float(each) for each in values])
     return np.array([""] * len(values))
+
+
+def _float(value: float) -> float:
+    """A number, infinite for an integer that is larger than any float."""
+    try:
+        return float(value)
+    except OverflowError:
+        return np.inf if value > 0 else -np.inf
 
 
 def _is_number(value: Any) -> bool:
