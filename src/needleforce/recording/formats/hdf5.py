@@ -50,7 +50,7 @@ def tables(path: Path) -> list[FileTable]:
 def tables_here(path: Path) -> list[FileTable]:
     """As ``tables``, in this process, which a damaged file may end or keep busy for ever."""
     with _opened(path) as file:
-        matlab = any(_attribute(each, _CLASS) for each in _members(file))
+        matlab = any(_attribute(each, _CLASS) for each in _members(file, path))
         header = matlab_header if matlab else _header
         found = FileArrays(path=path, format=_FORMAT, header=header, separator="." if matlab else "/")
         _Walk(found=found, matlab=matlab, path=path).group(file, "" if matlab else "/", [], 0)
@@ -70,11 +70,11 @@ def _opened(path: Path) -> Iterator[Any]:
         yield file
 
 
-def _members(group: Any) -> list[Any]:
+def _members(group: Any, path: Path) -> list[Any]:
     """The groups and datasets of a group, by name; links that are soft or leave the file are not followed."""
     import h5py
 
-    check_count("groups and datasets", len(group), _MAX_OBJECTS, Path(group.file.filename or "HDF5"))
+    check_count("groups and datasets", len(group), _MAX_OBJECTS, path)
     hard = [name for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]
     return [group[name] for name in hard if group.get(name, getclass=True) in (h5py.Group, h5py.Dataset)]
 
@@ -91,7 +91,9 @@ class _Walk:
 
     def group(self, group: Any, level: str, outer: list, depth: int) -> None:
         """Add one group and those within it; ``outer`` are the single values and attributes around it."""
-        members = {each.name.rsplit("/", 1)[-1]: each for each in _members(group) if not self._is_known(each)}
+        members = {
+            each.name.rsplit("/", 1)[-1]: each for each in _members(group, self._path) if not self._is_known(each)
+        }
         hidden = [name for name in members if name.startswith("#")]  # MATLAB's own groups
         for name in hidden:
             del members[name]
@@ -192,7 +194,7 @@ class _Walk:
         """The structs of a MATLAB array of structs, whose fields are arrays of references; empty for another group."""
         import h5py
 
-        members = {each.name.rsplit("/", 1)[-1]: each for each in _members(group)} if self._matlab else {}
+        members = {each.name.rsplit("/", 1)[-1]: each for each in _members(group, self._path)} if self._matlab else {}
         cells = [each for each in members.values() if not _is_group(each) and not _attribute(each, _CLASS)
                  and h5py.check_ref_dtype(each.dtype) is h5py.Reference]  # fmt: skip
         if not members or len(cells) != len(members) or len({each.shape for each in cells}) != 1:

@@ -38,6 +38,8 @@ def tables_by_worker(module: str, path: Path, what: str) -> list[FileTable]:
 
     Raises InputError as it does, and for a file with which it ends or takes too long.
     """
+    if not sys.executable:  # within a program that cannot start a second Python
+        return import_module(f".{module}", __package__).tables_here(path)
     path = Path(os.path.abspath(path))
     answer, _ = _worker.ask(path, what, module=module)
     return [
@@ -83,7 +85,10 @@ class _Worker:
         return answer, rest
 
     def _exchange(self, request: dict, wall_s: float) -> tuple[dict | None, bytes]:
-        process = self._running()
+        try:
+            process = self._running()
+        except OSError:
+            return None, b""
         timer = threading.Timer(wall_s, process.kill)
         timer.start()
         try:
