@@ -12,6 +12,7 @@ from ...files import MAX_RECORDING_BYTES, read_bytes
 from ..file_table import FileTable
 from .arrays import Array, FileArrays, orientation, reading
 from .matlab_elements import check_elements
+from .worker import tables_by_worker
 
 _FORMAT = "MATLAB"
 _MAX_DEPTH = 16  # structs within each other
@@ -31,6 +32,11 @@ def tables(path: Path) -> list[FileTable]:
     Raises InputError for a damaged file, for one that would take more memory than a recording, and for MATLAB objects
     such as ``table``, with the command that exports them, if nothing else is in the file.
     """
+    return tables_by_worker("matlab", path, _FORMAT)
+
+
+def tables_here(path: Path) -> list[FileTable]:
+    """As ``tables``, in this process, which a damaged file may end."""
     from scipy.io import loadmat
 
     content = read_bytes(path, "file", MAX_RECORDING_BYTES)

@@ -22,6 +22,7 @@ _CELL, _STRUCT, _OBJECT, _TEXT, _SPARSE, _FUNCTION, _OPAQUE = 1, 2, 3, 4, 5, 16,
 _COMPLEX = 0x800  # flag of an array
 _PARTS = {_CELL: 0, _STRUCT: 2, _OBJECT: 3, _SPARSE: 3, _FUNCTION: 0}  # elements of values after the head; others 1
 _MAX_ARRAYS = 1 << 18  # of a file, the empty ones included: each takes some 100 bytes in memory
+_MAX_SIDES = 32  # of an array
 _MAX_DEPTH = 64  # arrays within each other: scipy calls itself for each
 _MAX_CHARS = 1 << 20  # of a text
 _BLOCK_BYTES = 1 << 16
@@ -108,8 +109,10 @@ class _Measured:
             for _ in range(3):
                 self._element()
             return 1
-        shape, _ = self._element()
-        count = prod(struct.unpack(f"{self._order}{len(shape) // 4}I", shape[: len(shape) // 4 * 4]))
+        shape, size = self._element()
+        if size % 4 or not 2 <= size // 4 <= _MAX_SIDES:
+            raise ValueError(f"an array with a shape of {size} bytes")
+        count = prod(struct.unpack(f"{self._order}{size // 4}I", shape))
         limits = {_CELL: _MAX_ARRAYS, _STRUCT: _MAX_ARRAYS, _OBJECT: _MAX_ARRAYS, _TEXT: _MAX_CHARS}
         check_count("values in an array", count, limits.get(number, 16 * MAX_SAMPLES), self._path)
         self._element()  # the name

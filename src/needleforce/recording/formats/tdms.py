@@ -17,7 +17,7 @@ from ..file_table import FileTable
 from .arrays import Array, FileArrays, check_count, reading
 from .worker import tables_by_worker
 
-_FORMAT = "TDMS"
+_FORMAT = "TDMS (LabVIEW)"
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "units", "Unit")
 _TIMES = ("time", "zeit", "temps", "tiempo", "tempo")  # how the names of channels with times begin
 _MAX_CHANNELS = 4096

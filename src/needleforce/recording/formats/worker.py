@@ -10,6 +10,7 @@ import atexit
 import contextlib
 import json
 import os
+import select
 import signal
 import struct
 import subprocess
@@ -27,6 +28,7 @@ from ..file_table import FileTable
 from ..recording import Note
 
 _TIME_S, _BYTES_PER_S = 5.0, 16e6  # processor time for one file, and more for a large one
+_KEPT_S = 5.0  # that a file stays open after the last request
 _WALL_FACTOR = 8.0  # on a computer that is busy with other things
 _LENGTH = struct.Struct("<Q")
 _PARTS = ("quantity", "value", "limit", "place", "next_step")
@@ -140,12 +142,22 @@ def serve() -> None:
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what a library prints is no answer
     opened: tuple[Any, list[FileTable]] = None, []
-    for line in sys.stdin.buffer:
+    while True:
+        if opened[1] and not _asked_soon():
+            opened = None, []  # what was read takes memory
+        line = sys.stdin.buffer.readline()
+        if not line:
+            return
         request = json.loads(line)
         _limit_time(request["seconds"])
         opened = _answer(request, opened, answers)
         _limit_time(0.0)
         answers.flush()
+
+
+def _asked_soon() -> bool:
+    """Whether another request comes while the last file is of use; where this cannot be known, it is assumed."""
+    return os.name != "posix" or bool(select.select([sys.stdin], [], [], _KEPT_S)[0])
 
 
 def _limit_time(seconds: float) -> None:
