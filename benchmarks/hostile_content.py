@@ -9,13 +9,14 @@ from io import BytesIO
 from pathlib import Path
 
 import damaged_files
+import hostile_arrays
 import numpy as np
 
 from needleforce.recording.log import ros_messages
 from needleforce.wire.sensor_configuration import SensorConfiguration
 
 ENDINGS = {"csv": ".csv", "parquet": ".parquet", "mcap": ".mcap", "bag": "", "toml": ".toml", "json": ".json",
-           "page": ".xml", "calibration": ".cal", "table": ".csv"}  # fmt: skip
+           "page": ".xml", "calibration": ".cal", "table": ".csv", **hostile_arrays.ENDINGS}  # fmt: skip
 ROOT = Path(__file__).parents[1]
 ROWS = 60
 CELLS = [
@@ -160,6 +161,8 @@ def _content(kind: str, folder: Path, chance: random.Random, path: Path) -> tupl
     match kind:
         case "csv":
             return path, csv_text().encode()
+        case _ if kind in hostile_arrays.ENDINGS:
+            return path, hostile_arrays.content(kind, chance)
         case "parquet":
             form = (
                 chance.choice(["zstd", "snappy", "gzip", "none", "lz4", "brotli"]),
@@ -185,6 +188,10 @@ def changed(kind: str, folder: Path, chance: random.Random) -> Path:
     """A valid file of a format with changes."""
     if kind == "bag":
         return _changed_bag(folder, chance)
+    if kind in hostile_arrays.ENDINGS:
+        path = folder / f"x{ENDINGS[kind]}"
+        path.write_bytes(hostile_arrays.changed(kind, chance))
+        return path
     path, data = _content(kind, folder, chance, folder / f"x{ENDINGS[kind]}")
     words = {"csv": [*CELLS, *(f"\n# {card}\n" for card in CARDS)], "table": CELLS, "toml": KEYS, "json": KEYS, "page": TAGS,
              "calibration": KEYS + TAGS + CELLS}.get(kind)  # fmt: skip

@@ -27,6 +27,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
+import hostile_arrays
 import hostile_bombs
 import hostile_content as content
 
@@ -92,6 +93,14 @@ FORMATS: dict[str, tuple[Callable, int, str]] = {
     "parquet": (_read, MAX_RECORDING_BYTES, "recording, Parquet"),
     "mcap": (_read, MAX_RECORDING_BYTES, "recording, MCAP"),
     "bag": (_read, MAX_RECORDING_BYTES, "recording, folder of a ROS 2 bag"),
+    "ros1": (_read, MAX_RECORDING_BYTES, "recording, ROS 1 bag"),
+    "npy": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, NumPy npy"),
+    "npz": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, NumPy npz"),
+    "matlab": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, MATLAB 4 and 5"),
+    "matlab73": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, MATLAB 7.3"),
+    "hdf5": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, HDF5"),
+    "tdms": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, TDMS"),
+    "records": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, JSON and JSON lines"),
     "toml": (_definition, MAX_DEFINITION_BYTES, "preset, needle, tissue, protocol, TOML"),
     "json": (nf.preset, MAX_RESULT_BYTES, "fit, JSON"),
     "page": (_page, 1 << 18, "sensor page, XML"),

@@ -62,6 +62,13 @@ def refusal(read: str, *arguments) -> str:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the memory of a process is read from /proc")
+@pytest.mark.parametrize("kind", ["npy", "npz", "matlab", "matlab73", "hdf5", "tdms", "records", "ros1"])
+def test_three_hundred_hostile_files_of_arrays(hostile, kind):
+    found = hostile[0].study(kind, 300, first=1_000_000)
+    assert found["failed"] == {} and found["refused"] > 30 and found["read"] + found["refused"] == 300
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the memory of a process is read from /proc")
 @pytest.mark.parametrize("kind", ["csv", "parquet", "mcap", "bag", "toml", "json", "page", "calibration", "table"])
 def test_a_hundred_hostile_files_of_each_format(hostile, kind):
     found = hostile[0].study(kind, 100, first=1_000_000)
@@ -75,7 +82,11 @@ def test_the_study_finds_a_reader_that_fails(hostile, tmp_path):
     assert hostile[0]._outcome(read, tmp_path).startswith("KeyError")
 
 
-@pytest.mark.parametrize("kind", ["csv", "mcap", "parquet", "bag", "toml", "json", "page", "calibration", "table"])
+EXPANDING = ["csv", "mcap", "parquet", "bag", "toml", "json", "page", "calibration", "table"]
+EXPANDING += ["npy", "npz", "matlab", "matlab73", "hdf5", "tdms", "records", "ros1"]
+
+
+@pytest.mark.parametrize("kind", EXPANDING)
 def test_what_expands_is_refused(hostile, tmp_path, kind):
     for seed in range(8):
         folder = tmp_path / f"{seed}"

@@ -33,6 +33,8 @@ class FileTable:
         What the file states about the table: line, and text such as ``filter_length: 10``.
     sha256 : str
         SHA-256 of the file.
+    notes : list of Note
+        What was found while the table was opened, such as a truncated last line.
     row_name, first_row : str, int
         How the rows are called in messages, and the number of the first.
     has_header : bool
@@ -50,6 +52,7 @@ class FileTable:
     name: str = ""
     comments: list[tuple[int, str]] = field(default_factory=list)
     sha256: str = ""
+    notes: list[Note] = field(default_factory=list)
     row_name: str = "row"
     first_row: int = 1
     has_header: bool = True

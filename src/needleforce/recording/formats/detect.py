@@ -2,6 +2,8 @@
 """The format of a file by its first bytes, independent of its name, and the module and extra that read it."""
 
 import os
+import re
+import struct
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -32,6 +34,8 @@ class Format:
 TEXT = Format(name="text", module="text")
 JSON = Format(name="JSON", module="json_lines")
 ARCHIVE = Format(name="a zip archive", advice="Unpack it, and name the recording in it.")
+MATLAB4 = Format(name="MATLAB 4", module="matlab")
+NANOSCOPE = Format(name="a NanoScope file (Bruker)", advice="In NanoScope Analysis, export the curves as ASCII text.")
 ROS2_BAG = Format(name="a ROS 2 bag", log=True)
 # first bytes -> format
 _BY_START = {
@@ -44,11 +48,21 @@ _BY_START = {
     b"MATLAB 7.3": Format(name="MATLAB 7.3", module="hdf5", extra=LABS),
     b"TDSm": Format(name="TDMS (LabVIEW)", module="tdms", extra=LABS),
     b"\x93NUMPY": Format(name="NumPy (npy)", module="numpy_arrays"),
+    b"[DataSet]": Format(
+        name="a Nanosurf file (nid)", advice="In Nanosurf's software, export the curves as CSV or ASCII text."
+    ),
+    b"\\*Force file list": NANOSCOPE,
+    b"\\*File list": NANOSCOPE,
     b"SQLite format 3": Format(name="a database", advice="If it is of a ROS 2 bag, name the bag's folder."),
 }
+_JSON = re.compile(rb"(\xef\xbb\xbf)?\s*(\{|\[\s*\{)")
+_MATLAB4_NAME = re.compile(rb"[A-Za-z]\w*\0")
 # a part of a zip archive -> format
 _ZIPPED = {
     b"xl/workbook": Format(name="an Excel workbook (xlsx)", module="excel", extra=LABS),
+    b"header.properties": Format(
+        name="a JPK force curve", advice="In JPK Data Processing, export it as text (.txt); a batch does many at once."
+    ),
     b".npy": Format(name="NumPy (npz)", module="numpy_arrays"),
 }
 _ZIP = b"PK\x03\x04"
@@ -70,9 +84,25 @@ def format_of(path: Path) -> Format:
     except (OSError, ValueError):  # InputError is a ValueError
         return TEXT
     found = next((each for mark, each in _BY_START.items() if start.startswith(mark)), None)
-    if found is None and start.removeprefix(b"\xef\xbb\xbf").lstrip().startswith((b"{", b"[{")):
+    if found is None and _JSON.match(start):
         return JSON
+    if found is None and _is_matlab4(start):
+        return MATLAB4
+    if found == NANOSCOPE and b"\0" not in start:  # the head of a text that this program exported
+        return TEXT
     return found or TEXT
+
+
+def _is_matlab4(start: bytes) -> bool:
+    """Whether a file begins with an array of MATLAB 4: type, rows, columns, complex or not, and its name."""
+    if len(start) < 24:
+        return False
+    for order, machine in (("<", 0), (">", 1)):
+        kind, _, _, is_complex, length = struct.unpack_from(f"{order}5I", start)
+        digits = kind // 1000, kind // 100 % 10, kind // 10 % 10, kind % 10
+        if digits[:2] == (machine, 0) and digits[2] <= 5 and digits[3] <= 2 and is_complex <= 1 and 1 < length <= 64:
+            return bool(_MATLAB4_NAME.fullmatch(start[20 : 20 + length]))
+    return False
 
 
 def _zipped(start: bytes, end: bytes) -> Format:

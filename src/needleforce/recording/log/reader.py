@@ -14,6 +14,7 @@ from ...files import BAG, MAX_RECORDING_BYTES, MCAP, open_regular, read_bytes
 from ..recording import Note
 from .mcap_records import CHANNEL, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, RecordReader
 from .messages import Log
+from .ros1_bag import is_ros1_bag, read_ros1_bag
 from .topics import Collected
 from .writer import CARD, END
 
@@ -92,7 +93,9 @@ def _check_database(path: Path) -> None:
 
 
 def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) -> Log:
-    """Read an MCAP file, or the folder of a ROS 2 bag, with WrenchStamped or Wrench and JointState or PoseStamped.
+    """Read an MCAP file, a ROS 1 bag, or the folder of a ROS 2 bag.
+
+    It needs messages of WrenchStamped or Wrench, and of JointState or PoseStamped.
 
     Parameters
     ----------
@@ -113,8 +116,8 @@ def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) 
     """
     place = Path(path)
     collected = Collected(columns or {}, str(place))
-    if place.is_dir():
-        damage = read_bag(place, collected)
+    if place.is_dir() or is_ros1_bag(place):
+        damage = (read_bag if place.is_dir() else read_ros1_bag)(place, collected)
         return Log(
             wrench=collected.wrench(),
             axis=collected.axis(),

@@ -23,6 +23,8 @@ _MAX_JOINTS = 32  # joints of one topic that are read
 _MAX_MARK_BYTES = 1 << 16  # of one mark; those of this package have about 100
 _MAX_MARKS_BYTES = 1 << 25  # of all: a fault status of each sample for some minutes
 _MIN_JOINT_SHARE = 0.01  # of a topic's messages: a rarer joint name is a damaged message
+TYPES = {*_WRENCHES, *_STATES}
+"""The messages that are used."""
 _TYPES_OF = {"force": _WRENCHES, "depth": tuple(_STATES)}
 
 

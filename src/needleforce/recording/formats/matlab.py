@@ -1,0 +1,157 @@
+# SPDX-License-Identifier: Apache-2.0
+"""MATLAB 4 and 5 by scipy: vectors, matrices, structs within each other and arrays of structs; version 7.3 is HDF5."""
+
+from collections.abc import Iterator
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...files import MAX_RECORDING_BYTES, read_bytes
+from ..file_table import FileTable
+from .arrays import Array, FileArrays, orientation, reading
+from .matlab_elements import check_elements
+from .worker import tables_by_worker
+
+_FORMAT = "MATLAB"
+_MAX_DEPTH = 16  # structs within each other
+_EXPORT = (
+    "In MATLAB, save it as text with writetable(T, 'run.csv'), or as a struct: S = table2struct(T, 'ToScalar', true)"
+)
+_UNITS = ("units", "unit", "Units", "Unit")  # a struct of texts with the names of the variables
+_OBJECTS = {
+    "timetable": f"{_EXPORT} with T = timetable2table(TT).",
+    "timeseries": "In MATLAB, save its parts: t = ts.Time; x = ts.Data; save('run.mat', 't', 'x').",
+}
+
+
+def tables(path: Path) -> list[FileTable]:
+    """The tables of a MATLAB 4 or 5 file: the vectors of one length in a struct or in the workspace, each matrix.
+
+    Raises InputError for a damaged file, for one that would take more memory than a recording, and for MATLAB objects
+    such as ``table``, with the command that exports them, if nothing else is in the file.
+    """
+    return tables_by_worker("matlab", path, _FORMAT)
+
+
+def tables_here(path: Path) -> list[FileTable]:
+    """As ``tables``, in this process, which a damaged file may end."""
+    from scipy.io import loadmat
+
+    content = read_bytes(path, "file", MAX_RECORDING_BYTES)
+    found = FileArrays(path=path, format=_FORMAT, header=matlab_header)
+    with reading(path, _FORMAT):
+        check_elements(content, path)
+        variables = loadmat(BytesIO(content))
+        _add_level(found, "", {k: v for k, v in variables.items() if not k.startswith("__")}, [], 0)
+    return found.finish()
+
+
+def matlab_header(name: str, index: int) -> str:
+    """The header of a column of a matrix, as MATLAB writes it."""
+    return f"{name}(:,{index + 1})"
+
+
+def object_step(name: str) -> str:
+    """How to export a MATLAB object of the class ``name``."""
+    return _OBJECTS.get(name, f"{_EXPORT}.")
+
+
+def _add_level(found: FileArrays, level: str, variables: dict[str, Any], outer: list, depth: int) -> None:
+    """Add the variables of the workspace, or the fields of one struct; ``outer`` are the single values around it."""
+    if depth > _MAX_DEPTH:
+        raise ValueError(f"more than {_MAX_DEPTH} structs within each other")
+    units = _texts_of(next((variables[key] for key in _UNITS if key in variables), None))
+    arrays, comments, inner = [], [], []
+    for name, value in _without_cells(variables):
+        label = f"{level}.{name}".lstrip(".")
+        if not isinstance(value, np.ndarray) or _class_of(value):
+            _leave_out(found, label, value)
+        elif value.dtype.names:
+            inner.append((label, value))
+        elif value.dtype.kind in "USiuf" and value.size == 1:
+            comments.append((name, value.flat[0]))
+        elif value.dtype.kind in "iuf" and (sides := orientation(value.shape)):
+            arrays.append(_array(name, value, sides, units.get(name, "")))
+        elif value.size:
+            found.leave_out(f"{label} ({_described(value)})")
+    comments += outer
+    found.add(level, arrays, comments)
+    for label, structs in inner:
+        for number, each in enumerate(structs.flatten("F"), 1):  # in MATLAB's order
+            one = label if structs.size == 1 else f"{label}({number})"
+            _add_level(found, one, {field: each[field] for field in structs.dtype.names}, comments, depth + 1)
+
+
+def _without_cells(variables: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """The variables, and the contents of cell arrays that hold arrays or structs instead of texts."""
+    for name, value in variables.items():
+        cells = isinstance(value, np.ndarray) and value.dtype == object and not _class_of(value)
+        if not cells or not any(isinstance(each, np.ndarray) and _is_data(each) for each in value.flat):
+            yield name, value
+        elif value.size == 1:
+            yield name, value.flat[0]
+        else:
+            yield from ((f"{name}{{{number}}}", each) for number, each in enumerate(value.flatten("F"), 1))
+
+
+def _is_data(value: np.ndarray) -> bool:
+    return bool(value.dtype.names) or (value.dtype.kind in "iuf" and value.size > 1)
+
+
+def _array(name: str, value: np.ndarray, sides: tuple[int, int, bool], unit: str) -> Array:
+    rows, columns, transposed = sides
+    flat = value.reshape([size for size in value.shape if size != 1] if columns > 1 else [rows, 1])
+    flat = flat.T if transposed and columns > 1 else flat
+    return Array(
+        name=name,
+        rows=rows,
+        columns=columns,
+        read=lambda column: flat[:, column],
+        units=[unit] * columns,
+        vector=columns == 1,
+    )
+
+
+def _texts_of(value: Any) -> dict[str, str]:
+    """The texts of a struct of texts, such as units by the name of the variable."""
+    if not isinstance(value, np.ndarray) or not value.dtype.names or value.size != 1:
+        return {}
+    fields = {name: value.flat[0][name] for name in value.dtype.names}
+    return {
+        name: str(each.flat[0])
+        for name, each in fields.items()
+        if isinstance(each, np.ndarray) and each.dtype.kind == "U" and each.size == 1
+    }
+
+
+def _class_of(value: Any) -> str:
+    """The class of a MATLAB object, empty for plain arrays and structs."""
+    from scipy.io.matlab import MatlabFunction, MatlabObject, MatlabOpaque
+
+    if isinstance(value, MatlabOpaque):
+        return _text(value.flat[0]["s2"]) or "object"
+    if isinstance(value, MatlabObject):
+        return value.classname or "object"
+    return "function" if isinstance(value, MatlabFunction) else ""
+
+
+def _leave_out(found: FileArrays, name: str, value: Any) -> None:
+    from scipy.io.matlab import MatlabOpaque
+
+    kind = _class_of(value)
+    if isinstance(value, MatlabOpaque):  # scipy names none of them
+        name = _text(value.flat[0]["s0"]) or name
+    if kind:
+        found.step = object_step(kind)
+    found.leave_out(f"{name} (of the MATLAB class {kind})" if kind else name)
+
+
+def _text(value: Any) -> str:
+    return value.decode("latin-1") if isinstance(value, bytes) else str(value)
+
+
+def _described(value: np.ndarray) -> str:
+    shape = "x".join(map(str, value.shape))
+    return f"{shape} cells" if value.dtype == object else f"{shape} {value.dtype.name}"

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A process of its own for libraries that never return, or crash, on some damaged files: nothing within one process can
+end a library that is written in C.
+
+The process is started once, reads one file after another, and is started again after a file that it does not survive.
+A request is a line of JSON; the answer is its length in eight bytes, a line of JSON, and the values of a column.
+"""
+
+import atexit
+import contextlib
+import json
+import os
+import select
+import signal
+import struct
+import subprocess
+import sys
+import threading
+from importlib import import_module
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from ...errors import InputError
+from ...files import open_regular
+from ..file_table import FileTable
+from ..recording import Note
+
+_TIME_S, _BYTES_PER_S = 5.0, 16e6  # processor time for one file, and more for a large one
+_KEPT_S = 5.0  # that a file stays open after the last request
+_WALL_FACTOR = 8.0  # on a computer that is busy with other things
+_LENGTH = struct.Struct("<Q")
+_PARTS = ("quantity", "value", "limit", "place", "next_step")
+_START = f"import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {__name__} import serve; serve()"
+
+
+def tables_by_worker(module: str, path: Path, what: str) -> list[FileTable]:
+    """The tables that ``tables_here(path)`` of a module in this folder gives in the other process.
+
+    Raises InputError as it does, and for a file with which it ends or takes too long.
+    """
+    if not sys.executable:  # within a program that cannot start a second Python
+        return import_module(f".{module}", __package__).tables_here(path)
+    path = Path(os.path.abspath(path))
+    answer, _ = _worker.ask(path, what, module=module)
+    return [
+        FileTable(
+            path=path,
+            headers=table["headers"],
+            units=table["units"],
+            name=table["name"],
+            comments=[(line, text) for line, text in table["comments"]],
+            notes=[Note(*note) for note in table["notes"]],
+            sha256=table["sha256"],
+            read_column=lambda index, number=number: np.frombuffer(
+                _worker.ask(path, what, module=module, table=number, column=index)[1]
+            ).copy(),
+        )
+        for number, table in enumerate(answer["tables"])
+    ]
+
+
+class _Worker:
+    """The other process, as this one sees it."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._process: subprocess.Popen | None = None
+        self._owner = 0
+
+    def ask(self, path: Path, what: str, **request: Any) -> tuple[dict, bytes]:
+        """The answer to a request, and the bytes that follow it. Raises InputError."""
+        with open_regular(path) as file:
+            seconds = _TIME_S + os.fstat(file.fileno()).st_size / _BYTES_PER_S
+        request |= {"path": os.fsencode(path).decode("utf-8", "surrogateescape"), "seconds": seconds}
+        with self._lock:
+            answer, rest = self._exchange(request, seconds * _WALL_FACTOR)
+        if answer is None:
+            limit = f"the library that reads it failed, or took more than {seconds:.0f} s"
+            step = "Check that the file is complete, or export it again."
+            raise InputError("file", f"not readable as {what}", limit, str(path), step)
+        if "error" in answer:
+            raise InputError(**answer["error"])
+        if "missing" in answer:
+            raise ImportError(name=answer["missing"])
+        return answer, rest
+
+    def _exchange(self, request: dict, wall_s: float) -> tuple[dict | None, bytes]:
+        try:
+            process = self._running()
+        except OSError:
+            return None, b""
+        timer = threading.Timer(wall_s, process.kill)
+        timer.start()
+        try:
+            process.stdin.write(json.dumps(request).encode() + b"\n")
+            process.stdin.flush()
+            (length,) = _LENGTH.unpack(process.stdout.read(_LENGTH.size))
+            answer = json.loads(process.stdout.readline())
+            rest = process.stdout.read(length)
+            if len(rest) < length:
+                raise EOFError
+            return answer, rest
+        except (OSError, EOFError, struct.error, ValueError):
+            self.close()
+            return None, b""
+        except BaseException:  # an interrupt leaves an answer behind
+            self.close()
+            raise
+        finally:
+            timer.cancel()
+
+    def _running(self) -> subprocess.Popen:
+        if self._owner != os.getpid():  # after a fork the process belongs to the parent
+            self._process = None
+        if self._process is None or self._process.poll() is not None:
+            self.close()
+            command = [sys.executable, "-I", "-c", _START, json.dumps(sys.path)]
+            pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
+            self._process, self._owner = subprocess.Popen(command, **pipes), os.getpid()
+        return self._process
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        if process is not None and self._owner == os.getpid():
+            process.kill()
+            process.wait()
+            for pipe in (process.stdin, process.stdout):
+                with contextlib.suppress(OSError):
+                    pipe.close()
+
+
+_worker = _Worker()
+atexit.register(_worker.close)
+
+
+def serve() -> None:
+    """Answer requests until standard input ends; the other process calls this."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends this process
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what a library prints is no answer
+    opened: tuple[Any, list[FileTable]] = None, []
+    while True:
+        if opened[1] and not _asked_soon():
+            opened = None, []  # what was read takes memory
+        line = sys.stdin.buffer.readline()
+        if not line:
+            return
+        request = json.loads(line)
+        _limit_time(request["seconds"])
+        opened = _answer(request, opened, answers)
+        _limit_time(0.0)
+        answers.flush()
+
+
+def _asked_soon() -> bool:
+    """Whether another request comes while the last file is of use; where this cannot be known, it is assumed."""
+    return os.name != "posix" or bool(select.select([sys.stdin], [], [], _KEPT_S)[0])
+
+
+def _limit_time(seconds: float) -> None:
+    """End this process after so much of the processor's time, also within a library; 0 for no limit."""
+    if hasattr(signal, "setitimer"):
+        signal.signal(signal.SIGPROF, signal.SIG_DFL)
+        signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
+def _answer(request: dict, opened: tuple[Any, list[FileTable]], answers: BinaryIO) -> tuple[Any, list[FileTable]]:
+    path = Path(os.fsdecode(request["path"].encode("utf-8", "surrogateescape")))
+    try:
+        state = os.stat(path)
+        key = request["module"], path, state.st_ino, state.st_size, state.st_mtime_ns
+        if "column" not in request or opened[0] != key:
+            opened = key, import_module(f".{request['module']}", __package__).tables_here(path)
+        if "column" in request:
+            values = opened[1][request["table"]].read_column(request["column"])
+            _send(answers, {}, np.ascontiguousarray(values, dtype=float).tobytes())
+        else:
+            _send(answers, {"tables": [_stated(table) for table in opened[1]]})
+    except InputError as error:
+        parts = {part: getattr(error, part) for part in _PARTS}
+        _send(answers, {"error": {part: str(each) for part, each in parts.items()}})
+    except ImportError as error:
+        _send(answers, {"missing": error.name or ""})
+    except (OSError, IndexError) as error:
+        _send(
+            answers, {"error": {"quantity": "file", "value": "not readable", "limit": str(error), "place": str(path)}}
+        )
+    return opened
+
+
+def _stated(table: FileTable) -> dict[str, Any]:
+    notes = [(note.kind, note.message, note.count) for note in table.notes]
+    return {
+        "headers": table.headers,
+        "units": table.units,
+        "name": table.name,
+        "comments": table.comments,
+        "notes": notes,
+        "sha256": table.sha256,
+    }
+
+
+def _send(answers: BinaryIO, answer: dict, rest: bytes = b"") -> None:
+    answers.write(_LENGTH.pack(len(rest)) + json.dumps(answer).encode() + b"\n" + rest)
