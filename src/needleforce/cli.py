@@ -49,6 +49,7 @@ for command in (
     app.command(name=command.NAME)(command.run)
 app.command(name="tension")(bench_tests.tension)
 app.command(name="bending")(bench_tests.bending)
+app.command(name="penetration")(bench_tests.penetration)
 
 
 @app.callback(invoke_without_command=True)

@@ -2,6 +2,8 @@
 """From recordings to mechanics: fits, intervals, and what cannot be known."""
 
 from .bench_tests import BendingFit, LawFit, StressCurve, StressFit, fit_stress, needle_modulus, three_point_modulus
+from .bench_tests.penetration import PenetrationTest, penetration_test
+from .bench_tests.penetration_statistics import PenetrationTests, penetration_tests
 from .compare import Comparison, ModelRow, compare
 from .estimates import Correlations, Estimate, Quality
 from .identify import identify
@@ -26,6 +28,8 @@ __all__ = [
     "LawFit",
     "LuGreFilter",
     "ModelRow",
+    "PenetrationTest",
+    "PenetrationTests",
     "Profile",
     "Quality",
     "RecordingFit",
@@ -41,6 +45,8 @@ __all__ = [
     "fit_stress",
     "identify",
     "needle_modulus",
+    "penetration_test",
+    "penetration_tests",
     "profile",
     "three_point_modulus",
 ]

@@ -8,10 +8,17 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ..campaign.result import Campaign
     from ..identification.bench_tests import StressFit
+    from ..identification.bench_tests.penetration_statistics import PenetrationTests
     from ..identification.compare import ModelRow
     from ..identification.result import Fit
 
-__all__ = ["write_campaign_report", "write_comparison", "write_report", "write_stress_report"]
+__all__ = [
+    "write_campaign_report",
+    "write_comparison",
+    "write_penetration_report",
+    "write_report",
+    "write_stress_report",
+]
 
 
 def write_report(
@@ -101,5 +108,25 @@ def write_stress_report(
     from .bench_page import stress_page
 
     text = stress_page(fit, assumptions, mode_assumed)
+    with atomic_write(path) as file:
+        file.write(text)
+
+
+def write_penetration_report(tests: "PenetrationTests", path: str | os.PathLike, *, title: str | None = None) -> None:
+    """Write the report of penetration tests as one HTML file that opens offline; the same input gives the same bytes.
+
+    Parameters
+    ----------
+    tests : PenetrationTests
+        Result of ``penetration_tests``.
+    path : path-like
+        File to write.
+    title : str, optional
+        Title of the page; None gives the numbers of needles and groups.
+    """
+    from ..files import atomic_write
+    from .penetration_page import penetration_page
+
+    text = penetration_page(tests, title)
     with atomic_write(path) as file:
         file.write(text)
