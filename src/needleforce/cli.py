@@ -17,6 +17,7 @@ from .commands import (
     indentation,
     inspect,
     laws,
+    penetration,
     presets,
     record,
     rest,
@@ -38,6 +39,7 @@ for command in (
     campaign,
     compare,
     indentation,
+    penetration,
     convert,
     export,
     record,
@@ -49,7 +51,6 @@ for command in (
     app.command(name=command.NAME)(command.run)
 app.command(name="tension")(bench_tests.tension)
 app.command(name="bending")(bench_tests.bending)
-app.command(name="penetration")(bench_tests.penetration)
 
 
 @app.callback(invoke_without_command=True)

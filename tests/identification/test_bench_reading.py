@@ -64,7 +64,7 @@ def test_a_table_is_read_whatever_its_form(tmp_path, name):
 @pytest.mark.parametrize(
     "text, message",
     [
-        ("", "No columns"),
+        ("", "file is empty"),
         ("stretch,stress\n1,2\n", "stress_"),
         ("stress_kPa\n1\n", "stretch"),
         ("stretch,stress_kPa\n1,x\n2,3\n", "stress_kPa"),

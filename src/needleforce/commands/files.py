@@ -3,6 +3,7 @@
 if others remain."""
 
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -26,7 +27,7 @@ MOTION_HELP = (
 START_DEPTH_HELP = "Depth at the first sample of a motion file with velocity."
 FILTER_HELP = "Samples in the average filter of the force."
 
-PART_HELP = "Which recording of a file with several: its name, its number from 1, or all."
+PART_HELP = "Which recording of a file with several: its name, its number from 1, names with *, or all."
 PartOption = Annotated[str | None, typer.Option("--part", help=PART_HELP)]
 RateOption = Annotated[float | None, typer.Option("--rate-hz", help="Samples a second of a file without time.")]
 SpeedOption = Annotated[
@@ -66,35 +67,51 @@ def read_all(
     files: Sequence[Path], column: list[str], unit: list[str], motion: Sequence[Path] = (), **options: Any
 ) -> ReadFiles:
     """(file, Recording or InputError) for each file, in order; ``options`` are passed to ``nf.read``."""
-    import needleforce as nf
-
     options |= {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
     check_usage(options)
     motions = list(motion) or [None] * len(files)
     if len(motions) != len(files):
         raise InputError("number of --motion files", len(motions), f"there are {len(files)} recordings",
                          next_step="Give one for each recording, in the same order.")  # fmt: skip
-    every = str(options.get("part", "")).casefold() == "all"
-    done = []
+    done: ReadFiles = []
     for file, its_motion in progress(list(zip(files, motions)), "reading"):
         try:
-            for part in _all_parts(file, options) if every else [options.get("part")]:
-                done.append((file, nf.read(file, motion=its_motion, **options | {"part": part})))
+            parts = _parts(file, options)
         except InputError as error:
             done.append((file, error))
+            continue
+        done += [(file, _read(file, options | {"motion": its_motion, "part": part})) for part in parts]
     return done
 
 
-def _all_parts(file: Path, options: dict) -> Sequence[int | None]:
-    """The numbers of the recordings of a file, None for the one of a log."""
+def _read(file: Path, options: dict[str, Any]) -> "Recording | InputError":
+    import needleforce as nf
+
+    try:
+        return nf.read(file, **options)
+    except InputError as error:
+        return error
+
+
+def _parts(file: Path, options: dict) -> Sequence[str | int | None]:
+    """The recordings of a file that were chosen: all, those whose names fit a pattern with ``*``, or one."""
     from ..recording.formats.detect import format_of
     from ..recording.mappings import with_mapping
-    from ..recording.parts import recordings_in
+    from ..recording.parts import listed, recordings_in
 
+    wanted = options.get("part")
+    text = str(wanted).casefold()
+    if text != "all" and "*" not in text:
+        return [wanted]
     if format_of(file).log:
         return [None]
-    columns = with_mapping(file, options.get("mapping"), {"columns": options["columns"]})[0]["columns"]
-    return range(1, len(recordings_in(file, columns)) + 1)
+    given = {"columns": options["columns"]}
+    parts = recordings_in(file, with_mapping(file, options.get("mapping"), given)[0]["columns"])
+    fitting = [k for k, part in enumerate(parts, 1) if text == "all" or fnmatchcase(part.name.casefold(), text)]
+    if not fitting:
+        step = "Give a pattern that one of them fits."
+        raise InputError("part", repr(text[:60]), f"the file has {listed(parts)}", str(file), step)
+    return fitting
 
 
 def check_usage(options: dict) -> None:

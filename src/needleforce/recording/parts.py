@@ -83,7 +83,11 @@ def parts_of(tables: Sequence[Any], given: Mapping[str, Any]) -> list[Part]:
             refused = error
     if not found and refused:
         raise refused
-    return [part for part in found if len(found) == 1 or _is_recording(part)] or found
+    usable = [part for part in found if len(found) == 1 or _is_recording(part)] or found
+    if len({id(part.table) for part in usable}) == 1 and len(usable) > 1:  # the name of the table distinguishes nothing
+        table = usable[0].table.name
+        return [replace(part, name=part.name.removeprefix(f"{table}: ")) for part in usable]
+    return usable
 
 
 def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
@@ -169,14 +173,15 @@ def _by_pattern(table: Any, given: Mapping[str, str]) -> list[Part]:
     """A recording for each text that ``*`` stands for."""
     fixed = {q: header for q, header in given.items() if "*" not in str(header)}
     taken = {column.index for column in choose(table, tuple(fixed), fixed).values()}
-    text = getattr(table, "text_columns", frozenset())
+    bare = any(header == "*" for header in given.values())
+    left = taken | (table.text_columns if bare else frozenset())
     groups: dict[str, dict[str, str]] = {}
     for quantity, pattern in given.items():
         if quantity in fixed:
             continue
         for index, header in enumerate(table.headers):
             name = split(header)[0]
-            if index not in taken | text and header and fnmatchcase(name, pattern):
+            if index not in left and header and fnmatchcase(name, pattern) and not _is_empty(table, index):
                 before, _, after = pattern.partition("*")
                 key = name[len(before) : len(name) - len(after)].strip()
                 groups.setdefault(key or name, {})[quantity] = str(index + 1)
@@ -185,6 +190,15 @@ def _by_pattern(table: Any, given: Mapping[str, str]) -> list[Part]:
         limit = "no column with numbers matches"
         raise InputError("--column", patterns, limit, str(table.path), "Give a header in which * stands for any text.")
     return [Part(name=_joined(table.name, key), table=table, columns=fixed | chosen) for key, chosen in groups.items()]
+
+
+def _is_empty(table: Any, index: int) -> bool:
+    """Whether a column has neither a number nor a text."""
+    try:
+        column = Column("force", table.headers[index], index, None)
+        return not np.isfinite(table.numbers({"force": column})[0]["force"]).any()
+    except InputError:
+        return False
 
 
 def _repeated(table: Any, recognise: Any, given: Mapping[str, str]) -> list[Part]:
@@ -240,8 +254,7 @@ def _starts(part: Part) -> list[int]:
         time = part.table.numbers(found)[0].get("time", np.empty(0)) if found else np.empty(0)
     except InputError:  # reported when the part is read
         return [0]
-    blocks = range(0, len(time), _BLOCK)
-    if not any((np.diff(time[k : k + _BLOCK + 1]) < 0.0).any() for k in blocks) and np.isfinite(time).all():
+    if _increases(time):
         return [0]
     present = np.flatnonzero(np.isfinite(time))
     if len(present) < 2 * _MIN_RUN:
@@ -254,6 +267,12 @@ def _starts(part: Part) -> list[int]:
     if (time[present[falls + 1]] >= time[present[falls - 1]]).any():  # one wrong time, after which the clock continues
         return [0]
     return [0, *present[falls].tolist()]
+
+
+def _increases(time: np.ndarray) -> bool:
+    """Whether (n,) times are finite and never decrease; looked at in blocks, for the sake of memory."""
+    blocks = (time[k : k + _BLOCK + 1] for k in range(0, len(time), _BLOCK))
+    return all(np.isfinite(block).all() and (np.diff(block) >= 0.0).all() for block in blocks)
 
 
 def from_row(table: Any, number: int) -> RowRange:

@@ -140,8 +140,14 @@ def _read_file(
             raise InputError("part", repr(str(part)[:60]), "a log has one recording", str(path), "Leave it out.")
         return read_recording(path, **options)
     chosen = chosen_part(recordings_in(path, options["columns"]), part, path)
-    table = chosen.table if first_row is None else from_row(chosen.table, first_row)
-    recording = _read_table(table, **options | {"columns": chosen.columns}, assumed=assumed)
+    try:
+        table = chosen.table if first_row is None else from_row(chosen.table, first_row)
+        recording = _read_table(table, **options | {"columns": chosen.columns}, assumed=assumed)
+    except InputError as error:
+        if not chosen.name or chosen.name in error.place:
+            raise
+        place = f"{error.place}, {chosen.name}"
+        raise InputError(error.quantity, error.value, error.limit, place, error.next_step) from None
     return replace(recording, card=replace(recording.card, part=chosen.name)) if chosen.name else recording
 
 

@@ -133,6 +133,10 @@ def fit_stress(
     return StressFit(laws=fits, young_modulus=modulus, curves=used, effective_readings=effective, notes=notes)
 
 
+MAX_STRETCH = 1e3  # of any solid
+WITHIN = f", above 0 and from {1 / MAX_STRETCH:g} to {MAX_STRETCH:g}; a strain is stretch - 1"
+
+
 def _checked(
     curves: StressCurve | Sequence[StressCurve], min_stretch: float, max_stretch: float
 ) -> tuple[StressCurve, ...]:
@@ -150,12 +154,12 @@ def _in_range(curve: StressCurve, min_stretch: float, max_stretch: float) -> Str
         limit = "two columns of the same length are needed"
         raise InputError("shapes of stretch and stress", f"{stretch.shape} and {stress.shape}", limit, curve.name)
     for quantity, column, valid in (
-        ("stretch", stretch, np.isfinite(stretch) & (stretch > 0.0)),
+        ("stretch", stretch, (stretch > 1.0 / MAX_STRETCH) & (stretch < MAX_STRETCH)),
         ("stress", stress, np.isfinite(stress)),
     ):
         if not valid.all():
             first = int(np.argmin(valid))
-            limit = "it must be finite" + " and above 0; a strain is stretch - 1" * (quantity == "stretch")
+            limit = "it must be finite" + WITHIN * (quantity == "stretch")
             step = "Correct or remove this reading."
             raise InputError(quantity, column[first], limit, f"{curve.name} reading {first + 1}".strip(), step)
     used = np.flatnonzero((stretch >= min_stretch) & (stretch <= max_stretch))

@@ -33,7 +33,7 @@ def tables(path: Path) -> list[FileTable]:
     content = read_bytes(path, "file", MAX_RECORDING_BYTES)
     if _ENCRYPTED in content[: 1 << 20]:
         step = "Open it with its password and save it without one."
-        raise InputError("workbook", "encrypted", "its values can be read with a password only", str(path), step)
+        raise InputError("Excel workbook", "encrypted", "its values can be read with a password only", str(path), step)
     without_value = _formulas_without_value(content, path) if content.startswith(b"PK") else 0
     try:
         book = CalamineWorkbook.from_filelike(BytesIO(content))
@@ -43,13 +43,13 @@ def tables(path: Path) -> list[FileTable]:
         raise
     except Exception as error:  # the library has its own exceptions, and those of zip and XML
         reason = " ".join(str(error).split())[:200]
-        raise InputError("workbook", "not readable", reason, str(path), _SAVE) from None
+        raise InputError("Excel workbook", "not readable", reason, str(path), _SAVE) from None
     sha256 = hashlib.sha256(content).hexdigest()
     found = [table for name, rows in sheets for table in _tables_of_sheet(path, name, rows, sha256)]
     if not found:
         shown = ", ".join(repr(name[:40]) for name in names[:12]) or "none"
         limit = f"rows of numbers are needed; its sheets are {shown}"
-        raise InputError("workbook", "without a table", limit, str(path), _formula_step(without_value))
+        raise InputError("Excel workbook", "without a table", limit, str(path), _formula_step(without_value))
     if without_value:
         message = f"{without_value} cells hold formulas without stored values and are read as missing"
         for table in found:
@@ -83,7 +83,7 @@ def _formulas_without_value(content: bytes, path: Path) -> int:
         if isinstance(error, InputError):
             raise
         reason = " ".join(str(error).split())[:200]
-        raise InputError("workbook", "not readable", reason, str(path), _SAVE) from None
+        raise InputError("Excel workbook", "not readable", reason, str(path), _SAVE) from None
     return count
 
 

@@ -93,9 +93,9 @@ def _between_texts(shapes: Sequence[str]) -> Iterator[tuple[int, int]]:
 def _block(rows: Sequence[Row], shapes: Sequence[str], start: int, stop: int) -> Block | None:
     """The table in a stretch of rows; None if no two neighbouring rows agree in their cells."""
     shape, first, last = _longest_run(shapes, start, stop)
-    if last - first < 2:
-        return None
     headers, units, title = _header(rows, shapes, start, len(shape))
+    if last - first < 2 and not headers:
+        return None
     above = next((k for k in range(first - 1, start - 1, -1) if shapes[k]), start)
     if headers:
         first = next(k for k in range(start, stop) if shapes[k])
@@ -133,7 +133,7 @@ def _padded(cells: Sequence[str], width: int) -> list[str]:
 def _longest_run(shapes: Sequence[str], start: int, stop: int) -> tuple[str, int, int]:
     """The joint kinds, first and last + 1 of the longest run of rows with the same number of cells, none of them text
     in one row and a number in another; blank rows do not end it."""
-    best, count, at, shape, rows = ("", 0, 0), 0, start, "", 0
+    best, count, at, shape, rows = ("", 0, 0), (0, 0), start, "", 0
     for k in range(start, stop + 1):
         here = shapes[k] if k < stop else "?"
         if k < stop and not here.strip("e"):
@@ -142,8 +142,8 @@ def _longest_run(shapes: Sequence[str], start: int, stop: int) -> tuple[str, int
         if joint and here != "?":
             shape, rows = joint, rows + 1
             continue
-        if rows > count:
-            best, count = (shape, at, k), rows
+        if (rows, shape.count("n")) > count:
+            best, count = (shape, at, k), (rows, shape.count("n"))
         at, shape, rows = k, here, 1
     return best
 

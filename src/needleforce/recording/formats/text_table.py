@@ -6,7 +6,8 @@ import csv
 import hashlib
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -201,7 +202,15 @@ class TextTable:
     def _parsed(self, file: "HashedFile", options: dict) -> Any:
         import pandas  # late: importing needleforce stays fast
 
-        return pandas.read_csv(
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pandas.errors.ParserWarning)  # surplus cells would be lost
+            try:
+                return self._parsed_by(pandas.read_csv, file, options)
+            except pandas.errors.ParserWarning as error:
+                raise ValueError(str(error)) from None
+
+    def _parsed_by(self, read_csv: Callable, file: "HashedFile", options: dict) -> Any:
+        return read_csv(
             file,
             sep=self.delimiter,
             decimal=self.decimal,

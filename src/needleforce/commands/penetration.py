@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``needleforce penetration``: the figures of penetration tests of needles, one or many, with statistics."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import InputError
+from .files import (
+    COLUMN_HELP,
+    UNIT_HELP,
+    FirstRowOption,
+    InwardsOption,
+    MappingOption,
+    PartOption,
+    RateOption,
+    SpeedOption,
+    StepOption,
+    file_options,
+    read_all,
+)
+from .output import JSON_HELP, REPORT_HELP, check_outputs, say, table, write_json
+
+if TYPE_CHECKING:
+    from ..identification.bench_tests import PenetrationTests
+    from ..recording import Recording
+
+NAME = "penetration"
+
+
+def run(
+    files: Annotated[list[Path], typer.Argument(help="Penetration tests, force over travel.", show_default=False)],
+    work_to_mm: Annotated[
+        float | None, typer.Option(help="Travel from the contact up to which the work is given; default: the whole.")
+    ] = None,
+    plateau_mm: Annotated[
+        str | None,
+        typer.Option(help="First and last travel of the drag from the contact, such as 5:9; default: found."),
+    ] = None,
+    min_fall_n: Annotated[float, typer.Option(help="Falls of the force of less are not counted, nor are steps.")] = 0.0,
+    tips: Annotated[int, typer.Option(help="Number of tips that enter; of several there is no heel.")] = 1,
+    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
+    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
+    depth_inwards: InwardsOption = None,
+    part: PartOption = "all",
+    rate_hz: RateOption = None,
+    speed_mm_s: SpeedOption = None,
+    step_um: StepOption = None,
+    first_row: FirstRowOption = None,
+    mapping: MappingOption = None,
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+    table_file: Annotated[Path | None, typer.Option("--table", help="Write a table (CSV), a row a needle.")] = None,
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
+) -> None:
+    """Figures of penetration tests of needles: peaks at tip entry and heel, plateau drag, work, with statistics."""
+    from ..identification import penetration_tests
+
+    check_outputs([json, table_file, report], files)
+    options: dict[str, Any] = {"min_fall": min_fall_n, "tips": tips, "plateau_travel": _plateau_travel(plateau_mm)}
+    options["work_to"] = None if work_to_mm is None else work_to_mm / 1e3
+    given = file_options(
+        part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
+    )
+    needles = needles_of(files, column, unit, inwards=depth_inwards, **given)
+    tests = penetration_tests(needles, **options)
+    write_json(penetration_document(tests), json)
+    _write_penetration(tests, table_file, report)
+    _show_penetration(tests, quiet=json == "-")
+    if all(test.empty for test in tests.tests):
+        raise typer.Exit(1)
+
+
+def needles_of(
+    files: list[Path], column: list[str], unit: list[str], **options: Any
+) -> "dict[str, Recording | InputError]":
+    """Name -> recording of every needle of the files, or why it cannot be read."""
+    needles: dict[str, Recording | InputError] = {}
+    for k, (file, found) in enumerate(read_all(files, column, unit, baseline=False, test="indentation", **options), 1):
+        if isinstance(found, InputError):
+            say(str(found))
+            name = f"{file.stem}, needle {k}" if file.stem in needles else file.stem
+        else:
+            name = found.card.part or file.stem
+        needles[name if name not in needles else f"{file.stem}: {name}"] = found
+    return needles
+
+
+def _plateau_travel(text: str | None) -> tuple[float, float] | None:
+    """First and last travel [m] of the drag from an option such as ``5:9``."""
+    if text is None:
+        return None
+    try:
+        first, last = (float(part) / 1e3 for part in text.split(":"))
+    except ValueError:
+        limit = "first and last travel in mm are needed"
+        raise InputError("--plateau-mm", repr(text), limit, next_step="Write for example --plateau-mm 5:9.") from None
+    return first, last
+
+
+def penetration_document(tests: "PenetrationTests") -> dict:
+    """The tests as a document for JSON: a list of needles with figures and peaks, and the statistics."""
+    group_of = {id(test): group for group, members in tests.groups.items() for test in members}
+    needles = [
+        {
+            "name": test.name,
+            "group": group_of[id(test)],
+            "figures": [asdict(each) for each in test.figures.values()],
+            "peaks": [asdict(each) for each in test.features],
+            "plateau": None if test.plateau is None else asdict(test.plateau),
+            "noise_N": test.noise,
+            "notes": list(test.notes),
+        }
+        for test in tests.tests
+    ]
+    return {"needles": needles, "statistics": [asdict(each) for each in tests.statistics()]}
+
+
+def _write_penetration(tests: "PenetrationTests", table_file: Path | None, report: Path | None) -> None:
+    from ..files import atomic_write
+
+    if table_file is not None:
+        text = tests.to_dataframe().to_csv(index=False, lineterminator="\n")
+        with atomic_write(table_file) as file:
+            file.write(text)
+        say(f"table: {table_file}")
+    if report is not None:
+        tests.report(report)
+        say(f"report: {report}")
+
+
+def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:
+    from ..identification.bench_tests.penetration import FIGURES
+    from ..identification.bench_tests.penetration_statistics import SUMMARY_FIGURES, statistics_cells
+    from ..identification.statistics.noise import INTERVAL
+
+    if not quiet:
+        head = ["needle", *(FIGURES[name][1] for name in SUMMARY_FIGURES), "falls"]
+        rows = [[test.name, *(str(test[name]) for name in (*SUMMARY_FIGURES, "falls"))] for test in tests.tests]
+        table(f"penetration tests, values with their {INTERVAL}", head, rows)
+        if len(tests) > 1:
+            statistics = [list(statistics_cells(each)) for each in tests.statistics(*SUMMARY_FIGURES) if each.n]
+            head = ["group", "figure", "n", f"mean, {INTERVAL}", "sd", "median", "range", "not given"]
+            table("statistics over the needles", head, statistics)
+    for test in tests.tests:
+        reasons = [test[name] for name in SUMMARY_FIGURES if test[name].reason]
+        for reason in dict.fromkeys(each.reason for each in reasons):
+            say(f"{test.name}: no {', '.join(e.meaning for e in reasons if e.reason == reason)}: {reason}")
+        for note in test.notes:
+            say(f"{test.name}: {note}")
