@@ -2,7 +2,7 @@
 """A table of a file of any format: headers, stated units, and columns of numbers that are read when they are used."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,8 +41,8 @@ class FileTable:
         False where the headers are the numbers of the columns.
     text_columns : frozenset of int
         Columns that are known to hold no numbers.
-    notes : list of Note
-        What was found in the file.
+    read_from : callable, optional
+        Index of a column and of the first row -> the values from there on, where rows above may hold text.
     """
 
     path: Path
@@ -53,11 +53,13 @@ class FileTable:
     comments: list[tuple[int, str]] = field(default_factory=list)
     sha256: str = ""
     notes: list[Note] = field(default_factory=list)
+    read_from: Callable[[int, int], np.ndarray] | None = None
     row_name: str = "row"
     first_row: int = 1
     has_header: bool = True
     text_columns: frozenset[int] = frozenset()
     notes: list[Note] = field(default_factory=list)
+    read_from: Callable[[int, int], np.ndarray] | None = None
 
     def first_cells(self) -> list[str]:
         """The values of the first row, as a message shows them."""
@@ -74,9 +76,11 @@ class FileTable:
         """The values of a column as texts."""
         return [f"{value:g}" if np.isfinite(value) else "" for value in self.read_column(index)]
 
-    def index_of_row(self, number: int) -> int | None:
-        """Which row has this number in the file, from 0; the first for a smaller number."""
-        return max(0, number - self.first_row)
+    def from_row(self, number: int) -> "FileTable | None":
+        """The table without the rows above the one with this number in the file; None if it ends before."""
+        skipped = max(0, number - self.first_row)
+        read_from = self.read_from or (lambda index, first: self.read_column(index)[first:])
+        return replace(self, read_column=lambda index: read_from(index, skipped), first_row=self.first_row + skipped)
 
     def place(self, row: int) -> str:
         """The place of a row: file, table, and its number."""

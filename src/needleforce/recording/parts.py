@@ -116,7 +116,7 @@ def chosen_part(parts: Sequence[Part], wanted: str | int | None, path: Path) -> 
         step = f"Choose one by its name or number, such as --part {parts[0].name!r} or --part 1; campaign takes all."
         raise InputError("number of recordings", len(parts), f"the file has {listed(parts)}", str(path), step)
     text = str(wanted).strip()
-    named = [part for part in parts if part.name.casefold() == text.casefold()]
+    named = [] if isinstance(wanted, int) else [p for p in parts if p.name.casefold() == text.casefold()]
     if len(named) == 1:
         return named[0]
     of_table = [part for part in parts if part.name.casefold().startswith(f"{text.casefold()}: ")]
@@ -275,13 +275,16 @@ def _increases(time: np.ndarray) -> bool:
     return all(np.isfinite(block).all() and (np.diff(block) >= 0.0).all() for block in blocks)
 
 
-def from_row(table: Any, number: int) -> RowRange:
+def from_row(table: Any, number: int) -> Any:
     """The rows of a table from the one with this number in the file. Raises InputError if the table ends before."""
-    first = table.index_of_row(number)
-    if first is None:
+    if isinstance(table, RowRange):
+        limit, step = "it cannot be given for a run within a table", "Leave it out."
+        raise InputError("first row", number, limit, str(table.path), step)
+    found = table.from_row(number)
+    if found is None:
         limit = f"the table begins in row {table.first_row} and ends before"
         raise InputError("first row", number, limit, str(table.path), "Give the number of a row of the table.")
-    return RowRange(table, first, None)
+    return found
 
 
 def column_table(part: Part) -> list[tuple[str, str, str]]:

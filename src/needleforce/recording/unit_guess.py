@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from ..errors import InputError
-from ..units import Unit, parse
+from ..units import Unit, find, parse
 from .columns import Column, columns_of
 from .quantities import check_known, dimension
 from .recording import Note
@@ -115,7 +115,8 @@ def assign_units(table: Table, given: Mapping[str, str], *, needle: bool = True)
 
 
 def _contradiction(quantity: str, unit: Unit, column: Column) -> list[str]:
-    if column.unit is None or parse(column.unit, dimension(quantity), quantity)[1:] == unit[1:]:
+    stated = None if column.unit is None else find(column.unit, dimension(quantity))
+    if column.unit is None or (stated is not None and stated[1:] == unit[1:]):
         return []
     return [f"{quantity} is read in {unit.symbol}, as given, although its header states {column.unit}"]
 

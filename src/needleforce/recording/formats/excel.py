@@ -140,16 +140,18 @@ def _tables_of_sheet(path: Path, sheet: str, rows: list[list], sha256: str) -> l
 def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -> FileTable:
     headers = block.headers or [str(k + 1) for k in range(block.width)]
 
-    def read_column(index: int) -> np.ndarray:
-        cells = [row[index] if index < len(row) else "" for row in rows[block.first : block.stop]]
+    def read_from(index: int, first: int) -> np.ndarray:
+        start = block.first + first
+        cells = [row[index] if index < len(row) else "" for row in rows[start : block.stop]]
         if any(isinstance(cell, date | time | timedelta) for cell in cells):
             return _seconds(cells, f"{path}, {name}")
         return np.array([_number(cell, headers[index], index, row, f"{path}, {name}")
-                         for row, cell in enumerate(cells, block.first + 1)])  # fmt: skip
+                         for row, cell in enumerate(cells, start + 1)])  # fmt: skip
 
     units = ["s" if _is_clock(rows[block.first : block.stop], k) else unit
              for k, unit in enumerate(block.units or [""] * block.width)]  # fmt: skip
-    return FileTable(path=path, name=name, headers=headers, units=units, read_column=read_column, sha256=sha256,
+    return FileTable(path=path, name=name, headers=headers, units=units, read_column=lambda index: read_from(index, 0),
+        read_from=read_from, sha256=sha256,
                      first_row=block.first + 1, has_header=bool(block.headers),
                      text_columns=block.text_columns)  # fmt: skip
 

@@ -2,6 +2,7 @@
 """The values of a table of text: parsed fast and hashed at the same time, and searched line by line only for a
 fault."""
 
+import codecs
 import csv
 import hashlib
 import io
@@ -9,7 +10,7 @@ import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import count
 from pathlib import Path
@@ -126,9 +127,12 @@ class TextTable:
         """The cells of a column."""
         return [cells[index] if index < len(cells) else "" for _, cells in self.data_lines()]
 
-    def index_of_row(self, number: int) -> int | None:
-        """Which row is in the line with this number or the next, from 0; None if the table ends before."""
-        return next((at for at, (line, _) in enumerate(self.data_lines()) if line >= number), None)
+    def from_row(self, number: int) -> "TextTable | None":
+        """The table without the lines above the one with this number; None if it ends before."""
+        for line, offset, text in self._lines(self.begin, self.first_row):
+            if line >= number and self.cells(text):
+                return replace(self, begin=offset, first_row=line)
+        return None
 
     def parses(self) -> bool:
         """Whether every line to the end is a row of numbers; a large file is not parsed for this."""
@@ -167,7 +171,7 @@ class TextTable:
         options: dict[str, Any] = {"dtype": np.float64, "low_memory": self._size() >= _PARALLEL_BYTES}
         options |= {"usecols": used} if self.text_columns else {}
         try:
-            with HashedFile(self.path, self.begin, self.end) as file:
+            with HashedFile(self.path, self.begin, self.end, self.encoding.name) as file:
                 frame = self._parsed(file, options)
             check_samples(len(frame), self.path)
         except InputError:
@@ -184,7 +188,7 @@ class TextTable:
         options = {"dtype": kinds, "usecols": used, "chunksize": rows}
         options |= {"comment": "#"} if self._has_comments() else {}
         chunks, done = [], 0
-        with HashedFile(self.path, self.begin, self.end) as file:
+        with HashedFile(self.path, self.begin, self.end, self.encoding.name) as file:
             for frame in self._parsed(file, options):
                 chunks.append({k: frame[k].to_numpy() for k in used})
                 done += len(frame)
@@ -216,7 +220,7 @@ class TextTable:
             decimal=self.decimal,
             thousands=("." if self.decimal == "," else ",") if self.grouped else None,
             compression=None,
-            encoding=self.encoding.name,
+            encoding="latin-1" if self.encoding.name == "latin-1" else "utf-8",
             encoding_errors="replace",
             header=None,
             names=range(len(self.headers)),
@@ -304,11 +308,12 @@ def _wrong_count(table: TextTable, cells: Sequence[str], place: str) -> InputErr
 
 
 class HashedFile:
-    """A binary file for pandas, used as a context manager, from byte ``begin`` to ``end``; the SHA-256 of the whole
-    file is computed in another thread."""
+    """A binary file for pandas, used as a context manager, from byte ``begin`` to ``end``, UTF-16 as UTF-8; the SHA-256
+    of the whole file is computed in another thread."""
 
-    def __init__(self, path: Path, begin: int = 0, end: int | None = None):
+    def __init__(self, path: Path, begin: int = 0, end: int | None = None, encoding: str = "utf-8"):
         self._path, self._digest, self._ended = path, hashlib.sha256(), False
+        self._decoder = codecs.getincrementaldecoder(encoding)("replace") if encoding[:6] == "utf-16" else None
         self._begin, self._left = begin, None if end is None else max(0, end - begin)
         self._waiting: list[bytes] = []
 
@@ -332,13 +337,17 @@ class HashedFile:
         data = self._file.read(size)
         if self._left is not None:
             self._left -= len(data)
-            return data
+            return self._as_utf8(data)
         self._waiting += [data] if data else []
         if len(self._waiting) == _BLOCKS_PER_TASK or not data:
             self._executor.submit(self._update, self._waiting)
             self._waiting = []
         self._ended = not data
-        return data
+        return self._as_utf8(data)
+
+    def _as_utf8(self, data: bytes) -> bytes:
+        """The bytes as pandas takes them: UTF-16 as UTF-8, and the others as they are."""
+        return data if self._decoder is None else self._decoder.decode(data, final=not data).encode()
 
     def _update(self, blocks: list[bytes]) -> None:
         for block in blocks:

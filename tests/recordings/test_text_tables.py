@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of text as instruments write them: every form has the same values as the plain one."""
+
+import numpy as np
+import pytest
+from plain_insertion import insertion, text
+
+from needleforce.errors import InputError
+from needleforce.recording import read, read_all
+
+TIME, DEPTH, FORCE = insertion(rate=50.0)
+COLUMNS = {"Time (s)": TIME, "Extension (mm)": DEPTH * 1e3, "Load (N)": FORCE}
+PLAIN = text(COLUMNS)
+ROWS = "\n".join(PLAIN.splitlines()[1:]) + "\n"
+UNITS = "Time,Extension,Load\n(s),(mm),(N)\n"
+
+
+def quoted(table):
+    return "\n".join(",".join(f'"{cell}"' for cell in line.split(",")) for line in table.splitlines()) + "\n"
+
+
+def clock(times, date=""):
+    """h:m:s of a clock that begins at ten to midnight."""
+    seconds = 86400.0 - 600.0 + times
+    return [f"{date}{int(s % 86400 // 3600):02d}:{int(s % 3600 // 60):02d}:{s % 60:06.3f}" for s in seconds]
+
+
+def with_clock(cells):
+    lines = [f"{cell},{d!r},{f!r}" for cell, d, f in zip(cells, (DEPTH * 1e3).tolist(), FORCE.tolist())]
+    return "Clock time,Extension (mm),Load (N)\n".replace("Clock time", "Time") + "\n".join(lines) + "\n"
+
+
+FORMS = {
+    "preamble": "Specimen 3\nOperator: N. N.\nSpeed,2.0,mm/s\n\n" + PLAIN,
+    "preamble with colons and tabs": "Date:\t29/09/2021\tTime:\t17:38:03\nDevice:\tx\n\n" + PLAIN.replace(",", "\t"),
+    "row of units": UNITS + ROWS,
+    "row of units without brackets": UNITS.replace("(", "").replace(")", "") + ROWS,
+    "preamble, row of units, quotes": 'Test : Rate 1,"2.0",mm/s\n\n' + UNITS + quoted(ROWS),
+    "blank row below the headers": PLAIN.replace("\n", "\n\n", 1),
+    "blank rows at the end": PLAIN + "\n\n\n\n",
+    "rows without values at the end": PLAIN + ",,\n" * 4,
+    "cells of other rows at the end": PLAIN + "\nEnd of test\nRemarks: none\n",
+    "comments below": PLAIN + "# done\n",
+    "a delimiter at the end of every row": "\n".join(line + "," for line in PLAIN.splitlines()),
+    "a delimiter at the end of the headers": PLAIN.replace("\n", ",\n", 1),
+    "units after a comma": "Time, s\tExtension, mm\tLoad, N\n" + ROWS.replace(",", "\t"),
+    "decimal comma": text(COLUMNS, ";", ","),
+    "decimal comma, blanks": "Zeit_s Weg_mm Kraft_N\n" + text(COLUMNS, " ", ",").split("\n", 1)[1],
+    "three kinds of line end": PLAIN.replace("\n", "\r\r\n"),
+    "old line ends": PLAIN.replace("\n", "\r"),
+    "numbers with D": PLAIN.replace("e-", "D-"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_gives_the_same_values(file, form):
+    run = read(file(FORMS[form]))
+    np.testing.assert_allclose(run.time, TIME, rtol=1e-15)
+    np.testing.assert_allclose(run.depth, DEPTH, rtol=1e-14, atol=1e-18)
+    np.testing.assert_allclose(run.force, FORCE, rtol=1e-15)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"])
+def test_every_encoding(file, encoding):
+    table = PLAIN.replace("Extension (mm)", "déplacement (µm)").replace("Load (N)", "effort (N)")
+    run = read(file(f"Prüfung Nr. 5\n\n{table}".encode(encoding)))
+    np.testing.assert_allclose(run.depth, DEPTH * 1e-3, rtol=1e-14, atol=1e-18)
+    np.testing.assert_array_equal(run.force, FORCE)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "Zeit,Weg,Kraft", "Prüfzeit,Standardweg,Standardkraft", "Temps,Déplacement,Effort", "temps,Enfoncement,Force",
+        "Tiempo,Desplazamiento,Fuerza", "Tempo,Spostamento,Forza", "Time,Pd,Fn", "t,z,F", "Time,Crosshead,Load",
+        "Elapsed Time,Indentation,Load", "Time,Position (z),Fz", "Time,Distance,Force", "Time,Travel,Compressive load",
+        "Test time,Axial Displacement,Axial Force", "Time,Tip position,Load cell 5 kN", "Zeit,Traversenweg,Prüfkraft",
+    ],
+)  # fmt: skip
+def test_headers_in_several_languages(file, words):
+    units = [f"{word} [{unit}]" for word, unit in zip(words.split(","), ("s", "mm", "N"))]
+    run = read(file(",".join(units) + "\n" + ROWS))
+    np.testing.assert_allclose(run.depth, DEPTH, rtol=1e-14, atol=1e-18)
+    np.testing.assert_array_equal(run.force, FORCE)
+
+
+@pytest.mark.parametrize("word", ["Force rate", "Target force", "Load speed", "Stress", "Energy of load"])
+def test_a_header_of_another_quantity_is_no_force(file, word):
+    with pytest.raises(InputError, match="no column holds the force"):
+        read(file(PLAIN.replace("Load (N)", word)))
+
+
+def test_a_clock_that_passes_midnight(file):
+    run = read(file(with_clock(clock(TIME))))
+    np.testing.assert_allclose(run.time, TIME, atol=1e-9)
+    np.testing.assert_allclose(run.depth, DEPTH, rtol=1e-14, atol=1e-18)
+
+
+@pytest.mark.parametrize("pattern", ["%Y-%m-%dT%H:%M:%S.%f", "%Y-%m-%d %H:%M:%S.%f", "%d.%m.%Y %H:%M:%S.%f"])
+def test_times_of_a_calendar(file, pattern):
+    import datetime
+
+    start = datetime.datetime(2021, 9, 30, 23, 59, 55)
+    cells = [(start + datetime.timedelta(seconds=float(t))).strftime(pattern) for t in TIME]
+    np.testing.assert_allclose(read(file(with_clock(cells))).time, TIME, atol=1e-6)
+
+
+@pytest.mark.parametrize("decimal, group", [(".", ","), (",", ".")])
+def test_signs_of_thousands(file, decimal, group):
+    def cell(value):
+        return f"{value:,.4f}".replace(",", "_").replace(".", decimal).replace("_", group)
+
+    rows = [";".join(map(cell, row)) for row in zip(TIME, 1e6 * DEPTH, 1e3 * FORCE)]
+    run = read(file("Zeit (s);Weg (µm);Kraft (mN)\n" + "\n".join(rows)))
+    np.testing.assert_allclose(run.depth, DEPTH, atol=1e-10)
+    np.testing.assert_allclose(run.force, FORCE, atol=1e-7)
+
+
+def test_a_table_without_headers_is_read_by_position(file):
+    path = file(ROWS)
+    with pytest.raises(InputError, match=r"time and the force and the depth, the file has no header; its first row"):
+        read(path)
+    run = read(path, columns={"time": 1, "depth": 2, "force": "3"}, units={"depth": "mm", "time": "s", "force": "N"})
+    np.testing.assert_allclose(run.depth, DEPTH, rtol=1e-14, atol=1e-18)
+
+
+def test_headers_that_occur_twice_are_read_by_position(file):
+    columns = [line.split(",") for line in PLAIN.splitlines()]
+    path = file("\n".join(",".join([*row, row[2]]) for row in columns))
+    with pytest.raises(InputError, match=r"'Load .N.' is present 2 times.*--column force=3"):
+        read(path)
+    np.testing.assert_array_equal(read(path, columns={"force": 4}).force, FORCE)
+
+
+def test_several_tables_one_below_the_other(file):
+    block = "<INFO>\nVelocity, mm/s:\t0.1\n<DATA>\n" + PLAIN.replace(",", "\t").replace("Load (N)", "Fz, gf")
+    second = block.replace("<INFO>", "<INFO>\nRepeat:\t2", 1)
+    path = file(block + "<END DATA>\n" + second + "<END DATA>\n")
+    with pytest.raises(InputError, match=r"number of recordings is 2, the file has 'table 1', 'table 2'.*--part"):
+        read(path)
+    for run in read_all(path):
+        np.testing.assert_allclose(run.force, FORCE * 9.80665e-3, rtol=1e-14)
+    assert [run.card.part for run in read_all(path)] == ["table 1", "table 2"]
+
+
+def test_settings_above_a_table_are_no_table(file):
+    settings = "Step,Rate,Limit\n1,0.5,2\n2,0.1,3\n\n"
+    np.testing.assert_array_equal(read(file(settings + PLAIN)).force, FORCE)
+
+
+def test_runs_whose_time_starts_again(file):
+    lines = PLAIN.splitlines()
+    path = file("\n".join([*lines, *lines[1:], *lines[1:]]))
+    with pytest.raises(InputError, match="number of recordings is 3, the file has 'run 1', 'run 2', 'run 3'"):
+        read(path)
+    np.testing.assert_array_equal(read(path, part="run 2").force, FORCE)
+    np.testing.assert_array_equal(read(path, part=3).time, TIME)
+
+
+def test_groups_of_columns_side_by_side(file):
+    lines = PLAIN.splitlines()
+    twice = "\n".join(f"{line},{line}" for line in lines)
+    for run in read_all(file(twice)):
+        np.testing.assert_array_equal(run.force, FORCE)
+    numbered = "Time 1,Ext 1,Load 1,Time 2,Ext 2,Load 2\ns,mm,N,s,mm,N\n" + twice.split("\n", 1)[1]
+    runs = read_all(file(numbered))
+    assert [run.card.part for run in runs] == ["1", "2"]
+    np.testing.assert_allclose(runs[1].depth, DEPTH, rtol=1e-14, atol=1e-18)
+
+
+def test_a_pattern_of_headers_is_a_recording_each(file):
+    columns = {"time_s": TIME, "depth_mm": 1e3 * DEPTH} | {f"cell {k}": (1 + k) * FORCE for k in range(3)}
+    path = file(text(columns))
+    runs = read_all(path, columns={"force": "cell *"}, units={"force": "N"})
+    assert [run.card.part for run in runs] == ["0", "1", "2"]
+    for k, run in enumerate(runs):
+        np.testing.assert_allclose(run.force, (1 + k) * FORCE, rtol=1e-15)
+
+
+def test_rows_above_the_samples_are_left_out_on_request(file):
+    lines = PLAIN.splitlines()
+    path = file("\n".join([lines[0], "0,0,99", *lines[1:]]))
+    np.testing.assert_array_equal(read(path, first_row=3).force, FORCE)
+
+
+@pytest.mark.parametrize("word", ["#N/A", "N/A", "--", "NaN", "null", "#DIV/0!"])
+def test_words_for_no_value(file, word):
+    lines = PLAIN.splitlines()
+    cells = lines[400].split(",")
+    lines[400] = ",".join([*cells[:2], word])
+    run = read(file("\n".join(lines)))
+    assert len(run) == len(TIME) - 1
+    assert any("line 401" in note.message for note in run.notes if note.kind == "missing")
+
+
+@pytest.mark.parametrize("word", ["OVER", "Broken", "overload"])
+def test_text_in_a_column_of_numbers_is_named(file, word):
+    lines = PLAIN.splitlines()
+    lines[400] = ",".join([*lines[400].split(",")[:2], word])
+    with pytest.raises(InputError, match=rf"line 401: force \(column 'Load \(N\)'\) is '{word}', a number is needed"):
+        read(file("\n".join(lines)))
