@@ -6,6 +6,7 @@ import json
 import random
 import struct
 import tempfile
+import warnings
 import zipfile
 import zlib
 from functools import cache
@@ -19,7 +20,7 @@ from needleforce.errors import InputError
 from needleforce.recording.formats.detect import tables_of
 
 ENDINGS = {"npy": ".npy", "npz": ".npz", "matlab": ".mat", "matlab73": ".mat", "hdf5": ".h5", "tdms": ".tdms", "records": ".jsonl",
-           "ros1": ".bag"}  # fmt: skip
+           "ros1": ".bag", "excel": ".xlsx", "forms": ".txt"}  # fmt: skip
 ROWS = 60
 _MAX_READ = 200  # columns of a file that are read
 TIME = 0.01 * np.arange(ROWS)
@@ -199,8 +200,50 @@ def _ros1(form: int) -> bytes:
         return (Path(folder) / "x.bag").read_bytes()
 
 
-_MADE = {"npy": _npy, "npz": _npz, "matlab": _matlab, "matlab73": _matlab73, "hdf5": _hdf5, "tdms": _tdms, "records": _records,
+@cache
+def _excel(form: int) -> bytes:
+    import datetime
+
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    rows = [("Time [s]", "Depth [mm]", "Force [N]"), *zip(TIME.tolist(), (1e3 * DEPTH).tolist(), FORCE.tolist())]
+    for sheet in [book.active, *(book.create_sheet(f"s{k}") for k in range(form % 3))]:
+        if form == 3:
+            sheet.append(("Specimen", "x", datetime.datetime(2026, 1, 2)))
+        for k, row in enumerate(rows):
+            sheet.append((row[0], row[1], f"=B{k}*2") if form == 4 and k else row)
+    if form == 5:
+        book.active.merge_cells("A1:C1")
+        book.create_chartsheet("c")
+    made = BytesIO()
+    book.save(made)
+    return made.getvalue()
+
+
+@cache
+def _forms(form: int) -> bytes:
+    """Text as instruments write it."""
+    rows = "\n".join(f"{t:.3f}\t{1e3 * d:.4f}\t{f:.5f}" for t, d, f in zip(TIME, DEPTH, FORCE)) + "\n"
+    block = "<INFO>\nDate:\t1.2.2026\n<DATA>\nTime, s\tPosition (z), mm\tFz, gf\n" + rows
+    forms = [
+        block + "<END DATA>\n" + block,
+        'Test : 1,"10.0",mm/min\n\nTime,Extension,Load\n(s),(mm),(N)\n'
+        + '"'
+        + rows.replace("\t", '","').replace("\n", '"\n"')[:-1],
+        rows,
+        ("Zeit;Weg;Kraft\ns;mm;N\n" + rows.replace("\t", ";").replace(".", ",")),
+        "Time\tPd\tFn\n" + "\n".join(f"12:00:{row}" for row in rows.splitlines()),
+        "\n".join("\t".join([line] * 3) for line in ("Time (s)\tz (mm)\tF (N)\n" + rows).splitlines()),
+    ]
+    return forms[form].encode("utf-16" if form == 3 else "utf-8")
+
+
+_MADE = {"excel": _excel, "forms": _forms, "npy": _npy, "npz": _npz, "matlab": _matlab, "matlab73": _matlab73, "hdf5": _hdf5, "tdms": _tdms, "records": _records,
          "ros1": _ros1}  # fmt: skip
+_CELLS = [b"\n", b"\r", b"\t", b";", b",", b"|", b"  ", b'"', b"#", b"# ", b"#N/A", b"--", b"OVER", b"12:30:01", b"1.234,5", b"1,234.5", b"(N)",
+          b"Time", b"Force", b"Zeit;Weg", b"\n\n\n", b"nan", b"1e999", b"-1e308", b"9" * 400, b"a" * 300, b"\0", b"\xff\xfe", b"\xef\xbb\xbf",
+          b"\n<DATA>\n", b"2026-01-02T03:04:05", b"99:99:99", b"1:1:1:1", b"0:0", b"=1+1", b"-", b"mm", b"\t" * 2000]  # fmt: skip
 _WORDS = [b"null", b"NaN", b"[", b"]", b"{", b"}", b'"', b"1e999", b"9" * 400, b"-", b"\0", b"[" * 5000, b'{"a":' * 3000, b"true", b",",
           b"\n", b"\\ud800", b'"x"', b"[[1,2],[3]]"]  # fmt: skip
 
@@ -208,8 +251,10 @@ _WORDS = [b"null", b"NaN", b"[", b"]", b"{", b"}", b'"', b"1e999", b"9" * 400, b
 def changed(kind: str, chance: random.Random) -> bytes:
     """A valid content with changes, also of what is compressed in it."""
     data = content(kind, chance)
-    if kind == "npz" and chance.random() < 0.5:
-        return _changed_members(data, chance)
+    if kind == "forms" and chance.random() < 0.7:
+        return _with_cells(data, chance)
+    if kind in ("npz", "excel") and chance.random() < 0.5:
+        return _changed_members(data, chance, 0.6 if kind == "npz" else 0.02)
     if kind == "matlab" and chance.random() < 0.5:
         return _changed_elements(data, chance)
     if kind == "records" and chance.random() < 0.7:
@@ -226,6 +271,14 @@ def changed(kind: str, chance: random.Random) -> bytes:
     return data[:keep] + changed[keep:]
 
 
+def _with_cells(data: bytes, chance: random.Random) -> bytes:
+    """Text with cells, delimiters and lines replaced, repeated or left out."""
+    for _ in range(chance.choice([1, 1, 2, 4, 16])):
+        at, size = chance.randrange(len(data)), chance.choice([0, 1, 5, 40])
+        data = data[:at] + chance.choice([*_CELLS, data[at : at + 300]]) + data[at + size :]
+    return data
+
+
 def _overwritten(data: bytes, chance: random.Random) -> bytes:
     """Values of other bytes at the same places, so that what follows is found."""
     changed = bytearray(data)
@@ -238,13 +291,16 @@ def _overwritten(data: bytes, chance: random.Random) -> bytes:
     return bytes(changed[: len(data)])
 
 
-def _changed_members(data: bytes, chance: random.Random) -> bytes:
+def _changed_members(data: bytes, chance: random.Random, other: float) -> bytes:
     made = BytesIO()
     with zipfile.ZipFile(BytesIO(data)) as archive, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
         for name in archive.namelist():
             part = archive.read(name)
             part = part[:8] + damaged_files.damaged(part, chance)[8:] if chance.random() < 0.5 else part
-            new.writestr(chance.choice([name, name, "../../" + name, "/" + name, "a\0b.npy", "\x1b[2J.npy"]), part)
+            others = ["../../" + name, "/" + name, "a\0b.npy", "\x1b[2J.npy"]
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # a name that is there twice is meant
+                new.writestr(chance.choice(others) if chance.random() < other else name, part)
     return made.getvalue()
 
 
@@ -293,6 +349,41 @@ def _npz_that_states_little(chance: random.Random) -> bytes:
     at = data.rfind(b"PK\1\2")
     data[at + 24 : at + 28] = struct.pack("<I", chance.choice([0, 128, 1000, 2**32 - 1]))
     return bytes(data)
+
+
+def _workbook(sheet: bytes, chance: random.Random) -> bytes:
+    """A workbook whose first sheet has another content."""
+    made = BytesIO()
+    with zipfile.ZipFile(BytesIO(_excel(0))) as archive, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in archive.namelist():
+            new.writestr(name, sheet if name.endswith("sheet1.xml") else archive.read(name))
+    return made.getvalue()
+
+
+def _excel_bomb(chance: random.Random) -> bytes:
+    head = b'<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>'
+    end = b"</sheetData></worksheet>"
+    sheets = [
+        bytes(400 << 20),
+        head + b'<row r="1"><c r="A1"><v>1</v></c></row><row r="1048576"><c r="XFD1048576"><v>1</v></c></row>' + end,
+        b'<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>' + head + b"&b;" * 1000 + end,
+        head + b'<row r="1"><c r="A1"><v>1</v></c></row>' * 10**6 + end,
+        head + b"<row>" * 100_000,
+    ]
+    return _workbook(chance.choice(sheets), chance)
+
+
+def _forms_bomb(chance: random.Random) -> bytes:
+    forms = [
+        b"1\t2\t3\n" * 2_000_000,
+        b"a\t" * 500_000,
+        b"".join(b"1\t2\nx\ty\n" for _ in range(300_000)),
+        b"1:2\t" * 1000 + b"\n" + (b"0:00:01\t" * 1000 + b"\n") * 300,
+        (b"1,5;" * 500 + b"\n") * 2000,
+        b"# a\n" * 500_000,
+        b"\n" * 5_000_000,
+    ]
+    return chance.choice(forms)
 
 
 def _element(kind: int, data: bytes) -> bytes:
@@ -414,5 +505,5 @@ def _ros1_bomb(chance: random.Random) -> bytes:
     return bytes(data)
 
 
-_BOMBS = {"npy": [_npy_of_a_huge_shape], "npz": [_npz_of_zeros, _npz_that_states_little], "matlab": [_matlab_bomb],
+_BOMBS = {"excel": [_excel_bomb], "forms": [_forms_bomb], "npy": [_npy_of_a_huge_shape], "npz": [_npz_of_zeros, _npz_that_states_little], "matlab": [_matlab_bomb],
           "matlab73": [_matlab73_bomb], "hdf5": [_hdf5_bomb], "tdms": [_tdms_bomb], "records": [_records_bomb], "ros1": [_ros1_bomb]}  # fmt: skip

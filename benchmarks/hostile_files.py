@@ -46,6 +46,14 @@ def _read(path: Path) -> None:
     nf.read(path)
 
 
+def _read_all(path: Path) -> None:
+    """Every recording of a file, by position where it has no headers."""
+    try:
+        nf.read_all(path, test="indentation")
+    except nf.InputError:
+        nf.read_all(path, columns={"time": 1, "depth": 2, "force": 3}, units={"depth": "mm"})
+
+
 def _page(path: Path) -> None:
     from needleforce.acquisition.sources.net_ft_sensor import read_configuration
 
@@ -94,6 +102,8 @@ FORMATS: dict[str, tuple[Callable, int, str]] = {
     "mcap": (_read, MAX_RECORDING_BYTES, "recording, MCAP"),
     "bag": (_read, MAX_RECORDING_BYTES, "recording, folder of a ROS 2 bag"),
     "ros1": (_read, MAX_RECORDING_BYTES, "recording, ROS 1 bag"),
+    "forms": (_read_all, MAX_RECORDING_BYTES, "recording, text of instruments"),
+    "excel": (_read_all, MAX_RECORDING_BYTES, "recording, Excel"),
     "npy": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, NumPy npy"),
     "npz": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, NumPy npz"),
     "matlab": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, MATLAB 4 and 5"),

@@ -76,7 +76,10 @@ def stalks(folder: Path) -> Iterator[tuple[str, str, nf.Recording]]:
 def microneedles(folder: Path) -> Iterator[tuple[str, str, nf.Recording]]:
     """Name and recording of each microneedle; the third row of the sheet is a summary."""
     sheet = pd.read_excel(
-        folder / "microneedle-penetration" / "microneedle-data-2.xlsx", header=None, sheet_name="RAW DATA"
+        folder / "microneedle-penetration" / "microneedle-data-2.xlsx",
+        header=None,
+        sheet_name="RAW DATA",
+        engine="openpyxl",
     )
     for column in sheet.columns[sheet.iloc[1].notna()]:
         force = pd.to_numeric(sheet.iloc[3:, column], errors="coerce").dropna().to_numpy(float)

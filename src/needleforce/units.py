@@ -48,7 +48,8 @@ _SPELLINGS = {
                "centimeters": "cm", "centimetre": "cm", "centimetres": "cm", "inch": "in", "inches": "in",
                "thou": "mil", "feet": "ft"},
     "force": {"n": "N", "newton": "N", "newtons": "N", "mn": "mN", "millinewton": "mN", "millinewtons": "mN",
-              "micronewton": "uN", "micronewtons": "uN", "g": "gf", "gram": "gf", "grams": "gf", "gramm": "gf",
+              "micronewton": "uN", "micronewtons": "uN", "g": "gf", "gF": "gf",
+              "gram": "gf", "grams": "gf", "gramm": "gf",
               "gram-force": "gf", "gramforce": "gf", "pond": "gf", "mg": "mgf", "kg": "kgf", "kp": "kgf",
               "kilogram": "kgf", "kilograms": "kgf", "kilopond": "kgf", "lb": "lbf", "lbs": "lbf", "pound": "lbf",
               "pounds": "lbf", "oz": "ozf", "dyne": "dyn", "dynes": "dyn"},
@@ -159,7 +160,8 @@ def _symbol(text: str, dimension: str) -> str | None:
     exact = {_plain(symbol): symbol for symbol in _FACTORS[dimension]}
     plain = _plain(text)
     spelled = _SPELLINGS[dimension]
-    return exact.get(plain) or spelled.get(plain) or (spelled.get(plain.lower()) if len(plain) > 2 else None)
+    lower = plain.lower() if len(plain) > 2 else ""  # two letters may differ in case alone: mN and MN
+    return exact.get(plain) or spelled.get(plain) or spelled.get(lower) or exact.get(lower)
 
 
 def _plain(text: str) -> str:

@@ -109,13 +109,17 @@ def test_no_puncture_and_cut_off(tmp_path):
     assert json.loads(done.stdout)["recordings"][0]["status"] == "incomplete"
 
 
-def test_a_depth_that_decreases_inwards_is_reported_and_corrected_by_the_option(tmp_path):
+def test_a_depth_that_decreases_inwards_is_recognised_and_reported(tmp_path):
     recording = nf.simulate(nf.preset("paper"), nf.Motion.insert(start=-2e-3, speed=3e-3, depth=10e-3, hold=1.0))
     rows = np.column_stack([recording.time, -recording.depth, recording.force])
     np.savetxt(tmp_path / "up.csv", rows, delimiter=",", header="time_s,depth_m,force_N", comments="")
-    done = run("identify", tmp_path / "up.csv")
-    assert done.returncode == 1 and "--depth-inwards" in done.stderr
-    assert run("identify", tmp_path / "up.csv", "--depth-inwards", "decreasing").returncode == 0
+    recognised, given = (
+        run("identify", tmp_path / "up.csv", "--json", "-", *more) for more in ((), ("--depth-inwards", "decreasing"))
+    )
+    assert recognised.returncode == given.returncode == 0
+    assert "its sign is reversed (--depth-inwards increasing keeps it)" in recognised.stderr
+    found, expected = (json.loads(each.stdout)["parameters"] for each in (recognised, given))
+    assert found == expected
 
 
 @pytest.mark.parametrize(

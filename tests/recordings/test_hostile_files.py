@@ -62,7 +62,9 @@ def refusal(read: str, *arguments) -> str:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the memory of a process is read from /proc")
-@pytest.mark.parametrize("kind", ["npy", "npz", "matlab", "matlab73", "hdf5", "tdms", "records", "ros1"])
+@pytest.mark.parametrize(
+    "kind", ["npy", "npz", "matlab", "matlab73", "hdf5", "tdms", "records", "ros1", "excel", "forms"]
+)
 def test_three_hundred_hostile_files_of_arrays(hostile, kind):
     found = hostile[0].study(kind, 300, first=1_000_000)
     assert found["failed"] == {} and found["refused"] > 30 and found["read"] + found["refused"] == 300
@@ -83,7 +85,7 @@ def test_the_study_finds_a_reader_that_fails(hostile, tmp_path):
 
 
 EXPANDING = ["csv", "mcap", "parquet", "bag", "toml", "json", "page", "calibration", "table"]
-EXPANDING += ["npy", "npz", "matlab", "matlab73", "hdf5", "tdms", "records", "ros1"]
+EXPANDING += ["npy", "npz", "matlab", "matlab73", "hdf5", "tdms", "records", "ros1", "excel", "forms"]
 
 
 @pytest.mark.parametrize("kind", EXPANDING)

@@ -199,3 +199,73 @@ def test_text_in_a_column_of_numbers_is_named(file, word):
     lines[400] = ",".join([*lines[400].split(",")[:2], word])
     with pytest.raises(InputError, match=rf"line 401: force \(column 'Load \(N\)'\) is '{word}', a number is needed"):
         read(file("\n".join(lines)))
+
+
+SUMMARIES = {
+    "labels in place of a time": "Mean,1.5,0.3\nSD,0.1,0.2\n",
+    "labels after a blank row": "\nMaximum,20,0.8\n",
+    "a peak alone": "\n\nPeak Load,148.57,N\n",
+}
+
+
+@pytest.mark.parametrize("name", SUMMARIES)
+def test_a_summary_below_the_table_is_no_sample(file, name):
+    run = read(file(PLAIN + SUMMARIES[name]))
+    np.testing.assert_array_equal(run.force, FORCE)
+    (note,) = [note for note in run.notes if note.kind == "left_out"]
+    assert SUMMARIES[name].split()[0].split(",")[0] in note.message
+
+
+def test_a_summary_with_another_name_in_place_of_the_specimen(file):
+    lines = PLAIN.splitlines()
+    named = ["Specimen," + lines[0], *("A," + line for line in lines[1:]), "", "Mean,1,2,3", "SD,4,5,6"]
+    run = read(file("\n".join(named)))
+    np.testing.assert_array_equal(run.force, FORCE)
+    assert any("2 rows below the table" in note.message for note in run.notes)
+
+
+def test_rows_after_a_blank_one_are_samples(file):
+    lines = PLAIN.splitlines()
+    np.testing.assert_array_equal(read(file("\n".join([*lines[:-5], "", *lines[-5:]]))).force, FORCE)
+
+
+@pytest.mark.parametrize("other", ["°C", "V", "rpm", "Cycles"])
+def test_a_row_of_units_with_one_that_is_unknown(file, other):
+    rows = "\n".join(f"{line},25" for line in ROWS.splitlines())
+    run = read(file(f"Time,Position,Force,Extra\ns,mm,mN,{other}\n{rows}\n"))
+    np.testing.assert_allclose(run.force, 1e-3 * FORCE, rtol=1e-14)
+    np.testing.assert_allclose(run.depth, DEPTH, rtol=1e-14, atol=1e-18)
+
+
+def test_a_row_of_units_that_begins_with_a_number_sign(file):
+    rows = "\n".join(f"{k},{line}" for k, line in enumerate(ROWS.splitlines(), 1))
+    run = read(file(f"Reading,Time,Position,Load\n#,s,mm,lbF\n{rows}\n"))
+    np.testing.assert_allclose(run.force, 4.4482216152605 * FORCE, rtol=1e-14)
+
+
+def test_groups_of_columns_with_headers_of_any_language(file):
+    lines = [f"{line},{line},{line}" for line in PLAIN.splitlines()]
+    lines[0] = ",".join(["時間", "ストローク", "試験力"] * 3)
+    path = file("\n".join(lines))
+    options = {"columns": {"time": 1, "depth": 2, "force": 3}, "units": {"depth": "mm", "force": "N"}}
+    with pytest.raises(InputError, match=r"number of recordings is 3, the file has 'columns 1 to 3'"):
+        read(path, **options)
+    for run in read_all(path, **options):
+        np.testing.assert_array_equal(run.force, FORCE)
+
+
+def test_a_withdrawal_alone_keeps_its_signs(file):
+    """Out of tissue at constant speed, with the sign of depth reversed: nothing shows an insertion."""
+    depth = np.linspace(20.0, 12.0, 400)  # mm, measured against the direction of insertion
+    force = np.where(depth > 19.5, 0.3 - 1.2 * (20.0 - depth), -0.3 * (depth - 11.0) / 8.5)
+    table = text({"Time (s)": 0.01 * np.arange(400), "Depth (mm)": -depth, "Force (N)": force})
+    run = read(file(table), baseline=False)
+    np.testing.assert_allclose(run.force, force)
+
+
+def test_an_insertion_alone_with_a_tare(file):
+    depth, force = DEPTH[:625], FORCE[:625] - 0.7
+    table = text({"Time (s)": TIME[:625], "Depth (mm)": -1e3 * depth, "Force (N)": force})
+    run = read(file(table), baseline=False)
+    np.testing.assert_allclose(run.depth, depth, rtol=1e-14, atol=1e-18)
+    np.testing.assert_array_equal(run.force, force)

@@ -159,8 +159,17 @@ def test_a_workbook_that_unpacks_without_end(tmp_path):
         with archive.open("xl/worksheets/sheet1.xml", "w", force_zip64=True) as member:
             for _ in range(400):
                 member.write(bytes(1 << 20))
-    with pytest.raises(InputError, match=r"unpacked size is over 2.. MiB"):
+    with pytest.raises(InputError, match=r"unpacked size is too large for a file of this size"):
         read(path)
+
+
+def test_two_cells_far_apart_take_no_memory(saved):
+    def fill(book):
+        book.active["A1"] = 1.0
+        book.active["XFD1048576"] = 2.0
+
+    with pytest.raises(InputError, match=r"size of the sheet is 1048576 rows of 16384 columns, at most 8000000 cells"):
+        read(saved(fill))
 
 
 def test_a_path_that_climbs_out_of_the_archive_is_written_nowhere(tmp_path):

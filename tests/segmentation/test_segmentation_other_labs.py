@@ -52,7 +52,7 @@ def test_contact_with_the_stalk(stalks):
 def microneedles(path):
     """Names and forces [N] of the curves; the third row is a summary."""
     pytest.importorskip("openpyxl")
-    sheet = pd.read_excel(path, header=None, sheet_name="RAW DATA")
+    sheet = pd.read_excel(path, header=None, sheet_name="RAW DATA", engine="openpyxl")
     for column in sheet.columns[sheet.iloc[1].notna()]:
         force = pd.to_numeric(sheet.iloc[3:, column], errors="coerce").dropna().to_numpy(float)
         if len(force) >= 50:

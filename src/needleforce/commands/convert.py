@@ -29,7 +29,7 @@ ENDINGS = (".csv", ".parquet", ".mcap")
 
 
 def run(
-    file: Annotated[Path, typer.Argument(help="CSV, Parquet or MCAP file, or the folder of a ROS 2 bag.")],
+    file: Annotated[Path, typer.Argument(help="A file of any format, or the folder of a bag.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .csv, .parquet or .mcap.")],
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
@@ -60,7 +60,12 @@ def run(
     options |= file_options(
         part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
     )
-    ((_, recording),) = read_all([file], column, unit, [motion] if motion else [], **options)
+    found = read_all([file], column, unit, [motion] if motion else [], **options)
+    if len(found) > 1:
+        raise InputError(
+            "number of recordings", len(found), "one is written to a file", next_step="Choose one with --part."
+        )
+    ((_, recording),) = found
     if isinstance(recording, InputError):
         say(f"needleforce: {recording}")
         raise typer.Exit(1)

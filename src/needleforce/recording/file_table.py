@@ -72,6 +72,10 @@ class FileTable:
             return "text"
         return f"{values[0]:g}" if len(values) and values.ndim == 1 and np.isfinite(values[0]) else ""
 
+    def fault(self, columns: Mapping[str, Column]) -> bool:
+        """Whether the last row is truncated: none is, as rows of arrays are whole."""
+        return False
+
     def texts(self, index: int) -> list[str]:
         """The values of a column as texts."""
         return [f"{value:g}" if np.isfinite(value) else "" for value in self.read_column(index)]

@@ -34,6 +34,49 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
+class ColumnRange:
+    """Columns of a table from ``first`` to the one before ``stop``, with the interface of ``FileTable``."""
+
+    table: Any
+    first: int
+    stop: int
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.table, name)
+
+    @property
+    def headers(self) -> list[str]:
+        """The headers of these columns."""
+        return self.table.headers[self.first : self.stop]
+
+    @property
+    def units(self) -> list[str]:
+        """The units of these columns that the file states apart from the headers."""
+        return self.table.units[self.first : self.stop]
+
+    @property
+    def text_columns(self) -> frozenset[int]:
+        """Those of these columns that hold no numbers."""
+        return frozenset(k - self.first for k in self.table.text_columns if self.first <= k < self.stop)
+
+    def numbers(self, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
+        """As ``FileTable.numbers``, for these columns."""
+        return self.table.numbers(self._moved(columns))
+
+    def fault(self, columns: Mapping[str, Column]) -> bool:
+        """As ``FileTable.fault``."""
+        return self.table.fault(self._moved(columns))
+
+    def _moved(self, columns: Mapping[str, Column]) -> dict[str, Column]:
+        return {q: replace(column, index=column.index + self.first) for q, column in columns.items()}
+
+    def from_row(self, number: int) -> "ColumnRange | None":
+        """As ``FileTable.from_row``."""
+        found = self.table.from_row(number)
+        return None if found is None else replace(self, table=found)
+
+
+@dataclass(frozen=True, eq=False)
 class RowRange:
     """Rows of a table from ``first`` to the one before ``stop``, with the interface of ``FileTable``."""
 
@@ -162,6 +205,11 @@ def _groups(table: Any, given: Mapping[str, Any]) -> list[Part]:
     given = _first_present(table, given)
     if any("*" in str(header) and header not in table.headers for header in given.values()):
         return _by_pattern(table, given)
+    period = _period(table.headers)
+    if period and not any(str(h).isdecimal() and int(h) > period for h in given.values()):
+        names = [f"columns {k + 1} to {k + period}" for k in range(0, len(table.headers), period)]
+        views = [ColumnRange(table, k, k + period) for k in range(0, len(table.headers), period)]
+        return [Part(name=_joined(table.name, n), table=view, columns=given) for n, view in zip(names, views)]
     for recognise in RECOGNISED[:2]:
         groups = _repeated(table, recognise, given)
         if groups:
@@ -190,6 +238,16 @@ def _by_pattern(table: Any, given: Mapping[str, str]) -> list[Part]:
         limit = "no column with numbers matches"
         raise InputError("--column", patterns, limit, str(table.path), "Give a header in which * stands for any text.")
     return [Part(name=_joined(table.name, key), table=table, columns=fixed | chosen) for key, chosen in groups.items()]
+
+
+def _period(headers: Sequence[str]) -> int:
+    """After how many columns the headers repeat, all of them and in any language; 0 if they do not."""
+    for period in range(2, len(headers) // 2 + 1):
+        first = headers[:period]
+        if len(headers) % period == 0 and len(set(first)) == period and all(first):
+            if all(headers[k : k + period] == first for k in range(period, len(headers), period)):
+                return period
+    return 0
 
 
 def _is_empty(table: Any, index: int) -> bool:

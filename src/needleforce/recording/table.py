@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import InputError
 from .columns import Column
 from .file_table import FileTable
-from .formats.text_table import TextTable, search_fault
+from .formats.text_table import TextTable
 from .recording import Note
 
 MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left out, with a note
@@ -47,8 +47,7 @@ def load(layout: FileTable | TextTable, columns: dict[str, Column]) -> tuple[Tab
     if not complete:
         values = _without_blank_end(values)
         complete = all_cells and all(map(_finite, values.values()))
-    text = getattr(layout, "table", layout)
-    cut_off = isinstance(text, TextTable) and not complete and search_fault(text, columns)
+    cut_off = not complete and layout.fault(columns)
     notes = list(getattr(layout, "notes", []))
     return Table(layout=layout, columns=columns, values=values, sha256=sha256, notes=notes), complete, cut_off
 

@@ -20,7 +20,9 @@ from ..recording import Note
 from .clock_times import seconds_of
 from .rows import Block, blocks, is_missing, is_number, plain_number
 
-_MAX_CELLS = 50_000_000  # of a sheet, empty ones included: a million rows of 50 columns
+_MAX_CELLS = 8_000_000  # of a sheet, empty ones included: a million rows of 8 columns
+_CELL = re.compile(rb'<c r="([A-Z]{1,3})(\d{1,7})"')
+_OVERLAP = 64  # bytes of a block that are looked at again with the next
 _ENCRYPTED = "EncryptedPackage".encode("utf-16-le")
 _FORMULA_WITHOUT_VALUE = re.compile(rb"</f>\s*(?:<v\s*/>|<v>\s*</v>)?\s*</c>")
 _SAVE = "Open it in a spreadsheet program and save it again as xlsx, or export the sheet as CSV."
@@ -64,21 +66,17 @@ def _formula_step(count: int) -> str:
 
 
 def _formulas_without_value(content: bytes, path: Path) -> int:
-    """How many cells have a formula whose value was not stored. Raises InputError for an archive that is damaged or
-    unpacks to more than any workbook of its size."""
-    limit, size, count = unpacked_limit(len(content)), 0, 0
+    """How many cells have a formula whose value was not stored.
+
+    Raises InputError for an archive that is damaged, or unpacks to more than any workbook of its size, and for a sheet
+    whose cells are so far apart that the library would take all memory for those between them.
+    """
+    limit, count = unpacked_limit(len(content)), 0
     try:
         with zipfile.ZipFile(BytesIO(content)) as archive:
             for member in archive.infolist():
-                with archive.open(member) as file:
-                    for block in iter(lambda file=file: file.read(1 << 20), b""):
-                        size += len(block)
-                        if size > limit:
-                            allowed = f"at most {limit >> 20} MiB for a file of this size"
-                            step = "Check that it is a recording."
-                            raise InputError("unpacked size", f"over {limit >> 20} MiB", allowed, str(path), step)
-                        if "worksheets/" in member.filename:
-                            count += len(_FORMULA_WITHOUT_VALUE.findall(block))
+                formulas, limit = _looked_through(archive, member, limit, path)
+                count += formulas
     except (zipfile.BadZipFile, NotImplementedError, RuntimeError, OSError, EOFError, ValueError, zlib.error) as error:
         if isinstance(error, InputError):
             raise
@@ -87,14 +85,45 @@ def _formulas_without_value(content: bytes, path: Path) -> int:
     return count
 
 
+def _looked_through(archive: zipfile.ZipFile, member: zipfile.ZipInfo, limit: int, path: Path) -> tuple[int, int]:
+    """Formulas without value in a member of the archive, and the bytes that the others may have."""
+    count, rest, rows, columns = 0, b"", 0, 0
+    with archive.open(member) as file:
+        for block in iter(lambda: file.read(1 << 20), b""):
+            limit -= len(block)
+            if limit < 0:
+                step = "Check that it is a recording."
+                raise InputError("unpacked size", "too large for a file of this size", "", str(path), step)
+            if "worksheets/" in member.filename:
+                count += len(_FORMULA_WITHOUT_VALUE.findall(block))
+                cells = _CELL.findall(rest + block)
+                rest = block[-_OVERLAP:]
+                rows = max([rows, *(int(row) for _, row in cells)])
+                columns = max([columns, *(_column_number(letters) for letters in {letters for letters, _ in cells})])
+    _check_cells(rows, columns, f"{path}, {member.filename}")
+    return count, limit
+
+
+def _column_number(letters: bytes) -> int:
+    """The number of a column named as spreadsheets have it: A is 1, AA is 27."""
+    number = 0
+    for letter in letters:
+        number = 26 * number + letter - ord("A") + 1
+    return number
+
+
+def _check_cells(rows: int, columns: int, place: str) -> None:
+    """Raise InputError for a sheet that is larger than any recording."""
+    if rows * columns > _MAX_CELLS:
+        limit, step = f"at most {_MAX_CELLS} cells are read", "Delete the empty rows and columns, or split the sheet."
+        raise InputError("size of the sheet", f"{rows} rows of {columns} columns", limit, place, step)
+
+
 def _cells(sheet: Any, path: Path, name: str) -> list[list]:
     """The rows of a sheet from its first cell on. Raises InputError for a sheet that is larger than any recording."""
     if sheet.end is None:
         return []
-    rows, columns = sheet.end[0] + 1, sheet.end[1] + 1
-    if rows * columns > _MAX_CELLS:
-        limit, step = f"at most {_MAX_CELLS} cells are read", "Delete the empty rows and columns, or split the sheet."
-        raise InputError("size of the sheet", f"{rows} rows of {columns} columns", limit, f"{path}, {name}", step)
+    _check_cells(sheet.end[0] + 1, sheet.end[1] + 1, f"{path}, {name}")
     return sheet.to_python(skip_empty_area=False)
 
 

@@ -11,7 +11,7 @@ Row = Sequence[str]
 """The cells of one line without surrounding blanks; empty for a blank line."""
 
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
-CLOCK = re.compile(r"(\d{4}-\d\d?-\d\d?|\d\d?[./]\d\d?[./]\d{2,4})?[ T]?\d{1,3}:\d\d(:\d\d([.,]\d+)?|\.\d+)?"
+CLOCK = re.compile(r"(\d{4}-\d\d?-\d\d?|\d\d?[./]\d\d?[./]\d{2,4})?[ T]?\d{1,3}:\d\d?(:\d\d?([.,]\d+)?|\.\d+)?"
                    r" ?([AaPp][Mm]|Z|[+-]\d\d:?\d\d)?")  # fmt: skip
 MISSING = frozenset(("", "na", "n/a", "null", "none", "<na>", "-", "--", "---", "*", "#n/a", "#div/0!", "#value!",
                      "#num!", "#ref!", "#null!", "#name?"))  # fmt: skip
@@ -166,7 +166,7 @@ def _header(
     fitting = [k for k in above if _fits(rows[k], width)]
     if not fitting or fitting[-1] != above[-1]:
         return [], [], [" ".join(filter(None, rows[k])) for k in above]
-    units = list(rows[fitting[-1]]) if len(fitting) > 1 and _is_unit_row(rows[fitting[-1]]) else []
+    units = list(rows[fitting[-1]]) if len(fitting) > 1 and is_unit_row(rows[fitting[-1]]) else []
     names = fitting[-2] if units else fitting[-1]
     title = [" ".join(dict.fromkeys(filter(None, rows[k]))) for k in above if k < names]
     return [each.strip() for each in rows[names]], [bare(unit) for unit in units], title
@@ -194,10 +194,11 @@ def bare(cell: str) -> str:
     return text[1:-1].strip() if text[:1] in _BRACKETS and text[-1:] == _BRACKETS[text[0]] else text
 
 
-def _is_unit_row(row: Row) -> bool:
-    """Whether every cell of a row is a unit, in brackets or known, or empty."""
-    used = [cell for cell in row if cell]
-    return bool(used) and all(bare(cell) != cell or is_unit(cell) for cell in used)
+def is_unit_row(row: Row) -> bool:
+    """Whether the cells of a row are units, in brackets or known, most of them: one may be of another quantity."""
+    used = [cell for cell in row if cell and cell != "#"]
+    known = sum(bare(cell) != cell or is_unit(cell) for cell in used)
+    return 2 * known > len(used) > 0
 
 
 def is_unit(text: str) -> bool:

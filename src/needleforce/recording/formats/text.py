@@ -10,13 +10,15 @@ from pathlib import Path
 
 from ...errors import InputError
 from ...files import open_regular
-from .rows import MIN_ROWS, Block, blocks, decimal_sign, is_missing, is_number, plain_number
+from .rows import MIN_ROWS, Block, bare, blocks, decimal_sign, is_missing, is_number, is_unit_row, plain_number
+from .summary_rows import without_summary
 from .text_table import MAX_LINE_CHARS, WHITESPACE, Encoding, TextTable, long_line, split_cells
 
 MAX_COLUMNS = 1024  # a recorder of all channels of a laboratory writes some hundred
 _MAX_HEADER_CHARS = 256  # of one column
 _HEAD_BYTES = (1 << 12, 1 << 16, 1 << 20)  # in which the first table begins: no more than needed
-_SAMPLE_LINES = 1000  # of a later table, which show its columns
+_MAX_TABLES = 2000
+_SAMPLE_LINES = 200  # of a later table, which show its columns
 _ABOVE_LINES = 8  # above a table, in which its headers are
 _DELIMITERS = ("\t", ";", ",", "|", WHITESPACE)
 _ENCODINGS = ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"), (b"\xef\xbb\xbf", "utf-8"))
@@ -35,11 +37,11 @@ def tables(path: Path) -> list[TextTable]:
             break
     if chosen is None:
         raise _no_table(path, lines)
-    first = _table(path, encoding, lines, *chosen[:2], _longest(chosen[2]))
+    first = without_summary(_table(path, encoding, lines, *chosen[:2], _longest(chosen[2])))
     if len(chosen[2]) == 1 and first.parses():
         return [first]
     found = _all_tables(path, first)
-    return found if len(found) > 1 else [replace(first, end=found[0].end) if found else first]
+    return found if len(found) > 1 else [replace(first, end=found[0].end) if found and first.end is None else first]
 
 
 def _longest(found: Sequence[Block]) -> Block:
@@ -94,6 +96,10 @@ def _no_table(path: Path, lines: Sequence[str]) -> InputError:
     if len(rows) == 1:
         step = "Check that the recording is complete."
         return InputError("number of samples", 1, "at least 2 are needed", str(path), step)
+    joined = next((word for line in lines for word in line.split() if any(each.isdigit() for each in word)), "")
+    if not rows and joined:
+        limit = "cells that are plain numbers are needed"
+        return InputError("table", f"missing: {joined[:40]!r}", limit, str(path), _EXPORT)
     if rows:
         return InputError("table", "missing", "there are numbers, but not in common columns", str(path), _EXPORT)
     step = "Record again, or check that the export was complete."
@@ -135,7 +141,7 @@ def _table(
         decimal=decimal,
         grouped=_has_groups(lines[block.first : block.stop], delimiter, decimal),
         headers=headers or [str(k + 1) for k in range(block.width)],
-        units=block.units or [""] * block.width,
+        units=block.units or _commented_units(lines[: block.first], delimiter, block.width),
         has_header=bool(headers),
         comments=_comments(lines[: block.first]),
         title=block.title,
@@ -156,6 +162,15 @@ def _commented_headers(lines: Sequence[str], delimiter: str, width: int) -> list
     comments = [text for _, text in _comments(lines)]
     cells = list(split_cells(comments[-1], delimiter)) if comments else []
     return cells if len(cells) == width and width > 1 else []
+
+
+def _commented_units(lines: Sequence[str], delimiter: str, width: int) -> list[str]:
+    """The units of a row that begins with ``#`` because the first column is a number of readings; else none."""
+    last = next((line.strip() for line in reversed(lines) if line.strip()), "")
+    cells = [cell.strip() for cell in last.split(None if delimiter == WHITESPACE else delimiter)]
+    if last.startswith("#") and len(cells) == width and is_unit_row(cells):
+        return ["" if cell == "#" else bare(cell) for cell in cells]
+    return [""] * width
 
 
 def _other_headers(lines: Sequence[str], width: int) -> list[str]:
@@ -202,21 +217,31 @@ def _is_text(line: str, table: TextTable) -> bool:
 
 
 def _all_tables(path: Path, like: TextTable) -> list[TextTable]:
-    """Every table of a file, each between two rows of text."""
-    found = []
+    """Every table of a file, each between two rows of text. Raises InputError for more than any instrument writes."""
+    parts: list[_Stretch] = []
+    longest = 2
     for part in _stretches(like):
-        lines = [*part.above, *part.lines]
-        chosen = _delimited(lines) if part.rows > 1 else None
-        if chosen is None:
-            continue
-        table = _table(path, like.encoding, lines, *chosen[:2], _longest(chosen[2]))
-        inside = table.first_row - 1 - len(part.above)
-        skipped = "".join(part.lines[:inside]).encode(like.encoding.name, like.encoding.errors)
-        found.append((part.rows, replace(table, first_row=part.first_row + inside, begin=part.begin + len(skipped),
-                                         end=part.end, comments=like.comments)))  # fmt: skip
-    longest = max((rows for rows, _ in found), default=0)
-    long = [table for rows, table in found if rows >= min(longest, MIN_ROWS)]
-    return long if len(long) < 2 else [replace(table, name=f"table {k}") for k, table in enumerate(long, 1)]
+        longest = max(longest, part.rows)
+        parts += [part] if part.rows >= min(MIN_ROWS, longest) else []
+    parts = [part for part in parts if part.rows >= min(longest, MIN_ROWS)]
+    if len(parts) > _MAX_TABLES:
+        limit, step = f"at most {_MAX_TABLES} are read", "Check that it is a recording, or split the file."
+        raise InputError("number of tables", len(parts), limit, str(path), step)
+    found = [table for part in parts if (table := _table_of(path, part, like))]
+    return found if len(found) < 2 else [replace(table, name=f"table {k}") for k, table in enumerate(found, 1)]
+
+
+def _table_of(path: Path, part: "_Stretch", like: TextTable) -> TextTable | None:
+    """The table between two rows of text; None if its numbers are in no common columns."""
+    lines = [*part.above, *part.lines]
+    chosen = _delimited(lines)
+    if chosen is None:
+        return None
+    table = _table(path, like.encoding, lines, *chosen[:2], _longest(chosen[2]))
+    inside = max(0, table.first_row - 1 - len(part.above))
+    skipped = "".join(part.lines[:inside]).encode(like.encoding.name, like.encoding.errors)
+    return replace(table, first_row=part.first_row + inside, begin=part.begin + len(skipped), end=part.end,
+                   comments=like.comments)  # fmt: skip
 
 
 @dataclass

@@ -21,6 +21,7 @@ import numpy as np
 from ...errors import InputError
 from ...files import MAX_SAMPLES, open_regular
 from ..columns import Column
+from ..recording import Note
 from .clock_times import seconds_of
 from .rows import MISSING, is_missing, is_number
 
@@ -71,6 +72,7 @@ class TextTable:
     first_row: int = 1
     begin: int = 0
     end: int | None = None
+    notes: list[Note] = field(default_factory=list)
     text_columns: frozenset[int] = frozenset()
     clock_columns: frozenset[int] = frozenset()
 
@@ -133,6 +135,10 @@ class TextTable:
             if line >= number and self.cells(text):
                 return replace(self, begin=offset, first_row=line)
         return None
+
+    def fault(self, columns: Mapping[str, Column]) -> bool:
+        """Whether the last line is truncated. Raises InputError for the first line with text or other cells."""
+        return search_fault(self, columns)
 
     def parses(self) -> bool:
         """Whether every line to the end is a row of numbers; a large file is not parsed for this."""
