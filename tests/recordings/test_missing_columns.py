@@ -13,18 +13,26 @@ IN = DEPTH[:625]  # the insertion, at constant speed
 
 
 def test_all_missing_columns_are_in_one_message_with_candidates(file):
-    table = text({"a (s)": TIME, "b (mm)": DEPTH, "c (N)": FORCE, "d (mm)": DEPTH})
+    table = text({"a (s)": TIME, "b (mm)": DEPTH, "c (N)": FORCE, "d (mm)": DEPTH, "e (s)": TIME, "g (N)": FORCE})
     with pytest.raises(InputError) as caught:
         read(file(table))
     message = str(caught.value)
     assert "no column holds the time and the force and the depth" in message
-    assert "for the time: 'a (s)'" in message and "for the depth: 'b (mm)', 'd (mm)'" in message
-    assert "for the force: 'c (N)'" in message
+    assert "for the time: 'a (s)', 'e (s)'" in message and "for the depth: 'b (mm)', 'd (mm)'" in message
+    assert "for the force: 'c (N)', 'g (N)'" in message
     for option in ("--column time=NAME", "--column force=NAME", "--column depth=NAME", "--rate-hz", "--step-um",
                    "--speed-mm-s", "--motion FILE", "indentation"):  # fmt: skip
         assert option in message
     run = read(file(table), columns={"time": "a", "depth": "b", "force": "c"})  # what it asks for
     assert len(run) == len(TIME)
+
+
+def test_a_column_that_alone_has_a_unit_is_taken_and_reported(file):
+    run = read(file(text({"a [s]": TIME, "Stage [mm]": 1e3 * DEPTH, "Load cell [N]": FORCE, "other": FORCE})))
+    np.testing.assert_allclose(run.depth, DEPTH, rtol=1e-14, atol=1e-18)
+    sentences = " ".join(run.card.assumptions)
+    assert "the time is the column 'a [s]', the only one" in sentences
+    assert "the depth is the column 'Stage [mm]', the only one with a unit for it" in sentences
 
 
 def test_time_from_a_rate(file):

@@ -110,6 +110,17 @@ def missing(
     return InputError(f"no column holds the {names}", "", limit, str(table.path), step)
 
 
+def by_unit(table: HasColumns, absent: Sequence[str], chosen: Mapping[str, Column]) -> dict[str, Column]:
+    """Of the ``absent`` quantities those for which one column alone has a unit, of those that are not chosen."""
+    found = {}
+    for quantity in absent:
+        headers = _candidates(table, quantity, chosen)
+        if len(headers) == 1:
+            index = next(k for k in range(len(table.headers)) if table.headers[k] == headers[0])
+            found[quantity] = Column(quantity, headers[0], index, stated_unit(table, index))
+    return found
+
+
 def _candidates(table: HasColumns, quantity: str, chosen: Mapping[str, Column]) -> list[str]:
     """The headers of columns that are not used and have a unit of this quantity."""
     from ..units import find

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from .columns import Column, choose, stated_unit
+from .columns import Column, by_unit, choose, stated_unit
 from .formats.detect import tables_of
 from .quantities import RECOGNISED, by_name, by_numbered_name, plain_name, split
 
@@ -348,8 +348,13 @@ def from_row(table: Any, number: int) -> Any:
 def column_table(part: Part) -> list[tuple[str, str, str]]:
     """Header, stated unit, and quantity of each column of a part, for a look at it."""
     try:
-        found = {column.index: q for q, column in choose(part.table, MAIN, part.columns).items()}
+        chosen = choose(part.table, MAIN, part.columns)
+        absent = [
+            q for q in MAIN if q not in chosen and (q != "velocity") and not (q == "depth" and "velocity" in chosen)
+        ]
+        chosen |= by_unit(part.table, absent, chosen)
     except InputError:
-        found = {}
+        chosen = {}
+    found = {column.index: quantity for quantity, column in chosen.items()}
     headers = enumerate(part.table.headers)
     return [(header, stated_unit(part.table, k) or "", found.get(k, "")) for k, header in headers]

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import InputError
 from ..files import file_name
 from .assumed_motion import AssumedMotion
-from .columns import Column, choose, missing
+from .columns import Column, by_unit, choose, missing
 from .file_table import FileTable
 from .formats.text_table import TextTable
 from .quantities import dimension
@@ -116,6 +116,8 @@ def read_stream(
     """
     chosen = choose(layout, wanted, columns)
     notes = _leave_out_torques(chosen, units)
+    alone = by_unit(layout, _absent(chosen, wanted, assumed), chosen)
+    chosen |= alone
     required = _required(chosen, wanted, layout, assumed)
     table, complete, cut_off = load(layout, chosen)
     table.notes += notes
@@ -125,11 +127,18 @@ def read_stream(
     if other is None:
         if not complete:
             drop_incomplete(table, required, cut_off)
-        return _in_order_and_si(table, units, assumed)[0]
+        return _assuming(_in_order_and_si(table, units, assumed)[0], alone)
     drop_incomplete(other, ("time", required[-1]), cut_off=False)
     motion, time_unit = _in_order_and_si(other, units, assumed)
     drop_incomplete(table, ("time", "force"), cut_off=False)
-    return replace(_in_order_and_si(table, units | {"time": time_unit}, assumed)[0], motion=motion)
+    stream = _in_order_and_si(table, units | {"time": time_unit}, assumed)[0]
+    return _assuming(replace(stream, motion=motion), alone)
+
+
+def _assuming(stream: Stream, alone: Mapping[str, Column]) -> Stream:
+    """The stream with a sentence for each column that was chosen because no other has a unit of its quantity."""
+    sentences = [f"the {q} is the column {c.header!r}, the only one with a unit for it" for q, c in alone.items()]
+    return replace(stream, assumptions=[*sentences, *stream.assumptions])
 
 
 def _in_order_and_si(table: Table, units: Mapping[str, str], assumed: AssumedMotion) -> tuple[Stream, str]:
@@ -190,16 +199,26 @@ def _required(
     chosen: dict[str, Column], wanted: tuple[str, ...], layout: FileTable | TextTable, assumed: AssumedMotion
 ) -> tuple[str, ...]:
     """The quantities that the file must have. Raises one InputError for all that are absent."""
-    moving = "depth" if "depth" in chosen or "velocity" not in chosen else "velocity"
-    required = [q for q in ("time", "force", moving) if q in wanted]
-    if "time" not in chosen and assumed.gives_time(moving in chosen):
-        required.remove("time")
-    if "depth" in required and "depth" not in chosen and assumed.gives_depth("time" in chosen):
-        required.remove("depth")
+    required = _needed(chosen, wanted, assumed)
     absent = [quantity for quantity in required if quantity not in chosen]
     if absent:
         raise missing(layout, absent, chosen, _instead(absent, "force" in wanted, len(layout.headers)))
     return tuple(required)
+
+
+def _needed(chosen: Mapping[str, Column], wanted: Sequence[str], assumed: AssumedMotion) -> list[str]:
+    """The quantities that must have a column: those wanted, without what the user states."""
+    moving = "depth" if "depth" in chosen or "velocity" not in chosen else "velocity"
+    required = [q for q in ("time", "force", moving) if q in wanted]
+    if "time" in required and "time" not in chosen and assumed.gives_time(moving in chosen):
+        required.remove("time")
+    if "depth" in required and "depth" not in chosen and assumed.gives_depth("time" in chosen):
+        required.remove("depth")
+    return required
+
+
+def _absent(chosen: Mapping[str, Column], wanted: Sequence[str], assumed: AssumedMotion) -> list[str]:
+    return [quantity for quantity in _needed(chosen, wanted, assumed) if quantity not in chosen]
 
 
 def _instead(absent: Sequence[str], whole: bool, columns: int) -> list[str]:

@@ -46,6 +46,7 @@ _BY_START = {
     b"\x89HDF": Format(name="HDF5", module="hdf5", extra=LABS),
     b"MATLAB 5.0": Format(name="MATLAB 5", module="matlab"),
     b"MATLAB 7.3": Format(name="MATLAB 7.3", module="hdf5", extra=LABS),
+    b"LabVIEW Measurement": Format(name="LabVIEW measurement (lvm)", module="lvm"),
     b"TDSm": Format(name="TDMS (LabVIEW)", module="tdms", extra=LABS),
     b"\x93NUMPY": Format(name="NumPy (npy)", module="numpy_arrays"),
     b"[DataSet]": Format(
