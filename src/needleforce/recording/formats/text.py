@@ -17,6 +17,7 @@ from .text_table import MAX_LINE_CHARS, WHITESPACE, Encoding, TextTable, long_li
 MAX_COLUMNS = 1024  # a recorder of all channels of a laboratory writes some hundred
 _MAX_HEADER_CHARS = 256  # of one column
 _HEAD_BYTES = (1 << 12, 1 << 16, 1 << 20)  # in which the first table begins: no more than needed
+_HEAD_LINES = 20_000
 _MAX_TABLES = 2000
 _SAMPLE_LINES = 200  # of a later table, which show its columns
 _ABOVE_LINES = 8  # above a table, in which its headers are
@@ -68,6 +69,8 @@ def _head(path: Path, size: int) -> tuple[Encoding, list[str], bool]:
     for number, line in enumerate(lines, 1):
         if len(line) > MAX_LINE_CHARS:
             raise long_line(path, number)
+    if len(lines) > _HEAD_LINES:
+        return encoding, lines[:_HEAD_LINES], False
     return encoding, lines if complete else lines[:-1], complete
 
 
