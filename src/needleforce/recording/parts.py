@@ -13,6 +13,7 @@ from ..errors import InputError
 from .columns import Column, by_unit, choose, stated_unit
 from .formats.detect import tables_of
 from .quantities import RECOGNISED, by_name, by_numbered_name, plain_name, split
+from .table_views import ColumnRange, RowRange
 
 MAIN = ("time", "depth", "velocity", "force")
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
@@ -31,70 +32,6 @@ class Part:
     name: str = ""
     table: Any
     columns: Mapping[str, str] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class ColumnRange:
-    """Columns of a table from ``first`` to the one before ``stop``, with the interface of ``FileTable``."""
-
-    table: Any
-    first: int
-    stop: int
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.table, name)
-
-    @property
-    def headers(self) -> list[str]:
-        """The headers of these columns."""
-        return self.table.headers[self.first : self.stop]
-
-    @property
-    def units(self) -> list[str]:
-        """The units of these columns that the file states apart from the headers."""
-        return self.table.units[self.first : self.stop]
-
-    @property
-    def text_columns(self) -> frozenset[int]:
-        """Those of these columns that hold no numbers."""
-        return frozenset(k - self.first for k in self.table.text_columns if self.first <= k < self.stop)
-
-    def numbers(self, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
-        """As ``FileTable.numbers``, for these columns."""
-        return self.table.numbers(self._moved(columns))
-
-    def fault(self, columns: Mapping[str, Column]) -> bool:
-        """As ``FileTable.fault``."""
-        return self.table.fault(self._moved(columns))
-
-    def _moved(self, columns: Mapping[str, Column]) -> dict[str, Column]:
-        return {q: replace(column, index=column.index + self.first) for q, column in columns.items()}
-
-    def from_row(self, number: int) -> "ColumnRange | None":
-        """As ``FileTable.from_row``."""
-        found = self.table.from_row(number)
-        return None if found is None else replace(self, table=found)
-
-
-@dataclass(frozen=True, eq=False)
-class RowRange:
-    """Rows of a table from ``first`` to the one before ``stop``, with the interface of ``FileTable``."""
-
-    table: Any
-    first: int
-    stop: int | None
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.table, name)
-
-    def place(self, row: int) -> str:
-        """The place of a row in the file."""
-        return self.table.place(self.first + row)
-
-    def numbers(self, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
-        """As ``FileTable.numbers``, for these rows."""
-        values, sha256, complete = self.table.numbers(columns)
-        return {q: each[self.first : self.stop].copy() for q, each in values.items()}, sha256, complete
 
 
 def parts_of(tables: Sequence[Any], given: Mapping[str, Any]) -> list[Part]:

@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Some columns or some rows of a table, as a table."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from .columns import Column
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnRange:
+    """Columns of a table from ``first`` to the one before ``stop``, with the interface of ``FileTable``."""
+
+    table: Any
+    first: int
+    stop: int
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.table, name)
+
+    @property
+    def headers(self) -> list[str]:
+        """The headers of these columns."""
+        return self.table.headers[self.first : self.stop]
+
+    @property
+    def units(self) -> list[str]:
+        """The units of these columns that the file states apart from the headers."""
+        return self.table.units[self.first : self.stop]
+
+    @property
+    def text_columns(self) -> frozenset[int]:
+        """Those of these columns that hold no numbers."""
+        return frozenset(k - self.first for k in self.table.text_columns if self.first <= k < self.stop)
+
+    def numbers(self, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
+        """As ``FileTable.numbers``, for these columns."""
+        return self.table.numbers(self._moved(columns))
+
+    def fault(self, columns: Mapping[str, Column]) -> bool:
+        """As ``FileTable.fault``."""
+        return self.table.fault(self._moved(columns))
+
+    def _moved(self, columns: Mapping[str, Column]) -> dict[str, Column]:
+        return {q: replace(column, index=column.index + self.first) for q, column in columns.items()}
+
+    def from_row(self, number: int) -> "ColumnRange | None":
+        """As ``FileTable.from_row``."""
+        found = self.table.from_row(number)
+        return None if found is None else replace(self, table=found)
+
+
+@dataclass(frozen=True, eq=False)
+class RowRange:
+    """Rows of a table from ``first`` to the one before ``stop``, with the interface of ``FileTable``."""
+
+    table: Any
+    first: int
+    stop: int | None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.table, name)
+
+    def place(self, row: int) -> str:
+        """The place of a row in the file."""
+        return self.table.place(self.first + row)
+
+    def numbers(self, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
+        """As ``FileTable.numbers``, for these rows."""
+        values, sha256, complete = self.table.numbers(columns)
+        return {q: each[self.first : self.stop].copy() for q, each in values.items()}, sha256, complete
