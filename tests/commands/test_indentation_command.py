@@ -50,7 +50,7 @@ def test_the_command(file, more):
     [
         ([*READING, *SPHERE, "--segment", "segment=7"], 1, "never 7, it contains 0"),
         ([*READING, *SPHERE, "--segment", "part=0"], 1, "the columns are 'time_s', 'segment'"),
-        ([*SPHERE], 1, "no column holds the depth"),
+        (["--column", "depth=none", *SPHERE], 1, "column for the depth is 'none', the columns are 'time_s'"),
     ],
 )
 def test_a_file_without_result_exits_with_1(file, arguments, code, message):
@@ -60,12 +60,20 @@ def test_a_file_without_result_exits_with_1(file, arguments, code, message):
 
 
 def test_a_depth_that_decreases_inwards_is_recognised(file):
-    given, recognised = (
+    given, recognised, alone = (
         CliRunner().invoke(app, ["indentation", str(file), *reading, *SPHERE, "--json", "-"])
-        for reading in (READING, READING[:4])
+        for reading in (READING, READING[:4], [])
     )
-    assert recognised.stdout == given.stdout
+    assert recognised.stdout == alone.stdout == given.stdout
     assert "depth decreases while the needle goes in: its sign is reversed" in recognised.stderr
+    assert "the depth is the column 'height_um', the only one with a unit for it" in alone.stderr
+
+
+def test_a_file_without_a_depth_exits_with_1(tmp_path):
+    np.savetxt(tmp_path / "force.csv", np.column_stack([np.arange(99.0)] * 2), delimiter=",", header="time_s,force_N",
+               comments="")  # fmt: skip
+    done = CliRunner().invoke(app, ["indentation", str(tmp_path / "force.csv"), *SPHERE])
+    assert done.exit_code == 1 and "no column holds the depth" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 """``needleforce campaign``: identify a model for each condition in a folder of recordings."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -11,16 +11,10 @@ from .files import (
     FILTER_HELP,
     NEEDLE_HELP,
     UNIT_HELP,
-    FirstRowOption,
-    InwardsOption,
-    MappingOption,
-    RateOption,
-    SpeedOption,
-    StepOption,
     check_usage,
-    file_options,
 )
 from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, table, write_json
+from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..campaign import Campaign, Condition
@@ -31,6 +25,7 @@ MAPPING_HELP = "CSV table with a column named file and one column for each field
 SHOWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 
 
+@reads_files(one_of_several=False)
 def run(
     source: Annotated[list[str], typer.Argument(help="Folders, globs or files.", show_default=False)],
     pattern: Annotated[str | None, typer.Option(help=PATTERN_HELP)] = None,
@@ -39,12 +34,8 @@ def run(
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: InwardsOption = None,
-    rate_hz: RateOption = None,
-    speed_mm_s: SpeedOption = None,
-    step_um: StepOption = None,
-    first_row: FirstRowOption = None,
-    instrument: MappingOption = None,
+    *,
+    reading: dict[str, Any],
     filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
     table: Annotated[Path | None, typer.Option(help="Write all results as one table, .csv or .parquet.")] = None,
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
@@ -59,12 +50,9 @@ def run(
     check_outputs([table, report, json], [*(file.path for file in find_files(source)), mapping, needle])
     if table is not None:
         check_table(table)
-    reading = {"columns": pairs(column, "column"), "units": pairs(unit, "unit"), "inwards": depth_inwards}
+    reading |= {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
     reading["filter_length"] = filter_length
-    given = file_options(
-        part=None, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=instrument
-    )
-    reading |= {"instrument" if name == "mapping" else name: value for name, value in given.items()}
+    reading["instrument"] = reading.pop("mapping", None)
     check_usage(reading)
     body = needle_of(needle) if needle else None
     options = {"pattern": pattern, "mapping": mapping, "model": model, "needle": body, "progress": progress}

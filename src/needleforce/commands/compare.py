@@ -4,26 +4,19 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from .files import (
     COLUMN_HELP,
     UNIT_HELP,
-    FirstRowOption,
-    InwardsOption,
-    MappingOption,
-    PartOption,
-    RateOption,
-    SpeedOption,
-    StepOption,
-    file_options,
     read_all,
     readable,
     screen_recordings,
 )
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
+from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow
@@ -37,18 +30,14 @@ MODELS_HELP = (
 )
 
 
+@reads_files()
 def run(
     files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
     models: Annotated[str, typer.Option(help=MODELS_HELP)] = "paper,cone_cylinder,power_law,okamura,maurin",
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: InwardsOption = None,
-    part: PartOption = None,
-    rate_hz: RateOption = None,
-    speed_mm_s: SpeedOption = None,
-    step_um: StepOption = None,
-    first_row: FirstRowOption = None,
-    mapping: MappingOption = None,
+    *,
+    reading: dict[str, Any],
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help="Write table and figure as one HTML file.")] = None,
 ) -> None:
@@ -61,10 +50,7 @@ def run(
     from ..report import write_comparison
 
     check_outputs([json, report], files)
-    given = file_options(
-        part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
-    )
-    done = screen_recordings(read_all(files, column, unit, inwards=depth_inwards, **given))
+    done = screen_recordings(read_all(files, column, unit, **reading))
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")

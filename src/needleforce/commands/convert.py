@@ -2,7 +2,7 @@
 """``needleforce convert``: a recording of any supported format written as CSV, Parquet or MCAP."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,34 +12,23 @@ from .files import (
     FILTER_HELP,
     START_DEPTH_HELP,
     UNIT_HELP,
-    FirstRowOption,
-    InwardsOption,
-    MappingOption,
-    PartOption,
-    RateOption,
-    SpeedOption,
-    StepOption,
-    file_options,
     read_all,
 )
 from .output import check_outputs, say
+from .reading_options import reads_files
 
 NAME = "convert"
 ENDINGS = (".csv", ".parquet", ".mcap")
 
 
+@reads_files()
 def run(
     file: Annotated[Path, typer.Argument(help="A file of any format, or the folder of a bag.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .csv, .parquet or .mcap.")],
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: InwardsOption = None,
-    part: PartOption = None,
-    rate_hz: RateOption = None,
-    speed_mm_s: SpeedOption = None,
-    step_um: StepOption = None,
-    first_row: FirstRowOption = None,
-    mapping: MappingOption = None,
+    *,
+    reading: dict[str, Any],
     motion: Annotated[Path | None, typer.Option(help="File with velocity or depth on its own clock.")] = None,
     start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
     filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
@@ -56,10 +45,7 @@ def run(
             next_step="Give a file name with one of them.",
         )
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
-    options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
-    options |= file_options(
-        part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
-    )
+    options = reading | {"filter_length": filter_length, "start_depth": start}
     found = read_all([file], column, unit, [motion] if motion else [], **options)
     if len(found) > 1:
         raise InputError(

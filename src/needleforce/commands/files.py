@@ -5,9 +5,7 @@ if others remain."""
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
 from .output import pairs, progress, say
@@ -18,7 +16,6 @@ if TYPE_CHECKING:
 
 COLUMN_HELP = "Column of a quantity, such as force=fz; may be repeated."
 UNIT_HELP = "Unit of a quantity, such as time=us; may be repeated."
-INWARDS_HELP = "Whether depth is increasing or decreasing during insertion; default: as the data show it."
 PRESET_HELP = "Model: name of a preset, a preset file (TOML), or the JSON of a fit."
 NEEDLE_HELP = "Needle: name of a preset, a preset or needle file (TOML), or the JSON of a fit."
 MOTION_HELP = (
@@ -27,40 +24,7 @@ MOTION_HELP = (
 START_DEPTH_HELP = "Depth at the first sample of a motion file with velocity."
 FILTER_HELP = "Samples in the average filter of the force."
 
-PART_HELP = "Which recording of a file with several: its name, its number from 1, names with *, or all."
-PartOption = Annotated[str | None, typer.Option("--part", help=PART_HELP)]
-RateOption = Annotated[float | None, typer.Option("--rate-hz", help="Samples a second of a file without time.")]
-SpeedOption = Annotated[
-    float | None, typer.Option("--speed-mm-s", help="Constant speed of a file without time or depth.")
-]
-StepOption = Annotated[
-    float | None, typer.Option("--step-um", help="Travel between two samples of a file without depth.")
-]
-FirstRowOption = Annotated[
-    int | None, typer.Option("--first-row", help="Row of the file at which the samples begin, if rows above are none.")
-]
-MappingOption = Annotated[
-    str | None, typer.Option("--as", help="Options kept for an instrument: a name such as instron, or a TOML file.")
-]
-InwardsOption = Annotated[str | None, typer.Option("--depth-inwards", help=INWARDS_HELP)]
-
 ReadFiles = list[tuple[Path, "Recording | InputError"]]
-
-
-def file_options(
-    *,
-    part: str | None,
-    rate_hz: float | None,
-    speed_mm_s: float | None,
-    step_um: float | None,
-    first_row: int | None,
-    mapping: str | None,
-) -> dict[str, Any]:
-    """The options of ``nf.read`` for what a file lacks, those that were given."""
-    given = {"part": part, "rate": rate_hz, "first_row": first_row, "mapping": mapping}
-    given["speed"] = None if speed_mm_s is None else 1e-3 * speed_mm_s
-    given["step"] = None if step_um is None else 1e-6 * step_um
-    return {name: value for name, value in given.items() if value is not None}
 
 
 def read_all(

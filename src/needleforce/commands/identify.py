@@ -14,19 +14,12 @@ from .files import (
     NEEDLE_HELP,
     START_DEPTH_HELP,
     UNIT_HELP,
-    FirstRowOption,
-    InwardsOption,
-    MappingOption,
-    PartOption,
-    RateOption,
     ReadFiles,
-    SpeedOption,
-    StepOption,
-    file_options,
     read_all,
     screen_recordings,
 )
 from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
+from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
@@ -44,6 +37,7 @@ MODEL_HELP = (
 LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
 
 
+@reads_files()
 def run(
     files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
     second_pass: Annotated[
@@ -54,13 +48,8 @@ def run(
     layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: InwardsOption = None,
-    part: PartOption = None,
-    rate_hz: RateOption = None,
-    speed_mm_s: SpeedOption = None,
-    step_um: StepOption = None,
-    first_row: FirstRowOption = None,
-    mapping: MappingOption = None,
+    *,
+    reading: dict[str, Any],
     motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = [],  # noqa: B006
     start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
     filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
@@ -83,10 +72,7 @@ def run(
         check_draws_target(draws)
     body = needle_of(needle) if needle else None
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
-    options = {"inwards": depth_inwards, "filter_length": filter_length, "start_depth": start}
-    options |= file_options(
-        part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
-    )
+    options = reading | {"filter_length": filter_length, "start_depth": start}
     done = screen_recordings(read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options))
     seconds = read_all(second_pass, column, unit, motion[len(files) :], **options)
     _print_assumptions(done + seconds)

@@ -5,7 +5,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -15,17 +15,10 @@ from .files import (
     COLUMN_HELP,
     NEEDLE_HELP,
     UNIT_HELP,
-    FirstRowOption,
-    InwardsOption,
-    MappingOption,
-    PartOption,
-    RateOption,
-    SpeedOption,
-    StepOption,
-    file_options,
     read_all,
 )
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
+from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification.indentation import TipFit
@@ -47,6 +40,7 @@ DIMENSION_OPTIONS = {"half_angle": "--half-angle-deg", "radius": "--radius-um"}
 TIP_HELP = f"{', '.join(SHAPES)}; may be repeated. Needs --half-angle-deg or --radius-um, depending on the shape."
 
 
+@reads_files()
 def run(
     file: Annotated[Path, typer.Argument(help="File with one indentation.", show_default=False)],
     tip: Annotated[list[str], typer.Option(help=TIP_HELP)] = [],  # noqa: B006
@@ -59,13 +53,8 @@ def run(
     ] = "constant",
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: InwardsOption = None,
-    part: PartOption = None,
-    rate_hz: RateOption = None,
-    speed_mm_s: SpeedOption = None,
-    step_um: StepOption = None,
-    first_row: FirstRowOption = None,
-    mapping: MappingOption = None,
+    *,
+    reading: dict[str, Any],
     segment: Annotated[str | None, typer.Option(help=SEGMENT_HELP)] = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
 ) -> None:
@@ -78,12 +67,7 @@ def run(
     checked_options(**options)
     wanted = pairs([segment], "segment") if segment else {}
     tips, shank = tips_of(tip, half_angle_deg, radius_um, needle)
-    given = file_options(
-        part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
-    )
-    ((_, recording),) = read_all(
-        [file], column, unit, inwards=depth_inwards, baseline=False, test="indentation", **given
-    )
+    ((_, recording),) = read_all([file], column, unit, baseline=False, test="indentation", **reading)
     try:
         depth, force = _approach(recording, file, wanted)
         rows = compare_tips(depth, force, tips, progress=progress, shank_radius=shank, **options)

@@ -2,7 +2,7 @@
 """``needleforce inspect``: what a file is, what is assumed of it, what is missing, and the command that reads it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -10,17 +10,10 @@ from ..errors import InputError
 from .files import (
     COLUMN_HELP,
     UNIT_HELP,
-    FirstRowOption,
-    InwardsOption,
-    MappingOption,
-    PartOption,
-    RateOption,
-    SpeedOption,
-    StepOption,
     check_usage,
-    file_options,
 )
 from .output import check_outputs, pairs, say, show, table
+from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..recording.look import Look
@@ -31,17 +24,13 @@ SAVE_HELP = (
 )
 
 
+@reads_files()
 def run(
     file: Annotated[Path, typer.Argument(help="A file of any format, or the folder of a bag.", show_default=False)],
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: InwardsOption = None,
-    part: PartOption = None,
-    rate_hz: RateOption = None,
-    speed_mm_s: SpeedOption = None,
-    step_um: StepOption = None,
-    first_row: FirstRowOption = None,
-    mapping: MappingOption = None,
+    *,
+    reading: dict[str, Any],
     plot: Annotated[bool, typer.Option(help="Draw the force over the depth in the terminal.")] = True,
     figure: Annotated[Path | None, typer.Option(help="Write the plot as a picture: .png, .svg or .pdf.")] = None,
     save: Annotated[str | None, typer.Option(help=SAVE_HELP)] = None,
@@ -50,15 +39,13 @@ def run(
     import needleforce as nf
 
     check_outputs([figure], [file])
-    options = {"columns": pairs(column, "column"), "units": pairs(unit, "unit"), "inwards": depth_inwards}
-    check_usage(options)
+    options = {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
+    check_usage(options | reading)
     found = nf.read(
         file,
         dry_run=True,
         **options,
-        **file_options(
-            part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
-        ),
+        **reading,
     )
     _show(found)
     if found.recording is None:

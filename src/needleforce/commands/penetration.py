@@ -11,17 +11,10 @@ from ..errors import InputError
 from .files import (
     COLUMN_HELP,
     UNIT_HELP,
-    FirstRowOption,
-    InwardsOption,
-    MappingOption,
-    PartOption,
-    RateOption,
-    SpeedOption,
-    StepOption,
-    file_options,
     read_all,
 )
 from .output import JSON_HELP, REPORT_HELP, check_outputs, say, table, write_json
+from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification.bench_tests import PenetrationTests
@@ -30,6 +23,7 @@ if TYPE_CHECKING:
 NAME = "penetration"
 
 
+@reads_files(part="all")
 def run(
     files: Annotated[list[Path], typer.Argument(help="Penetration tests, force over travel.", show_default=False)],
     work_to_mm: Annotated[
@@ -43,13 +37,8 @@ def run(
     tips: Annotated[int, typer.Option(help="Number of tips that enter; of several there is no heel.")] = 1,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    depth_inwards: InwardsOption = None,
-    part: PartOption = "all",
-    rate_hz: RateOption = None,
-    speed_mm_s: SpeedOption = None,
-    step_um: StepOption = None,
-    first_row: FirstRowOption = None,
-    mapping: MappingOption = None,
+    *,
+    reading: dict[str, Any],
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     table_file: Annotated[Path | None, typer.Option("--table", help="Write a table (CSV), a row a needle.")] = None,
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
@@ -60,10 +49,7 @@ def run(
     check_outputs([json, table_file, report], files)
     options: dict[str, Any] = {"min_fall": min_fall_n, "tips": tips, "plateau_travel": _plateau_travel(plateau_mm)}
     options["work_to"] = None if work_to_mm is None else work_to_mm / 1e3
-    given = file_options(
-        part=part, rate_hz=rate_hz, speed_mm_s=speed_mm_s, step_um=step_um, first_row=first_row, mapping=mapping
-    )
-    needles = needles_of(files, column, unit, inwards=depth_inwards, **given)
+    needles = needles_of(files, column, unit, **reading)
     tests = penetration_tests(needles, **options)
     write_json(penetration_document(tests), json)
     _write_penetration(tests, table_file, report)
