@@ -21,4 +21,5 @@ NB_MODULE(core, module) {
   needleforce::python::bind_fit(module);
   needleforce::python::bind_fit_loading(module);
   needleforce::python::bind_scan(module);
+  needleforce::python::bind_number_rows(module);
 }

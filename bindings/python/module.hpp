@@ -27,5 +27,6 @@ void bind_live(nanobind::module_& module);
 void bind_fit(nanobind::module_& module);
 void bind_fit_loading(nanobind::module_& module);
 void bind_scan(nanobind::module_& module);  // over whole recordings
+void bind_number_rows(nanobind::module_& module);
 
 }  // namespace needleforce::python

@@ -2,6 +2,7 @@
 """Files: bounded reading of regular files only, atomic writing, TOML and XML that cannot exhaust memory or time, and
 text cells that no spreadsheet evaluates."""
 
+import hashlib
 import math
 import os
 import re
@@ -113,6 +114,12 @@ def read_bytes(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITI
     if len(content) > size:
         raise _too_large(path, what, size, "larger than the system states")
     return content
+
+
+def digest(path: str | os.PathLike) -> str:
+    """The SHA-256 of a file. Raises InputError as ``open_regular``."""
+    with open_regular(path) as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def read_text(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITION_BYTES) -> str:

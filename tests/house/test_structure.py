@@ -11,7 +11,7 @@ import pytest
 BARS = {
     "Python files": 260,
     "modules imported by one other alone": 80,
-    "files that run in `nf.read(file)`": 22,
+    "files that run in `nf.read(file)`": 24,
     "files that run in `nf.identify(recording)`": 40,
     "calls with six or more positional arguments": 0,
 }

@@ -4,6 +4,7 @@
 import re
 import unicodedata
 from collections.abc import Iterable
+from functools import lru_cache
 
 from ..errors import InputError
 from ..units import find
@@ -80,6 +81,7 @@ def check_known(quantity: str) -> None:
         raise InputError("quantity", repr(quantity), f"known are {', '.join(QUANTITIES)}")
 
 
+@lru_cache(4096)
 def split(header: str) -> tuple[str, str | None]:
     """Split a header into name and unit: ``Force [N]``, ``time_us``, ``Weg (mm)``, ``F / N``, ``Fz, gf``."""
     plain = " ".join(header.split())  # runs of blanks would take the expressions a time with their cube
@@ -126,6 +128,7 @@ RECOGNISED = (by_name, by_numbered_name, by_word)
 """How a header is recognised, the surest way first."""
 
 
+@lru_cache(4096)
 def plain_name(name: str) -> str:
     """A name in lower case without accents, its words joined by ``_``."""
     letters = "".join(each for each in unicodedata.normalize("NFKD", name) if not unicodedata.combining(each))

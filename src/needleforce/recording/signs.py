@@ -95,9 +95,8 @@ def _change_within(force: np.ndarray) -> float:
 def _is_against(travel: np.ndarray, force: np.ndarray) -> bool:
     """Whether the force helps the motion along the first stroke, counted from its value at the start."""
     change = force - np.median(force[travel <= _FREE * travel[-1]])
-    if len(force) < _MIN_SAMPLES or np.abs(change).max() <= _NOISE * core.second_difference_noise(
-        np.ascontiguousarray(force, float)
-    ):
+    shown = float(np.abs(change).max()) / _NOISE
+    if len(force) < _MIN_SAMPLES or core.noise_exceeds(np.ascontiguousarray(force, float), shown):
         return False
     work = 0.5 * (change[1:] + change[:-1]) * np.diff(travel)
     return bool(-work[work < 0.0].sum() > _RATIO * work[work > 0.0].sum())

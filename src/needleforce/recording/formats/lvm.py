@@ -15,7 +15,8 @@ from ...errors import InputError
 from ...files import read_bytes
 from ..columns import Column
 from ..file_table import FileTable
-from .text_table import Encoding, TextTable
+from .text_lines import Encoding
+from .text_table import TextTable
 
 _END = "***End_of_Header***"
 _MAX_BYTES = 1 << 28

@@ -41,8 +41,9 @@ class Block:
 
 def is_number(cell: str, decimal: str = ".") -> bool:
     """Whether a cell is a number, with thousands in groups of three or not, or a time of a clock."""
-    text = plain_number(cell, decimal)
-    return NUMBER.fullmatch(text) is not None or (":" in cell and CLOCK.fullmatch(cell) is not None)
+    if NUMBER.fullmatch(cell) or NUMBER.fullmatch(plain_number(cell, decimal)):
+        return True
+    return ":" in cell and CLOCK.fullmatch(cell) is not None
 
 
 def plain_number(cell: str, decimal: str = ".") -> str:
@@ -60,7 +61,7 @@ def is_missing(cell: str) -> bool:
 
 def kinds(row: Row, decimal: str) -> str:
     """A letter a cell: ``n`` number, ``e`` no value, ``t`` text."""
-    return "".join("e" if is_missing(c) else "n" if is_number(c, decimal) else "t" for c in row)
+    return "".join(["n" if is_number(c, decimal) else "e" if is_missing(c) else "t" for c in row])
 
 
 def blocks(rows: Sequence[Row], decimal: str = ".", shapes: Sequence[str] | None = None) -> list[Block]:

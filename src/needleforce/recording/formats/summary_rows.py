@@ -6,7 +6,8 @@ from dataclasses import replace
 from ...files import open_regular
 from ..recording import Note
 from .rows import MIN_ROWS, is_missing, is_number
-from .text_table import TextTable, split_cells
+from .text_lines import split_cells
+from .text_table import TextTable
 
 _TAIL_BYTES = 1 << 13  # at the end of a file, in which a summary is
 
@@ -62,11 +63,13 @@ def _labelled(table: TextTable, lines: list[tuple[int, str]]) -> int:
 
 def _renamed(table: TextTable, lines: list[tuple[int, str]]) -> int:
     """The first row after the last blank one, if all from there on have other texts than the row before it."""
+    if not table.text_columns:
+        return len(lines)
     cells = [split_cells(line, table.delimiter) for _, line in lines]
     blank = max((k for k, row in enumerate(cells) if not row and any(cells[k + 1 :])), default=-1)
     after = [row for row in cells[blank + 1 :] if row]
     before = next((row for row in reversed(cells[: max(blank, 0)]) if row), [])
-    if blank < 0 or not before or not 0 < len(after) < MIN_ROWS or not table.text_columns:
+    if blank < 0 or not before or not 0 < len(after) < MIN_ROWS:
         return len(lines)
     names = [before[k] for k in table.text_columns if k < len(before)]
     others = all([row[k] for k in table.text_columns if k < len(row)] != names for row in after)

@@ -12,7 +12,8 @@ from ...errors import InputError
 from ...files import open_regular
 from .rows import MIN_ROWS, Block, bare, blocks, decimal_sign, is_missing, is_number, is_unit_row, plain_number
 from .summary_rows import without_summary
-from .text_table import MAX_LINE_CHARS, WHITESPACE, Encoding, TextTable, long_line, split_cells
+from .text_lines import MAX_LINE_CHARS, WHITESPACE, Encoding, long_line, split_cells
+from .text_table import TextTable
 
 MAX_COLUMNS = 1024  # a recorder of all channels of a laboratory writes some hundred
 _MAX_HEADER_CHARS = 256  # of one column
@@ -34,12 +35,12 @@ def tables(path: Path) -> list[TextTable]:
     for size in _HEAD_BYTES:
         encoding, lines, complete = _head(path, size)
         chosen = _delimited(lines)
-        if complete or (chosen and _reaches_the_end(chosen[2], lines)):
+        if complete or (chosen and _reaches_the_end(chosen.blocks, lines)):
             break
     if chosen is None:
         raise _no_table(path, lines)
-    first = without_summary(_table(path, encoding, lines, *chosen[:2], _longest(chosen[2])))
-    if len(chosen[2]) == 1 and first.parses():
+    first = without_summary(_table(path, encoding, lines, chosen))
+    if len(chosen.blocks) == 1 and first.parses():
         return [first]
     found = _all_tables(path, first)
     return found if len(found) > 1 else [replace(first, end=found[0].end) if found and first.end is None else first]
@@ -109,40 +110,61 @@ def _no_table(path: Path, lines: Sequence[str]) -> InputError:
     return InputError("number of samples", 0, "the file ends after its header", str(path), step)
 
 
-def _delimited(lines: Sequence[str]) -> tuple[str, str, list[Block]] | None:
+@dataclass(frozen=True, kw_only=True)
+class _Layout:
+    """How lines are separated into cells, the cells of each, and the tables in them."""
+
+    delimiter: str
+    decimal: str
+    rows: list[list[str]]
+    blocks: list[Block]
+
+    @property
+    def longest(self) -> Block:
+        return _longest(self.blocks)
+
+    def is_sure(self) -> bool:
+        """Whether most lines are one table of several columns, all of numbers."""
+        block = self.longest
+        return 2 * (block.stop - block.first) >= len(self.rows) and block.numeric > 1 and not block.text_columns
+
+
+def _delimited(lines: Sequence[str]) -> _Layout | None:
     """Delimiter, decimal sign and tables: of the delimiters that make columns of numbers of most lines, the first with
     several and no other columns, then the first with several."""
-    found = []
+    found: list[_Layout] = []
     for delimiter in _DELIMITERS:
         if delimiter != WHITESPACE and not any(delimiter in line for line in lines):
             continue
-        cells = [split_cells(line, delimiter) for line in lines]
-        decimal = "." if delimiter == "," else decimal_sign(cell for row in cells[:500] for cell in row)
-        if each := blocks(cells, decimal):
-            found.append((delimiter, decimal, each))
-    rows = max((_longest(each).stop - _longest(each).first for _, _, each in found), default=0)
+        rows = [split_cells(line, delimiter) for line in lines]
+        decimal = "." if delimiter == "," else decimal_sign(cell for row in rows[:500] for cell in row)
+        if each := blocks(rows, decimal):
+            found.append(_Layout(delimiter=delimiter, decimal=decimal, rows=rows, blocks=each))
+            if found[-1].is_sure():
+                break
+    rows = max((each.longest.stop - each.longest.first for each in found), default=0)
 
-    def fitness(entry: tuple[str, str, list[Block]]) -> tuple[bool, bool, bool]:
-        block = _longest(entry[2])
+    def fitness(each: _Layout) -> tuple[bool, bool, bool]:
+        block = each.longest
         return block.stop - block.first >= 0.5 * rows, block.numeric > 1, not block.text_columns
 
     return max(found, key=fitness, default=None)  # the first of equals
 
 
-def _table(
-    path: Path, encoding: Encoding, lines: Sequence[str], delimiter: str, decimal: str, block: Block
-) -> TextTable:
-    """The table of a block of ``lines``, to the end of the file."""
+def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout) -> TextTable:
+    """The longest table in ``lines``, to the end of the file."""
+    block, delimiter = layout.longest, layout.delimiter
     headers = block.headers or _commented_headers(lines[: block.first], delimiter, block.width)
     headers = headers or _other_headers(lines[: block.first], block.width)
     _check_columns(headers, block.width, path)
     above = "".join(lines[: block.first])
+    sample = layout.rows[block.first : min(block.stop, block.first + _SAMPLE_LINES)]
     return TextTable(
         path=path,
         encoding=encoding,
         delimiter=delimiter,
-        decimal=decimal,
-        grouped=_has_groups(lines[block.first : block.stop], delimiter, decimal),
+        decimal=layout.decimal,
+        grouped=_has_groups(sample, layout.decimal),
         headers=headers or [str(k + 1) for k in range(block.width)],
         units=block.units or _commented_units(lines[: block.first], delimiter, block.width),
         has_header=bool(headers),
@@ -151,7 +173,7 @@ def _table(
         first_row=block.first + 1,
         begin=encoding.mark + len(above.encode(encoding.name, encoding.errors)),
         text_columns=block.text_columns,
-        clock_columns=_clocks(lines[block.first : block.stop], delimiter),
+        clock_columns=_clocks(sample),
     )
 
 
@@ -198,15 +220,15 @@ def _check_columns(headers: Sequence[str], width: int, path: Path) -> None:
         raise InputError("header", f"{longest[:40]!r}… of {len(longest)} characters", limit, str(path), step)
 
 
-def _has_groups(lines: Sequence[str], delimiter: str, decimal: str) -> bool:
+def _has_groups(rows: Sequence[Sequence[str]], decimal: str) -> bool:
     """Whether numbers have a sign of thousands."""
-    cells = (cell for line in lines[:_SAMPLE_LINES] for cell in split_cells(line, delimiter))
+    other = "." if decimal == "," else ","
+    cells = (cell for row in rows for cell in row if other in cell)
     return any(plain_number(cell, decimal) != cell.replace(decimal, ".") for cell in cells)
 
 
-def _clocks(lines: Sequence[str], delimiter: str) -> frozenset[int]:
+def _clocks(rows: Sequence[Sequence[str]]) -> frozenset[int]:
     """The columns with times of a clock."""
-    rows = (split_cells(line, delimiter) for line in lines[:_SAMPLE_LINES])
     return frozenset(k for row in rows for k, cell in enumerate(row) if ":" in cell and is_number(cell))
 
 
@@ -240,7 +262,7 @@ def _table_of(path: Path, part: "_Stretch", like: TextTable) -> TextTable | None
     chosen = _delimited(lines)
     if chosen is None:
         return None
-    table = _table(path, like.encoding, lines, *chosen[:2], _longest(chosen[2]))
+    table = _table(path, like.encoding, lines, chosen)
     inside = max(0, table.first_row - 1 - len(part.above))
     skipped = "".join(part.lines[:inside]).encode(like.encoding.name, like.encoding.errors)
     return replace(table, first_row=part.first_row + inside, begin=part.begin + len(skipped), end=part.end,

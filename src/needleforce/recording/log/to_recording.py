@@ -9,12 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
-from ...files import file_name
+from ...files import digest, file_name
 from ...units import parse
 from ..alignment import align
 from ..card import check_filter_length
 from ..force_signal import glitch_notes, remove_bias
-from ..formats.text_table import HashedFile
 from ..joining import INWARDS, derivative, join, overlap, put_signs, signed
 from ..quantities import AXES as RECORDING_AXES
 from ..quantities import check_known, dimension
@@ -179,7 +178,7 @@ def read_recording(
     if len(log.wrench) < 2:
         limit = "a topic of WrenchStamped or Wrench with at least 2 messages is needed"
         raise InputError("number of wrenches", len(log.wrench), limit, place, "Check that the force was recorded.")
-    sha256 = "" if Path(path).is_dir() else HashedFile(Path(path)).sha256()
+    sha256 = "" if Path(path).is_dir() else digest(path)
     stream = Stream(place=place, sha256=sha256, values={}, assumptions=[], notes=list(log.notes))
     axis_time = _put_wrenches(stream, log, columns, units, baseline)
     direction = INWARDS[inwards or "increasing"]

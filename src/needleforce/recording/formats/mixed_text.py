@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of text with more than plain numbers, by pandas: comments, times of a clock, signs of thousands, and files so
+large that only the used columns are kept."""
+
+import codecs
+import re
+import warnings
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from ...files import digest, open_regular
+from ..columns import Column
+from .clock_times import seconds_of
+from .plain_numbers import NO_VALUE
+from .text_lines import WHITESPACE, TextRows, check_samples, search_fault
+
+_CHUNK_ROWS, _CHUNK_CELLS = 500_000, 8_000_000  # the fewer rows of the two
+_SPREADSHEET_SIGN = re.compile(rb"#(N/A|DIV|VALUE|NUM|REF|NULL|NAME)")
+
+
+def mixed_columns(table: TextRows, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
+    """The columns' values, the file's SHA-256, and whether every row certainly has as many cells as the header.
+
+    Raises InputError, with the line of the fault if there is one.
+    """
+    try:
+        values = _in_chunks(table, columns)
+    except InputError:
+        raise
+    except (ValueError, OverflowError) as error:
+        search_fault(table, columns)
+        raise InputError("table", "not readable", str(error), str(table.path)) from error
+    rows = len(next(iter(values.values())))
+    return values, digest(table.path), _delimiters(table) == rows * (len(table.headers) - 1)
+
+
+def _in_chunks(table: TextRows, columns: Mapping[str, Column]) -> dict[str, np.ndarray]:
+    used = sorted({column.index for column in columns.values()})
+    kinds = {k: str if k in table.clock_columns else np.float64 for k in used}
+    options = {"dtype": kinds, "usecols": used, "chunksize": min(_CHUNK_ROWS, _CHUNK_CELLS // len(table.headers))}
+    options |= {"comment": "#"} if _has_comments(table) else {}
+    chunks, done = [], 0
+    with _Rows(table) as file:
+        for frame in _parsed(table, file, options):
+            chunks.append({k: frame[k].to_numpy() for k in used})
+            done += len(frame)
+            check_samples(done, table.path)
+    found = {k: np.concatenate([chunk[k] for chunk in chunks]) for k in used}
+    found |= {k: seconds_of(found[k], str(table.path)) for k in used if k in table.clock_columns}
+    return {q: found[column.index].astype(float) for q, column in columns.items()}
+
+
+def _has_comments(table: TextRows) -> bool:
+    """Whether ``#`` begins a comment, and no sign of a spreadsheet such as ``#N/A`` is in the file."""
+    return not any(_SPREADSHEET_SIGN.search(block) for block in _blocks(table))
+
+
+def _parsed(table: TextRows, file: "_Rows", options: Mapping[str, Any]) -> Any:
+    import pandas  # late: it takes longer than reading most files
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", pandas.errors.ParserWarning)  # surplus cells would be lost
+        try:
+            return pandas.read_csv(file, **_read_options(table), **options)
+        except pandas.errors.ParserWarning as error:
+            raise ValueError(str(error)) from None
+
+
+def _read_options(table: TextRows) -> dict[str, Any]:
+    return {
+        "sep": table.delimiter,
+        "decimal": table.decimal,
+        "thousands": ("." if table.decimal == "," else ",") if table.grouped else None,
+        "compression": None,
+        "encoding": "latin-1" if table.encoding.name == "latin-1" else "utf-8",
+        "encoding_errors": "replace",
+        "header": None,
+        "names": range(len(table.headers)),
+        "index_col": False,
+        "skipinitialspace": table.delimiter != WHITESPACE,
+        "na_values": NO_VALUE,
+    }
+
+
+def _delimiters(table: TextRows) -> int:
+    """How often the delimiter occurs in the rows: with usecols, pandas accepts surplus cells."""
+    if table.delimiter == WHITESPACE or table.end is not None:
+        return -1
+    return sum(block.count(table.delimiter.encode(table.encoding.name)) for block in _blocks(table))
+
+
+def _blocks(table: TextRows) -> Iterator[bytes]:
+    with open_regular(table.path) as file:
+        file.seek(table.begin)
+        yield from iter(lambda: file.read(1 << 20), b"")
+
+
+class _Rows:
+    """The rows of a table as a binary file for pandas, UTF-16 as UTF-8."""
+
+    def __init__(self, table: TextRows):
+        name = table.encoding.name
+        self._decoder = codecs.getincrementaldecoder(name)("replace") if name.startswith("utf-16") else None
+        self._file = open_regular(table.path)
+        self._file.seek(table.begin)
+        self._left = table.path.stat().st_size if table.end is None else max(0, table.end - table.begin)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_: object):
+        self._file.close()
+
+    def __iter__(self):
+        return iter(lambda: self.read(1 << 18), b"")
+
+    def read(self, size: int = -1) -> bytes:
+        """The next bytes, empty at the end."""
+        data = self._file.read(self._left if size < 0 else min(size, self._left))
+        self._left -= len(data)
+        return data if self._decoder is None else self._decoder.decode(data, final=not data).encode()

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Lines of a text file: their encoding, their cells, and the search for one that is no row of a table."""
+
+import csv
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from ...errors import InputError
+from ...files import MAX_SAMPLES
+from ..columns import Column
+
+WHITESPACE = r"\s+"
+MAX_LINE_CHARS = 1 << 16
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """The encoding of a text file by Python's name, and the bytes of its mark."""
+
+    name: str
+    mark: int = 0
+
+    @property
+    def errors(self) -> str:
+        """How undecodable bytes are kept, so that the text has as many bytes again."""
+        return "surrogateescape" if self.name == "utf-8" else "replace"  # which has two bytes in UTF-16, too
+
+
+class TextRows(Protocol):
+    """How the rows of a table are written, and its lines; see ``TextTable``."""
+
+    path: Path
+    encoding: Encoding
+    delimiter: str
+    decimal: str
+    headers: list[str]
+    has_header: bool
+    grouped: bool
+    begin: int
+    end: int | None
+    clock_columns: frozenset[int]
+
+    def data_lines(self) -> Iterator[tuple[int, list[str]]]:
+        """Each line of data as its number in the file, from 1, and its cells."""
+        ...
+
+    def is_number(self, cell: str) -> bool:
+        """Whether a cell contains a number or a missing value."""
+        ...
+
+
+def split_cells(line: str, delimiter: str) -> list[str]:
+    """The cells of a line without surrounding blanks and quotes; none of a blank line and of a comment."""
+    text = line.strip("\r\n\x1a\0 ")
+    if "#" in text:
+        text = _without_comment(text)
+    if not text:
+        return []
+    if delimiter == WHITESPACE:
+        return [cell.strip('"') for cell in re.split(r"\s+(?![\[(])", text.strip())]
+    if '"' not in text:
+        return [cell.strip() for cell in text.split(delimiter)]
+    return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])]
+
+
+def _without_comment(text: str) -> str:
+    """A line without what follows ``#``, unless that begins a spreadsheet's ``#N/A`` or stands in a word."""
+    found = re.search(r"(?<![^\s,;\t])#(?!N/A|DIV|VALUE|NUM|REF|NULL|NAME)", text)
+    return text[: found.start()].rstrip() if found else text
+
+
+def long_line(path: Path, number: int) -> InputError:
+    """The error for a line that is too long to be of a table."""
+    limit = f"at most {MAX_LINE_CHARS} can be read"
+    place, step = f"{path}, line {number}", "Correct or remove the line."
+    return InputError("characters in the line", f"over {MAX_LINE_CHARS}", limit, place, step)
+
+
+def check_samples(count: int, path: Path) -> None:
+    """Raise InputError for more samples than a recording can have."""
+    if count > MAX_SAMPLES:
+        limit = f"at most {MAX_SAMPLES} are read: nine hours at 1 kHz"
+        raise InputError("number of samples", f"over {MAX_SAMPLES}", limit, str(path), "Split the file.")
+
+
+def search_fault(table: TextRows, columns: Mapping[str, Column]) -> bool:
+    """Raise InputError for the first line with text or a wrong number of cells; return whether the last line is
+    truncated."""
+    pending, cells = None, []
+    for number, cells in table.data_lines():
+        if pending:
+            raise pending
+        place = f"{table.path}, line {number}"
+        if len(cells) != len(table.headers):
+            pending = _wrong_count(table, cells, place)
+        for column in columns.values():
+            if column.index < len(cells) and not table.is_number(cells[column.index]):
+                value, limit = repr(cells[column.index][:40]), "a number is needed"
+                step = "Correct or remove the line."
+                raise InputError(f"{column.quantity} (column {column.header!r})", value, limit, place, step)
+    if pending and len(cells) > len(table.headers):
+        raise pending
+    return pending is not None
+
+
+def _wrong_count(table: TextRows, cells: Sequence[str], place: str) -> InputError:
+    advice = "With decimal commas, separate the columns by semicolons." if table.delimiter == "," else ""
+    limit = f"the {'header' if table.has_header else 'first row'} has {len(table.headers)}"
+    return InputError("number of cells", len(cells), limit, place, f"Correct or remove the line. {advice}".strip())
