@@ -48,7 +48,7 @@ QUANTITIES = {
     "friction": ("force", "friction"),
     "cutting": ("force", "cutting"),
 }
-AXES = tuple(QUANTITIES)[4:]
+MAIN, AXES = tuple(QUANTITIES)[:4], tuple(QUANTITIES)[4:]
 _NAMES = {name: quantity for quantity, (_, names) in QUANTITIES.items() for name in names.split()}
 _IN_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(]\s*([^\])]+?)\s*[\])]\s*")
 _AFTER_SLASH = re.compile(r"(.*?)\s+(?:/|in)\s+(\S+)\s*")
