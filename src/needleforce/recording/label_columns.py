@@ -2,26 +2,14 @@
 """Columns that name the specimen, well, needle or repeat of each row of a long table, and those that count cycles."""
 
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
 from .columns import Column, choose, stated_unit
-from .quantities import AXES, MAIN, is_unit, plain_name, split
+from .quantities import AXES, MAIN, is_unit, row_name, split
 
-_LABELS = frozenset(
-    "specimen specimens sample samples well needle repeat repetition replicate rep test trial run experiment insertion "
-    "site spot id probe probekorper prufling nadel versuch messung wiederholung einstich echantillon eprouvette "
-    "aiguille essai muestra probeta aguja ensayo repeticion campione provino ago prova ripetizione".split()
-)
-_COUNTERS = frozenset("cycle cycles loop loops zyklus zyklen zyklusnummer ciclo ciclos cicli".split())
-# words that make a column with one of these something that varies within a recording, or that is measured
-_NOT_LABELS = frozenset(
-    "segment phase stage step state status type mode direction rate speed velocity time date duration temperature "
-    "frequency length width thickness height area diameter volume mass weight force load depth position".split()
-)
 _MIN_ROWS = 2  # with one label: a column with another in every row numbers the samples
 _MAX_LABELS = 10_000
 
@@ -47,7 +35,7 @@ def label_groups(table: Any, given: Mapping[str, str]) -> list[tuple[str, np.nda
     Another column of text or whole numbers is one only if the recording starts again wherever it changes: the time
     goes back, or without a time the depth returns to where it first began. A phase, a segment or a state does not.
     """
-    named = _free(table, given, [k for k in range(len(table.headers)) if _is_named(table.headers[k], "label")])
+    named = _free(table, given, [k for k in range(len(table.headers)) if row_name(table.headers[k]) == "label"])
     columns = _varying(table, named, fill=True)
     if not columns:
         order, timed = _order_of(table, given)
@@ -60,7 +48,7 @@ def label_groups(table: Any, given: Mapping[str, str]) -> list[tuple[str, np.nda
 
 def counted_cycles(table: Any, given: Mapping[str, str]) -> tuple[tuple[str, int, int], ...]:
     """The cycles that a column of the table counts: name, first row, and the one after the last; empty without."""
-    named = [k for k in range(len(table.headers)) if _is_named(table.headers[k], "counter")]
+    named = [k for k in range(len(table.headers)) if row_name(table.headers[k]) == "counter"]
     for index in _free(table, given, named):
         values = _values(table, index)
         if values is None or values.dtype.kind != "f":
@@ -70,12 +58,6 @@ def counted_cycles(table: Any, given: Mapping[str, str]) -> tuple[tuple[str, int
             stops = [*starts[1:].tolist(), len(values)]
             return tuple((f"cycle {values[a]:.0f}", a, b) for a, b in zip(starts.tolist(), stops))
     return ()
-
-
-@lru_cache(maxsize=4096)
-def _is_named(header: str, kind: str) -> bool:
-    words = set(plain_name(split(header)[0]).split("_"))
-    return bool(words & (_LABELS if kind == "label" else _COUNTERS)) and not words & _NOT_LABELS
 
 
 def _free(table: Any, given: Mapping[str, str], columns: Sequence[int]) -> list[int]:

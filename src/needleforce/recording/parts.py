@@ -13,9 +13,7 @@ import numpy as np
 from ..errors import InputError
 from .columns import Column, by_unit, choose, stated_unit
 from .formats.detect import tables_of
-from .label_columns import counted_cycles, label_groups
-from .quantities import MAIN, RECOGNISED, by_name, by_numbered_name, plain_name, split
-from .table_views import ColumnRange, RowRange, RowSubset
+from .quantities import MAIN, RECOGNISED, by_name, by_numbered_name, plain_name, row_name, split
 
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
 _MAX_RUNS = 10_000
@@ -67,9 +65,8 @@ def parts_of(tables: Sequence[Any], given: Mapping[str, Any]) -> list[Part]:
     if not found and refused:
         raise refused
     usable = [part for part in found if len(found) == 1 or _is_recording(part)] or found
-    if (
-        len({id(_whole(part.table)) for part in usable}) == 1 and len(usable) > 1
-    ):  # the name of the table distinguishes nothing
+    tables = {id(_whole(part.table)) for part in usable}
+    if len(tables) == 1 and len(usable) > 1:  # the name of the table distinguishes nothing
         table = usable[0].table.name
         return [replace(part, name=part.name.removeprefix(f"{table}: ")) for part in usable]
     return usable
@@ -77,7 +74,7 @@ def parts_of(tables: Sequence[Any], given: Mapping[str, Any]) -> list[Part]:
 
 def _whole(table: Any) -> Any:
     """The table of the file of which a view shows some columns or rows."""
-    return _whole(table.table) if isinstance(table, ColumnRange | RowRange | RowSubset) else table
+    return _whole(table.table) if hasattr(table, "table") else table
 
 
 def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
@@ -167,6 +164,8 @@ def _groups(table: Any, given: Mapping[str, Any]) -> list[Part]:
     period = _period(table.headers)
     if period and not any(str(h).isdecimal() and int(h) > period for h in given.values()):
         names = [f"columns {k + 1} to {k + period}" for k in range(0, len(table.headers), period)]
+        from .table_views import ColumnRange  # few files need it
+
         views = [ColumnRange(table, k, k + period) for k in range(0, len(table.headers), period)]
         return [Part(name=_joined(table.name, n), table=view, columns=given) for n, view in zip(names, views)]
     for recognise in RECOGNISED[:2]:
@@ -256,29 +255,38 @@ def _joined(table: str, group: str) -> str:
 
 def _runs(part: Part) -> Iterator[Part]:
     """The recordings of a part, one below the other: those that labels name, and runs with a time that starts again."""
-    if getattr(part.table, "is_large", False):
+    time = np.empty(0) if getattr(part.table, "is_large", False) else _time(part)
+    in_order = len(time) > 0 and _increases(time) and not any(map(row_name, part.table.headers))
+    if in_order or getattr(part.table, "is_large", False):
         yield part
         return
+    from .label_columns import counted_cycles, label_groups  # few files need these
+    from .table_views import RowRange, RowSubset
+
     labelled = [
         replace(part, name=_joined(part.name, name), table=RowSubset(part.table, rows))
         for name, rows in label_groups(part.table, part.columns)
     ]
     for each in labelled or [part]:
-        starts = _starts(each)
+        starts = _starts(_time(each))
         for k, (first, stop) in enumerate(zip(starts, [*starts[1:], None]), 1):
             alone = len(starts) < 2
-            view, name = (each.table, each.name) if alone else (RowRange(each.table, first, stop), f"run {k}")
-            name = name if alone else _joined(each.name, name)
+            view = each.table if alone else RowRange(each.table, first, stop)
+            name = each.name if alone else _joined(each.name, f"run {k}")
             yield replace(each, name=name, table=view, cycles=counted_cycles(view, each.columns))
 
 
-def _starts(part: Part) -> list[int]:
-    """The first row of every run."""
+def _time(part: Part) -> np.ndarray:
+    """The time of each row in the file's unit; empty without one."""
     try:
         found = choose(part.table, ("time",), {q: h for q, h in part.columns.items() if q == "time"})
-        time = part.table.numbers(found)[0].get("time", np.empty(0)) if found else np.empty(0)
+        return part.table.numbers(found)[0].get("time", np.empty(0)) if found else np.empty(0)
     except InputError:  # reported when the part is read
-        return [0]
+        return np.empty(0)
+
+
+def _starts(time: np.ndarray) -> list[int]:
+    """The first row of every run."""
     if _increases(time):
         return [0]
     present = np.flatnonzero(np.isfinite(time))
@@ -302,9 +310,6 @@ def _increases(time: np.ndarray) -> bool:
 
 def from_row(table: Any, number: int) -> Any:
     """The rows of a table from the one with this number in the file. Raises InputError if the table ends before."""
-    if isinstance(table, RowRange | RowSubset):
-        limit, step = "it cannot be given for a run within a table", "Leave it out."
-        raise InputError("first row", number, limit, str(table.path), step)
     found = table.from_row(number)
     if found is None:
         limit = f"the table begins in row {table.first_row} and ends before"

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InputError
 from .columns import Column
 
 
@@ -77,6 +78,10 @@ class RowRange:
         values, sha256, complete = self.table.numbers(columns)
         return {q: each[self.first : self.stop].copy() for q, each in values.items()}, sha256, complete
 
+    def from_row(self, number: int) -> None:
+        """Raises InputError: rows above the samples are those of the whole table."""
+        raise _within(self.table, number)
+
     def texts(self, index: int) -> list[str]:
         """As ``FileTable.texts``, for these rows."""
         return self.table.texts(index)[self.first : self.stop]
@@ -101,7 +106,16 @@ class RowSubset:
         values, sha256, complete = self.table.numbers(columns)
         return {q: each[self.rows] for q, each in values.items()}, sha256, complete
 
+    def from_row(self, number: int) -> None:
+        """Raises InputError: rows above the samples are those of the whole table."""
+        raise _within(self.table, number)
+
     def texts(self, index: int) -> list[str]:
         """As ``FileTable.texts``, for these rows."""
         cells = self.table.texts(index)
         return [cells[row] for row in self.rows]
+
+
+def _within(table: Any, number: int) -> InputError:
+    limit, step = "it cannot be given for a recording within a table", "Leave it out."
+    return InputError("first row", number, limit, str(table.path), step)
