@@ -225,3 +225,10 @@ def test_cycles_of_a_log(tmp_path):
     nf.write(recording(EQUAL), path)
     assert [run.card.part for run in read_all(path, part="cycle *")] == [f"cycle {k}" for k in range(1, N + 1)]
     assert len(read(path, part="cycle 3")) == 200
+
+
+def test_a_recording_that_was_written_has_one_note(file, tmp_path):
+    nf.write(read(table(file, EQUAL)), tmp_path / "again.csv")
+    again = read(tmp_path / "again.csv")
+    assert [note.count for note in again.notes if note.kind == "cycles"] == [N]
+    assert "cycles" not in [note.kind for note in read(tmp_path / "again.csv", part="cycle 2").notes]

@@ -193,7 +193,7 @@ def part_of(recording: Recording, span: CycleSpan) -> Recording:
     columns = {each: getattr(recording, each)[keep].copy() for each in COLUMNS}
     axes = {each: values[keep].copy() for each, values in recording.axes.items()}
     part = f"{recording.card.part}: {span.name}" if recording.card.part else span.name
-    return Recording(**columns, axes=axes, card=replace(recording.card, part=part), notes=recording.notes)
+    return Recording(**columns, axes=axes, card=replace(recording.card, part=part), notes=_other_notes(recording))
 
 
 def with_note(recording: Recording, spans: Sequence[CycleSpan]) -> Recording:
@@ -204,7 +204,12 @@ def with_note(recording: Recording, spans: Sequence[CycleSpan]) -> Recording:
     one, every = f"{whole}{spans[-1].name}", f"{whole}cycle *"
     text = f"this recording has {len(spans)} cycles: --part '{one}' or part='{one}' reads one alone, "
     text += f"--part '{every}' or nf.read_all(path, part='{every}') each of them"
-    return replace(recording, notes=(*recording.notes, Note("cycles", text, len(spans))))
+    return replace(recording, notes=(*_other_notes(recording), Note("cycles", text, len(spans))))
+
+
+def _other_notes(recording: Recording) -> tuple[Note, ...]:
+    """The notes without that on cycles, which a file of this package may hold already."""
+    return tuple(note for note in recording.notes if note.kind != "cycles")
 
 
 def spans_of_rows(counted: Sequence[tuple[str, int, int]], rows: np.ndarray) -> tuple[CycleSpan, ...]:
