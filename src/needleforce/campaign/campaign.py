@@ -39,6 +39,7 @@ def campaign(
     step: float | None = None,
     first_row: int | None = None,
     instrument: str | os.PathLike | None = None,
+    part: str | None = None,
     repeats: Collection[str] = REPEATS,
     progress: Progress | None = None,
 ) -> Campaign:
@@ -67,6 +68,9 @@ def campaign(
         As for ``read``. Every recording of a file with several is used; they are repeats of one condition.
     instrument : str or os.PathLike, optional
         Options kept in a file, the ``mapping`` of ``read``.
+    part : str, optional
+        Which recordings of each file, as for ``read_all``: ``"cycle *"`` takes every cycle of a recording that repeats.
+        Cycles are repeats of one condition, too. By default a recording with cycles is used as a whole.
     repeats : collection of str
         Fields in which repeats of one condition differ. Files with equal other fields are repeats of one condition; a
         file without fields is identified by itself.
@@ -86,7 +90,7 @@ def campaign(
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
     options |= {"rate": rate, "speed": speed, "step": step, "first_row": first_row, "mapping": instrument}
     files, not_recordings = _sorted_out(source, mapping, options)
-    files = [part for file in files for part in file.parts(columns, instrument)]
+    files = [each for file in files for each in file.parts(part, options)]
     labels, notes = label_files(files, pattern, mapping)
     if pattern is None and mapping is None:
         labels, more = inferred(labels, lambda file: _speed(file, options))

@@ -6,13 +6,12 @@ import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from ..errors import InputError
 from ..files import file_name
 from ..recording.formats.detect import ARCHIVE, JSON, TEXT, format_of
-from ..recording.mappings import with_mapping
-from ..recording.parts import recordings_in
+from ..recording.several import chosen_parts
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 
@@ -20,28 +19,26 @@ EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 @dataclass(frozen=True, order=True)
 class File:
     """A file, or one of several recordings in it; ``name`` is its path relative to the common folder of all files, with
-    ``/`` on every system, and after a colon the name of the recording, whose number from 1 is ``part``."""
+    ``/`` on every system, and after a colon the name of the recording, which ``part`` is for ``nf.read``."""
 
     name: str
     path: Path
-    part: int | None = None
+    part: str | int | None = None
     part_name: str = ""
 
     @property
     def file_name(self) -> str:
         """The name of the file alone."""
-        return self.name.removesuffix(f": {self.part_name}") if self.part else self.name
+        return self.name.removesuffix(f": {self.part_name}") if self.part_name else self.name
 
-    def parts(self, columns: Mapping[str, str] | None, instrument: str | os.PathLike | None) -> "list[File]":
-        """Every recording of the file; the file itself if it has one, or cannot be read."""
+    def parts(self, wanted: str | None, options: Mapping[str, Any]) -> "list[File]":
+        """Every recording of the file, or those that ``wanted`` stands for; the file itself if it has one, or cannot be
+        read with these ``options``, which is reported when it is read."""
         try:
-            given = with_mapping(self.path, instrument, {"columns": columns})[0]["columns"]
-            found = [] if format_of(self.path).log else recordings_in(self.path, given)
+            found = chosen_parts(self.path, wanted, **options)
         except (InputError, OSError):
-            return [self]
-        if len(found) < 2:
-            return [self]
-        return [File(f"{self.name}: {part.name}", self.path, k, part.name) for k, part in enumerate(found, 1)]
+            return [File(self.name, self.path, wanted)]
+        return [File(f"{self.name}: {name}", self.path, part, name) if part else self for part, name in found]
 
 
 def find_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> list[File]:

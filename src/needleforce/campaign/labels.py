@@ -253,8 +253,10 @@ def _label(file: File, form: NamePattern | None, row: dict[str, str] | None, map
         fields = row
     if not fields:
         fields = _of_card(file)
-    if fields or file.part:  # the recordings of one file are repeats
-        return Label(file, (fields or {"source": file.file_name}) | ({"part": file.part_name} if file.part else {}))
+    if fields or file.part_name:  # the recordings of one file are repeats
+        return Label(
+            file, (fields or {"source": file.file_name}) | ({"part": file.part_name} if file.part_name else {})
+        )
     reasons = [f"its name does not match {form.text}, because {mismatch}"] if mismatch else []
     reasons += ["it is not in the mapping"] if mapped else []
     reasons += ["it has no card"] if reasons else ["it has no card; give a name pattern or a mapping"]

@@ -25,7 +25,7 @@ MAPPING_HELP = "CSV table with a column named file and one column for each field
 SHOWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 
 
-@reads_files(one_of_several=False)
+@reads_files()
 def run(
     source: Annotated[list[str], typer.Argument(help="Folders, globs or files.", show_default=False)],
     pattern: Annotated[str | None, typer.Option(help=PATTERN_HELP)] = None,

@@ -3,7 +3,6 @@
 if others remain."""
 
 from collections.abc import Sequence
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,23 +58,12 @@ def _read(file: Path, options: dict[str, Any]) -> "Recording | InputError":
 
 def _parts(file: Path, options: dict) -> Sequence[str | int | None]:
     """The recordings of a file that were chosen: all, those whose names fit a pattern with ``*``, or one."""
-    from ..recording.formats.detect import format_of
-    from ..recording.mappings import with_mapping
-    from ..recording.parts import listed, recordings_in
+    from ..recording.several import chosen_parts
 
     wanted = options.get("part")
-    text = str(wanted).casefold()
-    if text != "all" and "*" not in text:
-        return [wanted]
-    if format_of(file).log:
+    if wanted is None:
         return [None]
-    given = {"columns": options["columns"]}
-    parts = recordings_in(file, with_mapping(file, options.get("mapping"), given)[0]["columns"])
-    fitting = [k for k, part in enumerate(parts, 1) if text == "all" or fnmatchcase(part.name.casefold(), text)]
-    if not fitting:
-        step = "Give a pattern that one of them fits."
-        raise InputError("part", repr(text[:60]), f"the file has {listed(parts)}", str(file), step)
-    return fitting
+    return [part for part, _ in chosen_parts(file, wanted, **{k: v for k, v in options.items() if k != "part"})]
 
 
 def check_usage(options: dict) -> None:

@@ -95,9 +95,14 @@ def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str,
 
 
 def _table_of(recording: "Recording", file: Path) -> "FileTable | TextTable":
-    from ..recording.parts import chosen_part, recordings_in
+    from ..recording.parts import asked, chosen_part, recordings_in
 
-    return chosen_part(recordings_in(file), recording.card.part or None, file).table
+    parts = recordings_in(file)
+    part, cycle = asked(recording.card.part or None, [each.name for each in parts])
+    if cycle:
+        limit, step = "rows are selected in a whole recording", "Leave out one of --segment and --part."
+        raise InputError("--segment", "given with a cycle", limit, str(file), step)
+    return chosen_part(parts, part, file).table
 
 
 def _rows(table: "FileTable | TextTable", name: str, value: str, count: int) -> np.ndarray:

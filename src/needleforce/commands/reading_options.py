@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 INWARDS_HELP = "Whether depth is increasing or decreasing during insertion; default: as the data show it."
-PART_HELP = "Which recording of a file with several: its name, its number from 1, names with *, or all."
+PART_HELP = "Which recording of a file with several: its name, its number from 1, names with *, all, or 'cycle *'."
 SPEED_HELP = "Constant speed of a file without time or depth."
 STEP_HELP = "Travel between two samples of a file without depth."
 FIRST_ROW_HELP = "Row of the file at which the samples begin, if rows above are none."

@@ -43,6 +43,8 @@ class FileTable:
         Columns that are known to hold no numbers.
     read_from : callable, optional
         Index of a column and of the first row -> the values from there on, where rows above may hold text.
+    read_texts : callable, optional
+        Index of a column -> its cells as texts.
     """
 
     path: Path
@@ -54,12 +56,11 @@ class FileTable:
     sha256: str = ""
     notes: list[Note] = field(default_factory=list)
     read_from: Callable[[int, int], np.ndarray] | None = None
+    read_texts: Callable[[int], list[str]] | None = None
     row_name: str = "row"
     first_row: int = 1
     has_header: bool = True
     text_columns: frozenset[int] = frozenset()
-    notes: list[Note] = field(default_factory=list)
-    read_from: Callable[[int, int], np.ndarray] | None = None
 
     def first_cells(self) -> list[str]:
         """The values of the first row, as a message shows them."""
@@ -78,13 +79,17 @@ class FileTable:
 
     def texts(self, index: int) -> list[str]:
         """The values of a column as texts."""
+        if self.read_texts is not None:
+            return self.read_texts(index)
         return [f"{value:g}" if np.isfinite(value) else "" for value in self.read_column(index)]
 
     def from_row(self, number: int) -> "FileTable | None":
         """The table without the rows above the one with this number in the file; None if it ends before."""
         skipped = max(0, number - self.first_row)
         read_from = self.read_from or (lambda index, first: self.read_column(index)[first:])
-        return replace(self, read_column=lambda index: read_from(index, skipped), first_row=self.first_row + skipped)
+        read_texts = self.read_texts and (lambda index: self.texts(index)[skipped:])
+        return replace(self, read_column=lambda index: read_from(index, skipped), read_texts=read_texts,
+                       first_row=self.first_row + skipped)  # fmt: skip
 
     def place(self, row: int) -> str:
         """The place of a row: file, table, and its number."""

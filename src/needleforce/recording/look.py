@@ -14,9 +14,10 @@ import numpy as np
 from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
 from .columns import Column
+from .cycles import CycleSpan
 from .formats.detect import format_of
 from .mappings import with_mapping
-from .parts import Part, chosen_part, column_table, recordings_in
+from .parts import Part, asked, chosen_part, column_table, recordings_in
 from .recording import Recording
 
 _MAX_LISTED = 20  # recordings and columns that are shown
@@ -72,6 +73,9 @@ class Look:
         The options of ``read`` that were given.
     options : mapping
         These, completed by a mapping.
+    cycles : tuple of CycleSpan
+        The cycles of the recording that is shown, or of the one it was taken from: name, first sample, and the one
+        after the last.
     """
 
     path: str
@@ -83,6 +87,7 @@ class Look:
     problem: str
     given: Mapping[str, Any]
     options: Mapping[str, Any]
+    cycles: tuple[CycleSpan, ...] = ()
 
     @property
     def command(self) -> str:
@@ -97,10 +102,19 @@ class Look:
             more = len(self.parts) - _MAX_LISTED
             rows += [("…", f"and {more} more")] if more > 0 else []
             made.append(("recordings in the file", ("number", "name"), rows))
+        if self.cycles:
+            made.append(("cycles in the recording", ("number", "name", "first sample", "last sample"), self._cycles()))
         if self.columns:
             headers = ("column", "header", "unit", "read as", "first", "last", "smallest", "largest")
             made.append(("columns", headers, [_cells(k, each) for k, each in enumerate(self.columns[:_MAX_LISTED], 1)]))
         return made
+
+    def _cycles(self) -> list[tuple[str, ...]]:
+        """A row for each of the first cycles."""
+        shown = self.cycles[:_MAX_LISTED]
+        rows = [(str(k), each.name, str(each.first + 1), str(each.stop)) for k, each in enumerate(shown, 1)]
+        more = len(self.cycles) - _MAX_LISTED
+        return rows + ([("…", f"and {more} more", "", "")] if more > 0 else [])
 
     def _facts(self) -> list[tuple[str, ...]]:
         facts = [("file", self.path), ("format", self.format), ("recordings", str(len(self.parts)))]
@@ -135,7 +149,11 @@ def option_words(options: Mapping[str, Any]) -> list[str]:
     return words
 
 
-def look(path: str | os.PathLike, recording_of: Callable[[int | None], Recording], given: Mapping[str, Any]) -> Look:
+def look(
+    path: str | os.PathLike,
+    recording_of: Callable[[Any], tuple[Recording, tuple[CycleSpan, ...]]],
+    given: Mapping[str, Any],
+) -> Look:
     """Look at a file.
 
     A file that cannot be read as a recording is no error: ``problem`` states why.
@@ -145,7 +163,7 @@ def look(path: str | os.PathLike, recording_of: Callable[[int | None], Recording
     path : str or os.PathLike
         The file.
     recording_of : callable
-        Number of a part, None for the only one -> Recording; raises InputError.
+        The ``part`` of ``read``, None for the only one -> Recording, and its cycles; raises InputError.
     given : mapping
         The options of ``read`` that were given.
 
@@ -156,12 +174,14 @@ def look(path: str | os.PathLike, recording_of: Callable[[int | None], Recording
     given = {name: value for name, value in given.items() if value is not None and value != {}}
     options = with_mapping(Path(path), given.get("mapping"), {k: v for k, v in given.items() if k != "mapping"})[0]
     parts: Sequence[Part] = ()
-    problem, recording, shown = "", None, None
+    problem, recording, shown, cycles = "", None, None, ()
     form = format_of(Path(path))
     try:
         parts = () if form.log else recordings_in(Path(path), options.get("columns"))
-        shown = _shown(parts, options.get("part"), Path(path))
-        recording = recording_of(parts.index(shown) + 1 if len(parts) > 1 else None)
+        wanted, cycle = asked(options.get("part"), [part.name for part in parts])
+        shown = _shown(parts, wanted, Path(path))
+        named = f"{shown.name}: {cycle}" if shown and shown.name else cycle
+        recording, cycles = recording_of(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
     except InputError as error:
         problem = str(error)
         shown = shown or (parts[0] if parts else None)
@@ -177,6 +197,7 @@ def look(path: str | os.PathLike, recording_of: Callable[[int | None], Recording
         problem=problem,
         given=given,
         options=options,
+        cycles=cycles,
     )
 
 

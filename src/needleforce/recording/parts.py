@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recordings of one file: tables one after the other, groups of columns, runs whose time starts again."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -12,26 +13,26 @@ import numpy as np
 from ..errors import InputError
 from .columns import Column, by_unit, choose, stated_unit
 from .formats.detect import tables_of
-from .quantities import RECOGNISED, by_name, by_numbered_name, plain_name, split
-from .table_views import ColumnRange, RowRange
+from .quantities import MAIN, RECOGNISED, by_name, by_numbered_name, plain_name, row_name, split
 
-MAIN = ("time", "depth", "velocity", "force")
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
 _MAX_RUNS = 10_000
 _BLOCK = 1 << 20  # samples whose steps are looked at together
 _NEAR_START = 0.02  # of the range of time: a run begins where the first one began
 _MAX_LISTED = 12  # names in a message
+_CYCLE = re.compile(r"(?:(.*): )?(cycle ?\S+)", re.IGNORECASE | re.DOTALL)
 _last: list = []  # the recordings of the last file that had several
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One recording of a file: its name, empty if there is no other; its table; and the columns that were given, or
-    that belong together."""
+    """One recording of a file: its name, empty if there is no other; its table; the columns that were given, or that
+    belong together; and the cycles that a column counts, with name, first row, and the one after the last."""
 
     name: str = ""
     table: Any
     columns: Mapping[str, str] = field(default_factory=dict)
+    cycles: tuple[tuple[str, int, int], ...] = ()
 
 
 def parts_of(tables: Sequence[Any], given: Mapping[str, Any]) -> list[Part]:
@@ -64,10 +65,16 @@ def parts_of(tables: Sequence[Any], given: Mapping[str, Any]) -> list[Part]:
     if not found and refused:
         raise refused
     usable = [part for part in found if len(found) == 1 or _is_recording(part)] or found
-    if len({id(part.table) for part in usable}) == 1 and len(usable) > 1:  # the name of the table distinguishes nothing
+    tables = {id(_whole(part.table)) for part in usable}
+    if len(tables) == 1 and len(usable) > 1:  # the name of the table distinguishes nothing
         table = usable[0].table.name
         return [replace(part, name=part.name.removeprefix(f"{table}: ")) for part in usable]
     return usable
+
+
+def _whole(table: Any) -> Any:
+    """The table of the file of which a view shows some columns or rows."""
+    return _whole(table.table) if hasattr(table, "table") else table
 
 
 def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
@@ -86,6 +93,18 @@ def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) ->
 def header_texts(columns: Mapping[str, Any] | None) -> dict[str, Any]:
     """The given columns with numbers as text; several headers of one quantity as a tuple."""
     return {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in (columns or {}).items()}
+
+
+def asked(wanted: str | int | None, names: Sequence[str]) -> tuple[str | int | None, str]:
+    """The recording of a file with these names, and the cycle of it that is asked for, empty for the whole; a number is
+    that of a cycle where the file has one recording."""
+    text = "" if wanted is None else str(wanted).strip()
+    if not text or text.casefold() in [name.casefold() for name in names]:
+        return wanted, ""
+    if len(names) < 2 and text.isdecimal():
+        return None, text
+    found = _CYCLE.fullmatch(text)
+    return (wanted, "") if found is None else (found[1], found[2])
 
 
 def chosen_part(parts: Sequence[Part], wanted: str | int | None, path: Path) -> Part:
@@ -145,6 +164,8 @@ def _groups(table: Any, given: Mapping[str, Any]) -> list[Part]:
     period = _period(table.headers)
     if period and not any(str(h).isdecimal() and int(h) > period for h in given.values()):
         names = [f"columns {k + 1} to {k + period}" for k in range(0, len(table.headers), period)]
+        from .table_views import ColumnRange  # few files need it
+
         views = [ColumnRange(table, k, k + period) for k in range(0, len(table.headers), period)]
         return [Part(name=_joined(table.name, n), table=view, columns=given) for n, view in zip(names, views)]
     for recognise in RECOGNISED[:2]:
@@ -233,22 +254,39 @@ def _joined(table: str, group: str) -> str:
 
 
 def _runs(part: Part) -> Iterator[Part]:
-    """The runs of a part, one below the other, each with a time that starts again."""
-    starts = [0] if getattr(part.table, "is_large", False) else _starts(part)
-    if len(starts) < 2:
+    """The recordings of a part, one below the other: those that labels name, and runs with a time that starts again."""
+    time = np.empty(0) if getattr(part.table, "is_large", False) else _time(part)
+    in_order = len(time) > 0 and _increases(time) and not any(map(row_name, part.table.headers))
+    if in_order or getattr(part.table, "is_large", False):
         yield part
         return
-    for k, (first, stop) in enumerate(zip(starts, [*starts[1:], None]), 1):
-        yield replace(part, name=_joined(part.name, f"run {k}"), table=RowRange(part.table, first, stop))
+    from .label_columns import counted_cycles, label_groups  # few files need these
+    from .table_views import RowRange, RowSubset
+
+    labelled = [
+        replace(part, name=_joined(part.name, name), table=RowSubset(part.table, rows))
+        for name, rows in label_groups(part.table, part.columns)
+    ]
+    for each in labelled or [part]:
+        starts = _starts(_time(each))
+        for k, (first, stop) in enumerate(zip(starts, [*starts[1:], None]), 1):
+            alone = len(starts) < 2
+            view = each.table if alone else RowRange(each.table, first, stop)
+            name = each.name if alone else _joined(each.name, f"run {k}")
+            yield replace(each, name=name, table=view, cycles=counted_cycles(view, each.columns))
 
 
-def _starts(part: Part) -> list[int]:
-    """The first row of every run."""
+def _time(part: Part) -> np.ndarray:
+    """The time of each row in the file's unit; empty without one."""
     try:
         found = choose(part.table, ("time",), {q: h for q, h in part.columns.items() if q == "time"})
-        time = part.table.numbers(found)[0].get("time", np.empty(0)) if found else np.empty(0)
+        return part.table.numbers(found)[0].get("time", np.empty(0)) if found else np.empty(0)
     except InputError:  # reported when the part is read
-        return [0]
+        return np.empty(0)
+
+
+def _starts(time: np.ndarray) -> list[int]:
+    """The first row of every run."""
     if _increases(time):
         return [0]
     present = np.flatnonzero(np.isfinite(time))
@@ -272,9 +310,6 @@ def _increases(time: np.ndarray) -> bool:
 
 def from_row(table: Any, number: int) -> Any:
     """The rows of a table from the one with this number in the file. Raises InputError if the table ends before."""
-    if isinstance(table, RowRange):
-        limit, step = "it cannot be given for a run within a table", "Leave it out."
-        raise InputError("first row", number, limit, str(table.path), step)
     found = table.from_row(number)
     if found is None:
         limit = f"the table begins in row {table.first_row} and ends before"

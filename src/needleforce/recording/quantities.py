@@ -48,7 +48,7 @@ QUANTITIES = {
     "friction": ("force", "friction"),
     "cutting": ("force", "cutting"),
 }
-AXES = tuple(QUANTITIES)[4:]
+MAIN, AXES = tuple(QUANTITIES)[:4], tuple(QUANTITIES)[4:]
 _NAMES = {name: quantity for quantity, (_, names) in QUANTITIES.items() for name in names.split()}
 _IN_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(]\s*([^\])]+?)\s*[\])]\s*")
 _AFTER_SLASH = re.compile(r"(.*?)\s+(?:/|in)\s+(\S+)\s*")
@@ -66,6 +66,18 @@ _NAMED_BY_WORD = {
 _OTHERS = frozenset(
     "rate speed velocity energy work error sd std max min mean average peak target set setpoint command "
     "commanded desired ratio strain stress offset x y transverse lateral geschwindigkeit soll".split()
+)
+# of columns that name the specimen, needle or repeat of each row, or count cycles
+_LABELS = frozenset(
+    "specimen specimens sample samples well needle repeat repetition replicate rep test trial run experiment insertion "
+    "site spot id probe probekorper prufling nadel versuch messung wiederholung einstich echantillon eprouvette "
+    "aiguille essai muestra probeta aguja ensayo repeticion campione provino ago prova ripetizione".split()
+)
+_COUNTERS = frozenset("cycle cycles loop loops zyklus zyklen zyklusnummer ciclo ciclos cicli".split())
+# words that make a column with one of these something that varies within a recording, or that is measured
+_NOT_LABELS = frozenset(
+    "segment phase stage step state status type mode direction rate speed velocity time date duration temperature "
+    "frequency length width thickness height area diameter volume mass weight force load depth position".split()
 )
 UNIT_DIMENSIONS = ("time", "length", "velocity", "force", "torque", "angle")
 
@@ -122,6 +134,16 @@ def by_word(header: str) -> str | None:
     words = set(plain_name(split(header)[0]).split("_"))
     found = [quantity for quantity, names in _NAMED_BY_WORD.items() if words & set(names.split())]
     return found[0] if len(found) == 1 and not words & _OTHERS else None
+
+
+@lru_cache(4096)
+def row_name(header: str) -> str:
+    """``label`` for a column that names the specimen, needle or repeat of each row, ``counter`` for one that counts
+    cycles, empty for any other."""
+    words = set(plain_name(split(header)[0]).split("_"))
+    if words & _NOT_LABELS:
+        return ""
+    return "label" if words & _LABELS else "counter" if words & _COUNTERS else ""
 
 
 RECOGNISED = (by_name, by_numbered_name, by_word)

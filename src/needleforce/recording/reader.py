@@ -2,21 +2,24 @@
 """``read``: from files to a recording."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..errors import InputError
 from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
+from .cycles import MIN_CYCLES, CycleSpan, chosen_cycle, cycle_spans, spans_of_rows, with_note
 from .file_table import FileTable
 from .force_signal import glitch_notes, remove_bias
 from .formats.detect import format_of, tables_of
 from .formats.text_table import TextTable
 from .joining import INWARDS, join, of_main, put_motion, put_signs, settle_motion
 from .mappings import with_mapping
-from .parts import chosen_part, from_row, header_texts, recordings_in
+from .parts import Part, asked, chosen_part, from_row, header_texts, recordings_in
 from .quantities import AXES
 from .recording import Recording
 from .stream import Stream, read_stream
@@ -57,7 +60,8 @@ def read(
     path : str or os.PathLike
         The file, or the folder of a bag.
     part : str or int, optional
-        Which recording, of a file with several: its name, or its number from 1.
+        Which recording, of a file with several: its name, or its number from 1. ``"cycle 3"``, or ``"NAME: cycle 3"``,
+        is one cycle of a recording that repeats; a number is that of a cycle where the file has no other recordings.
     columns : mapping, optional
         Quantity (time, depth, velocity, force, fx, fy, tx, ty, tz) -> header, or number of the column from 1. Common
         headers are recognised. One with ``*`` stands for several columns, each of a recording of its own. For MCAP
@@ -106,64 +110,108 @@ def read(
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
     options |= {"start_depth": start_depth, "part": part, "rate": rate, "speed": speed, "step": step}
     options |= {"first_row": first_row}
-    if dry_run:
-        return _look(path, options | {"mapping": mapping, "baseline": baseline, "motion": motion, "test": test})
-    options, sentence = with_mapping(Path(path), mapping, options)
-    _check(options["inwards"], options["filter_length"], test)
-    recording = _read_file(Path(path), options, baseline=baseline, motion=motion, counted=test == "indentation")
-    if not sentence:
-        return recording
-    return replace(recording, card=replace(recording.card, assumptions=(sentence, *recording.card.assumptions)))
+    options |= {"mapping": mapping, "baseline": baseline, "motion": motion, "test": test}
+    return _look(path, options) if dry_run else read_with_cycles(path, **options)[0]
 
 
 def _look(path: str | os.PathLike, options: dict[str, Any]) -> "Look":
     """A look at a file, with its recording, or the first of several, if it can be read."""
     from .look import look
 
-    def recording_of(part: int | None) -> Recording:
-        return read(path, **options | ({"part": part} if part else {}))
+    def recording_of(part: str | int | None) -> tuple[Recording, tuple[CycleSpan, ...]]:
+        return read_with_cycles(path, **options | {"part": part})
 
     return look(path, recording_of, options)
 
 
+def read_with_cycles(
+    path: str | os.PathLike,
+    *,
+    mapping: str | os.PathLike | None = None,
+    baseline: bool = True,
+    motion: str | os.PathLike | None = None,
+    test: str = "insertion",
+    **options: Any,
+) -> tuple[Recording, tuple[CycleSpan, ...]]:
+    """As ``read``, with the cycles of the recording, or of the one that a cycle was taken from."""
+    known = (
+        "columns",
+        "units",
+        "inwards",
+        "filter_length",
+        "start_depth",
+        "part",
+        "rate",
+        "speed",
+        "step",
+        "first_row",
+    )
+    options, sentence = with_mapping(Path(path), mapping, dict.fromkeys(known) | options)
+    _check(options["inwards"], options["filter_length"], test)
+    counted = test == "indentation"
+    recording, spans = _read_file(Path(path), options, baseline=baseline, motion=motion, counted=counted)
+    if sentence:
+        assumptions = (sentence, *recording.card.assumptions)
+        recording = replace(recording, card=replace(recording.card, assumptions=assumptions))
+    return recording, spans
+
+
 def _read_file(
     path: Path, options: dict[str, Any], *, baseline: bool, motion: str | os.PathLike | None, counted: bool
-) -> Recording:
-    """Read the chosen recording of a file with checked options."""
-    part, first_row = options.pop("part"), options.pop("first_row")
-    assumed = AssumedMotion(**{name: options.pop(name) for name in ("rate", "speed", "step")}, counted=counted)
+) -> tuple[Recording, tuple[CycleSpan, ...]]:
+    """Read the chosen recording of a file, or a cycle of it, with checked options; also its cycles."""
+    wanted = options.pop("part")
+    parts = [] if format_of(path).log else recordings_in(path, options["columns"])
+    part, cycle = asked(wanted, [each.name for each in parts])
     options |= {"baseline": baseline, "motion": motion}
-    if format_of(path).log:
+    key = _key(path, options | {"part": part, "counted": counted}) if cycle and motion is None else None
+    if key is None or not _whole or _whole[0][0] != key:
+        _whole.clear()  # of a long recording there is one at a time in memory
+        whole = _read_whole(path, parts, part, options, counted)
+        _whole.extend([(key, *whole)] if key else [])
+    else:
+        whole = _whole[0][1:]
+    if cycle.isdecimal() and len(whole[1]) < MIN_CYCLES:  # then it is the number of a recording
+        whole, cycle = _read_whole(path, parts, wanted, options, counted), ""
+    return chosen_cycle(*whole, cycle, str(path)) if cycle else with_note(*whole), whole[1]
+
+
+_whole: list = []  # the recording of which a cycle was read last, with its cycles
+
+
+def _key(path: Path, options: Mapping[str, Any]) -> tuple:
+    """What is equal if a recording would be the same when it is read again."""
+    found = path.stat() if path.exists() else None
+    return path.absolute(), found and (found.st_mtime_ns, found.st_size), repr(sorted(options.items(), key=str))
+
+
+def _read_whole(
+    path: Path, parts: Sequence[Part], part: str | int | None, options: dict[str, Any], counted: bool
+) -> tuple[Recording, tuple[CycleSpan, ...]]:
+    """The recording with its cycles: those that a column counts, or those in the motion."""
+    options = dict(options)
+    first_row, names = options.pop("first_row"), ("rate", "speed", "step")
+    assumed = AssumedMotion(**{name: options.pop(name) for name in names}, counted=counted)
+    if not parts:
         from .log.to_recording import read_recording
 
         if part is not None:
             raise InputError("part", repr(str(part)[:60]), "a log has one recording", str(path), "Leave it out.")
-        return read_recording(path, **options)
-    chosen = chosen_part(recordings_in(path, options["columns"]), part, path)
+        recording = read_recording(path, **options)
+        return recording, cycle_spans(recording)
+    chosen = chosen_part(parts, part, path)
     try:
         table = chosen.table if first_row is None else from_row(chosen.table, first_row)
-        recording = _read_table(table, **options | {"columns": chosen.columns}, assumed=assumed)
+        recording, rows = _read_table(table, **options | {"columns": chosen.columns}, assumed=assumed)
     except InputError as error:
         if not chosen.name or chosen.name in error.place:
             raise
         place = f"{error.place}, {chosen.name}"
         raise InputError(error.quantity, error.value, error.limit, place, error.next_step) from None
-    return replace(recording, card=replace(recording.card, part=chosen.name)) if chosen.name else recording
-
-
-def read_all(path: str | os.PathLike, **options: Any) -> list[Recording]:
-    """Every recording of a file, in its order; ``options`` are those of ``read`` without ``part``.
-
-    Raises
-    ------
-    InputError
-        As ``read``, for the first part that cannot be read.
-    """
-    if format_of(Path(path)).log:
-        return [read(path, **options)]
-    given, _ = with_mapping(Path(path), options.get("mapping"), {"columns": options.get("columns")})
-    count = len(recordings_in(Path(path), given["columns"]))
-    return [read(path, part=k, **options) for k in range(1, count + 1)]
+    if chosen.name:
+        recording = replace(recording, card=replace(recording.card, part=chosen.name))
+    skipped = 0 if first_row is None else max(0, first_row - chosen.table.first_row)
+    return recording, spans_of_rows(chosen.cycles, rows + skipped) or cycle_spans(recording)
 
 
 def read_columns(
@@ -178,7 +226,7 @@ def read_columns(
     """A recording from columns in memory; the options are those of ``read``."""
     _check(inwards, filter_length, "insertion")
     options = {"columns": header_texts(columns), "units": units, "inwards": inwards, "filter_length": filter_length}
-    return _read_table(source, **options, baseline=baseline, motion=None, start_depth=None)
+    return _read_table(source, **options, baseline=baseline, motion=None, start_depth=None)[0]
 
 
 def _check(inwards: str | None, filter_length: int | None, test: str) -> None:
@@ -200,8 +248,8 @@ def _read_table(
     motion: str | os.PathLike | None,
     start_depth: float | None,
     assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
-) -> Recording:
-    """Read one table; the options are those of ``read``."""
+) -> tuple[Recording, np.ndarray]:
+    """Read one table, also the row of each sample; the options are those of ``read``."""
     preamble = Preamble(layout.comments, str(layout.path))
     motion = Path(motion) if motion is not None else _motion_of_card(layout.path, preamble)
     wanted = ("time", "force", *AXES) if motion else ("time", "force", "depth", "velocity", *AXES)
@@ -219,7 +267,8 @@ def _read_table(
     if baseline:
         remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
     main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
-    return _recording(main, preamble, filter_length)
+    rows = main.values.pop("row")
+    return _recording(main, preamble, filter_length), rows
 
 
 def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import core
 
-_RETURNED = 0.2  # of the travel: a recording that ends so near to its start is of a complete cycle
+RETURNED = 0.2  # of the travel: a recording that ends so near to its start is of a complete cycle
 _ENDS = 0.1  # of the travel at either end of a single stroke, whose forces are compared
 _RATIO = 3.0  # of the forces at both ends, and of work done and given back, beyond which a sign is sure
 _FREE = 0.02  # of the travel: its forces are the value at the start
@@ -74,7 +74,7 @@ def signs_of(depth: np.ndarray, force: np.ndarray, *, depth_known: bool = False,
 def _is_insertion(depth: np.ndarray, travel: np.ndarray, force: np.ndarray) -> bool:
     """Whether the first stroke goes in."""
     full = float(travel[-1])
-    if abs(depth[-1] - depth[0]) <= _RETURNED * full:
+    if abs(depth[-1] - depth[0]) <= RETURNED * full:
         return True
     start, end = force[travel <= _ENDS * full], force[travel >= (1.0 - _ENDS) * full]
     noise = core.second_difference_noise(np.ascontiguousarray(force, float))

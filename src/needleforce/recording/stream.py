@@ -89,6 +89,8 @@ def _part(table: Table, quantities: list[str], mask: np.ndarray) -> Table:
 class Stream:
     """The quantities of one file as (n,) arrays in SI, with assumptions and notes; ``place`` is the file.
 
+    Of a table, ``row`` is the place of each sample in it.
+
     ``motion`` is a second stream of the same file with its own times, which then contains depth or velocity.
     """
 
@@ -155,6 +157,7 @@ def _in_order_and_si(table: Table, units: Mapping[str, str], assumed: AssumedMot
     assigned, assumptions = assign_units(table, units, needle=not assumed.counted)
     values = {quantity: unit.to_si(table.values[quantity]) for quantity, unit in assigned.items()}
     assumptions += _supply(values, len(next(iter(values.values()))), assumed)
+    values["row"] = np.arange(len(values["time"])) if table.rows is None else table.rows
     _check_finer_than_clock(values["time"], table)
     stream = Stream(place=place, sha256=table.sha256, values=values, assumptions=assumptions, notes=table.notes)
     return stream, assigned["time"].symbol if timed else "s"

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InputError
 from .columns import Column
 
 
@@ -40,6 +41,10 @@ class ColumnRange:
         """As ``FileTable.numbers``, for these columns."""
         return self.table.numbers(self._moved(columns))
 
+    def texts(self, index: int) -> list[str]:
+        """As ``FileTable.texts``, for one of these columns."""
+        return self.table.texts(index + self.first)
+
     def fault(self, columns: Mapping[str, Column]) -> bool:
         """As ``FileTable.fault``."""
         return self.table.fault(self._moved(columns))
@@ -72,3 +77,45 @@ class RowRange:
         """As ``FileTable.numbers``, for these rows."""
         values, sha256, complete = self.table.numbers(columns)
         return {q: each[self.first : self.stop].copy() for q, each in values.items()}, sha256, complete
+
+    def from_row(self, number: int) -> None:
+        """Raises InputError: rows above the samples are those of the whole table."""
+        raise _within(self.table, number)
+
+    def texts(self, index: int) -> list[str]:
+        """As ``FileTable.texts``, for these rows."""
+        return self.table.texts(index)[self.first : self.stop]
+
+
+@dataclass(frozen=True, eq=False)
+class RowSubset:
+    """Rows of a table with the numbers ``rows`` (k,), with the interface of ``FileTable``."""
+
+    table: Any
+    rows: np.ndarray
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.table, name)
+
+    def place(self, row: int) -> str:
+        """The place of a row in the file."""
+        return self.table.place(int(self.rows[row]))
+
+    def numbers(self, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
+        """As ``FileTable.numbers``, for these rows."""
+        values, sha256, complete = self.table.numbers(columns)
+        return {q: each[self.rows] for q, each in values.items()}, sha256, complete
+
+    def from_row(self, number: int) -> None:
+        """Raises InputError: rows above the samples are those of the whole table."""
+        raise _within(self.table, number)
+
+    def texts(self, index: int) -> list[str]:
+        """As ``FileTable.texts``, for these rows."""
+        cells = self.table.texts(index)
+        return [cells[row] for row in self.rows]
+
+
+def _within(table: Any, number: int) -> InputError:
+    limit, step = "it cannot be given for a recording within a table", "Leave it out."
+    return InputError("first row", number, limit, str(table.path), step)

@@ -177,12 +177,14 @@ def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -
         return np.array([_number(cell, headers[index], index, row, f"{path}, {name}")
                          for row, cell in enumerate(cells, start + 1)])  # fmt: skip
 
+    def read_texts(index: int) -> list[str]:
+        return [_text(row[index]) if index < len(row) else "" for row in rows[block.first : block.stop]]
+
     units = ["s" if _is_clock(rows[block.first : block.stop], k) else unit
              for k, unit in enumerate(block.units or [""] * block.width)]  # fmt: skip
     return FileTable(path=path, name=name, headers=headers, units=units, read_column=lambda index: read_from(index, 0),
-        read_from=read_from, sha256=sha256,
-                     first_row=block.first + 1, has_header=bool(block.headers),
-                     text_columns=block.text_columns)  # fmt: skip
+                     read_from=read_from, read_texts=read_texts, sha256=sha256, first_row=block.first + 1,
+                     has_header=bool(block.headers), text_columns=block.text_columns)  # fmt: skip
 
 
 def _is_clock(rows: list[list], index: int) -> bool:

@@ -52,6 +52,7 @@ def tables(path: Path) -> list[FileTable]:
             path=path,
             headers=opened.headers,
             read_column=opened.read_column,
+            read_texts=opened.read_texts,
             comments=opened.comments,
             sha256=opened.sha256,
         )
@@ -73,13 +74,20 @@ class ParquetFile:
 
     def read_column(self, index: int) -> np.ndarray:
         """A column as (n,) float64, NaN for nulls. Raises InputError for one without numbers and for damage."""
+        return self._numbers(self._values(index), self.headers[index])
+
+    def read_texts(self, index: int) -> list[str]:
+        """A column as texts, empty for nulls. Raises InputError for damage."""
+        with _as_input_error(self.path):
+            return ["" if value is None else str(value) for value in self._values(index).to_pylist()]
+
+    def _values(self, index: int) -> Any:
         name = self.file.schema_arrow.names[index]
         with _as_input_error(self.path):
             self.read.add(name.encode())  # columns that were read before are still in memory
             self._check_pages(self.read)
             table, nth = self._table([name]), self.file.schema_arrow.names[:index].count(name)
-            values = table.column(table.schema.get_all_field_indices(name)[nth])
-        return self._numbers(values, self.headers[index])
+            return table.column(table.schema.get_all_field_indices(name)[nth])
 
     def _table(self, names: list[str]) -> Any:
         """The columns, read in batches: their sizes as stated may be wrong."""
