@@ -56,7 +56,7 @@ _AFTER_COMMA = re.compile(r"(.*?),\s*(\S+)\s*")
 _NUMBERED = re.compile(r"(.*?)[_.]?\d+")
 
 
-_NAMED_BY_WORD = {
+NAMED_BY_WORD = {
     "time": "time zeit temps tiempo tempo",
     "depth": "depth position displacement extension travel indentation penetration crosshead weg tiefe deplacement "
              "profondeur desplazamiento profundidad spostamento profondita posizione",
@@ -120,7 +120,7 @@ def by_word(header: str) -> str | None:
     """Time, depth or force, by one word of a header: ``Compressive load 5 kN cell``; None if another word makes it a
     different quantity, such as a rate, or if words of several are in it."""
     words = set(plain_name(split(header)[0]).split("_"))
-    found = [quantity for quantity, names in _NAMED_BY_WORD.items() if words & set(names.split())]
+    found = [quantity for quantity, names in NAMED_BY_WORD.items() if words & set(names.split())]
     return found[0] if len(found) == 1 and not words & _OTHERS else None
 
 

@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING, Any
 from ..errors import InputError
 from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
+from .columns import MOTION_PREFIX, of_main
 from .file_table import FileTable
 from .force_signal import glitch_notes, remove_bias
 from .formats.detect import format_of, tables_of
 from .formats.text_table import TextTable
-from .joining import INWARDS, join, of_main, put_motion, put_signs, settle_motion
+from .joining import INWARDS, join, put_motion, put_signs, settle_motion
 from .mappings import with_mapping
+from .motion_source import MotionSource, motion_advice
 from .parts import chosen_part, from_row, header_texts, recordings_in
 from .quantities import AXES
-from .recording import Recording
+from .recording import Note, Recording
 from .stream import Stream, read_stream
 from .timestamps import timing_notes
 
@@ -38,6 +40,7 @@ def read(
     filter_length: int | None = None,
     baseline: bool = True,
     motion: str | os.PathLike | None = None,
+    motion_part: str | int | None = None,
     start_depth: float | None = None,
     rate: float | None = None,
     speed: float | None = None,
@@ -77,11 +80,15 @@ def read(
         A second file with depth or velocity on its own clock with the same zero. It is interpolated onto the force's
         clock; force samples outside its times are left out. Keys such as ``motion.time`` in ``columns`` and ``units``
         apply to this file.
+    motion_part : str or int, optional
+        The table with depth or velocity, by its name or number, of a motion file with several; without ``motion`` a
+        table of the same file, such as a group or sheet with another rate.
     start_depth : float, optional
         Depth [m] at the first sample of a velocity, from which it is integrated; by default ``start_depth_m`` in the
         file's card.
     rate, speed, step : float, optional
         Of a file without time or depth: samples per second [Hz], constant speed [m/s], travel between two samples [m].
+        A rate that the file states is used without, as an assumption.
     first_row : int, optional
         Row, or line of a text, at which the numbers begin, where rows above it are no samples.
     test : {"insertion", "indentation"}
@@ -105,7 +112,7 @@ def read(
     """
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
     options |= {"start_depth": start_depth, "part": part, "rate": rate, "speed": speed, "step": step}
-    options |= {"first_row": first_row}
+    options |= {"first_row": first_row, "motion_part": motion_part}
     if dry_run:
         return _look(path, options | {"mapping": mapping, "baseline": baseline, "motion": motion, "test": test})
     options, sentence = with_mapping(Path(path), mapping, options)
@@ -134,6 +141,9 @@ def _read_file(
     assumed = AssumedMotion(**{name: options.pop(name) for name in ("rate", "speed", "step")}, counted=counted)
     options |= {"baseline": baseline, "motion": motion}
     if format_of(path).log:
+        if options["motion_part"] is not None and motion is None:
+            step = "Choose the motion with --column depth=TOPIC:JOINT, or give a file with --motion."
+            raise InputError("motion part", options["motion_part"], "a log has no tables", str(path), step)
         from .log.to_recording import read_recording
 
         if part is not None:
@@ -142,10 +152,12 @@ def _read_file(
     chosen = chosen_part(recordings_in(path, options["columns"]), part, path)
     try:
         table = chosen.table if first_row is None else from_row(chosen.table, first_row)
-        recording = _read_table(table, **options | {"columns": chosen.columns}, assumed=assumed)
+        of_motion = {q: h for q, h in header_texts(options["columns"]).items() if q.startswith(MOTION_PREFIX)}
+        recording = _read_table(table, **options | {"columns": {**chosen.columns, **of_motion}}, assumed=assumed)
     except InputError as error:
+        error = motion_advice(error, path, chosen, options["columns"])
         if not chosen.name or chosen.name in error.place:
-            raise
+            raise error from None
         place = f"{error.place}, {chosen.name}"
         raise InputError(error.quantity, error.value, error.limit, place, error.next_step) from None
     return replace(recording, card=replace(recording.card, part=chosen.name)) if chosen.name else recording
@@ -178,7 +190,7 @@ def read_columns(
     """A recording from columns in memory; the options are those of ``read``."""
     _check(inwards, filter_length, "insertion")
     options = {"columns": header_texts(columns), "units": units, "inwards": inwards, "filter_length": filter_length}
-    return _read_table(source, **options, baseline=baseline, motion=None, start_depth=None)
+    return _read_table(source, **options, baseline=baseline, motion=None, motion_part=None, start_depth=None)
 
 
 def _check(inwards: str | None, filter_length: int | None, test: str) -> None:
@@ -198,17 +210,19 @@ def _read_table(
     filter_length: int | None,
     baseline: bool,
     motion: str | os.PathLike | None,
+    motion_part: str | int | None,
     start_depth: float | None,
     assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
 ) -> Recording:
     """Read one table; the options are those of ``read``."""
     preamble = Preamble(layout.comments, str(layout.path))
-    motion = Path(motion) if motion is not None else _motion_of_card(layout.path, preamble)
-    wanted = ("time", "force", *AXES) if motion else ("time", "force", "depth", "velocity", *AXES)
-    main = read_stream(layout, wanted, of_main(columns), of_main(units), assumed=assumed)
+    source = _motion_source(layout.path, preamble, motion, motion_part)
+    wanted = ("time", "force", *AXES) if source else ("time", "force", "depth", "velocity", *AXES)
+    main = read_stream(layout, wanted, of_main(columns), of_main(units), assumed=assumed.without_motion(bool(source)))
     direction = INWARDS[inwards or "increasing"]
-    if motion:
-        join(main, motion, start_depth=start_depth, columns=columns, units=units, inwards=direction)
+    if source:
+        main.notes += [Note("unused", assumed.beside_motion())] if assumed.beside_motion() else []
+        join(main, source, table=layout, start_depth=start_depth, columns=columns, units=units, inwards=direction)
     elif main.motion:
         put_motion(main, main.motion, start_depth, preamble, direction)
         main.assumptions += main.motion.assumptions
@@ -220,6 +234,18 @@ def _read_table(
         remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
     main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
     return _recording(main, preamble, filter_length)
+
+
+def _motion_source(
+    path: Path, preamble: Preamble, motion: str | os.PathLike | None, part: str | int | None
+) -> MotionSource | None:
+    """Where the motion is, None if it is in the table of the force."""
+    if motion is not None:
+        return MotionSource(path=Path(motion), part=part)
+    if part is not None:
+        return MotionSource(path=path, part=part, same_file=True)
+    named = _motion_of_card(path, preamble)
+    return MotionSource(path=named) if named else None
 
 
 def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:

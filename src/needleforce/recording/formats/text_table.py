@@ -37,6 +37,7 @@ class TextTable:
     has_header: bool = True
     grouped: bool = False
     comments: list[tuple[int, str]] = field(default_factory=list)
+    preamble: Sequence[Sequence[str]] = ()
     title: list[str] = field(default_factory=list)
     name: str = ""
     first_row: int = 1
