@@ -85,7 +85,14 @@ def campaign(
         A source without files, a pattern that matches none of them, a mapping that cannot be read, or an unknown model.
     """
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
-    options |= {"motion_part": motion_part, "rate": rate, "speed": speed, "step": step, "first_row": first_row, "mapping": instrument}
+    options |= {
+        "motion_part": motion_part,
+        "rate": rate,
+        "speed": speed,
+        "step": step,
+        "first_row": first_row,
+        "mapping": instrument,
+    }
     files, not_recordings = _sorted_out(source, mapping, options)
     files = [part for file in files for part in file.parts(columns, instrument)]
     labels, notes = label_files(files, pattern, mapping)

@@ -42,7 +42,11 @@ class AssumedMotion:
         given = [("rate", self.rate is not None and not self.stated and has_time, "time")]
         given += [("speed", self.speed is not None and has_time and has_motion, "time and motion")]
         given += [("step", self.step is not None and has_motion and (has_time or not self.speed), "motion")]
-        left = [f"the {name} that was given is not used, because the file has its own {why}" for name, is_, why in given if is_]
+        left = [
+            f"the {name} that was given is not used, because the file has its own {why}"
+            for name, is_, why in given
+            if is_
+        ]
         return "; ".join(left)
 
     def without_motion(self, has_source: bool) -> "AssumedMotion":
@@ -52,7 +56,9 @@ class AssumedMotion:
     def beside_motion(self) -> str:
         """A sentence on what is not used because the motion is in another table; empty for nothing."""
         left = [name for name, value in (("speed", self.speed), ("step", self.step)) if value is not None]
-        return f"the {' and the '.join(left)} given: not used, because the motion is in a table of its own" if left else ""
+        return (
+            f"the {' and the '.join(left)} given: not used, because the motion is in a table of its own" if left else ""
+        )
 
     def completed(self, rate: float, text: str) -> "AssumedMotion":
         """With the rate [Hz] that the file states in ``text``."""

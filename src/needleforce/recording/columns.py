@@ -90,7 +90,11 @@ def of_main(options: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def of_motion(options: Mapping[str, Any] | None) -> dict[str, Any]:
     """The options that apply to the motion, without the prefix of their keys."""
-    return {key.removeprefix(MOTION_PREFIX): value for key, value in (options or {}).items() if key.startswith(MOTION_PREFIX)}
+    return {
+        key.removeprefix(MOTION_PREFIX): value
+        for key, value in (options or {}).items()
+        if key.startswith(MOTION_PREFIX)
+    }
 
 
 def stated_unit(table: HasColumns, index: int) -> str | None:

@@ -9,20 +9,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
-from .columns import Column
-from .formats.detect import format_of
+from ..files import open_regular
+from .column_look import MAX_LISTED, ColumnLook, column_looks
+from .formats.detect import ROS2_BAG, format_of
 from .mappings import with_mapping
-from .parts import Part, chosen_part, column_table, recordings_in
+from .motion_look import MotionLook, motion_look
+from .parts import MAIN, Part, chosen_part, recordings_in
 from .recording import Recording
 
-_MAX_LISTED = 20  # recordings and columns that are shown
+_OF_FORCE = ("time", "force")  # what is read from a table whose motion is in another one
 _FLAGS = {
     "mapping": ("--as", 1.0),
     "part": ("--part", 1.0),
+    "motion": ("--motion", 1.0),
+    "motion_part": ("--motion-part", 1.0),
     "inwards": ("--depth-inwards", 1.0),
     "filter_length": ("--filter-length", 1.0),
     "rate": ("--rate-hz", 1.0),
@@ -31,21 +33,6 @@ _FLAGS = {
     "first_row": ("--first-row", 1.0),
     "start_depth": ("--start-depth-mm", 1e3),
 }
-
-
-@dataclass(frozen=True, kw_only=True)
-class ColumnLook:
-    """One column: header, stated unit, the quantity it is read as, empty if it is not used, number of values, first,
-    last, smallest and largest value in the file's unit; NaN where it holds no numbers."""
-
-    header: str
-    unit: str
-    quantity: str
-    count: int
-    first: float
-    last: float
-    smallest: float
-    largest: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +59,8 @@ class Look:
         The options of ``read`` that were given.
     options : mapping
         These, completed by a mapping.
+    motion : MotionLook or None
+        The motion in another table, if the options name one.
     """
 
     path: str
@@ -83,6 +72,7 @@ class Look:
     problem: str
     given: Mapping[str, Any]
     options: Mapping[str, Any]
+    motion: MotionLook | None = None
 
     @property
     def command(self) -> str:
@@ -93,14 +83,14 @@ class Look:
         """What is shown: title, headers and rows of each table."""
         made = [("file", ("quantity", "value"), self._facts())]
         if len(self.parts) > 1:
-            rows = [(str(k), name) for k, name in enumerate(self.parts[:_MAX_LISTED], 1)]
-            more = len(self.parts) - _MAX_LISTED
+            rows = [(str(k), name) for k, name in enumerate(self.parts[:MAX_LISTED], 1)]
+            more = len(self.parts) - MAX_LISTED
             rows += [("…", f"and {more} more")] if more > 0 else []
             made.append(("recordings in the file", ("number", "name"), rows))
         if self.columns:
             headers = ("column", "header", "unit", "read as", "first", "last", "smallest", "largest")
-            made.append(("columns", headers, [_cells(k, each) for k, each in enumerate(self.columns[:_MAX_LISTED], 1)]))
-        return made
+            made.append(("columns", headers, [each.cells(k) for k, each in enumerate(self.columns, 1)]))
+        return made + (self.motion.tables() if self.motion else [])
 
     def _facts(self) -> list[tuple[str, ...]]:
         facts = [("file", self.path), ("format", self.format), ("recordings", str(len(self.parts)))]
@@ -116,12 +106,6 @@ class Look:
         return blocks(*parts)
 
 
-def _cells(number: int, column: ColumnLook) -> tuple[str, ...]:
-    values = (column.first, column.last, column.smallest, column.largest)
-    shown = ["" if np.isnan(value) else f"{value:.6g}" for value in values]
-    return (str(number), column.header, column.unit, column.quantity, *shown)
-
-
 def option_words(options: Mapping[str, Any]) -> list[str]:
     """The options of ``read`` as words of a command line."""
     words = []
@@ -131,14 +115,15 @@ def option_words(options: Mapping[str, Any]) -> list[str]:
     for name, (flag, factor) in _FLAGS.items():
         value = options.get(name)
         if value is not None:
-            words += [flag, shlex.quote(value if isinstance(value, str) else f"{factor * value:g}")]
+            words += [flag, shlex.quote(f"{factor * value:g}" if isinstance(value, int | float) else os.fspath(value))]
     return words
 
 
 def look(path: str | os.PathLike, recording_of: Callable[[int | None], Recording], given: Mapping[str, Any]) -> Look:
     """Look at a file.
 
-    A file that cannot be read as a recording is no error: ``problem`` states why.
+    A file that cannot be read as a recording is no error: ``problem`` states why. Raises InputError for one that is
+    absent.
 
     Parameters
     ----------
@@ -158,6 +143,8 @@ def look(path: str | os.PathLike, recording_of: Callable[[int | None], Recording
     parts: Sequence[Part] = ()
     problem, recording, shown = "", None, None
     form = format_of(Path(path))
+    if form != ROS2_BAG:
+        open_regular(Path(path)).close()
     try:
         parts = () if form.log else recordings_in(Path(path), options.get("columns"))
         shown = _shown(parts, options.get("part"), Path(path))
@@ -167,40 +154,21 @@ def look(path: str | os.PathLike, recording_of: Callable[[int | None], Recording
         shown = shown or (parts[0] if parts else None)
     if len(parts) > 1 and "part" not in given and recording is not None:
         given["part"] = shown.name
+    moved = any(options.get(name) is not None for name in ("motion", "motion_part"))
     return Look(
         path=os.fspath(path),
         format=form.name,
         parts=tuple(part.name for part in parts) or ("",),
         part=shown.name if shown else "",
-        columns=() if shown is None else tuple(_column_looks(shown)),
+        columns=() if shown is None else column_looks(shown, [q for q in MAIN if not moved or q in _OF_FORCE]),
         recording=recording,
         problem=problem,
         given=given,
         options=options,
+        motion=motion_look(Path(path), shown, options),
     )
 
 
 def _shown(parts: Sequence[Part], wanted: Any, path: Path) -> Part | None:
     """The part that was chosen, or the first."""
     return chosen_part(parts, wanted, path) if parts and wanted is not None else next(iter(parts), None)
-
-
-def _column_looks(part: Part) -> list[ColumnLook]:
-    return [
-        ColumnLook(header=header, unit=unit, quantity=quantity, **_range(part.table, k))
-        for k, (header, unit, quantity) in enumerate(column_table(part)[:_MAX_LISTED])
-    ]
-
-
-def _range(table: Any, index: int) -> dict[str, Any]:
-    """Number of values, first, last, smallest and largest of a column."""
-    column = Column("force", table.headers[index], index, None)
-    try:
-        values = table.numbers({"force": column})[0]["force"]
-    except InputError:
-        values = np.empty(0)
-    values = values[np.isfinite(values)]
-    if not len(values):
-        return dict.fromkeys(("first", "last", "smallest", "largest"), float("nan")) | {"count": 0}
-    ends = {"first": float(values[0]), "last": float(values[-1])}
-    return ends | {"smallest": float(values.min()), "largest": float(values.max()), "count": len(values)}

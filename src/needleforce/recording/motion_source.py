@@ -13,6 +13,7 @@ from .formats.detect import format_of, tables_of
 from .parts import Part, chosen_part, parts_of
 from .stream import Stream, read_stream
 
+OF_MOTION = "motion: "  # how the quantity of an error begins that is of the motion
 OPTION = "--motion-part"
 _MAX_LISTED = 8  # tables in a message
 _WANTED = ("time", "depth", "velocity")
@@ -32,15 +33,13 @@ class MotionSource:
         """The table of the motion. Raises InputError if it is absent, or needed and not given."""
         return chosen_part(motion_parts(self.path, columns), self.part, self.path, OPTION)
 
-    def stream(
-        self, columns: Mapping[str, Any] | None, units: Mapping[str, str] | None
-    ) -> tuple[Stream, Part]:
+    def stream(self, columns: Mapping[str, Any] | None, units: Mapping[str, str] | None) -> tuple[Stream, Part]:
         """The motion in SI, and its table. Raises InputError as ``read``, with the options that apply to it."""
         part = self.chosen(columns)
         try:
             stream = read_stream(part.table, _WANTED, part.columns, of_motion(units), default_units=of_main(units))
         except InputError as error:
-            raise _of_motion_options(error) from None
+            raise _of_motion_options(error, part.name) from None
         return stream, part
 
     def described(self, stream: Stream, part: Part) -> str:
@@ -67,7 +66,7 @@ def motion_advice(error: InputError, path: Path, used: Part, columns: Mapping[st
         return error
     names = ", ".join(repr(part.name) for part in others[:_MAX_LISTED])
     limit = f"{error.limit}; {names} of the file {'has' if len(others) == 1 else 'have'} a depth or velocity"
-    step = f"Give {OPTION} {others[0].name!r} to put its motion on the clock of the force. {error.next_step}"
+    step = f"Give {OPTION} {others[0].name!r} to put its motion on the clock of the force. Otherwise {error.next_step[:1].lower()}{error.next_step[1:]}"
     return InputError(error.quantity, error.value, limit, error.place, step)
 
 
@@ -103,9 +102,12 @@ def _found(part: Part, wanted: Sequence[str]) -> dict:
         return {}
 
 
-def _of_motion_options(error: InputError) -> InputError:
+def _of_motion_options(error: InputError, name: str) -> InputError:
     """The error with the names of options that apply to the motion."""
     step = error.next_step
     for option in ("--column ", "--unit "):
         step = step.replace(option, f"{option}{MOTION_PREFIX}")
-    return InputError(f"motion: {error.quantity}", error.value, error.limit, error.place, step)
+    if error.quantity == "no column holds the time":
+        step = step.removesuffix(".") + "; or save it with a column of time, or a rate such as fs."
+    place = error.place if not name or name in error.place else f"{error.place}, {name}"
+    return InputError(f"{OF_MOTION}{error.quantity}", error.value, error.limit, place, step)

@@ -113,7 +113,8 @@ def chosen_part(parts: Sequence[Part], wanted: str | int | None, path: Path, opt
         what = "number of recordings" if option == "--part" else "number of tables with a motion"
         raise InputError(what, len(parts), f"the file has {listed(parts)}", str(path), step)
     text = str(wanted).strip()
-    named = [] if isinstance(wanted, int) else [p for p in parts if p.name.casefold() == text.casefold()]
+    plain = text.casefold().strip("/")  # the slash of a group is optional
+    named = [] if isinstance(wanted, int) else [p for p in parts if p.name.casefold().strip("/") == plain]
     if len(named) == 1:
         return named[0]
     of_table = [part for part in parts if part.name.casefold().startswith(f"{text.casefold()}: ")]

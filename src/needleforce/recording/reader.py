@@ -17,7 +17,7 @@ from .formats.detect import format_of, tables_of
 from .formats.text_table import TextTable
 from .joining import INWARDS, join, put_motion, put_signs, settle_motion
 from .mappings import with_mapping
-from .motion_source import MotionSource, motion_advice
+from .motion_source import OF_MOTION, MotionSource, motion_advice
 from .parts import chosen_part, from_row, header_texts, recordings_in
 from .quantities import AXES
 from .recording import Note, Recording
@@ -156,7 +156,7 @@ def _read_file(
         recording = _read_table(table, **options | {"columns": {**chosen.columns, **of_motion}}, assumed=assumed)
     except InputError as error:
         error = motion_advice(error, path, chosen, options["columns"])
-        if not chosen.name or chosen.name in error.place:
+        if not chosen.name or chosen.name in error.place or error.quantity.startswith(OF_MOTION):
             raise error from None
         place = f"{error.place}, {chosen.name}"
         raise InputError(error.quantity, error.value, error.limit, place, error.next_step) from None

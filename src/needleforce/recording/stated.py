@@ -153,7 +153,11 @@ def _words(name: str) -> tuple[list[str], str]:
     words = plain_name(re.sub(r"(?<=[a-z])(?=[A-Z])", "_", last)).split("_")
     for count in (2, 1):  # mm_s, then Hz
         suffix = "/".join(words[-count:])
-        if not unit and len(words) > count and (suffix in _FREQUENCIES or find(suffix, "time" if count == 1 else "velocity")):
+        if (
+            not unit
+            and len(words) > count
+            and (suffix in _FREQUENCIES or find(suffix, "time" if count == 1 else "velocity"))
+        ):
             return words[:-count], suffix
     return [word for word in words if word], unit
 

@@ -162,7 +162,9 @@ def _contradicted_rate(stream: Stream, stated: Stated) -> list[Note]:
     step = float(np.median(np.diff(stream.values["time"])))
     if stated.rate is None or abs(step * stated.rate.value - 1.0) <= UNEVEN_SHARE:
         return []
-    message = f"the file states {stated.rate.text!r}, but its time has {1.0 / step:.6g} samples a second: the time is used"
+    message = (
+        f"the file states {stated.rate.text!r}, but its time has {1.0 / step:.6g} samples a second: the time is used"
+    )
     return [Note("contradiction", message)]
 
 

@@ -2,7 +2,7 @@
 """HDF5, and MATLAB 7.3, by h5py: a group with vectors of one length is a table, and so is each matrix."""
 
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,6 +13,7 @@ import numpy as np
 from ...errors import InputError
 from ...files import open_regular, unpacked_limit
 from ..file_table import FileTable
+from ..stated import is_rate_name
 from .arrays import Array, FileArrays, check_count, check_size, orientation, reading, size_of
 from .matlab import matlab_header, object_step
 from .worker import tables_by_worker
@@ -108,10 +109,21 @@ class _Walk:
             if self._is_object(member, name):
                 continue
             inner += [(name, member)] if _is_group(member) else self._dataset(member, name, arrays, comments)
-        comments += outer
+        comments += [*_sampling(fields.values()), *self._facts(inner), *outer]
         self._found.add(level, arrays, comments)
         for name, member in inner:
             self._inner(f"{level}{name}" if name.startswith("{") else self._join(level, name), member, comments, depth)
+
+    def _facts(self, inner: list[tuple[str, Any]]) -> list[tuple[str, str]]:
+        """The attributes and single values of groups that hold nothing else, such as settings."""
+        found = []
+        for name, group in inner:
+            members = _members(group, self._path) if _is_group(group) else [group]
+            if all(not _is_group(each) and each.size == 1 and not each.dtype.names for each in members):
+                single = [(each.name.rsplit("/", 1)[-1], self._single(each)) for each in members if not _refusal(each)]
+                texts = [*(self._attributes(group) if _is_group(group) else []), *single]
+                found += [(f"{name}/{key}", text) for key, text in texts if text]
+        return found
 
     def _inner(self, label: str, member: Any, comments: list, depth: int) -> None:
         """Add a group, or the structs or cells to which a dataset of references points."""
@@ -260,6 +272,16 @@ class _Walk:
     def _join(self, level: str, name: str) -> str:
         separator = "." if self._matlab else "/"
         return f"{level.rstrip(separator)}{separator}{name}" if level else name
+
+
+def _sampling(members: Iterable[Any]) -> list[tuple[str, str]]:
+    """The attributes of datasets that state the rate of samples, if all that do agree."""
+    found: dict[str, set[str]] = {}
+    for member in members:
+        if not _is_group(member):
+            for name in filter(is_rate_name, list(member.attrs)[:_MAX_ATTRIBUTES]):
+                found.setdefault(name, set()).add(_attribute(member, name))
+    return [(name, texts.pop()) for name, texts in found.items() if len(texts) == 1]
 
 
 def _is_group(member: Any) -> bool:
