@@ -66,7 +66,8 @@ def motion_advice(error: InputError, path: Path, used: Part, columns: Mapping[st
         return error
     names = ", ".join(repr(part.name) for part in others[:_MAX_LISTED])
     limit = f"{error.limit}; {names} of the file {'has' if len(others) == 1 else 'have'} a depth or velocity"
-    step = f"Give {OPTION} {others[0].name!r} to put its motion on the clock of the force. Otherwise {error.next_step[:1].lower()}{error.next_step[1:]}"
+    otherwise = error.next_step[:1].lower() + error.next_step[1:]
+    step = f"Give {OPTION} {others[0].name!r} to put its motion on the clock of the force. Otherwise {otherwise}"
     return InputError(error.quantity, error.value, limit, error.place, step)
 
 

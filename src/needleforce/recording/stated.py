@@ -17,7 +17,7 @@ _TOLERANCE = 1e-6  # of a value: two statements that differ by less agree
 _USUAL_RATES_HZ = (9.0, 20e3)  # of a number without a unit: those of ``unit_guess``
 _EDGES = " \t\r\n#%*\"'<>|"
 _SEPARATORS = re.compile(r"[:=;,\t|]+")
-_VALUE = re.compile(r"(?<![\w.,+-])[+-]?(?:\d[\d.,]*|\.\d+)(?:[eE][+-]?\d+)?")
+_VALUE = re.compile(r"(?<![\w.+-])(?<!\d,)[+-]?(?:\d[\d.,]*|\.\d+)(?:[eE][+-]?\d+)?")
 _BRACKETED = re.compile(r"(.*?)[\[(]([^\])]*)[\])][\s\"']*")
 _OWN_ENTRIES = ("assumption:", "note:", "needle:", "tissue:", "rig:", "origin:")  # of a card
 _FREQUENCIES = {

@@ -11,6 +11,8 @@ from pathlib import Path
 from ...errors import InputError
 from ...files import open_regular
 from ..stated import stating_lines
+from . import key_values
+from .key_values import is_key_values
 from .rows import MIN_ROWS, Block, bare, blocks, decimal_sign, is_missing, is_number, is_unit_row, plain_number
 from .summary_rows import without_summary
 from .text_lines import MAX_LINE_CHARS, WHITESPACE, Encoding, long_line, split_cells
@@ -36,6 +38,8 @@ def tables(path: Path) -> list[TextTable]:
     """
     for size in _HEAD_BYTES:
         encoding, lines, complete = _head(path, size)
+        if is_key_values(lines):
+            return [key_values.table(path, encoding)]
         chosen = _delimited(lines)
         if complete or (chosen and _reaches_the_end(chosen.blocks, lines)):
             break
