@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Logs of microcontrollers and robots: named values in each line, stamps in two columns, and headers in any encoding."""
+"""Logs of microcontrollers and robots: named values in each line, stamps in two columns, headers in any encoding."""
 
 import numpy as np
 import pytest

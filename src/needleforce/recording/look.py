@@ -12,10 +12,9 @@ from typing import Any
 from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
 from ..files import open_regular
-from .column_look import MAX_LISTED, ColumnLook, column_looks
 from .formats.detect import ROS2_BAG, format_of
 from .mappings import with_mapping
-from .motion_look import MotionLook, motion_look
+from .motion_look import MAX_LISTED, ColumnLook, MotionLook, column_looks, motion_look
 from .parts import MAIN, Part, chosen_part, recordings_in
 from .recording import Recording
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
-from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
 from .columns import MOTION_PREFIX, of_main
 from .file_table import FileTable
@@ -21,6 +20,7 @@ from .motion_source import OF_MOTION, MotionSource, motion_advice
 from .parts import chosen_part, from_row, header_texts, recordings_in
 from .quantities import AXES
 from .recording import Note, Recording
+from .stated import AssumedMotion
 from .stream import Stream, read_stream
 from .timestamps import timing_notes
 
@@ -221,7 +221,7 @@ def _read_table(
     main = read_stream(layout, wanted, of_main(columns), of_main(units), assumed=assumed.without_motion(bool(source)))
     direction = INWARDS[inwards or "increasing"]
     if source:
-        main.notes += [Note("unused", assumed.beside_motion())] if assumed.beside_motion() else []
+        main.notes += [Note("unused", assumed.unused_with_motion())] if assumed.unused_with_motion() else []
         join(main, source, table=layout, start_depth=start_depth, columns=columns, units=units, inwards=direction)
     elif main.motion:
         put_motion(main, main.motion, start_depth, preamble, direction)

@@ -9,13 +9,12 @@ import numpy as np
 
 from ..errors import InputError
 from ..files import file_name
-from .assumed_motion import AssumedMotion
 from .columns import Column, by_unit, choose, missing
 from .file_table import FileTable
 from .formats.text_table import TextTable
 from .quantities import dimension
 from .recording import Note
-from .stated import Stated, stated_by
+from .stated import AssumedMotion, Stated, stated_by
 from .table import MAX_MISSING_SHARE, Table, drop_incomplete, load
 from .timestamps import UNEVEN_SHARE, check_count, put_in_order
 from .unit_guess import assign_units

@@ -119,7 +119,7 @@ def tables_of(path: Path) -> "list[FileTable]":
     if not found.module:
         raise InputError("file", found.name, "a table of numbers is needed", str(path), found.advice)
     try:
-        from .stamps import with_stamps
+        from .clock_times import with_stamps
 
         return [with_stamps(table) for table in import_module(f".{found.module}", __package__).tables(path)]
     except ImportError as error:

@@ -2,11 +2,13 @@
 """A text whose lines name their values, as a microcontroller prints them: ``t=0ms;F=0.5N``, ``Force:0.5,Depth:1.2``."""
 
 import hashlib
+import io
 import re
 from array import array
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -57,14 +59,12 @@ def table(path: Path, encoding: Encoding) -> FileTable:
     return rows.table(sha256)
 
 
-def _lines(file: Iterable[bytes], encoding: Encoding, path: Path) -> Iterator[str]:
-    import io
-
-    text = io.TextIOWrapper(file, encoding=encoding.name, errors="replace", newline=None)  # type: ignore[arg-type]
-    for number, line in enumerate(iter(lambda: text.readline(MAX_LINE_CHARS + 1), ""), 1):
-        if len(line) > MAX_LINE_CHARS:
-            raise long_line(path, number)
-        yield line
+def _lines(file: BinaryIO, encoding: Encoding, path: Path) -> Iterator[str]:
+    with io.TextIOWrapper(file, encoding=encoding.name, errors="replace", newline=None) as text:
+        for number, line in enumerate(iter(lambda: text.readline(MAX_LINE_CHARS + 1), ""), 1):
+            if len(line) > MAX_LINE_CHARS:
+                raise long_line(path, number)
+            yield line
 
 
 def _pairs(line: str) -> Iterator[tuple[str, str, str]]:

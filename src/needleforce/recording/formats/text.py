@@ -11,8 +11,6 @@ from pathlib import Path
 from ...errors import InputError
 from ...files import open_regular
 from ..stated import stating_lines
-from . import key_values
-from .key_values import is_key_values
 from .rows import MIN_ROWS, Block, bare, blocks, decimal_sign, is_missing, is_number, is_unit_row, plain_number
 from .summary_rows import without_summary
 from .text_lines import MAX_LINE_CHARS, WHITESPACE, Encoding, long_line, split_cells
@@ -25,6 +23,7 @@ _HEAD_LINES = 20_000
 _MAX_TABLES = 2000
 _SAMPLE_LINES = 200  # of a later table, which show its columns
 _ABOVE_LINES = 8  # above a table, in which its headers are
+_NAMED_VALUE = re.compile(r"[^\W\d_][\w\])]{0,20} ?[=:] {0,8}[+-]?[.\d]")
 _STATING_LINES = 256  # above a table, that may state a rate, a speed or a unit
 _DELIMITERS = ("\t", ";", ",", "|", WHITESPACE)
 _ENCODINGS = ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"), (b"\xef\xbb\xbf", "utf-8"))
@@ -38,8 +37,11 @@ def tables(path: Path) -> list[TextTable]:
     """
     for size in _HEAD_BYTES:
         encoding, lines, complete = _head(path, size)
-        if is_key_values(lines):
-            return [key_values.table(path, encoding)]
+        if any(_NAMED_VALUE.search(line) for line in lines[-2:]):
+            from . import key_values
+
+            if key_values.is_key_values(lines):
+                return [key_values.table(path, encoding)]
         chosen = _delimited(lines)
         if complete or (chosen and _reaches_the_end(chosen.blocks, lines)):
             break
