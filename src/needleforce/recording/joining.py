@@ -3,17 +3,19 @@
 direction of insertion."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InputError
 from .card import Preamble
-from .motion_source import MotionSource, start_offset
 from .recording import Note, derivative
 from .signs import signs_of
 from .stream import Stream, constant_depth
 from .timestamps import timing_notes
+
+if TYPE_CHECKING:
+    from .motion_source import MotionSource
 
 INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
 
@@ -111,7 +113,7 @@ def _start_depth(given: float | None, preamble: Preamble, place: str) -> float:
 
 def join(
     main: Stream,
-    source: MotionSource,
+    source: "MotionSource",
     *,
     table: Any = None,
     start_depth: float | None,
@@ -121,6 +123,8 @@ def join(
 ) -> None:
     """Interpolate depth and velocity of another table, of a second file or of the same, onto the clock of the force;
     ``table`` is that of the force."""
+    from .motion_source import start_offset
+
     other, part = source.stream(columns, units)
     offset = start_offset(table, part.table) if source.same_file else 0.0
     other.values["time"] = other.values["time"] + offset

@@ -16,7 +16,6 @@ from .formats.detect import format_of, tables_of
 from .formats.text_table import TextTable
 from .joining import INWARDS, join, put_motion, put_signs, settle_motion
 from .mappings import with_mapping
-from .motion_source import OF_MOTION, MotionSource, motion_advice
 from .parts import chosen_part, from_row, header_texts, recordings_in
 from .quantities import AXES
 from .recording import Note, Recording
@@ -26,6 +25,7 @@ from .timestamps import timing_notes
 
 if TYPE_CHECKING:
     from .look import Look
+    from .motion_source import MotionSource
 
 TESTS = ("insertion", "indentation")
 
@@ -155,6 +155,8 @@ def _read_file(
         of_motion = {q: h for q, h in header_texts(options["columns"]).items() if q.startswith(MOTION_PREFIX)}
         recording = _read_table(table, **options | {"columns": {**chosen.columns, **of_motion}}, assumed=assumed)
     except InputError as error:
+        from .motion_source import OF_MOTION, motion_advice
+
         error = motion_advice(error, path, chosen, options["columns"])
         if not chosen.name or chosen.name in error.place or error.quantity.startswith(OF_MOTION):
             raise error from None
@@ -238,14 +240,19 @@ def _read_table(
 
 def _motion_source(
     path: Path, preamble: Preamble, motion: str | os.PathLike | None, part: str | int | None
-) -> MotionSource | None:
+) -> "MotionSource | None":
     """Where the motion is, None if it is in the table of the force."""
+    given = motion is not None or part is not None
+    named = None if given else _motion_of_card(path, preamble)
+    if not given and named is None:
+        return None
+    from .motion_source import MotionSource
+
     if motion is not None:
         return MotionSource(path=Path(motion), part=part)
     if part is not None:
         return MotionSource(path=path, part=part, same_file=True)
-    named = _motion_of_card(path, preamble)
-    return MotionSource(path=named) if named else None
+    return MotionSource(path=named)
 
 
 def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:
