@@ -20,7 +20,7 @@ from ..quantities import UNIT_DIMENSIONS
 from ..recording import Note
 from .arrays import MAX_COLUMNS, check_count, check_size
 from .clock_times import seconds_of
-from .text_table import MAX_LINE_CHARS, Encoding, long_line
+from .text_lines import MAX_LINE_CHARS, Encoding, long_line
 
 # a name that begins with a letter, = or :, a number with a decimal comma only if a digit follows it, and a unit
 _PAIR = re.compile(
