@@ -165,3 +165,17 @@ def test_a_campaign_takes_every_recording_of_a_file(tmp_path):
     assert [each.file for each in found.recordings] == ["three.csv: 1", "three.csv: 2", "three.csv: 3"]
     (condition,) = found.conditions
     assert len(condition.recordings) == 3
+
+
+def test_an_absent_file_is_one_line():
+    done = run("nothing.csv")
+    assert done.stdout == "" and isinstance(done.exception, nf.InputError)
+
+
+def test_the_command_after_saving_uses_the_mapping(odd, home):
+    done = run(odd, *OPTIONS, "--save", "odd_rig", "--no-plot")
+    assert shlex.split(done.stdout.strip().splitlines()[-1]) == ["needleforce", "identify", str(odd), "--as", "odd_rig"]
+    again = run(odd, "--as", "odd_rig", "--no-plot")
+    assert again.exit_code == 0 and "1000 at 50 Hz" in again.stdout
+    of_folder = run(odd, *OPTIONS, "--save", odd.with_name("needleforce.toml"), "--no-plot")
+    assert shlex.split(of_folder.stdout.strip().splitlines()[-1]) == ["needleforce", "identify", str(odd)]

@@ -9,9 +9,9 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 262,
+    "Python files": 270,
     "modules imported by one other alone": 80,
-    "files that run in `nf.read(file)`": 25,
+    "files that run in `nf.read(file)`": 28,
     "files that run in `nf.identify(recording)`": 40,
     "calls with six or more positional arguments": 0,
 }

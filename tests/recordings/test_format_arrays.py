@@ -40,7 +40,7 @@ def test_vectors_of_one_length_are_a_table_with_what_is_as_long(tmp_path, save):
     assert list(found) == ["time", "fz", "counts", *(f"wrench[:,{k}]" for k in range(6))]
     assert (found["time"] == TIME).all() and (found["fz"] == FORCE.astype(np.float32)).all()
     assert (found["counts"] == np.arange(50)).all() and (found["wrench[:,4]"] == np.arange(4, 300, 6)).all()
-    assert "rate" in tables_of(path)[0].notes[0].message
+    assert (0, "rate: 50.0") in tables_of(path)[0].comments
 
 
 def test_other_lengths_and_matrices_are_tables_of_their_own(tmp_path):

@@ -34,6 +34,7 @@ def campaign(
     units: Mapping[str, str] | None = None,
     inwards: str | None = None,
     filter_length: int | None = None,
+    motion_part: str | int | None = None,
     rate: float | None = None,
     speed: float | None = None,
     step: float | None = None,
@@ -64,7 +65,7 @@ def campaign(
         Name of the model, as for ``identify``.
     needle : Needle, optional
         The needle, as for ``identify``.
-    columns, units, inwards, filter_length, rate, speed, step, first_row
+    columns, units, inwards, filter_length, motion_part, rate, speed, step, first_row
         As for ``read``. Every recording of a file with several is used; they are repeats of one condition.
     instrument : str or os.PathLike, optional
         Options kept in a file, the ``mapping`` of ``read``.
@@ -88,7 +89,14 @@ def campaign(
         A source without files, a pattern that matches none of them, a mapping that cannot be read, or an unknown model.
     """
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
-    options |= {"rate": rate, "speed": speed, "step": step, "first_row": first_row, "mapping": instrument}
+    options |= {
+        "motion_part": motion_part,
+        "rate": rate,
+        "speed": speed,
+        "step": step,
+        "first_row": first_row,
+        "mapping": instrument,
+    }
     files, not_recordings = _sorted_out(source, mapping, options)
     files = [each for file in files for each in file.parts(part, options)]
     labels, notes = label_files(files, pattern, mapping)

@@ -79,8 +79,10 @@ def _show(done: "Campaign", quiet: bool) -> None:
         if one.why:
             say(f"{one.file}: {one.status}{', left out' if one.left_out else ''}: {one.why}")
     for condition in done.conditions:
-        if condition.why:
+        if condition.why and not any(each.why and each.why in condition.why for each in condition.recordings):
             say(f"{condition.name}: no model: {condition.why}")
+        elif condition.why:
+            say(f"{condition.name}: no model, as its recordings have none")
     if not quiet and done.conditions:
         shown = [name for name in SHOWN if any(name in each.parameters for each in done.conditions)]
         columns = ["condition", "repeats used", "residual / peak", "R²", *(name.replace("_", " ") for name in shown)]

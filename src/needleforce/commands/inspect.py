@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce inspect``: what a file is, what is assumed of it, what is missing, and the command that reads it."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,6 +10,7 @@ import typer
 from ..errors import InputError
 from .files import (
     COLUMN_HELP,
+    START_DEPTH_HELP,
     UNIT_HELP,
     check_usage,
 )
@@ -31,6 +33,8 @@ def run(
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     *,
     reading: dict[str, Any],
+    motion: Annotated[Path | None, typer.Option(help="File with velocity or depth on its own clock.")] = None,
+    start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
     plot: Annotated[bool, typer.Option(help="Draw the force over the depth in the terminal.")] = True,
     figure: Annotated[Path | None, typer.Option(help="Write the plot as a picture: .png, .svg or .pdf.")] = None,
     save: Annotated[str | None, typer.Option(help=SAVE_HELP)] = None,
@@ -38,15 +42,11 @@ def run(
     """Look at a file: its format, recordings, columns and units, what is assumed, and what is missing."""
     import needleforce as nf
 
-    check_outputs([figure], [file])
+    check_outputs([figure], [file, motion])
     options = {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
     check_usage(options | reading)
-    found = nf.read(
-        file,
-        dry_run=True,
-        **options,
-        **reading,
-    )
+    start = None if start_depth_mm is None else 1e-3 * start_depth_mm
+    found = nf.read(file, dry_run=True, motion=motion, start_depth=start, **options, **reading)
     _show(found)
     if found.recording is None:
         say(found.problem)
@@ -60,7 +60,17 @@ def run(
         from ..recording.mappings import save_mapping
 
         say(f"mapping: {save_mapping({k: v for k, v in found.options.items() if k != 'part'}, save)}")
+        found = _with_mapping(found, save)
     show(f"\nRead by:\n  {found.command}")
+
+
+def _with_mapping(found: "Look", saved: str) -> "Look":
+    """The look with the command that uses the options that were saved; those of the folder apply without an option."""
+    from ..recording.mappings import IN_FOLDER
+
+    own = {name: found.given[name] for name in ("part", "motion") if name in found.given}
+    of_folder = Path(saved).absolute() == Path(found.path).absolute().with_name(IN_FOLDER)
+    return replace(found, given=own if of_folder else own | {"mapping": saved})
 
 
 def _show(found: "Look") -> None:

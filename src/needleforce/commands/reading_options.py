@@ -10,6 +10,7 @@ import typer
 
 INWARDS_HELP = "Whether depth is increasing or decreasing during insertion; default: as the data show it."
 PART_HELP = "Which recording of a file with several: its name, its number from 1, names with *, all, or 'cycle *'."
+MOTION_PART_HELP = "Table with the depth on its own clock, of this file or of the motion file: its name or number."
 SPEED_HELP = "Constant speed of a file without time or depth."
 STEP_HELP = "Travel between two samples of a file without depth."
 FIRST_ROW_HELP = "Row of the file at which the samples begin, if rows above are none."
@@ -18,6 +19,7 @@ INSTRUMENT_HELP = "Options kept for an instrument: a name such as instron, or a 
 _OPTIONS: dict[str, tuple[Any, str, float | None]] = {
     "depth_inwards": (Annotated[str | None, typer.Option(help=INWARDS_HELP)], "inwards", None),
     "part": (Annotated[str | None, typer.Option(help=PART_HELP)], "part", None),
+    "motion_part": (Annotated[str | None, typer.Option(help=MOTION_PART_HELP)], "motion_part", None),
     "rate_hz": (Annotated[float | None, typer.Option(help="Samples a second of a file without time.")], "rate", 1.0),
     "speed_mm_s": (Annotated[float | None, typer.Option(help=SPEED_HELP)], "speed", 1e-3),
     "step_um": (Annotated[float | None, typer.Option(help=STEP_HELP)], "step", 1e-6),

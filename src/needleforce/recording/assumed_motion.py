@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time and depth of a file that lacks them, from a rate, a speed or a step that the user states."""
+"""Time and depth of a file without a column of them, from a rate, a speed or a step that is known."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,12 +14,14 @@ COUNTED = "the file has no time: its rows are counted, one a second, and no rate
 @dataclass(frozen=True, kw_only=True)
 class AssumedMotion:
     """What a user knows of a recording: rate of the samples [Hz], constant speed [m/s], travel between two samples [m],
-    each None if it is not given; ``counted`` is True if a time is not needed."""
+    each None if it is not given; ``counted`` is True if a time is not needed, ``stated`` is what the file states of the
+    rate, if it is not given by the user."""
 
     rate: float | None = None
     speed: float | None = None
     step: float | None = None
     counted: bool = False
+    stated: str = ""
 
     def __post_init__(self):
         """Raise InputError for values that are not above zero."""
@@ -35,11 +37,39 @@ class AssumedMotion:
         """Whether a depth follows without a column of depth or velocity."""
         return bool(self.step or (self.speed and (has_time or self.rate)))
 
+    def unused(self, has_time: bool, has_motion: bool) -> str:
+        """A sentence on what was given and is not used, because the file has it; empty if all is used."""
+        given = [("rate", self.rate is not None and not self.stated and has_time, "time")]
+        given += [("speed", self.speed is not None and has_time and has_motion, "time and motion")]
+        given += [("step", self.step is not None and has_motion and (has_time or not self.speed), "motion")]
+        left = [
+            f"the {name} that was given is not used, because the file has its own {why}"
+            for name, is_, why in given
+            if is_
+        ]
+        return "; ".join(left)
+
+    def without_motion(self, has_source: bool) -> "AssumedMotion":
+        """Without speed and step, if the motion is in another table."""
+        return replace(self, speed=None, step=None) if has_source else self
+
+    def unused_with_motion(self) -> str:
+        """A sentence on what is not used because the motion is in another table; empty for nothing."""
+        left = [name for name, value in (("speed", self.speed), ("step", self.step)) if value is not None]
+        return (
+            f"the {' and the '.join(left)} given: not used, because the motion is in a table of its own" if left else ""
+        )
+
+    def completed(self, rate: float, text: str) -> "AssumedMotion":
+        """With the rate [Hz] that the file states in ``text``."""
+        return replace(self, rate=rate, stated=text)
+
     def time(self, count: int, depth: np.ndarray | None) -> tuple[np.ndarray, str]:
         """(count,) times [s] and what is assumed; ``depth`` [m] if the file has one."""
         rows = np.arange(count, dtype=float)
         if self.rate:
-            return rows / self.rate, f"the samples are {self.rate:g} Hz apart, as given"
+            source = f"as the file states: {self.stated!r}" if self.stated else "as given"
+            return rows / self.rate, f"the time is that of {self.rate:g} Hz, {source}"
         if self.speed and depth is None:
             return rows * (self.step / self.speed), "the time follows from the step and the speed given"
         if self.speed:

@@ -4,11 +4,12 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from ..errors import InputError
 from .quantities import RECOGNISED, check_known, dimension, listed, plain_name, split
 
+MOTION_PREFIX = "motion."  # of the keys of options that apply to the motion
 _MAX_LISTED = 16  # columns in a message
 
 
@@ -80,6 +81,20 @@ def choose(
                 found.setdefault(quantity, []).append(index)
         taken |= found
     return {quantity: _single(table, quantity, found) for quantity, found in taken.items()}
+
+
+def of_main(options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The options that do not apply to the motion."""
+    return {key: value for key, value in (options or {}).items() if not key.startswith(MOTION_PREFIX)}
+
+
+def of_motion(options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The options that apply to the motion, without the prefix of their keys."""
+    return {
+        key.removeprefix(MOTION_PREFIX): value
+        for key, value in (options or {}).items()
+        if key.startswith(MOTION_PREFIX)
+    }
 
 
 def stated_unit(table: HasColumns, index: int) -> str | None:

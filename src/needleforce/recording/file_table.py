@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A table of a file of any format: headers, stated units, and columns of numbers that are read when they are used."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,8 @@ class FileTable:
         The name of the table in its file, such as a sheet; empty if the file has only one.
     comments : list of (int, str)
         What the file states about the table: line, and text such as ``filter_length: 10``.
+    preamble : sequence of sequences of str
+        The lines above the table that may state a rate, a speed or a unit, the nearest level first.
     sha256 : str
         SHA-256 of the file.
     notes : list of Note
@@ -53,6 +55,7 @@ class FileTable:
     units: list[str] = field(default_factory=list)
     name: str = ""
     comments: list[tuple[int, str]] = field(default_factory=list)
+    preamble: Sequence[Sequence[str]] = ()
     sha256: str = ""
     notes: list[Note] = field(default_factory=list)
     read_from: Callable[[int, int], np.ndarray] | None = None

@@ -3,18 +3,19 @@
 direction of insertion."""
 
 from collections.abc import Mapping
-from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InputError
 from .card import Preamble
-from .formats.detect import tables_of
-from .parts import chosen_part, parts_of
 from .recording import Note, derivative
 from .signs import signs_of
-from .stream import Stream, constant_depth, read_stream
+from .stream import Stream, constant_depth
 from .timestamps import timing_notes
+
+if TYPE_CHECKING:
+    from .motion_source import MotionSource
 
 INWARDS = {"increasing": 1.0, "+": 1.0, "decreasing": -1.0, "-": -1.0}
 
@@ -77,15 +78,6 @@ def put_signs(stream: Stream, inwards: str | None, units: Mapping[str, str] | No
     stream.assumptions += found.sentences
 
 
-def of_main(options: Mapping[str, str] | None) -> dict[str, str]:
-    """The options that do not apply to the motion file."""
-    return {key: value for key, value in (options or {}).items() if not key.startswith("motion.")}
-
-
-def _of_motion(options: Mapping[str, str] | None) -> dict[str, str]:
-    return {key.removeprefix("motion."): value for key, value in (options or {}).items() if key.startswith("motion.")}
-
-
 def settle_motion(stream: Stream, start_depth: float | None, preamble: Preamble, inwards: float) -> None:
     """Set depth and velocity of a stream, positive inwards, from the one that it contains."""
     values = stream.values
@@ -121,22 +113,26 @@ def _start_depth(given: float | None, preamble: Preamble, place: str) -> float:
 
 def join(
     main: Stream,
-    path: Path,
+    source: "MotionSource",
     *,
+    table: Any = None,
     start_depth: float | None,
     columns: Mapping[str, str] | None,
     units: Mapping[str, str] | None,
     inwards: float,
 ) -> None:
-    """Interpolate depth and velocity of a second file onto the clock of the first."""
-    wanted = ("time", "depth", "velocity")
-    part = chosen_part(parts_of(tables_of(path), _of_motion(columns)), None, path)
-    other = read_stream(part.table, wanted, part.columns, _of_motion(units), default_units=of_main(units))
-    layout = part.table
-    put_motion(main, other, start_depth, Preamble(layout.comments, other.place), inwards)
+    """Interpolate depth and velocity of another table, of a second file or of the same, onto the clock of the force;
+    ``table`` is that of the force."""
+    from .motion_source import start_offset
+
+    other, part = source.stream(columns, units)
+    offset = start_offset(table, part.table) if source.same_file else 0.0
+    other.values["time"] = other.values["time"] + offset
+    put_motion(main, other, start_depth, Preamble(part.table.comments, other.place), inwards)
+    zero = f"their starts are {offset:g} s apart, as the file states" if offset else ""
     main.assumptions += [
-        f"depth and velocity are read from {other.place} (SHA-256 {other.sha256}) and interpolated onto the "
-        "force's clock; both clocks are assumed to have the same zero",
+        f"depth and velocity are read from {source.described(other, part)} and interpolated onto the "
+        f"force's clock; {zero or 'both clocks are assumed to have the same zero'}",
         *other.assumptions,
     ]
 

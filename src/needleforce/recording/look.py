@@ -9,21 +9,24 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
-from .columns import Column
+from ..files import open_regular
 from .cycles import CycleSpan
-from .formats.detect import format_of
+from .formats.detect import ROS2_BAG, format_of
 from .mappings import with_mapping
-from .parts import Part, asked, chosen_part, column_table, recordings_in
+from .motion_look import MAX_LISTED, ColumnLook, MotionLook, column_looks, motion_look
+from .part_choice import asked, chosen_part
+from .parts import Part, recordings_in
+from .quantities import MAIN
 from .recording import Recording
 
-_MAX_LISTED = 20  # recordings and columns that are shown
+_OF_FORCE = ("time", "force")  # what is read from a table whose motion is in another one
 _FLAGS = {
     "mapping": ("--as", 1.0),
     "part": ("--part", 1.0),
+    "motion": ("--motion", 1.0),
+    "motion_part": ("--motion-part", 1.0),
     "inwards": ("--depth-inwards", 1.0),
     "filter_length": ("--filter-length", 1.0),
     "rate": ("--rate-hz", 1.0),
@@ -32,21 +35,6 @@ _FLAGS = {
     "first_row": ("--first-row", 1.0),
     "start_depth": ("--start-depth-mm", 1e3),
 }
-
-
-@dataclass(frozen=True, kw_only=True)
-class ColumnLook:
-    """One column: header, stated unit, the quantity it is read as, empty if it is not used, number of values, first,
-    last, smallest and largest value in the file's unit; NaN where it holds no numbers."""
-
-    header: str
-    unit: str
-    quantity: str
-    count: int
-    first: float
-    last: float
-    smallest: float
-    largest: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +64,8 @@ class Look:
     cycles : tuple of CycleSpan
         The cycles of the recording that is shown, or of the one it was taken from: name, first sample, and the one
         after the last.
+    motion : MotionLook or None
+        The motion in another table, if the options name one.
     """
 
     path: str
@@ -88,6 +78,7 @@ class Look:
     given: Mapping[str, Any]
     options: Mapping[str, Any]
     cycles: tuple[CycleSpan, ...] = ()
+    motion: MotionLook | None = None
 
     @property
     def command(self) -> str:
@@ -98,22 +89,22 @@ class Look:
         """What is shown: title, headers and rows of each table."""
         made = [("file", ("quantity", "value"), self._facts())]
         if len(self.parts) > 1:
-            rows = [(str(k), name) for k, name in enumerate(self.parts[:_MAX_LISTED], 1)]
-            more = len(self.parts) - _MAX_LISTED
+            rows = [(str(k), name) for k, name in enumerate(self.parts[:MAX_LISTED], 1)]
+            more = len(self.parts) - MAX_LISTED
             rows += [("…", f"and {more} more")] if more > 0 else []
             made.append(("recordings in the file", ("number", "name"), rows))
         if self.cycles:
             made.append(("cycles in the recording", ("number", "name", "first sample", "last sample"), self._cycles()))
         if self.columns:
             headers = ("column", "header", "unit", "read as", "first", "last", "smallest", "largest")
-            made.append(("columns", headers, [_cells(k, each) for k, each in enumerate(self.columns[:_MAX_LISTED], 1)]))
-        return made
+            made.append(("columns", headers, [each.cells(k) for k, each in enumerate(self.columns, 1)]))
+        return made + (self.motion.tables() if self.motion else [])
 
     def _cycles(self) -> list[tuple[str, ...]]:
         """A row for each of the first cycles."""
-        shown = self.cycles[:_MAX_LISTED]
+        shown = self.cycles[:MAX_LISTED]
         rows = [(str(k), each.name, str(each.first + 1), str(each.stop)) for k, each in enumerate(shown, 1)]
-        more = len(self.cycles) - _MAX_LISTED
+        more = len(self.cycles) - MAX_LISTED
         return rows + ([("…", f"and {more} more", "", "")] if more > 0 else [])
 
     def _facts(self) -> list[tuple[str, ...]]:
@@ -130,12 +121,6 @@ class Look:
         return blocks(*parts)
 
 
-def _cells(number: int, column: ColumnLook) -> tuple[str, ...]:
-    values = (column.first, column.last, column.smallest, column.largest)
-    shown = ["" if np.isnan(value) else f"{value:.6g}" for value in values]
-    return (str(number), column.header, column.unit, column.quantity, *shown)
-
-
 def option_words(options: Mapping[str, Any]) -> list[str]:
     """The options of ``read`` as words of a command line."""
     words = []
@@ -145,7 +130,7 @@ def option_words(options: Mapping[str, Any]) -> list[str]:
     for name, (flag, factor) in _FLAGS.items():
         value = options.get(name)
         if value is not None:
-            words += [flag, shlex.quote(value if isinstance(value, str) else f"{factor * value:g}")]
+            words += [flag, shlex.quote(f"{factor * value:g}" if isinstance(value, int | float) else os.fspath(value))]
     return words
 
 
@@ -156,7 +141,8 @@ def look(
 ) -> Look:
     """Look at a file.
 
-    A file that cannot be read as a recording is no error: ``problem`` states why.
+    A file that cannot be read as a recording is no error: ``problem`` states why. Raises InputError for one that is
+    absent.
 
     Parameters
     ----------
@@ -176,52 +162,35 @@ def look(
     parts: Sequence[Part] = ()
     problem, recording, shown, cycles = "", None, None, ()
     form = format_of(Path(path))
+    if form != ROS2_BAG:
+        open_regular(Path(path)).close()
     try:
         parts = () if form.log else recordings_in(Path(path), options.get("columns"))
         wanted, cycle = asked(options.get("part"), [part.name for part in parts])
         shown = _shown(parts, wanted, Path(path))
-        named = f"{shown.name}: {cycle}" if shown and shown.name else cycle
+        named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
         recording, cycles = recording_of(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
     except InputError as error:
         problem = str(error)
         shown = shown or (parts[0] if parts else None)
     if len(parts) > 1 and "part" not in given and recording is not None:
         given["part"] = shown.name
+    moved = any(options.get(name) is not None for name in ("motion", "motion_part"))
     return Look(
         path=os.fspath(path),
         format=form.name,
         parts=tuple(part.name for part in parts) or ("",),
         part=shown.name if shown else "",
-        columns=() if shown is None else tuple(_column_looks(shown)),
+        columns=() if shown is None else column_looks(shown, [q for q in MAIN if not moved or q in _OF_FORCE]),
         recording=recording,
         problem=problem,
         given=given,
         options=options,
         cycles=cycles,
+        motion=motion_look(Path(path), shown, options),
     )
 
 
 def _shown(parts: Sequence[Part], wanted: Any, path: Path) -> Part | None:
     """The part that was chosen, or the first."""
     return chosen_part(parts, wanted, path) if parts and wanted is not None else next(iter(parts), None)
-
-
-def _column_looks(part: Part) -> list[ColumnLook]:
-    return [
-        ColumnLook(header=header, unit=unit, quantity=quantity, **_range(part.table, k))
-        for k, (header, unit, quantity) in enumerate(column_table(part)[:_MAX_LISTED])
-    ]
-
-
-def _range(table: Any, index: int) -> dict[str, Any]:
-    """Number of values, first, last, smallest and largest of a column."""
-    column = Column("force", table.headers[index], index, None)
-    try:
-        values = table.numbers({"force": column})[0]["force"]
-    except InputError:
-        values = np.empty(0)
-    values = values[np.isfinite(values)]
-    if not len(values):
-        return dict.fromkeys(("first", "last", "smallest", "largest"), float("nan")) | {"count": 0}
-    ends = {"first": float(values[0]), "last": float(values[-1])}
-    return ends | {"smallest": float(values.min()), "largest": float(values.max()), "count": len(values)}

@@ -16,7 +16,7 @@ IN_FOLDER = "needleforce.toml"
 _SHIPPED = Path(__file__).with_name("mappings")
 _FACTORS = {"speed_mm_s": ("speed", 1e-3), "step_um": ("step", 1e-6), "start_depth_mm": ("start_depth", 1e-3),
             "rate_hz": ("rate", 1.0)}  # fmt: skip
-_PLAIN = ("part", "inwards", "filter_length", "first_row")
+_PLAIN = ("part", "motion_part", "inwards", "filter_length", "first_row")
 
 
 class MappingFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
@@ -26,6 +26,7 @@ class MappingFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     columns: dict[str, str | int | list[str]] = {}
     units: dict[str, str] = {}
     part: str | int | None = None
+    motion_part: str | int | None = None
     inwards: str | None = None
     filter_length: int | None = None
     first_row: int | None = None

@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The recordings of one file: tables one after the other, groups of columns, runs whose time starts again."""
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -11,16 +10,15 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from .columns import Column, by_unit, choose, stated_unit
+from .columns import Column, by_unit, choose, of_main, stated_unit
 from .formats.detect import tables_of
 from .quantities import MAIN, RECOGNISED, by_name, by_numbered_name, plain_name, row_name, split
+from .stated import stated_by
 
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
 _MAX_RUNS = 10_000
 _BLOCK = 1 << 20  # samples whose steps are looked at together
 _NEAR_START = 0.02  # of the range of time: a run begins where the first one began
-_MAX_LISTED = 12  # names in a message
-_CYCLE = re.compile(r"(?:(.*): )?(cycle ?\S+)", re.IGNORECASE | re.DOTALL)
 _last: list = []  # the recordings of the last file that had several
 
 
@@ -35,7 +33,9 @@ class Part:
     cycles: tuple[tuple[str, int, int], ...] = ()
 
 
-def parts_of(tables: Sequence[Any], given: Mapping[str, Any]) -> list[Part]:
+def parts_of(
+    tables: Sequence[Any], given: Mapping[str, Any], belongs: "Sequence[Callable[[Part], bool]] | None" = None
+) -> list[Part]:
     """The recordings of a file with these tables.
 
     Parameters
@@ -45,11 +45,13 @@ def parts_of(tables: Sequence[Any], given: Mapping[str, Any]) -> list[Part]:
     given : mapping
         Quantity -> header, or headers of which the first that a table has is used; one with ``*`` stands for several
         columns, each of a recording of its own.
+    belongs : sequence of callables, optional
+        Part -> whether it is one of those that are looked for, the surest first; default: whether it is a recording.
 
     Returns
     -------
     list of Part
-        Those with the columns of a recording; all if none has them.
+        Those with the columns of a recording; those with a force if none has them; all if none has a force.
 
     Raises
     ------
@@ -64,7 +66,7 @@ def parts_of(tables: Sequence[Any], given: Mapping[str, Any]) -> list[Part]:
             refused = error
     if not found and refused:
         raise refused
-    usable = [part for part in found if len(found) == 1 or _is_recording(part)] or found
+    usable = _usable(found, belongs or (_is_recording, _has_force))
     tables = {id(_whole(part.table)) for part in usable}
     if len(tables) == 1 and len(usable) > 1:  # the name of the table distinguishes nothing
         table = usable[0].table.name
@@ -81,11 +83,12 @@ def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) ->
     """The recordings of a file that is no log. Those of a file with several are kept until another file is read, so
     that each can be read without opening the file again. Raises InputError as ``read``."""
     found = path.stat() if path.exists() else None
-    key = (path.absolute(), found and (found.st_mtime_ns, found.st_size), tuple(sorted(header_texts(columns).items())))
+    given = of_main(header_texts(columns))
+    key = (path.absolute(), found and (found.st_mtime_ns, found.st_size), tuple(sorted(given.items())))
     if _last and _last[0][0] == key:
         return _last[0][1]
     _last.clear()
-    parts = parts_of(tables_of(path), header_texts(columns))
+    parts = parts_of(tables_of(path), given)
     _last.extend([(key, parts)] if len(parts) > 1 else [])
     return parts
 
@@ -95,43 +98,13 @@ def header_texts(columns: Mapping[str, Any] | None) -> dict[str, Any]:
     return {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in (columns or {}).items()}
 
 
-def asked(wanted: str | int | None, names: Sequence[str]) -> tuple[str | int | None, str]:
-    """The recording of a file with these names, and the cycle of it that is asked for, empty for the whole; a number is
-    that of a cycle where the file has one recording."""
-    text = "" if wanted is None else str(wanted).strip()
-    if not text or text.casefold() in [name.casefold() for name in names]:
-        return wanted, ""
-    if len(names) < 2 and text.isdecimal():
-        return None, text
-    found = _CYCLE.fullmatch(text)
-    return (wanted, "") if found is None else (found[1], found[2])
-
-
-def chosen_part(parts: Sequence[Part], wanted: str | int | None, path: Path) -> Part:
-    """The part with this name or number from 1. Raises InputError if it is absent, or needed and not given."""
-    if wanted is None:
-        if len(parts) == 1:
-            return parts[0]
-        step = f"Choose one by its name or number, such as --part {parts[0].name!r} or --part 1; campaign takes all."
-        raise InputError("number of recordings", len(parts), f"the file has {listed(parts)}", str(path), step)
-    text = str(wanted).strip()
-    named = [] if isinstance(wanted, int) else [p for p in parts if p.name.casefold() == text.casefold()]
-    if len(named) == 1:
-        return named[0]
-    of_table = [part for part in parts if part.name.casefold().startswith(f"{text.casefold()}: ")]
-    if of_table:
-        return chosen_part(of_table, None, path)
-    if text.isdecimal() and 1 <= int(text) <= len(parts):
-        return parts[int(text) - 1]
-    limit = f"the file has {listed(parts)}" if len(parts) > 1 else "the file has one recording, without a name"
-    step = f"Give one of these names, or a number from 1 to {len(parts)}." if len(parts) > 1 else "Leave it out."
-    raise InputError("part", repr(text[:60]), limit, str(path), step)
-
-
-def listed(parts: Sequence[Part]) -> str:
-    """The names of the first parts as a message shows them."""
-    names = ", ".join(repr(part.name) for part in parts[:_MAX_LISTED])
-    return names + (f" and {len(parts) - _MAX_LISTED} more" if len(parts) > _MAX_LISTED else "")
+def _usable(found: Sequence[Part], tests: "Sequence[Callable[[Part], bool]]") -> Sequence[Part]:
+    """The parts that pass the first test that any of them passes; all if none passes one."""
+    if len(found) > 1:
+        for test in tests:
+            if passing := [part for part in found if test(part)]:
+                return passing
+    return found
 
 
 def _is_recording(part: Part) -> bool:
@@ -140,7 +113,15 @@ def _is_recording(part: Part) -> bool:
         found = choose(part.table, MAIN, part.columns)
     except InputError as error:
         return error.value == "ambiguous"
-    return "force" in found and (len(found) > 1 or bool(part.columns))
+    return "force" in found and (len(found) > 1 or bool(part.columns) or stated_by(part.table).rate is not None)
+
+
+def _has_force(part: Part) -> bool:
+    """Whether a table has a force, though nothing that it varies over."""
+    try:
+        return "force" in choose(part.table, ("force",), {q: h for q, h in part.columns.items() if q == "force"})
+    except InputError as error:
+        return error.value == "ambiguous"
 
 
 def _first_present(table: Any, given: Mapping[str, Any]) -> dict[str, str]:

@@ -3,7 +3,7 @@
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 from ..errors import InputError
@@ -14,7 +14,7 @@ from ..units import find
 QUANTITIES = {
     "time": (
         "time",
-        "time t timestamp time_stamp elapsed elapsed_time test_time run_time total_time sample_time "
+        "time t timestamp time_stamp stamp header_stamp elapsed elapsed_time test_time run_time total_time sample_time "
         "zeit laufzeit prufzeit pruefzeit temps tiempo tempo",
     ),
     "depth": (
@@ -56,12 +56,14 @@ _AFTER_COMMA = re.compile(r"(.*?),\s*(\S+)\s*")
 _NUMBERED = re.compile(r"(.*?)[_.]?\d+")
 
 
-_NAMED_BY_WORD = {
-    "time": "time zeit temps tiempo tempo",
+NAMED_BY_WORD = {
+    "time": "time zeit temps tiempo tempo stamp timestamp timestamps",
     "depth": "depth position displacement extension travel indentation penetration crosshead weg tiefe deplacement "
              "profondeur desplazamiento profundidad spostamento profondita posizione",
     "force": "force load kraft standardkraft effort fuerza carga forza fz",
 }  # fmt: skip
+_LATE_WORDS = "deformation verformung eindruckung gap spalt spaltweite messspalt"
+_TIME_WORDS = frozenset("t time stamp timestamp zeit temps tiempo tempo".split())
 # words that make another quantity of a header
 _OTHERS = frozenset(
     "rate speed velocity energy work error sd std max min mean average peak target set setpoint command "
@@ -131,8 +133,11 @@ def by_numbered_name(header: str) -> str | None:
 def by_word(header: str) -> str | None:
     """Time, depth or force, by one word of a header: ``Compressive load 5 kN cell``; None if another word makes it a
     different quantity, such as a rate, or if words of several are in it."""
-    words = set(plain_name(split(header)[0]).split("_"))
-    found = [quantity for quantity, names in _NAMED_BY_WORD.items() if words & set(names.split())]
+    ordered = plain_name(split(header)[0]).split("_")
+    words = set(ordered)
+    if _is_time_of_another(ordered):
+        return "time"
+    found = [quantity for quantity, names in NAMED_BY_WORD.items() if words & set(names.split())]
     return found[0] if len(found) == 1 and not words & _OTHERS else None
 
 
@@ -146,7 +151,24 @@ def row_name(header: str) -> str:
     return "label" if words & _LABELS else "counter" if words & _COUNTERS else ""
 
 
-RECOGNISED = (by_name, by_numbered_name, by_word)
+def _is_time_of_another(words: Sequence[str]) -> bool:
+    """Whether words are those of the times of a quantity: ``force_time``, ``t_pos``."""
+    if len(words) < 2 or not _TIME_WORDS & {words[0], words[-1]}:
+        return False
+    rest = words[1:] if words[0] in _TIME_WORDS else words[:-1]
+    return _NAMES.get("_".join(rest)) in ("depth", "velocity", "force")
+
+
+def by_late_word(header: str) -> str | None:
+    """Depth, of a header such as ``Deformation`` or ``Gap`` that has no ratio as its unit; only where no other column
+    is a depth."""
+    name, unit = split(header)
+    words = set(plain_name(name).split("_"))
+    fits = not unit or find(unit, dimension("depth"))
+    return "depth" if words & set(_LATE_WORDS.split()) and fits and not words & _OTHERS else None
+
+
+RECOGNISED = (by_name, by_numbered_name, by_word, by_late_word)
 """How a header is recognised, the surest way first."""
 
 

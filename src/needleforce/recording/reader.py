@@ -12,18 +12,16 @@ import numpy as np
 from ..errors import InputError
 from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
+from .columns import MOTION_PREFIX
 from .cycles import MIN_CYCLES, CycleSpan, chosen_cycle, cycle_spans, spans_of_rows, with_note
 from .file_table import FileTable
-from .force_signal import glitch_notes, remove_bias
 from .formats.detect import format_of, tables_of
-from .formats.text_table import TextTable
-from .joining import INWARDS, join, of_main, put_motion, put_signs, settle_motion
+from .from_table import recording_from_table
+from .joining import INWARDS
 from .mappings import with_mapping
-from .parts import Part, asked, chosen_part, from_row, header_texts, recordings_in
-from .quantities import AXES
+from .part_choice import asked, chosen_part
+from .parts import Part, from_row, header_texts, recordings_in
 from .recording import Recording
-from .stream import Stream, read_stream
-from .timestamps import timing_notes
 
 if TYPE_CHECKING:
     from .look import Look
@@ -41,6 +39,7 @@ def read(
     filter_length: int | None = None,
     baseline: bool = True,
     motion: str | os.PathLike | None = None,
+    motion_part: str | int | None = None,
     start_depth: float | None = None,
     rate: float | None = None,
     speed: float | None = None,
@@ -81,11 +80,15 @@ def read(
         A second file with depth or velocity on its own clock with the same zero. It is interpolated onto the force's
         clock; force samples outside its times are left out. Keys such as ``motion.time`` in ``columns`` and ``units``
         apply to this file.
+    motion_part : str or int, optional
+        The table with depth or velocity, by its name or number, of a motion file with several; without ``motion`` a
+        table of the same file, such as a group or sheet with another rate.
     start_depth : float, optional
         Depth [m] at the first sample of a velocity, from which it is integrated; by default ``start_depth_m`` in the
         file's card.
     rate, speed, step : float, optional
         Of a file without time or depth: samples per second [Hz], constant speed [m/s], travel between two samples [m].
+        A rate that the file states is used without, as an assumption.
     first_row : int, optional
         Row, or line of a text, at which the numbers begin, where rows above it are no samples.
     test : {"insertion", "indentation"}
@@ -109,7 +112,7 @@ def read(
     """
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
     options |= {"start_depth": start_depth, "part": part, "rate": rate, "speed": speed, "step": step}
-    options |= {"first_row": first_row}
+    options |= {"first_row": first_row, "motion_part": motion_part}
     options |= {"mapping": mapping, "baseline": baseline, "motion": motion, "test": test}
     return _look(path, options) if dry_run else read_with_cycles(path, **options)[0]
 
@@ -134,18 +137,8 @@ def read_with_cycles(
     **options: Any,
 ) -> tuple[Recording, tuple[CycleSpan, ...]]:
     """As ``read``, with the cycles of the recording, or of the one that a cycle was taken from."""
-    known = (
-        "columns",
-        "units",
-        "inwards",
-        "filter_length",
-        "start_depth",
-        "part",
-        "rate",
-        "speed",
-        "step",
-        "first_row",
-    )
+    known = ("columns", "units", "inwards", "filter_length", "start_depth", "part", "rate", "speed", "step",
+             "first_row", "motion_part")  # fmt: skip
     options, sentence = with_mapping(Path(path), mapping, dict.fromkeys(known) | options)
     _check(options["inwards"], options["filter_length"], test)
     counted = test == "indentation"
@@ -186,32 +179,52 @@ def _key(path: Path, options: Mapping[str, Any]) -> tuple:
 
 
 def _read_whole(
-    path: Path, parts: Sequence[Part], part: str | int | None, options: dict[str, Any], counted: bool
+    path: Path, parts: Sequence[Part], part: str | int | None, options: Mapping[str, Any], counted: bool
 ) -> tuple[Recording, tuple[CycleSpan, ...]]:
     """The recording with its cycles: those that a column counts, or those in the motion."""
-    options = dict(options)
-    first_row, names = options.pop("first_row"), ("rate", "speed", "step")
-    assumed = AssumedMotion(**{name: options.pop(name) for name in names}, counted=counted)
+    names = ("rate", "speed", "step")
+    assumed = AssumedMotion(**{name: options[name] for name in names}, counted=counted)
+    others = {name: value for name, value in options.items() if name not in (*names, "first_row")}
     if not parts:
-        from .log.to_recording import read_recording
-
-        if part is not None:
-            raise InputError("part", repr(str(part)[:60]), "a log has one recording", str(path), "Leave it out.")
-        recording = read_recording(path, **options)
+        recording = _read_log(path, part, others)
         return recording, cycle_spans(recording)
-    chosen = chosen_part(parts, part, path)
-    try:
-        table = chosen.table if first_row is None else from_row(chosen.table, first_row)
-        recording, rows = _read_table(table, **options | {"columns": chosen.columns}, assumed=assumed)
-    except InputError as error:
-        if not chosen.name or chosen.name in error.place:
-            raise
-        place = f"{error.place}, {chosen.name}"
-        raise InputError(error.quantity, error.value, error.limit, place, error.next_step) from None
+    chosen, first_row = chosen_part(parts, part, path), options["first_row"]
+    recording, rows = _read_part(path, chosen, first_row, others, assumed)
     if chosen.name:
         recording = replace(recording, card=replace(recording.card, part=chosen.name))
     skipped = 0 if first_row is None else max(0, first_row - chosen.table.first_row)
     return recording, spans_of_rows(chosen.cycles, rows + skipped) or cycle_spans(recording)
+
+
+def _read_log(path: Path, part: str | int | None, options: Mapping[str, Any]) -> Recording:
+    """The recording of a log, which has one and no tables."""
+    if options["motion_part"] is not None and options["motion"] is None:
+        step = "Choose the motion with --column depth=TOPIC:JOINT, or give a file with --motion."
+        raise InputError("motion part", options["motion_part"], "a log has no tables", str(path), step)
+    if part is not None:
+        raise InputError("part", repr(str(part)[:60]), "a log has one recording", str(path), "Leave it out.")
+    from .log.to_recording import read_recording
+
+    return read_recording(path, **options)
+
+
+def _read_part(
+    path: Path, chosen: Part, first_row: int | None, options: Mapping[str, Any], assumed: AssumedMotion
+) -> tuple[Recording, np.ndarray]:
+    """The recording of a part of a file, and the row of each sample; an error names the part."""
+    of_motion = {q: h for q, h in header_texts(options["columns"]).items() if q.startswith(MOTION_PREFIX)}
+    columns = {**chosen.columns, **of_motion}
+    try:
+        table = chosen.table if first_row is None else from_row(chosen.table, first_row)
+        return recording_from_table(table, **{**options, "columns": columns}, assumed=assumed)
+    except InputError as error:
+        from .motion_source import OF_MOTION, motion_advice
+
+        error = motion_advice(error, path, chosen, options["columns"])
+        if not chosen.name or chosen.name in error.place or error.quantity.startswith(OF_MOTION):
+            raise error from None
+        place = f"{error.place}, {chosen.name}"
+        raise InputError(error.quantity, error.value, error.limit, place, error.next_step) from None
 
 
 def read_columns(
@@ -226,7 +239,8 @@ def read_columns(
     """A recording from columns in memory; the options are those of ``read``."""
     _check(inwards, filter_length, "insertion")
     options = {"columns": header_texts(columns), "units": units, "inwards": inwards, "filter_length": filter_length}
-    return _read_table(source, **options, baseline=baseline, motion=None, start_depth=None)[0]
+    options |= {"motion": None, "motion_part": None, "start_depth": None}
+    return recording_from_table(source, **options, baseline=baseline)[0]
 
 
 def _check(inwards: str | None, filter_length: int | None, test: str) -> None:
@@ -235,59 +249,6 @@ def _check(inwards: str | None, filter_length: int | None, test: str) -> None:
     if test not in TESTS:
         raise InputError("test", repr(test), f"known are {' and '.join(TESTS)}")
     check_filter_length(filter_length)
-
-
-def _read_table(
-    layout: FileTable | TextTable,
-    *,
-    columns: Mapping[str, str],
-    units: Mapping[str, str] | None,
-    inwards: str | None,
-    filter_length: int | None,
-    baseline: bool,
-    motion: str | os.PathLike | None,
-    start_depth: float | None,
-    assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
-) -> tuple[Recording, np.ndarray]:
-    """Read one table, also the row of each sample; the options are those of ``read``."""
-    preamble = Preamble(layout.comments, str(layout.path))
-    motion = Path(motion) if motion is not None else _motion_of_card(layout.path, preamble)
-    wanted = ("time", "force", *AXES) if motion else ("time", "force", "depth", "velocity", *AXES)
-    main = read_stream(layout, wanted, of_main(columns), of_main(units), assumed=assumed)
-    direction = INWARDS[inwards or "increasing"]
-    if motion:
-        join(main, motion, start_depth=start_depth, columns=columns, units=units, inwards=direction)
-    elif main.motion:
-        put_motion(main, main.motion, start_depth, preamble, direction)
-        main.assumptions += main.motion.assumptions
-    else:
-        settle_motion(main, start_depth, preamble, direction)
-    if not preamble.has_signs:
-        put_signs(main, inwards, units)
-    if baseline:
-        remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
-    main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
-    rows = main.values.pop("row")
-    return _recording(main, preamble, filter_length), rows
-
-
-def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:
-    """The motion file that the card names, which must be in the same folder."""
-    name = preamble.text("motion")
-    if not name:
-        return None
-    filename = Path(name).name
-    if not filename or filename == ".." or "\0" in filename:
-        raise preamble.refusal("motion", "the name of a file in the same folder is needed")
-    return path.with_name(filename)
-
-
-def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
-    values = dict(stream.values)
-    main = {quantity: values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")}
-    notes = dict.fromkeys([*preamble.notes(), *stream.notes])
-    card = preamble.card(stream.place, stream.sha256, filter_length, stream.assumptions)
-    return Recording(**main, axes=values, card=card, notes=tuple(notes))
 
 
 def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:

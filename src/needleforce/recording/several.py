@@ -11,7 +11,8 @@ from ..errors import InputError
 from .cycles import fitting
 from .formats.detect import format_of
 from .mappings import with_mapping
-from .parts import asked, recordings_in
+from .part_choice import asked
+from .parts import recordings_in
 from .reader import read, read_with_cycles
 from .recording import Recording
 

@@ -15,8 +15,9 @@ from .file_table import FileTable
 from .formats.text_table import TextTable
 from .quantities import dimension
 from .recording import Note
+from .stated import Stated, stated_by
 from .table import MAX_MISSING_SHARE, Table, drop_incomplete, load
-from .timestamps import check_count, put_in_order
+from .timestamps import UNEVEN_SHARE, check_count, put_in_order
 from .unit_guess import assign_units
 
 _MOTION = ("depth", "velocity")
@@ -116,31 +117,64 @@ def read_stream(
     ``columns`` and ``units`` are given by the user; ``default_units`` apply to headers without a unit; time and depth
     may be ``assumed``. Raises InputError.
     """
-    chosen = choose(layout, wanted, columns)
+    chosen, stated = choose(layout, wanted, columns), stated_by(layout)
+    sentences = _put_stated_units(chosen, stated, units)
     notes = _leave_out_torques(chosen, units)
     alone = by_unit(layout, _absent(chosen, wanted, assumed), chosen)
     chosen |= alone
-    required = _required(chosen, wanted, layout, assumed)
+    if stated.rate and "time" not in chosen and assumed.rate is None and not assumed.speed:
+        assumed = assumed.completed(stated.rate.value, stated.rate.text)
+    required = _required(chosen, wanted, layout, assumed, stated)
     table, complete, cut_off = load(layout, chosen)
-    table.notes += notes
+    table.notes += notes + _unused(chosen, assumed)
     other = None if complete else split_motion(table, cut_off)
     without_unit = [quantity for quantity, column in chosen.items() if column.unit is None]
     units = {q: u for q, u in (default_units or {}).items() if q in without_unit} | dict(units)
     if other is None:
         if not complete:
             drop_incomplete(table, required, cut_off)
-        return _assuming(_in_order_and_si(table, units, assumed)[0], alone)
+        stream = _in_order_and_si(table, units, assumed)[0]
+        stream.notes += _contradicted_rate(stream, stated) if "time" in chosen else []
+        return _assuming(stream, alone, sentences)
     drop_incomplete(other, ("time", required[-1]), cut_off=False)
     motion, time_unit = _in_order_and_si(other, units, assumed)
     drop_incomplete(table, ("time", "force"), cut_off=False)
     stream = _in_order_and_si(table, units | {"time": time_unit}, assumed)[0]
-    return _assuming(replace(stream, motion=motion), alone)
+    return _assuming(replace(stream, motion=motion), alone, sentences)
 
 
-def _assuming(stream: Stream, alone: Mapping[str, Column]) -> Stream:
-    """The stream with a sentence for each column that was chosen because no other has a unit of its quantity."""
-    sentences = [f"the {q} is the column {c.header!r}, the only one with a unit for it" for q, c in alone.items()]
-    return replace(stream, assumptions=[*sentences, *stream.assumptions])
+def _put_stated_units(chosen: dict[str, Column], stated: Stated, given: Mapping[str, str]) -> list[str]:
+    """Give columns without a unit the one that the file states above its table; returns a sentence for each."""
+    sentences = []
+    for quantity in [q for q in stated.units if q in chosen and chosen[q].unit is None and q not in given]:
+        symbol, text = stated.units[quantity]
+        chosen[quantity] = replace(chosen[quantity], unit=symbol)
+        sentences.append(f"{quantity} is in {symbol}, as the file states: {text!r}")
+    return sentences
+
+
+def _unused(chosen: Mapping[str, Column], assumed: AssumedMotion) -> list[Note]:
+    """A note on a rate, speed or step that was given although the file has a time or a motion."""
+    message = assumed.unused("time" in chosen, bool(chosen.keys() & set(_MOTION)))
+    return [Note("unused", message)] if message else []
+
+
+def _contradicted_rate(stream: Stream, stated: Stated) -> list[Note]:
+    """A note if the file states another rate than its time has."""
+    step = float(np.median(np.diff(stream.values["time"])))
+    if stated.rate is None or abs(step * stated.rate.value - 1.0) <= UNEVEN_SHARE:
+        return []
+    message = (
+        f"the file states {stated.rate.text!r}, but its time has {1.0 / step:.6g} samples a second: the time is used"
+    )
+    return [Note("contradiction", message)]
+
+
+def _assuming(stream: Stream, alone: Mapping[str, Column], sentences: Sequence[str]) -> Stream:
+    """The stream with ``sentences``, and one for each column that was chosen because no other has a unit of its
+    quantity."""
+    only = [f"the {q} is the column {c.header!r}, the only one with a unit for it" for q, c in alone.items()]
+    return replace(stream, assumptions=[*only, *sentences, *stream.assumptions])
 
 
 def _in_order_and_si(table: Table, units: Mapping[str, str], assumed: AssumedMotion) -> tuple[Stream, str]:
@@ -199,13 +233,17 @@ def constant_depth(quantity: str, value: float, place: str) -> InputError:
 
 
 def _required(
-    chosen: dict[str, Column], wanted: tuple[str, ...], layout: FileTable | TextTable, assumed: AssumedMotion
+    chosen: dict[str, Column],
+    wanted: tuple[str, ...],
+    layout: FileTable | TextTable,
+    assumed: AssumedMotion,
+    stated: Stated,
 ) -> tuple[str, ...]:
     """The quantities that the file must have. Raises one InputError for all that are absent."""
     required = _needed(chosen, wanted, assumed)
     absent = [quantity for quantity in required if quantity not in chosen]
     if absent:
-        raise missing(layout, absent, chosen, _instead(absent, "force" in wanted, len(layout.headers)))
+        raise missing(layout, absent, chosen, _instead(absent, "force" in wanted, len(layout.headers), stated))
     return tuple(required)
 
 
@@ -224,9 +262,12 @@ def _absent(chosen: Mapping[str, Column], wanted: Sequence[str], assumed: Assume
     return [quantity for quantity in _needed(chosen, wanted, assumed) if quantity not in chosen]
 
 
-def _instead(absent: Sequence[str], whole: bool, columns: int) -> list[str]:
+def _instead(absent: Sequence[str], whole: bool, columns: int, stated: Stated) -> list[str]:
     """Other ways to give what is absent."""
     ways = []
+    if stated.speed and whole and len(absent) == 1 and absent[0] != "force":
+        option = f"--speed-mm-s {1e3 * stated.speed.value:.6g}"
+        ways.append(f"give {option} if the needle moved at {stated.speed.text!r} all the time")
     if "time" in absent and whole:
         ways.append("the time by --rate-hz" + ("" if "depth" in absent else " or --speed-mm-s"))
     if "depth" in absent and whole:

@@ -8,7 +8,7 @@ from .recording import Note
 from .table import Table
 
 _GAP_STEPS = 3.0  # median steps: a longer step is a gap
-_UNEVEN_SHARE = 0.1  # of the median step: a step that differs by more is uneven
+UNEVEN_SHARE = 0.1  # of the median step: a step that differs by more is uneven
 _MIN_JITTER_SHARE = 0.01  # of all steps: with more uneven ones a note on jitter is made
 
 
@@ -39,7 +39,7 @@ def check_count(table: Table) -> None:
 def timing_notes(time: np.ndarray) -> list[Note]:
     """Notes on gaps (steps longer than three medians) and jitter of a strictly increasing time (n,) [s]."""
     steps = np.diff(time)
-    if steps.max() <= (1.0 + _UNEVEN_SHARE) * steps.min():  # then no step is far from the median
+    if steps.max() <= (1.0 + UNEVEN_SHARE) * steps.min():  # then no step is far from the median
         return []
     median = float(np.median(steps))
     notes = []
@@ -53,7 +53,7 @@ def timing_notes(time: np.ndarray) -> list[Note]:
                 gaps,
             )
         )
-    uneven = int(np.count_nonzero(np.abs(steps - median) > _UNEVEN_SHARE * median))
+    uneven = int(np.count_nonzero(np.abs(steps - median) > UNEVEN_SHARE * median))
     if uneven > _MIN_JITTER_SHARE * len(steps):
         low, high = np.percentile(steps, [5, 95]) * 1e3
         notes.append(

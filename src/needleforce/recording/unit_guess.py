@@ -20,6 +20,7 @@ _MAX_SPEED_M_S = 1.0  # m/s
 _MAX_TRAVEL_RATIO = 3.0  # largest ratio of a velocity's integral and the travel
 _PERCENTILE_SAMPLES = 2000  # samples: enough for a percentile
 _CANDIDATES = {"time": ("s", "ms", "us"), "depth": ("m", "mm"), "velocity": ("m/s", "mm/s")}
+_PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 _MAX_FORCE_N = 50.0  # N: a larger force without a unit is probably not in newtons
 
 
@@ -126,6 +127,13 @@ def _assume_motion(table: Table, units: dict[str, Unit]) -> list[str]:
     unknown = [quantity for quantity in _CANDIDATES if quantity in table.values and quantity not in units]
     if not unknown:
         return []
+    of_calendar = _calendar_unit(table) if "time" in unknown else None
+    if of_calendar:
+        units["time"] = parse(of_calendar, "time", "time")
+        return [
+            f"time is assumed to be in {of_calendar} from 1970 on, as its size shows",
+            *_assume_motion(table, units),
+        ]
     sizes = motion_sizes(table.values)
     found = [choice for choice in _choices(unknown) if plausible(sizes, units | choice)]
     if len(found) != 1:
@@ -133,6 +141,15 @@ def _assume_motion(table: Table, units: dict[str, Unit]) -> list[str]:
     units |= found[0]
     reason = "no unit is given, and no other gives a plausible rate, travel and speed"
     return [f"{quantity} is assumed to be in {unit.symbol}: {reason}" for quantity, unit in found[0].items()]
+
+
+def _calendar_unit(table: Table) -> str | None:
+    """The unit in which the first time is a date between 2001 and 2096, counted from 1970, if it gives a plausible
+    rate: a counter of microseconds may be as large."""
+    first = float(table.values["time"][0])
+    found = next((unit for unit, size in _PER_SECOND.items() if 1e9 <= first / size < 4e9), None)
+    step = {"step": float(np.median(np.diff(table.values["time"])))}
+    return found if found and plausible(step, {"time": parse(found, "time", "time")}) else None
 
 
 def _choices(unknown: list[str]) -> Iterator[dict[str, Unit]]:

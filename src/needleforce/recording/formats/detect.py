@@ -66,6 +66,7 @@ _ZIPPED = {
     ),
     b".npy": Format(name="NumPy (npz)", module="numpy_arrays"),
 }
+_PARTS_OF_SECOND = re.compile(r"(n|u|nano|micro)sec(ond)?s?\W*$", re.IGNORECASE)  # the end of a header
 _ZIP = b"PK\x03\x04"
 
 
@@ -119,8 +120,13 @@ def tables_of(path: Path) -> "list[FileTable]":
     if not found.module:
         raise InputError("file", found.name, "a table of numbers is needed", str(path), found.advice)
     try:
-        return import_module(f".{found.module}", __package__).tables(path)
+        tables = import_module(f".{found.module}", __package__).tables(path)
     except ImportError as error:
         limit = f"reading {found.name} needs the package {error.name}"
         step = f'Install it with pip install "{found.extra}".'
         raise InputError(f"package {error.name}", "missing", limit, str(path), step) from None
+    if any(_PARTS_OF_SECOND.search(header) for table in tables for header in table.headers):
+        from .clock_times import with_stamps
+
+        return [with_stamps(table) for table in tables]
+    return tables

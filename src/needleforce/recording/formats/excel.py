@@ -17,9 +17,11 @@ from ...errors import InputError
 from ...files import MAX_RECORDING_BYTES, read_bytes, unpacked_limit
 from ..file_table import FileTable
 from ..recording import Note
+from ..stated import stating_lines
 from .clock_times import seconds_of
 from .rows import Block, blocks, is_missing, is_number, plain_number
 
+_STATING_ROWS = 256  # above a table, that may state a rate, a speed or a unit
 _MAX_CELLS = 8_000_000  # of a sheet, empty ones included: a million rows of 8 columns
 _CELL = re.compile(rb'<c r="([A-Z]{1,3})(\d{1,7})"')
 _OVERLAP = 64  # bytes of a block that are looked at again with the next
@@ -184,7 +186,13 @@ def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -
              for k, unit in enumerate(block.units or [""] * block.width)]  # fmt: skip
     return FileTable(path=path, name=name, headers=headers, units=units, read_column=lambda index: read_from(index, 0),
                      read_from=read_from, read_texts=read_texts, sha256=sha256, first_row=block.first + 1,
-                     has_header=bool(block.headers), text_columns=block.text_columns)  # fmt: skip
+                     has_header=bool(block.headers), text_columns=block.text_columns,
+                     preamble=(stating_lines(_lines_above(rows, block.first)),))  # fmt: skip
+
+
+def _lines_above(rows: list[list], first: int) -> list[str]:
+    """The rows above a table as lines of text."""
+    return ["\t".join(filter(None, map(_text, row))) for row in rows[max(0, first - _STATING_ROWS) : first]]
 
 
 def _is_clock(rows: list[list], index: int) -> bool:

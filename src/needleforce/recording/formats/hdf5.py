@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """HDF5, and MATLAB 7.3, by h5py: a group with vectors of one length is a table, and so is each matrix."""
 
-import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -10,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
 from ...files import open_regular, unpacked_limit
 from ..file_table import FileTable
+from ..stated import is_rate_name
 from .arrays import Array, FileArrays, check_count, check_size, orientation, reading, size_of
+from .hdf5_filters import check_chunks, refusal
 from .matlab import matlab_header, object_step
 from .worker import tables_by_worker
 
@@ -23,15 +23,11 @@ _MAX_DEPTH = 32
 _MAX_ATTRIBUTE_BYTES = 1 << 16
 _MAX_ATTRIBUTES = 64  # of an object, that are kept as comments
 _MAX_REFERENCES = 4096  # of a MATLAB cell array or array of structs
-_CHECKED_CHUNK_BYTES = 1 << 16  # packed: deflate makes at most 1032 times as much of a smaller one, 64 MiB
 _UNITS = ("unit", "units", "Unit", "Units")
 _NAMES = ("columns", "column_names", "names", "Columns")
 _CLASS = "MATLAB_class"
 _PLAIN_CLASSES = ("double single int8 uint8 int16 uint16 int32 uint32 int64 uint64 logical").split()
 # numbers of filters that are part of the library; each may occur once, and one of those that compress
-_DEFLATE, _SHUFFLE, _CHECKSUM, _SZIP, _NBIT, _SCALE_OFFSET, _LZF = 1, 2, 3, 4, 5, 6, 32000
-_FILTERS = {_DEFLATE, _SHUFFLE, _CHECKSUM, _SZIP, _NBIT, _SCALE_OFFSET, _LZF}
-_COMPRESSING = {_DEFLATE, _SZIP, _NBIT, _SCALE_OFFSET, _LZF}
 
 
 def tables(path: Path) -> list[FileTable]:
@@ -108,10 +104,21 @@ class _Walk:
             if self._is_object(member, name):
                 continue
             inner += [(name, member)] if _is_group(member) else self._dataset(member, name, arrays, comments)
-        comments += outer
+        comments += [*_sampling(fields.values()), *self._facts(inner), *outer]
         self._found.add(level, arrays, comments)
         for name, member in inner:
             self._inner(f"{level}{name}" if name.startswith("{") else self._join(level, name), member, comments, depth)
+
+    def _facts(self, inner: list[tuple[str, Any]]) -> list[tuple[str, str]]:
+        """The attributes and single values of groups that hold nothing else, such as settings."""
+        found = []
+        for name, group in inner:
+            members = _members(group, self._path) if _is_group(group) else [group]
+            if all(not _is_group(each) and each.size == 1 and not each.dtype.names for each in members):
+                single = [(each.name.rsplit("/", 1)[-1], self._single(each)) for each in members if not refusal(each)]
+                texts = [*(self._attributes(group) if _is_group(group) else []), *single]
+                found += [(f"{name}/{key}", text) for key, text in texts if text]
+        return found
 
     def _inner(self, label: str, member: Any, comments: list, depth: int) -> None:
         """Add a group, or the structs or cells to which a dataset of references points."""
@@ -134,7 +141,7 @@ class _Walk:
             return []
         if h5py.check_ref_dtype(kind) is h5py.Reference:
             return [(name, dataset)] if self._matlab else []
-        reason = _refusal(dataset)
+        reason = refusal(dataset)
         if not reason and dataset.size == 1 and not kind.names:
             comments += [(name, text)] if (text := self._single(dataset)) else []
             return []
@@ -187,7 +194,7 @@ class _Walk:
             if kind.kind not in "iuf":  # refused by its type: texts can be of any size
                 return np.empty(0, kind)
             check_size(size_of(dataset.shape, dataset.dtype.itemsize), self._limit, self._path)
-            _check_chunks(dataset, self._path)
+            check_chunks(dataset, self._path)
             return part(dataset)
 
     def _struct_array(self, group: Any) -> list[dict[str, Any]]:
@@ -211,7 +218,7 @@ class _Walk:
             return []
         self._referring.add(address)
         check_count("cells", dataset.size, _MAX_REFERENCES, self._path)
-        _check_chunks(dataset, self._path)
+        check_chunks(dataset, self._path)
         references = dataset[()].reshape(-1)  # rows and columns are exchanged in the file
         found = [dataset.file[each] for each in references if each]
         self._size += len(found)
@@ -247,19 +254,29 @@ class _Walk:
     def _single(self, dataset: Any) -> str:
         if dataset.dtype.kind not in "iufSO" or dataset.dtype.itemsize > _MAX_ATTRIBUTE_BYTES:
             return ""
-        _check_chunks(dataset, self._path)
+        check_chunks(dataset, self._path)
         return _as_text(dataset[()])
 
     def _text(self, dataset: Any) -> str:
         """The text of a MATLAB array of characters."""
         if size_of(dataset.shape, dataset.dtype.itemsize) > _MAX_ATTRIBUTE_BYTES:
             return ""
-        _check_chunks(dataset, self._path)
+        check_chunks(dataset, self._path)
         return "".join(map(chr, np.asarray(dataset[()], dtype=np.uint32).T.reshape(-1) & 0xFFFF))
 
     def _join(self, level: str, name: str) -> str:
         separator = "." if self._matlab else "/"
         return f"{level.rstrip(separator)}{separator}{name}" if level else name
+
+
+def _sampling(members: Iterable[Any]) -> list[tuple[str, str]]:
+    """The attributes of datasets that state the rate of samples, if all that do agree."""
+    found: dict[str, set[str]] = {}
+    for member in members:
+        if not _is_group(member):
+            for name in filter(is_rate_name, list(member.attrs)[:_MAX_ATTRIBUTES]):
+                found.setdefault(name, set()).add(_attribute(member, name))
+    return [(name, texts.pop()) for name, texts in found.items() if len(texts) == 1]
 
 
 def _is_group(member: Any) -> bool:
@@ -279,41 +296,6 @@ def _column(dataset: Any, column: int, columns: int, transposed: bool) -> np.nda
 
 def _fields(kind: np.dtype) -> list[str]:
     return [name for name in kind.names if kind[name].subdtype is None and not kind[name].names]
-
-
-def _refusal(dataset: Any) -> str:
-    """Why a dataset is not read, empty for one that is."""
-    plan = dataset.id.get_create_plist()
-    if dataset.is_virtual:
-        return "a virtual dataset, whose values may be in other files"
-    if plan.get_external_count():
-        return "its values are in another file"
-    filters = [plan.get_filter(number) for number in range(plan.get_nfilters())]
-    for number, _, _, name in filters:
-        if number not in _FILTERS:
-            shown = name.decode("utf-8", "replace") if name else f"number {number}"
-            return f"the filter {shown} needs a plugin; h5repack -f GZIP=4 OLD NEW writes it without"
-    numbers = [each[0] for each in filters]
-    if len(set(numbers)) < len(numbers) or len(_COMPRESSING & set(numbers)) > 1:
-        return "compressed more than once"
-    return ""
-
-
-def _check_chunks(dataset: Any, path: Path) -> None:
-    """Raise InputError for a chunk that unpacks to more than its size, which the library does without a limit."""
-    if dataset.chunks is None:
-        return
-    size = size_of(dataset.chunks, dataset.dtype.itemsize)
-    check_size(size, unpacked_limit(path.stat().st_size), path)
-    if dataset.compression != "gzip":
-        return
-    for number in range(dataset.id.get_num_chunks()):
-        info = dataset.id.get_chunk_info(number)
-        if info.size > max(_CHECKED_CHUNK_BYTES, size // 1000):
-            packed = dataset.id.read_direct_chunk(info.chunk_offset)[1]
-            stream = zlib.decompressobj()
-            if len(stream.decompress(packed, size + 1)) > size and not stream.eof:
-                raise InputError("size of a chunk", "larger than stated", "", str(path), "Check the file.")
 
 
 def _listed(item: Any, names: tuple[str, ...]) -> list[str]:

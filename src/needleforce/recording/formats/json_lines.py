@@ -192,6 +192,8 @@ def _add_object(found: FileArrays, level: str, fields: dict, outer: list, depth:
             comments.append((name, value))
         elif isinstance(value, list) and value and all(isinstance(each, dict) for each in value[:2]):
             inner.append((label, value))
+        elif _is_all(value, str | int | float) and value is not units:  # such as metadata
+            comments += [(f"{name}.{key}", each) for key, each in value.items()]
         elif isinstance(value, dict) and value is not units:
             inner.append((label, value))
         elif isinstance(value, list) and name != "columns":  # the names of those of data, as pandas writes them

@@ -68,6 +68,8 @@ def _add_level(found: FileArrays, level: str, variables: dict[str, Any], outer: 
         label = f"{level}.{name}".lstrip(".")
         if not isinstance(value, np.ndarray) or _class_of(value):
             _leave_out(found, label, value)
+        elif facts := _facts(value):
+            comments += [(f"{name}.{field}", each) for field, each in facts]
         elif value.dtype.names:
             inner.append((label, value))
         elif value.dtype.kind in "USiuf" and value.size == 1:
@@ -82,6 +84,15 @@ def _add_level(found: FileArrays, level: str, variables: dict[str, Any], outer: 
         for number, each in enumerate(structs.flatten("F"), 1):  # in MATLAB's order
             one = label if structs.size == 1 else f"{label}({number})"
             _add_level(found, one, {field: each[field] for field in structs.dtype.names}, comments, depth + 1)
+
+
+def _facts(value: np.ndarray) -> list[tuple[str, Any]]:
+    """The fields of one struct that holds single values and texts alone, such as settings; none of another."""
+    if not value.dtype.names or value.size != 1:
+        return []
+    fields = [(name, value.flat[0][name]) for name in value.dtype.names]
+    single = all(isinstance(each, np.ndarray) and each.dtype.kind in "USiuf" and each.size == 1 for _, each in fields)
+    return [(name, each.flat[0]) for name, each in fields] if single else []
 
 
 def _without_cells(variables: dict[str, Any]) -> Iterator[tuple[str, Any]]:

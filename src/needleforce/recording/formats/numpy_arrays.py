@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """NumPy arrays in npy and npz files: read as a stream, column by column; pickled objects are never loaded."""
 
+import math
 import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,6 +27,7 @@ _MAX_FIELD_VALUES = 64  # of a vector in a field
 _NUMERIC = "iufmM"  # kinds of types; times are read in seconds
 _PICKLED = "pickled Python objects"
 _STEP = "Save plain arrays of numbers, such as np.savez(path, time=time, force=force)."
+_MAX_SINGLE_BYTES = 4096  # of a single value that is kept with the table
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of np.savez and np.savez_compressed
 
 
@@ -40,8 +42,9 @@ def tables(path: Path) -> list[FileTable]:
     found = FileArrays(path=path, format=_FORMAT, header=_header, step=_STEP)
     with reading(path, _FORMAT):
         stored = _members(path) if zipped else [_Stored(path=path, member="", name="")]
-        level = [array for each in stored for array in each.arrays(found)]
-    found.add("", level)
+        comments: list[tuple[str, object]] = []
+        level = [array for each in stored for array in each.arrays(found, comments)]
+    found.add("", level, comments)
     return found.finish()
 
 
@@ -80,11 +83,15 @@ class _Stored:
             with zipfile.ZipFile(file) as archive, archive.open(self.member) as stream:
                 yield stream
 
-    def arrays(self, found: FileArrays) -> list[Array]:
-        """The columns of the array, before they are read; what is no table is noted."""
+    def arrays(self, found: FileArrays, comments: list[tuple[str, object]]) -> list[Array]:
+        """The columns of the array, before they are read; a single value is added to the comments, and what is no
+        table is noted."""
         with self._open() as file:
             head = _Head.read(file)
         shape, dtype = head.shape, head.dtype
+        if math.prod(shape) == 1 and dtype.kind in "iufU" and dtype.itemsize <= _MAX_SINGLE_BYTES:
+            comments.append((self.name, self._collect(head, 1, lambda block: block)[0]))
+            return []
         if 0 in shape or not shape:
             found.leave_out(f"{self.name} ({_PICKLED if head.pickled else 'a single value or empty'})".strip())
             return []

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """Rows below a table that are no samples: a mean, a standard deviation, a peak, as testing machines write them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from ...files import open_regular
 from ..recording import Note
-from .rows import MIN_ROWS, is_missing, is_number
+from .rows import MIN_ROWS, NUMBER, is_missing, is_number, plain_number
 from .text_lines import split_cells
 from .text_table import TextTable
 
@@ -17,10 +20,11 @@ def without_summary(table: TextTable) -> TextTable:
 
     A row is of a summary if it has a text where the table has its first numbers, as in ``Mean,1.2,3.4``; or if it
     follows a blank row and has another text where the table has one in every row, as a specimen's name. Fewer than 20
-    such rows, to the end of the file, are no samples. A row of numbers alone is always a sample.
+    such rows, to the end of the file, are no samples. Rows of numbers alone after the only blank row are none either if
+    a column that increases in every row before, as a time does, does not continue to increase.
     """
     lines = _tail(table)
-    begin = min(_labelled(table, lines), _renamed(table, lines))
+    begin = min(_labelled(table, lines), _renamed(table, lines), _restarted(table, lines))
     left = [line.strip() for _, line in lines[begin:] if line.strip()]
     if not left:
         return table
@@ -74,3 +78,28 @@ def _renamed(table: TextTable, lines: list[tuple[int, str]]) -> int:
     names = [before[k] for k in table.text_columns if k < len(before)]
     others = all([row[k] for k in table.text_columns if k < len(row)] != names for row in after)
     return blank + 1 if others else len(lines)
+
+
+def _restarted(table: TextTable, lines: list[tuple[int, str]]) -> int:
+    """The first row after the last blank one, if there is no other, and no column increases beyond it that increased in
+    every row before; else their count."""
+    cells = [split_cells(line, table.delimiter) for _, line in lines]
+    used = [k for k, row in enumerate(cells) if row]
+    blank = [k for k, row in enumerate(cells) if not row and used and used[0] < k < used[-1]]
+    if not blank or blank[-1] - blank[0] >= len(blank):  # in several places: the file has blank rows among its samples
+        return len(lines)
+    before = [_numbers(row, table) for row in cells[: blank[0]] if row]
+    after = [_numbers(row, table) for row in cells[blank[-1] + 1 :] if row]
+    if len(before) < MIN_ROWS or len(after) >= MIN_ROWS or None in before or None in after:
+        return len(lines)
+    rising = np.flatnonzero((np.diff(np.array(before), axis=0) > 0.0).all(axis=0))
+    continues = np.array(after)[0, rising] > np.array(before)[-1, rising]
+    return len(lines) if not len(rising) or continues.any() else blank[-1] + 1
+
+
+def _numbers(row: Sequence[str], table: TextTable) -> list[float] | None:
+    """The numbers of a row, NaN for a text; None for a row of another width."""
+    if len(row) != len(table.headers):
+        return None
+    plain = (plain_number(cell, table.decimal) for cell in row)
+    return [float(text) if NUMBER.fullmatch(text) else np.nan for text in plain]

@@ -14,6 +14,7 @@ import numpy as np
 from ...errors import InputError
 from ...files import open_regular
 from ..file_table import FileTable
+from ..stated import is_rate_name
 from .arrays import Array, FileArrays, check_count, reading
 from .worker import tables_by_worker
 
@@ -75,9 +76,11 @@ def _add_group(found: FileArrays, group: Any, root: list[tuple[str, str]]) -> No
     for (length, (step, start)), channels in tables.items():
         suffix = f" ({length} rows{f' every {step:g} s' if step else ''})" if len(tables) > 1 else ""
         arrays = [_array(found.path, each) for each in channels]
+        sampling = _sampling(channels[0].properties)
         if step and not any(_is_time(each) for each in channels):
             arrays.insert(0, _even_steps(channels[0].properties, length, step, start))
-        found.add(f"{group.name}{suffix}", arrays, comments)
+            sampling += _started(channels[0].properties)
+        found.add(f"{group.name}{suffix}", arrays, [*sampling, *comments])
 
 
 def _array(path: Path, channel: Any) -> Array:
@@ -106,6 +109,20 @@ def _even_steps(properties: dict[str, Any], length: int, step: float, start: flo
     unit = str(properties.get("wf_xunit_string") or "s")
     name = "time" if unit == "s" else str(properties.get("wf_xname") or "x")
     return Array(name=name, rows=length, read=lambda _: start + step * np.arange(length), units=[unit])
+
+
+def _sampling(properties: dict[str, Any]) -> list[tuple[str, str]]:
+    """The properties of a channel that state the rate of its values."""
+    unit = str(properties.get("wf_xunit_string") or "s")
+    return [(name, text) for name, text in _comments(properties) if is_rate_name(name) and unit == "s"]
+
+
+def _started(properties: dict[str, Any]) -> list[tuple[str, str]]:
+    """When the first value of a waveform was taken, which two groups need for a common zero."""
+    start = properties.get("wf_start_time")
+    if not isinstance(start, np.datetime64) or np.isnat(start):
+        return []
+    return [("wf_start_time", str(start.astype("datetime64[us]")))]
 
 
 def _is_time(channel: Any) -> bool:

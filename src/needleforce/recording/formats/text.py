@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ...errors import InputError
 from ...files import open_regular
+from ..stated import stating_lines
 from .rows import MIN_ROWS, Block, bare, blocks, decimal_sign, is_missing, is_number, is_unit_row, plain_number
 from .summary_rows import without_summary
 from .text_lines import MAX_LINE_CHARS, WHITESPACE, Encoding, long_line, split_cells
@@ -22,6 +23,8 @@ _HEAD_LINES = 20_000
 _MAX_TABLES = 2000
 _SAMPLE_LINES = 200  # of a later table, which show its columns
 _ABOVE_LINES = 8  # above a table, in which its headers are
+_NAMED_VALUE = re.compile(r"[^\W\d_][\w\])]{0,20} ?[=:] {0,8}[+-]?[.\d]")
+_STATING_LINES = 256  # above a table, that may state a rate, a speed or a unit
 _DELIMITERS = ("\t", ";", ",", "|", WHITESPACE)
 _ENCODINGS = ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"), (b"\xef\xbb\xbf", "utf-8"))
 _EXPORT = "Export the recording as CSV, or another table of text."
@@ -34,6 +37,11 @@ def tables(path: Path) -> list[TextTable]:
     """
     for size in _HEAD_BYTES:
         encoding, lines, complete = _head(path, size)
+        if any(_NAMED_VALUE.search(line) for line in lines[-2:]):
+            from . import key_values
+
+            if key_values.is_key_values(lines):
+                return [key_values.table(path, encoding)]
         chosen = _delimited(lines)
         if complete or (chosen and _reaches_the_end(chosen.blocks, lines)):
             break
@@ -169,6 +177,7 @@ def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout
         units=block.units or _commented_units(lines[: block.first], delimiter, block.width),
         has_header=bool(headers),
         comments=_comments(lines[: block.first]),
+        preamble=(stating_lines(lines[max(0, block.first - _STATING_LINES) : block.first]),),
         title=block.title,
         first_row=block.first + 1,
         begin=encoding.mark + len(above.encode(encoding.name, encoding.errors)),
@@ -266,7 +275,7 @@ def _table_of(path: Path, part: "_Stretch", like: TextTable) -> TextTable | None
     inside = max(0, table.first_row - 1 - len(part.above))
     skipped = "".join(part.lines[:inside]).encode(like.encoding.name, like.encoding.errors)
     return replace(table, first_row=part.first_row + inside, begin=part.begin + len(skipped), end=part.end,
-                   comments=like.comments)  # fmt: skip
+                   comments=like.comments, preamble=(*table.preamble, *like.preamble))  # fmt: skip
 
 
 @dataclass

@@ -2,7 +2,7 @@
 """A table of a text file: its values, and, only where there is a fault, its lines one by one."""
 
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import count
@@ -37,6 +37,7 @@ class TextTable:
     has_header: bool = True
     grouped: bool = False
     comments: list[tuple[int, str]] = field(default_factory=list)
+    preamble: Sequence[Sequence[str]] = ()
     title: list[str] = field(default_factory=list)
     name: str = ""
     first_row: int = 1

@@ -15,6 +15,7 @@ from ..alignment import align
 from ..card import check_filter_length
 from ..force_signal import glitch_notes, remove_bias
 from ..joining import INWARDS, derivative, join, overlap, put_signs, signed
+from ..motion_source import MotionSource
 from ..quantities import AXES as RECORDING_AXES
 from ..quantities import check_known, dimension
 from ..recording import Card, Note, Recording
@@ -165,6 +166,7 @@ def read_recording(
     filter_length: int | None,
     baseline: bool,
     motion: str | os.PathLike | None,
+    motion_part: str | int | None,
     start_depth: float | None,
 ) -> Recording:
     """Read a recording from an MCAP file or the folder of a ROS 2 bag; the checked options are those of ``nf.read``.
@@ -183,7 +185,8 @@ def read_recording(
     axis_time = _put_wrenches(stream, log, columns, units, baseline)
     direction = INWARDS[inwards or "increasing"]
     if motion is not None:
-        join(stream, Path(motion), start_depth=start_depth, columns=columns, units=units, inwards=direction)
+        source = MotionSource(path=Path(motion), part=motion_part)
+        join(stream, source, start_depth=start_depth, columns=columns, units=units, inwards=direction)
     else:
         _put_motion(stream, log.axis, axis_time, units, direction)
     if log.wrench.topic != WRENCH_TOPIC:

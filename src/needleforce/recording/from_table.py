@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: Apache-2.0
+"""One table of a file as a recording: its motion, which may be in another table, its signs and its bias."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .assumed_motion import AssumedMotion
+from .card import Preamble
+from .columns import of_main
+from .file_table import FileTable
+from .force_signal import glitch_notes, remove_bias
+from .formats.text_table import TextTable
+from .joining import INWARDS, join, put_motion, put_signs, settle_motion
+from .quantities import AXES
+from .recording import Note, Recording
+from .stream import Stream, read_stream
+from .timestamps import timing_notes
+
+if TYPE_CHECKING:
+    from .motion_source import MotionSource
+
+
+def recording_from_table(
+    layout: FileTable | TextTable,
+    *,
+    columns: Mapping[str, str],
+    units: Mapping[str, str] | None,
+    inwards: str | None,
+    filter_length: int | None,
+    baseline: bool,
+    motion: str | os.PathLike | None,
+    motion_part: str | int | None,
+    start_depth: float | None,
+    assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
+) -> tuple[Recording, np.ndarray]:
+    """Read one table, also the row of each sample; the options are those of ``read``."""
+    preamble = Preamble(layout.comments, str(layout.path))
+    source = _motion_source(layout.path, preamble, motion, motion_part)
+    wanted = ("time", "force", *AXES) if source else ("time", "force", "depth", "velocity", *AXES)
+    main = read_stream(layout, wanted, of_main(columns), of_main(units), assumed=assumed.without_motion(bool(source)))
+    direction = INWARDS[inwards or "increasing"]
+    if source:
+        main.notes += [Note("unused", assumed.unused_with_motion())] if assumed.unused_with_motion() else []
+        join(main, source, table=layout, start_depth=start_depth, columns=columns, units=units, inwards=direction)
+    elif main.motion:
+        put_motion(main, main.motion, start_depth, preamble, direction)
+        main.assumptions += main.motion.assumptions
+    else:
+        settle_motion(main, start_depth, preamble, direction)
+    if not preamble.has_signs:
+        put_signs(main, inwards, units)
+    if baseline:
+        remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
+    main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
+    rows = main.values.pop("row")
+    return _recording(main, preamble, filter_length), rows
+
+
+def _motion_source(
+    path: Path, preamble: Preamble, motion: str | os.PathLike | None, part: str | int | None
+) -> "MotionSource | None":
+    """Where the motion is, None if it is in the table of the force."""
+    given = motion is not None or part is not None
+    named = None if given else _motion_of_card(path, preamble)
+    if not given and named is None:
+        return None
+    from .motion_source import MotionSource
+
+    if motion is not None:
+        return MotionSource(path=Path(motion), part=part)
+    if part is not None:
+        return MotionSource(path=path, part=part, same_file=True)
+    return MotionSource(path=named)
+
+
+def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:
+    """The motion file that the card names, which must be in the same folder."""
+    name = preamble.text("motion")
+    if not name:
+        return None
+    filename = Path(name).name
+    if not filename or filename == ".." or "\0" in filename:
+        raise preamble.refusal("motion", "the name of a file in the same folder is needed")
+    return path.with_name(filename)
+
+
+def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
+    values = dict(stream.values)
+    main = {quantity: values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")}
+    notes = dict.fromkeys([*preamble.notes(), *stream.notes])
+    card = preamble.card(stream.place, stream.sha256, filter_length, stream.assumptions)
+    return Recording(**main, axes=values, card=card, notes=tuple(notes))

@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a file states apart from its columns, above its table or next to its arrays: rate, speed and units."""
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..units import find
+from .quantities import NAMED_BY_WORD, dimension, plain_name
+
+_MAX_CHARS = 200  # of a line that states a value
+_MAX_WORDS = 6  # of the name of a value
+_SHOWN_CHARS = 60
+_TOLERANCE = 1e-6  # of a value: two statements that differ by less agree
+_USUAL_RATES_HZ = (9.0, 20e3)  # of a number without a unit: those of ``unit_guess``
+_EDGES = " \t\r\n#%*\"'<>|"
+_SEPARATORS = re.compile(r"[:=;,\t|]+")
+_VALUE = re.compile(r"(?<![\w.+-])(?<!\d,)[+-]?(?:\d[\d.,]*|\.\d+)(?:[eE][+-]?\d+)?")
+_BRACKETED = re.compile(r"(.*?)[\[(]([^\])]*)[\])][\s\"']*")
+_OWN_ENTRIES = ("assumption:", "note:", "needle:", "tissue:", "rig:", "origin:")  # of a card
+_FREQUENCIES = {
+    "hz": 1.0, "hertz": 1.0, "khz": 1e3, "1/s": 1.0, "s-1": 1.0, "s^-1": 1.0, "sps": 1.0, "s/s": 1.0, "sa/s": 1.0,
+    "ks/s": 1e3, "samples/s": 1.0, "samples/sec": 1.0, "samples/second": 1.0, "samplespersecond": 1.0,
+    "points/s": 1.0, "points/sec": 1.0, "pts/s": 1.0, "scans/s": 1.0,
+}  # fmt: skip
+# names without blanks and accents: English, German, French, Spanish, Italian, and names of programs
+_RATES = frozenset(
+    "fs fsample fsampling fsamp samplerate samplingrate samplefrequency samplingfrequency samplefreq samplingfreq "
+    "datarate dataacquisitionrate acquisitionrate acquisitionfrequency scanrate samplespersecond sps lograte "
+    "loggingrate recordingrate updaterate rate abtastrate abtastfrequenz messrate messfrequenz aufzeichnungsrate "
+    "frequencedechantillonnage frequenceechantillonnage frequencedacquisition frecuenciademuestreo tasademuestreo "
+    "frequenzadicampionamento".split()
+)
+_STEPS = frozenset(
+    "dt deltat sampleinterval samplinginterval sampleperiod samplingperiod sampletime samplingtime timestep "
+    "timeincrement timeinterval wfincrement loginterval logginginterval datainterval acquisitioninterval scaninterval "
+    "ts tsample abtastintervall abtastzeit abtastperiode messintervall zeitschritt pasdetemps periodedechantillonnage "
+    "intervalodemuestreo periododemuestreo intervallodicampionamento periododicampionamento".split()
+)
+_SAMPLING = re.compile(r"sampl|abtast|acquisition|echantillonn|muestreo|campionament")
+_SPEED = re.compile(r"speed|velocity|geschwindigkeit|vitesse|velocidad|velocita|^rate$|feedrate|vorschub")
+# of another stroke than the test, and of limits
+_OTHER_SPEEDS = frozenset(
+    "pre post pretest posttest return approach retract retraction withdrawal jog max min maximum minimum limit "
+    "ruckfahrt ruckzug vorlauf anfahr anfahrt retour retorno ritorno rotation rotational angular".split()
+)
+_UNIT = re.compile(r"(units?|einheit(en)?|unites?|unidad(es)?|unita)$")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Statement:
+    """A value in SI, and the text that states it."""
+
+    value: float
+    text: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stated:
+    """What a file states: rate [Hz] of the samples, speed [m/s] of the test, and for quantities the symbol of the unit
+    with the text that states it."""
+
+    rate: Statement | None = None
+    speed: Statement | None = None
+    units: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+
+
+def is_rate_name(name: str) -> bool:
+    """Whether a name is that of a rate of samples or of the time between them."""
+    words, _ = _words(name)
+    return "".join(words) in _RATES | _STEPS
+
+
+def stated_by(table: Any) -> Stated:
+    """What the file states of a table.
+
+    Parameters
+    ----------
+    table : FileTable or TextTable
+        Its ``preamble`` has the lines above it, the nearest level first, its ``comments`` single values and texts.
+
+    Returns
+    -------
+    Stated
+        A value is taken from the nearest level that states it, and is None if a level contradicts itself.
+    """
+    levels = [list(level) for level in getattr(table, "preamble", ())]
+    levels.append(_once(text for _, text in getattr(table, "comments", ())))
+    decimal = getattr(table, "decimal", ".")
+    rate, speed, units = None, None, {}
+    for lines in levels:
+        rate = rate or _agreeing(filter(None, (_rate(line, decimal) for line in lines)))
+        speed = speed or _agreeing(filter(None, (_speed(line, decimal) for line in lines)))
+        units = _units(lines) | units
+    return Stated(rate=rate, speed=speed, units=units)
+
+
+def stating_lines(lines: Iterable[str]) -> tuple[str, ...]:
+    """Those of the lines above a table that may state a value or a unit."""
+    short = (line.strip() for line in lines if len(line) <= _MAX_CHARS)
+    return tuple(line for line in short if any(each.isalpha() for each in line))
+
+
+def _once(texts: Iterable[str]) -> list[str]:
+    """The entries of a file of arrays, those of an inner level before the outer ones: the first of each name."""
+    found: dict[str, str] = {}
+    for text in texts:
+        found.setdefault(text.partition(":")[0], text)
+    return list(found.values())
+
+
+def _agreeing(found: Iterable[Statement]) -> Statement | None:
+    """The statement, None without one or if they contradict each other."""
+    found = list(found)
+    agree = all(abs(each.value - found[0].value) <= _TOLERANCE * found[0].value for each in found)
+    return found[0] if found and agree else None
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A name in words, a number, and its unit in lower case without blanks; ``text`` is the line."""
+
+    words: list[str]
+    number: float
+    unit: str
+    text: str
+
+
+def _entry(line: str, decimal: str) -> _Entry | None:
+    """The name and value in a line such as ``Sampling rate: 1000 Hz`` or ``"Sample interval (ms)","1"``."""
+    text = line[:_MAX_CHARS].strip(_EDGES)
+    value = _VALUE.search(text)
+    if value is None or value.start() == 0 or text.startswith(_OWN_ENTRIES):
+        return None
+    words, in_name = _words(text[: value.start()])
+    number = _number(value[0], decimal)
+    if number is None or not 0 < len(words) <= _MAX_WORDS:
+        return None
+    after = text[value.end() :].strip(_EDGES + ",;:=[]()")
+    return _Entry(words, number, (after or in_name).strip(), " ".join(text.split())[:_SHOWN_CHARS])
+
+
+def _words(name: str) -> tuple[list[str], str]:
+    """The words of a name, the last part of several, and the unit in it: ``meta.SampleRate_Hz`` -> sample, rate, and
+    Hz."""
+    parts = [part for part in _SEPARATORS.split(name) if part.strip(_EDGES)]
+    last = parts[-1].strip(_EDGES) if parts else ""
+    bracketed = _BRACKETED.fullmatch(last)
+    last, unit = (bracketed[1], bracketed[2]) if bracketed else (last, "")
+    last = last.rstrip(". ").rsplit(".", 1)[-1].rsplit("/", 1)[-1]
+    words = plain_name(re.sub(r"(?<=[a-z])(?=[A-Z])", "_", last)).split("_")
+    for count in (2, 1):  # mm_s, then Hz
+        suffix = "/".join(words[-count:])
+        if (
+            not unit
+            and len(words) > count
+            and (suffix in _FREQUENCIES or find(suffix, "time" if count == 1 else "velocity"))
+        ):
+            return words[:-count], suffix
+    return [word for word in words if word], unit
+
+
+def _number(text: str, decimal: str) -> float | None:
+    """A positive number, with a comma as decimal sign where the table has one or no group of thousands can be meant."""
+    text = text.rstrip(".,")
+    if decimal == "," or ("," in text and not re.fullmatch(r"[+-]?\d{1,3}(,\d{3})+(\.\d*)?", text)):
+        text = text.replace(".", "") if "," in text else text
+        text = text.replace(",", ".")
+    try:
+        number = float(text.replace(",", ""))
+    except ValueError:
+        return None
+    return number if math.isfinite(number) and number > 0.0 else None
+
+
+def _rate(line: str, decimal: str) -> Statement | None:
+    """The rate of the samples [Hz] that a line states."""
+    entry = _entry(line, decimal)
+    if entry is None:
+        return None
+    name = "".join(entry.words)
+    of_sampling = _SAMPLING.search(name) and not _other_quantity(entry.words)
+    frequency = _FREQUENCIES.get(_squeezed(entry.unit)) or _FREQUENCIES.get(_first(entry.unit).casefold())
+    period = find(_first(entry.unit), "time")
+    value = None
+    if frequency and (name in _RATES or of_sampling):
+        value = frequency * entry.number
+    elif period and (name in _STEPS or of_sampling):
+        value = 1.0 / float(period.to_si(entry.number))
+    elif not entry.unit and name in _RATES:
+        value = entry.number if _is_usual(entry.number) else None
+    elif not entry.unit and name in _STEPS:
+        usual = [rate for unit in (1.0, 1e3, 1e6) if _is_usual(rate := unit / entry.number)]
+        value = usual[0] if len(usual) == 1 else None
+    return Statement(value=value, text=entry.text) if value and math.isfinite(value) else None
+
+
+def _is_usual(rate: float) -> bool:
+    return _USUAL_RATES_HZ[0] <= rate <= _USUAL_RATES_HZ[1]
+
+
+def _other_quantity(words: Sequence[str]) -> bool:
+    """Whether a rate is that of one quantity, as of a camera or of the force alone."""
+    return any(set(words) & set(names.split()) for quantity, names in NAMED_BY_WORD.items() if quantity != "time")
+
+
+def _speed(line: str, decimal: str) -> Statement | None:
+    """The speed of the test [m/s] that a line states with its unit."""
+    entry = _entry(line, decimal)
+    if entry is None or not any(map(_SPEED.search, ["".join(entry.words), *entry.words])):
+        return None
+    unit = find(_first(entry.unit), "velocity") or find(_squeezed(entry.unit), "velocity")
+    if unit is None or set(entry.words) & _OTHER_SPEEDS:
+        return None
+    return Statement(value=float(unit.to_si(entry.number)), text=entry.text)
+
+
+def _squeezed(unit: str) -> str:
+    return "".join(unit.casefold().split())
+
+
+def _first(unit: str) -> str:
+    """The first word of what follows a number."""
+    return next(iter(unit.strip("()[]").split()), "").strip("()[],;\"'")
+
+
+def _units(lines: Iterable[str]) -> dict[str, tuple[str, str]]:
+    """Quantity -> unit and text, of lines such as ``Force unit: N`` and ``Units:,lbF``; none for a quantity that two
+    lines state differently."""
+    found: dict[str, set[str]] = {}
+    texts: dict[str, str] = {}
+    for line in lines:
+        for quantity, symbol in _unit_entries(line):
+            found.setdefault(quantity, set()).add(symbol)
+            texts.setdefault(quantity, " ".join(line.strip(_EDGES).split())[:_SHOWN_CHARS])
+    return {quantity: (symbols.pop(), texts[quantity]) for quantity, symbols in found.items() if len(symbols) == 1}
+
+
+def _unit_entries(line: str) -> Iterator[tuple[str, str]]:
+    parts = [part.strip(_EDGES) for part in _SEPARATORS.split(line[:_MAX_CHARS], maxsplit=1)]
+    words, _ = _words(parts[0]) if len(parts) == 2 else ([], "")
+    if not any(map(_UNIT.search, words)):
+        return
+    texts = [text for text in re.split(r"[\s,;|\"']+", parts[1]) if text]
+    named = [q for q, names in NAMED_BY_WORD.items() if any(_names(word, names.split()) for word in words)]
+    quantities = named or list(NAMED_BY_WORD)
+    if texts and all(any(find(text, dimension(q)) for q in quantities) for text in texts):
+        for text in texts:
+            for quantity in quantities:
+                if unit := find(text, dimension(quantity)):
+                    yield quantity, unit.symbol
+
+
+def _names(word: str, names: Iterable[str]) -> bool:
+    """Whether a word is one of these names, or joined with that of a unit, as ``Krafteinheit``."""
+    return word in names or _UNIT.sub("", word) in names
