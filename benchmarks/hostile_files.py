@@ -30,6 +30,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import hostile_arrays
 import hostile_bombs
 import hostile_content as content
+import numpy as np
 
 import needleforce as nf
 from needleforce.files import MAX_DEFINITION_BYTES, MAX_RECORDING_BYTES, MAX_RESULT_BYTES
@@ -42,16 +43,46 @@ MEMORY_PER_BYTE, MEMORY_BASE = 60, 600 << 20  # the bound on the page: of the pe
 SPECIAL_SHARE, BOMB_SHARE = 0.02, 0.002
 
 
-def _read(path: Path) -> None:
-    nf.read(path)
+def _read(path: Path) -> list[nf.Recording]:
+    return [nf.read(path)]
 
 
-def _read_all(path: Path) -> None:
+def _read_all(path: Path) -> list[nf.Recording]:
     """Every recording of a file, by position where it has no headers."""
     try:
-        nf.read_all(path, test="indentation")
-    except nf.InputError:
-        nf.read_all(path, columns={"time": 1, "depth": 2, "force": 3}, units={"depth": "mm"})
+        return nf.read_all(path, test="indentation")
+    except nf.InputError as error:
+        _check_advice(error)
+    return nf.read_all(path, columns={"time": 1, "depth": 2, "force": 3}, units={"depth": "mm"})
+
+
+def _read_tables(path: Path) -> list[nf.Recording]:
+    """Every column of a file, and its recordings if it has any."""
+    hostile_arrays.read_tables(path)
+    try:
+        return nf.read_all(path, test="indentation")
+    except nf.InputError as error:
+        _check_advice(error)
+    return []
+
+
+def _mapping(path: Path) -> list[nf.Recording]:
+    """A recording, read with a mapping file."""
+    run = path.parent / "run.csv"
+    run.write_bytes(content.csv_text().encode())
+    return nf.read_all(run, mapping=path)
+
+
+def _check_advice(error: nf.InputError) -> None:
+    assert error.next_step, f"an error without next step: {error}"
+
+
+def _check_values(recordings: list[nf.Recording] | None) -> None:
+    """Of what was read, every sample is a finite number, and there are some."""
+    for each in recordings or []:
+        values = np.array([each.time, each.depth, each.velocity, each.force])
+        assert values.shape[1] > 1, f"a recording of {values.shape[1]} samples"
+        assert np.isfinite(values).all(), f"{np.count_nonzero(~np.isfinite(values))} values are no finite numbers"
 
 
 def _page(path: Path) -> None:
@@ -103,16 +134,20 @@ FORMATS: dict[str, tuple[Callable, int, str]] = {
     "bag": (_read, MAX_RECORDING_BYTES, "recording, folder of a ROS 2 bag"),
     "ros1": (_read, MAX_RECORDING_BYTES, "recording, ROS 1 bag"),
     "forms": (_read_all, MAX_RECORDING_BYTES, "recording, text of instruments"),
-    "excel": (_read_all, MAX_RECORDING_BYTES, "recording, Excel"),
-    "npy": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, NumPy npy"),
-    "npz": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, NumPy npz"),
-    "matlab": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, MATLAB 4 and 5"),
-    "matlab73": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, MATLAB 7.3"),
-    "hdf5": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, HDF5"),
-    "tdms": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, TDMS"),
-    "records": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, JSON and JSON lines"),
+    "excel": (_read_all, MAX_RECORDING_BYTES, "recording, Excel (xlsx)"),
+    "xlsm": (_read_all, MAX_RECORDING_BYTES, "recording, Excel with macros (xlsm)"),
+    "xls": (_read_all, MAX_RECORDING_BYTES, "recording, Excel (xls)"),
+    "lvm": (_read_all, 1 << 28, "recording, LabVIEW text (lvm)"),
+    "npy": (_read_tables, MAX_RECORDING_BYTES, "recording, NumPy npy"),
+    "npz": (_read_tables, MAX_RECORDING_BYTES, "recording, NumPy npz"),
+    "matlab": (_read_tables, MAX_RECORDING_BYTES, "recording, MATLAB 4 and 5"),
+    "matlab73": (_read_tables, MAX_RECORDING_BYTES, "recording, MATLAB 7.3"),
+    "hdf5": (_read_tables, MAX_RECORDING_BYTES, "recording, HDF5"),
+    "tdms": (_read_tables, MAX_RECORDING_BYTES, "recording, TDMS"),
+    "records": (_read_tables, MAX_RECORDING_BYTES, "recording, JSON and JSON lines"),
     "toml": (_definition, MAX_DEFINITION_BYTES, "preset, needle, tissue, protocol, TOML"),
     "json": (nf.preset, MAX_RESULT_BYTES, "fit, JSON"),
+    "mapping": (_mapping, MAX_DEFINITION_BYTES, "mapping of an instrument, TOML"),
     "page": (_page, 1 << 18, "sensor page, XML"),
     "calibration": (_calibration, MAX_DEFINITION_BYTES, "gauge calibration, TOML, CSV, XML"),
     "table": (_table, 1 << 23, "mapping and bench tests, CSV"),
@@ -191,9 +226,11 @@ def _memory(field: str) -> int:
 
 def _outcome(read: Callable, path: Path) -> str:
     try:
-        read(path)
-    except nf.InputError:
-        return "refused"
+        try:
+            _check_values(read(path))
+        except nf.InputError as error:
+            _check_advice(error)
+            return "refused"
     except BaseException as error:
         place = error.__traceback__
         while place.tb_next and "needleforce" in place.tb_next.tb_frame.f_code.co_filename:
