@@ -77,9 +77,9 @@ def _check_advice(error: nf.InputError) -> None:
     assert error.next_step, f"an error without next step: {error}"
 
 
-def _check_values(recordings: list[nf.Recording] | None) -> None:
-    """Of what was read, every sample is a finite number, and there are some."""
-    for each in recordings or []:
+def _check_values(found: object) -> None:
+    """Of the recordings that were read, every sample is a finite number, and there are some."""
+    for each in found if isinstance(found, list) else []:
         values = np.array([each.time, each.depth, each.velocity, each.force])
         assert values.shape[1] > 1, f"a recording of {values.shape[1]} samples"
         assert np.isfinite(values).all(), f"{np.count_nonzero(~np.isfinite(values))} values are no finite numbers"

@@ -110,7 +110,8 @@ def read_bytes(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITI
             size = os.fstat(file.fileno()).st_size
             content = file.read(size + 1)
         except OSError as error:
-            raise InputError(what, "not readable", error.strerror or "", str(path)) from None
+            step = "Check the disk or the network, or copy the file."
+            raise InputError(what, "not readable", error.strerror or "", str(path), step) from None
     if len(content) > size:
         raise _too_large(path, what, size, "larger than the system states")
     return content

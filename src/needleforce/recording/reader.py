@@ -231,9 +231,10 @@ def read_columns(
 
 def _check(inwards: str | None, filter_length: int | None, test: str) -> None:
     if inwards is not None and inwards not in INWARDS:
-        raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
+        known = "known are increasing and decreasing"
+        raise InputError("inwards", repr(inwards), known, next_step="Give one of these.")
     if test not in TESTS:
-        raise InputError("test", repr(test), f"known are {' and '.join(TESTS)}")
+        raise InputError("test", repr(test), f"known are {' and '.join(TESTS)}", next_step="Give one of these.")
     check_filter_length(filter_length)
 
 

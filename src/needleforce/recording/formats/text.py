@@ -62,7 +62,8 @@ def _head(path: Path, size: int) -> tuple[Encoding, list[str], bool]:
         try:
             start = file.read(size + 1)
         except OSError as error:
-            raise InputError("file", "not readable", error.strerror or "", str(path)) from None
+            step = "Check the disk or the network, or copy the file."
+            raise InputError("file", "not readable", error.strerror or "", str(path), step) from None
     encoding = _encoding(start, path)
     complete = len(start) <= size
     text = start[encoding.mark :].decode(encoding.name, encoding.errors)
