@@ -2,7 +2,6 @@
 """Files: bounded reading of regular files only, atomic writing, TOML and XML that cannot exhaust memory or time, and
 text cells that no spreadsheet evaluates."""
 
-import hashlib
 import math
 import os
 import re
@@ -121,6 +120,17 @@ def digest(path: str | os.PathLike) -> str:
     """The SHA-256 of a file. Raises InputError as ``open_regular``."""
     with open_regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@contextmanager
+def enough_memory(path: str | os.PathLike) -> Iterator[None]:
+    """Convert a lack of memory, wherever it occurs within the block, into an InputError about the file."""
+    try:
+        yield
+    except MemoryError:
+        limit = "this computer, or the limit set for this program, has less than reading the file takes"
+        step = "Export fewer columns or rows, split the file, or read it where more memory is free."
+        raise InputError("memory", "not enough", limit, str(path), step) from None
 
 
 def read_text(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITION_BYTES) -> str:

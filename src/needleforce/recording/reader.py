@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError
+from ..files import enough_memory
 from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
 from .cycles import MIN_CYCLES, CycleSpan, chosen_cycle, cycle_spans, spans_of_rows, with_note
@@ -121,7 +122,8 @@ def _look(path: str | os.PathLike, options: dict[str, Any]) -> "Look":
     def recording_of(part: str | int | None) -> tuple[Recording, tuple[CycleSpan, ...]]:
         return read_with_cycles(path, **options | {"part": part})
 
-    return look(path, recording_of, options)
+    with enough_memory(path):
+        return look(path, recording_of, options)
 
 
 def read_with_cycles(
@@ -149,7 +151,8 @@ def read_with_cycles(
     options, sentence = with_mapping(Path(path), mapping, dict.fromkeys(known) | options)
     _check(options["inwards"], options["filter_length"], test)
     counted = test == "indentation"
-    recording, spans = _read_file(Path(path), options, baseline=baseline, motion=motion, counted=counted)
+    with enough_memory(path):
+        recording, spans = _read_file(Path(path), options, baseline=baseline, motion=motion, counted=counted)
     if sentence:
         assumptions = (sentence, *recording.card.assumptions)
         recording = replace(recording, card=replace(recording.card, assumptions=assumptions))
@@ -298,5 +301,6 @@ def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:
 
         card = card_and_end(path)[0] if path.is_file() else {}  # the folder of a bag has no card
         return {key: card[key] for key in keys if card.get(key)}
-    preamble = Preamble(tables_of(path)[0].comments, str(path))
+    with enough_memory(path):
+        preamble = Preamble(tables_of(path)[0].comments, str(path))
     return {key: preamble.text(key) for key in keys if preamble.text(key)}

@@ -7,6 +7,7 @@ import zipfile
 import zlib
 from collections.abc import Sequence
 from datetime import date, datetime, time, timedelta
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -19,9 +20,11 @@ from ..file_table import FileTable
 from ..recording import Note
 from .clock_times import seconds_of
 from .rows import Block, blocks, is_missing, is_number, plain_number
+from .worker import tables_by_worker
 
 _MAX_CELLS = 8_000_000  # of a sheet, empty ones included: a million rows of 8 columns
 _CELL = re.compile(rb'<c r="([A-Z]{1,3})(\d{1,7})"')
+_BYTES_PER_S = 1e6  # of a workbook, whose cells are objects: a million rows of 4 columns have 30 MB
 _OVERLAP = 64  # bytes of a block that are looked at again with the next
 _ENCRYPTED = "EncryptedPackage".encode("utf-16-le")
 _FORMULA_WITHOUT_VALUE = re.compile(rb"</f>\s*(?:<v\s*/>|<v>\s*</v>)?\s*</c>")
@@ -30,6 +33,13 @@ _SAVE = "Open it in a spreadsheet program and save it again as xlsx, or export t
 
 def tables(path: Path) -> list[FileTable]:
     """The tables of all sheets. Raises InputError for a workbook that is damaged, encrypted or has no table."""
+    if find_spec("python_calamine") is None:
+        raise ImportError(name="python_calamine")
+    return tables_by_worker("excel", path, "Excel workbook", _BYTES_PER_S)
+
+
+def tables_here(path: Path) -> list[FileTable]:
+    """As ``tables``, in this process, which a damaged file may end, keep busy for ever, or fill."""
     from python_calamine import CalamineWorkbook, SheetTypeEnum
 
     content = read_bytes(path, "file", MAX_RECORDING_BYTES)
@@ -41,7 +51,7 @@ def tables(path: Path) -> list[FileTable]:
         book = CalamineWorkbook.from_filelike(BytesIO(content))
         names = [each.name for each in book.sheets_metadata if each.typ == SheetTypeEnum.WorkSheet]
         sheets = [(name, _cells(book.get_sheet_by_name(name), path, name)) for name in names]
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # the library has its own exceptions, and those of zip and XML
         reason = " ".join(str(error).split())[:200]

@@ -52,7 +52,7 @@ def read_bag(folder: Path, collected: Collected) -> list[Note]:
                 message = {"topic": connection.topic, "message": connection.msgtype, "data": bytes(data)}
                 collected.take(**message, counter=0, arrival=arrival, device=arrival)
         return []
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # the packages raise various exceptions for a damaged bag
         reason = " ".join(str(error).split())[:200]
