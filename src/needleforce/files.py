@@ -2,6 +2,7 @@
 """Files: bounded reading of regular files only, atomic writing, TOML and XML that cannot exhaust memory or time, and
 text cells that no spreadsheet evaluates."""
 
+import hashlib
 import math
 import os
 import re
