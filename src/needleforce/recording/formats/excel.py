@@ -6,6 +6,7 @@ import re
 import zipfile
 import zlib
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import date, datetime, time, timedelta
 from importlib.util import find_spec
 from io import BytesIO
@@ -18,6 +19,7 @@ from ...errors import InputError
 from ...files import MAX_RECORDING_BYTES, read_bytes, unpacked_limit
 from ..file_table import FileTable
 from ..recording import Note
+from .arrays import MAX_COLUMNS, check_count
 from .clock_times import seconds_of
 from .rows import Block, blocks, is_missing, is_number, plain_number
 from .worker import tables_by_worker
@@ -171,9 +173,18 @@ def _decimal(cell: str) -> str:
 def _tables_of_sheet(path: Path, sheet: str, rows: list[list], sha256: str) -> list[FileTable]:
     shapes = ["".join(map(_kind, row)) for row in rows]
     shapes = ["" if not shape.strip("e") else shape for shape in shapes]
-    found = blocks(_Texts(rows), shapes=shapes)
+    found = [_without_empty_columns(block, shapes) for block in blocks(_Texts(rows), shapes=shapes)]
+    check_count("columns", max((block.width for block in found), default=0), MAX_COLUMNS, path)
     names = [sheet] if len(found) == 1 else [f"{sheet}: table {k}" for k in range(1, len(found) + 1)]
     return [_table(path, name, rows, block, sha256) for name, block in zip(names, found)]
+
+
+def _without_empty_columns(block: Block, shapes: Sequence[str]) -> Block:
+    """The block without the empty columns on its right, which one cell far away makes in all rows."""
+    named = max((k + 1 for k, each in enumerate(block.headers) if each), default=0)
+    width = max([named, *(len(shape.rstrip("e")) for shape in shapes[block.first : block.stop])])
+    text = frozenset(k for k in block.text_columns if k < width)
+    return replace(block, width=width, headers=block.headers[:width], units=block.units[:width], text_columns=text)
 
 
 def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -> FileTable:
