@@ -28,7 +28,11 @@ _MAX_CELLS = 8_000_000  # of a sheet, empty ones included: a million rows of 8 c
 _CELL = re.compile(rb'<c r="([A-Z]{1,3})(\d{1,7})"')
 _BYTES_PER_S = 1e6  # of a workbook, whose cells are objects: a million rows of 4 columns have 30 MB
 _OVERLAP = 64  # bytes of a block that are looked at again with the next
-_ENCRYPTED = "EncryptedPackage".encode("utf-16-le")
+_COMPOUND = b"\xd0\xcf\x11\xe0"
+_ENTRY_BYTES = 128  # of the directory of a compound file, at a multiple of it
+_ENCRYPTED = re.compile(re.escape("EncryptedPackage\0".encode("utf-16-le")))
+# of an xls: the record FilePass after the first of the workbook, with one between them if it is write-protected
+_PASSWORD = re.compile(rb"\x09\x08(?:\x10\x00.{16}|\x08\x00.{8})(?:\x86\x00\x00\x00)?\x2f\x00", re.DOTALL)
 _FORMULA_WITHOUT_VALUE = re.compile(rb"</f>\s*(?:<v\s*/>|<v>\s*</v>)?\s*</c>")
 _SAVE = "Open it in a spreadsheet program and save it again as xlsx, or export the sheet as CSV."
 
@@ -45,7 +49,7 @@ def tables_here(path: Path) -> list[FileTable]:
     from python_calamine import CalamineWorkbook, SheetTypeEnum
 
     content = read_bytes(path, "file", MAX_RECORDING_BYTES)
-    if _ENCRYPTED in content[: 1 << 20]:
+    if _is_encrypted(content):
         step = "Open it with its password and save it without one."
         raise InputError("Excel workbook", "encrypted", "its values can be read with a password only", str(path), step)
     without_value = _formulas_without_value(content, path) if content.startswith(b"PK") else 0
@@ -69,6 +73,14 @@ def tables_here(path: Path) -> list[FileTable]:
         for table in found:
             table.notes.append(Note("missing", message, without_value))
     return found
+
+
+def _is_encrypted(content: bytes) -> bool:
+    """Whether a compound file has an encrypted workbook of either kind, xlsx or xls."""
+    if not content.startswith(_COMPOUND):
+        return False
+    named = any(found.start() % _ENTRY_BYTES == 0 for found in _ENCRYPTED.finditer(content))
+    return named or _PASSWORD.search(content) is not None
 
 
 def _formula_step(count: int) -> str:
@@ -195,8 +207,12 @@ def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -
         cells = [row[index] if index < len(row) else "" for row in rows[start : block.stop]]
         if any(isinstance(cell, date | time | timedelta) for cell in cells):
             return _seconds(cells, f"{path}, {name}")
-        return np.array([_number(cell, headers[index], index, row, f"{path}, {name}")
-                         for row, cell in enumerate(cells, start + 1)])  # fmt: skip
+        values = np.array([_number(cell, headers[index], index, row, f"{path}, {name}")
+                           for row, cell in enumerate(cells, start + 1)])  # fmt: skip
+        if np.isnan(values).all():
+            limit = "its cells are empty, or hold formulas whose values were not stored"
+            raise InputError(f"column {headers[index]!r}", "without values", limit, f"{path}, {name}", _SAVE)
+        return values
 
     def read_texts(index: int) -> list[str]:
         return [_text(row[index]) if index < len(row) else "" for row in rows[block.first : block.stop]]
