@@ -16,13 +16,18 @@ def _read(path: Path) -> list[nf.Recording]:
     return [nf.read(path)]
 
 
+_BY_POSITION = ({"depth": 2, "force": 3}, {"time": 1, "depth": 2, "force": 3})
+
+
 def _read_all(path: Path) -> list[nf.Recording]:
     """Every recording of a file, by position where it has no headers."""
-    try:
-        return nf.read_all(path, test="indentation")
-    except nf.InputError as error:
-        check_advice(error)
-    return nf.read_all(path, columns={"time": 1, "depth": 2, "force": 3}, units={"depth": "mm"})
+    for columns in (None, *_BY_POSITION):
+        try:
+            return nf.read_all(path, test="indentation", columns=columns, units={"depth": "mm"} if columns else None)
+        except nf.InputError as error:
+            check_advice(error)
+            refusal = error
+    raise refusal
 
 
 def _read_tables(path: Path) -> list[nf.Recording]:

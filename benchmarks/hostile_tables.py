@@ -48,7 +48,7 @@ def _forms(form: int) -> bytes:
         "\n".join(f"A1,{row}" for row in _joined(",", time=False).splitlines()) + "\n",
         "Cycle,Time (s),Position (mm),Force (N)\n" + cycle,
         "2026-01-02T03:04:05.678,0,0\n"
-        + "".join(f"2026-01-02T03:04:{6 + k % 50:02d}.{k:03d},{k / 100},{k / 9:.3f}\n" for k in range(ROWS)),
+        + "".join(f"2026-01-02T03:{5 + k // 60:02d}:{k % 60:02d}.{k:03d},{k / 100},{k / 9:.3f}\n" for k in range(ROWS)),
         "# time depth force\n# s mm N\n" + _joined("  "),
     ]
     return forms[form].encode({3: "utf-16", 6: "latin-1", 8: "cp1252"}.get(form, "utf-8"))
