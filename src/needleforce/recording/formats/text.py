@@ -43,7 +43,10 @@ def tables(path: Path) -> list[TextTable]:
     if len(chosen.blocks) == 1 and first.parses():
         return [first]
     found = _all_tables(path, first)
-    return found if len(found) > 1 else [replace(first, end=found[0].end) if found and first.end is None else first]
+    if len(found) > 1:
+        return found
+    ends = [each.end for each in found if first.end is None and each.end is not None and each.end > first.begin]
+    return [replace(first, end=ends[0]) if ends else first]  # a table that ends before it begins is another one
 
 
 def _longest(found: Sequence[Block]) -> Block:

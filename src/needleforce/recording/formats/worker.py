@@ -60,7 +60,7 @@ def _table(path: Path, what: str, request: dict[str, Any], stated: dict[str, Any
 
     def read_from(index: int, first: int) -> np.ndarray:
         asked = request | {"column": index, "first": first}
-        return np.frombuffer(_worker.ask(path, what, asked)[1]).copy()
+        return np.frombuffer(_worker.ask(path, what, asked)[1])  # of its own and writable
 
     facts = {name: stated[name] for name in _PLAIN}
     return FileTable(
@@ -82,7 +82,7 @@ class _Worker:
         self._process: subprocess.Popen | None = None
         self._owner = 0
 
-    def ask(self, path: Path, what: str, request: dict[str, Any]) -> tuple[dict, bytes]:
+    def ask(self, path: Path, what: str, request: dict[str, Any]) -> tuple[dict, bytearray]:
         """The answer to a request, and the bytes that follow it. Raises InputError."""
         with open_regular(path) as file:
             size = os.fstat(file.fileno()).st_size
@@ -101,11 +101,11 @@ class _Worker:
             raise ImportError(name=answer["missing"])
         return answer, rest
 
-    def _exchange(self, request: dict, wall_s: float) -> tuple[dict | None, bytes]:
+    def _exchange(self, request: dict, wall_s: float) -> tuple[dict | None, bytearray]:
         try:
             process = self._running()
         except OSError:
-            return None, b""
+            return None, bytearray()
         timer = threading.Timer(wall_s, process.kill)
         timer.start()
         try:
@@ -113,13 +113,13 @@ class _Worker:
             process.stdin.flush()
             (length,) = _LENGTH.unpack(process.stdout.read(_LENGTH.size))
             answer = json.loads(process.stdout.readline())
-            rest = process.stdout.read(length)
-            if len(rest) < length:
+            rest = bytearray(length)
+            if process.stdout.readinto(rest) < length:
                 raise EOFError
             return answer, rest
         except (OSError, EOFError, struct.error, ValueError):
             self.close()
-            return None, b""
+            return None, bytearray()
         except BaseException:  # an interrupt leaves an answer behind
             self.close()
             raise
