@@ -36,6 +36,9 @@ def tables(path: Path) -> list[FileTable]:
     check_count("segments", len(ends) - 1, MAX_TABLES, path)
     head = view.facts(0, ends[0]) if ends else {}
     decimal = head.get("Decimal_Separator", ["."])[0] or "."
+    if decimal not in (".", ","):
+        limit, step = "a point or a comma is needed", "Correct it in the heading of the file."
+        raise InputError("Decimal_Separator", repr(decimal[:40]), limit, str(path), step)
     sha256 = hashlib.sha256(content).hexdigest()
     x_columns = head.get("X_Columns", ["One"])[0].casefold()
     form = _Form(path=path, encoding=encoding, separator=separator, decimal=decimal, x_columns=x_columns, sha256=sha256)
@@ -95,7 +98,7 @@ class _View:
         return {cells[0]: cells[1:] for _, cells in self.rows(begin, end) if cells[0]}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Segment:
     """The heading of a segment, the names of its channels, the number, first byte and cells of its first row, and the
     byte after its last."""
@@ -121,7 +124,8 @@ def _segments(view: _View, ends: Sequence[int]) -> Iterator[_Segment]:
         if len(rows) == 2:
             begin, cells = rows[1]
             number, counted = number + len(re.findall(rb"\r\n|\r|\n", view.content[counted:begin])), begin
-            yield _Segment(view.facts(heading, at), rows[0][1], number, begin, cells, end)
+            facts, names = view.facts(heading, at), rows[0][1]
+            yield _Segment(facts=facts, names=names, number=number, begin=begin, cells=cells, end=end)
         before = at
 
 
