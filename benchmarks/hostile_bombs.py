@@ -7,7 +7,8 @@ import struct
 from io import BytesIO
 from pathlib import Path
 
-import hostile_arrays
+import hostile_array_bombs
+import hostile_changes
 import numpy as np
 from hostile_content import CALIBRATION, ENDINGS, METADATA, bag, database, parquet_bytes
 from mcap.data_stream import RecordBuilder
@@ -28,11 +29,11 @@ def bomb(kind: str, folder: Path, chance: random.Random) -> Path:
             path.write_bytes(chance.choice([_parquet_of_zeros, _parquet_with_a_huge_page, _parquet_of_columns])(many))
         case "mcap":
             path.write_bytes(_mcap_bomb(chance))
-        case _ if kind in hostile_arrays.ENDINGS:
-            path.write_bytes(hostile_arrays.bomb(kind, chance))
+        case _ if kind in hostile_changes.ENDINGS:
+            path.write_bytes(hostile_array_bombs.bomb(kind, chance))
         case "bag":
             return _bag_bomb(folder, chance)
-        case "toml":
+        case "toml" | "mapping":
             path.write_text(_toml_bomb(many // 2, chance))
         case "json":
             path.write_text(

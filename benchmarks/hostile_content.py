@@ -9,14 +9,14 @@ from io import BytesIO
 from pathlib import Path
 
 import damaged_files
-import hostile_arrays
+import hostile_changes
 import numpy as np
 
 from needleforce.recording.log import ros_messages
 from needleforce.wire.sensor_configuration import SensorConfiguration
 
-ENDINGS = {"csv": ".csv", "parquet": ".parquet", "mcap": ".mcap", "bag": "", "toml": ".toml", "json": ".json",
-           "page": ".xml", "calibration": ".cal", "table": ".csv", **hostile_arrays.ENDINGS}  # fmt: skip
+ENDINGS = {"csv": ".csv", "parquet": ".parquet", "mcap": ".mcap", "bag": "", "toml": ".toml", "json": ".json", "mapping": ".toml",
+           "page": ".xml", "calibration": ".cal", "table": ".csv", **hostile_changes.ENDINGS}  # fmt: skip
 ROOT = Path(__file__).parents[1]
 ROWS = 60
 CELLS = [
@@ -30,6 +30,11 @@ CARDS = ["motion: /dev/zero", "motion: run.csv", "motion: ..", "filter_length: 1
 KEYS = ['"', "'''", '"""', "[", "]", "[[", "{", "}", "a.b.c.d = 1", "[a.b]", "=", ".", ",", "\\", "#", "inf", "-nan", "1e308", "1e400",
         "-1e308", "9" * 400, "0x" + "f" * 200, "1979-05-27T07:32:00Z", "[" * 40, "a." * 40 + "a=1", "[" * 5000, "\0", "\ufeff", "true",
         "{a={b={}}}", "[[[]]]", '""', "null", "-0", "5e-324", "\ud800".encode("utf-8", "replace").decode()]  # fmt: skip
+OPTIONS = ["rate_hz = 0\n", "speed_mm_s = 1e300\n", "step_um = -1e-300\n", "first_row = 0\n", "first_row = 999999999999\n", 'part = "x"\n',
+           "part = -1\n", 'columns.force = "*"\n', 'columns.force = "***********************a"\n', "columns.force = 0\n", "columns.time = -1\n",
+           "columns.force = []\n", 'columns.x = "a"\n', 'units.force = "-1e308N"\n', 'units.force = "0N"\n', 'units.time = "N"\n',
+           'units.depth = "1e-320mm"\n', 'inwards = ""\n', "filter_length = 0\n", "filter_length = 999999999999\n", "start_depth_mm = nan\n",
+           'mapping = "x.toml"\n', "columns.force = 3\ncolumns.depth = 3\n", 'columns."motion.time" = 1\n']  # fmt: skip
 TAGS = ["<!DOCTYPE a>", '<!DOCTYPE a [<!ENTITY b "c">]>', "&b;", "&#0;", "&#x110000;", "<a>", "</a>", "<![CDATA[", "]]>", "<?x?>", "<!--",
         "1e-6", "1e999", "nan", "-1", "0", "N" * 5000, "lbf-in", '"', "<", ">", "&", "9" * 400, '<?xml version="1.0" encoding="utf-16"?>',
         '<?xml version="1.0" encoding="x"?>']  # fmt: skip
@@ -134,6 +139,21 @@ TABLES = ["file,specimen,repeat\n" + "".join(f"run_{k}.csv,gel,{k}\n" for k in r
 
 
 @cache
+def mappings() -> list[str]:
+    """Mappings of instruments: the shipped ones, and one with every option."""
+    found = sorted((ROOT / "src/needleforce/recording/mappings").glob("*.toml"))
+    texts = [path.read_text(encoding="utf-8") for path in found]
+    own = 'description = "a"\nfilter_length = 2\ninwards = "increasing"\nfirst_row = 3\n'
+    columns = (
+        '[columns]\ntime = ["Zeit", "time_s"]\ndepth = 2\nforce = "force_N"\n[units]\nforce = "mN"\ndepth = "um"\n'
+    )
+    rate = 'rate_hz = 100\npart = 1\n[columns]\nforce = "force_N"\ndepth = "depth_mm"\n'
+    step = 'step_um = 5\nstart_depth_mm = 1\n[columns]\nforce = "force_N"\n[units]\nforce = "0.0122N"\n'
+    speed = 'speed_mm_s = 2\n[columns]\nforce = "f*"\ntime = 1\n'
+    return [*texts, own, own + columns, rate, step, speed]
+
+
+@cache
 def fit() -> str:
     """The JSON of a fit, as far as it is read."""
     import json
@@ -161,8 +181,8 @@ def _content(kind: str, folder: Path, chance: random.Random, path: Path) -> tupl
     match kind:
         case "csv":
             return path, csv_text().encode()
-        case _ if kind in hostile_arrays.ENDINGS:
-            return path, hostile_arrays.content(kind, chance)
+        case _ if kind in hostile_changes.ENDINGS:
+            return path, hostile_changes.content(kind, chance)
         case "parquet":
             form = (
                 chance.choice(["zstd", "snappy", "gzip", "none", "lz4", "brotli"]),
@@ -176,6 +196,8 @@ def _content(kind: str, folder: Path, chance: random.Random, path: Path) -> tupl
             return path, chance.choice(definitions()).encode()
         case "json":
             return path, fit().encode()
+        case "mapping":
+            return path, chance.choice(mappings()).encode()
         case "page":
             return path, page.xml()
         case "calibration":
@@ -188,18 +210,18 @@ def changed(kind: str, folder: Path, chance: random.Random) -> Path:
     """A valid file of a format with changes."""
     if kind == "bag":
         return _changed_bag(folder, chance)
-    if kind in hostile_arrays.ENDINGS:
+    if kind in hostile_changes.ENDINGS:
         path = folder / f"x{ENDINGS[kind]}"
-        path.write_bytes(hostile_arrays.changed(kind, chance))
+        path.write_bytes(hostile_changes.changed(kind, chance))
         return path
     path, data = _content(kind, folder, chance, folder / f"x{ENDINGS[kind]}")
-    words = {"csv": [*CELLS, *(f"\n# {card}\n" for card in CARDS)], "table": CELLS, "toml": KEYS, "json": KEYS, "page": TAGS,
+    words = {"csv": [*CELLS, *(f"\n# {card}\n" for card in CARDS)], "table": CELLS, "toml": KEYS, "json": KEYS, "mapping": KEYS + OPTIONS, "page": TAGS,
              "calibration": KEYS + TAGS + CELLS}.get(kind)  # fmt: skip
     if words is None or chance.random() < 0.3:
         data = damaged_files.damaged(data, chance)
     else:
         data = _with_words(data.decode(), words, chance)
-    if kind in ("csv", "page", "toml", "table", "calibration") and chance.random() < 0.05:
+    if kind in ("csv", "page", "toml", "mapping", "table", "calibration") and chance.random() < 0.05:
         data = data.decode("utf-8", "replace").encode(
             chance.choice(["utf-16", "utf-32", "utf-16-be", "utf-7", "cp037"]), "replace"
         )

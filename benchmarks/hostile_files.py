@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hostile files of every format that is read: no traceback, no hang, no unbounded memory.
 
-    python benchmarks/hostile_files.py [--files 10000] [--only csv] [--write]
+    python benchmarks/hostile_files.py [--files 10000] [--only csv xls] [--write]
 
 Each file is a valid one with changed bytes, with cells, keys or records that lie about sizes, depths and widths, or
 that expand when they are unpacked; or it is no file at all but a pipe, a device, a folder or a link to itself. A child
@@ -10,6 +10,7 @@ the table of the bounds and of the worst that was seen is written into docs/host
 """
 
 import argparse
+import hashlib
 import json
 import os
 import random
@@ -27,96 +28,22 @@ from collections.abc import Callable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
-import hostile_arrays
 import hostile_bombs
 import hostile_content as content
+from hostile_readers import FORMATS, check_advice, check_values
 
 import needleforce as nf
-from needleforce.files import MAX_DEFINITION_BYTES, MAX_RECORDING_BYTES, MAX_RESULT_BYTES
+from needleforce.recording.formats import worker
 
 PAGE = Path(__file__).parents[1] / "docs" / "hostile_files.md"
 MARKS = "<!-- table: python benchmarks/hostile_files.py --write -->", "<!-- end of table -->"
 MEMORY_BYTES = 1536 << 20  # address space beyond that of the child at its start
 TIME_S = 20.0  # for one file
-MEMORY_PER_BYTE, MEMORY_BASE = 60, 600 << 20  # the bound on the page: of the peak, for files of any size
+MEMORY_PER_BYTE, MEMORY_BASE = (
+    60,
+    600 << 20,
+)  # the bound on the page for files of any size; the other process has its own limit
 SPECIAL_SHARE, BOMB_SHARE = 0.02, 0.002
-
-
-def _read(path: Path) -> None:
-    nf.read(path)
-
-
-def _read_all(path: Path) -> None:
-    """Every recording of a file, by position where it has no headers."""
-    try:
-        nf.read_all(path, test="indentation")
-    except nf.InputError:
-        nf.read_all(path, columns={"time": 1, "depth": 2, "force": 3}, units={"depth": "mm"})
-
-
-def _page(path: Path) -> None:
-    from needleforce.acquisition.sources.net_ft_sensor import read_configuration
-
-    read_configuration("", str(path))
-
-
-def _calibration(path: Path) -> None:
-    from needleforce.acquisition.sources.gauge_calibration import read_calibration
-
-    read_calibration(path)
-
-
-def _definition(path: Path) -> None:
-    """A file of parameters as each of what it may be: most of them refuse it."""
-    from needleforce.preset_files.build import read_needle, read_tissue
-    from needleforce.protocol.reading import read_protocol
-
-    refusals = []
-    for read in (nf.preset, read_needle, read_tissue, read_protocol):
-        try:
-            read(path)
-        except nf.InputError as error:
-            refusals.append(error)
-    if len(refusals) == 4:
-        raise refusals[0]
-
-
-def _table(path: Path) -> None:
-    from needleforce.campaign.labels import read_mapping
-    from needleforce.identification.bench_tests import tissue_estimate
-
-    refusals = []
-    for read in (read_mapping, tissue_estimate):
-        try:
-            read(path)
-        except nf.InputError as error:
-            refusals.append(error)
-    if len(refusals) == 2:
-        raise refusals[0]
-
-
-# format -> its reader, the largest file in bytes, what is read
-FORMATS: dict[str, tuple[Callable, int, str]] = {
-    "csv": (_read, MAX_RECORDING_BYTES, "recording, CSV"),
-    "parquet": (_read, MAX_RECORDING_BYTES, "recording, Parquet"),
-    "mcap": (_read, MAX_RECORDING_BYTES, "recording, MCAP"),
-    "bag": (_read, MAX_RECORDING_BYTES, "recording, folder of a ROS 2 bag"),
-    "ros1": (_read, MAX_RECORDING_BYTES, "recording, ROS 1 bag"),
-    "forms": (_read_all, MAX_RECORDING_BYTES, "recording, text of instruments"),
-    "excel": (_read_all, MAX_RECORDING_BYTES, "recording, Excel"),
-    "npy": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, NumPy npy"),
-    "npz": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, NumPy npz"),
-    "matlab": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, MATLAB 4 and 5"),
-    "matlab73": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, MATLAB 7.3"),
-    "hdf5": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, HDF5"),
-    "tdms": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, TDMS"),
-    "records": (hostile_arrays.read_tables, MAX_RECORDING_BYTES, "recording, JSON and JSON lines"),
-    "toml": (_definition, MAX_DEFINITION_BYTES, "preset, needle, tissue, protocol, TOML"),
-    "json": (nf.preset, MAX_RESULT_BYTES, "fit, JSON"),
-    "page": (_page, 1 << 18, "sensor page, XML"),
-    "calibration": (_calibration, MAX_DEFINITION_BYTES, "gauge calibration, TOML, CSV, XML"),
-    "table": (_table, 1 << 23, "mapping and bench tests, CSV"),
-}
 
 
 def special(path: Path, chance: random.Random) -> Path:
@@ -163,13 +90,16 @@ def child() -> int:
         for number, line in enumerate(sys.stdin):
             kind, seed = line.split()
             path = hostile(kind, _made(folder, f"{number}"), int(seed))
-            before = _memory("VmRSS")
-            Path("/proc/self/clear_refs").write_text("5")
-            begun = time.process_time()
+            processes = ["self", *_other_process()]
+            before = [_memory("VmRSS", each) for each in processes]
+            for each in processes:
+                Path(f"/proc/{each}/clear_refs").write_text("5")
+            begun = _processor_time()
             found = _outcome(FORMATS[kind][0], path)
-            seconds, peak = time.process_time() - begun, _memory("VmHWM") - before
+            seconds = _processor_time() - begun
+            peaks = [max(0, _memory("VmHWM", each) - rest) for each, rest in zip(processes, before)]
             size = path.stat().st_size if path.is_file() else 0
-            print(json.dumps([found, seconds, peak, size]), flush=True)
+            print(json.dumps([found, seconds, peaks, size, _digest(path)]), flush=True)
             shutil.rmtree(Path(folder) / f"{number}")
     return 0
 
@@ -185,15 +115,42 @@ def _limit_memory() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 
 
-def _memory(field: str) -> int:
-    return 1024 * int(re.search(rf"{field}:\s*(\d+)", Path("/proc/self/status").read_text())[1])
+def _memory(field: str, process: str = "self") -> int:
+    """Memory of a process, 0 for one that has ended."""
+    try:
+        return 1024 * int(re.search(rf"{field}:\s*(\d+)", Path(f"/proc/{process}/status").read_text())[1])
+    except (OSError, TypeError):
+        return 0
+
+
+def _other_process() -> list[str]:
+    """The process that reads the files of some formats, if it runs."""
+    process = worker._worker._process
+    return [str(process.pid)] if process is not None and process.poll() is None else []
+
+
+def _processor_time() -> float:
+    """Processor time of this process, of those that it started and that have ended, and of the one that runs."""
+    ended = os.times()
+    ticks = [Path(f"/proc/{each}/stat").read_text().rsplit(")", 1)[1].split()[11:13] for each in _other_process()]
+    running = sum(int(each) for pair in ticks for each in pair) / os.sysconf("SC_CLK_TCK")
+    return time.process_time() + ended.children_user + ended.children_system + running
+
+
+def _digest(path: Path) -> str:
+    """What tells one file from another."""
+    files = [path] if path.is_file() and path.stat().st_size < 1 << 30 else []
+    files += sorted(each for each in path.iterdir() if each.is_file()) if path.is_dir() else []
+    return hashlib.sha256(b"".join(each.read_bytes() for each in files)).hexdigest()
 
 
 def _outcome(read: Callable, path: Path) -> str:
     try:
-        read(path)
-    except nf.InputError:
-        return "refused"
+        try:
+            check_values(read(path))
+        except nf.InputError as error:
+            check_advice(error)
+            return "refused"
     except BaseException as error:
         place = error.__traceback__
         while place.tb_next and "needleforce" in place.tb_next.tb_frame.f_code.co_filename:
@@ -209,20 +166,20 @@ class Reader:
     def __init__(self):
         self._process = None
 
-    def read(self, kind: str, seed: int) -> tuple[str, float, int, int]:
-        """Outcome, processor time [s], peak memory [bytes] and size [bytes] of a hostile file."""
+    def read(self, kind: str, seed: int) -> tuple[str, float, list[int], int, str]:
+        """Outcome, processor time [s], peak memory of each process [bytes], size [bytes] and SHA-256 of a file."""
         if self._process is None or self._process.poll() is not None:
             command = [sys.executable, __file__, "--child"]
             self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
             assert self._process.stdout.readline() == b"ready\n"
         self._process.stdin.write(f"{kind} {seed}\n".encode())
         self._process.stdin.flush()
-        if not select.select([self._process.stdout], [], [], 3.0 * TIME_S)[0]:
+        if not select.select([self._process.stdout], [], [], 6.0 * TIME_S)[0]:
             self.close()
-            return "hangs", 3.0 * TIME_S, 0, 0
+            return "hangs", 6.0 * TIME_S, [0], 0, ""
         line = self._process.stdout.readline()
         if not line:
-            return f"dies with {self._process.wait()}", 0.0, 0, 0
+            return f"dies with {self._process.wait()}", 0.0, [0], 0, ""
         return tuple(json.loads(line))
 
     def close(self) -> None:
@@ -235,32 +192,38 @@ class Reader:
 
 def study(kind: str, files: int, first: int = 0) -> dict:
     """Counts of outcomes of hostile files of a format, and the worst time [s] and memory [bytes]."""
-    reader, found = Reader(), {"read": 0, "refused": 0, "failed": {}, "time": (0.0, 0), "memory": (0, 0, 0)}
+    reader, digests = Reader(), set()
+    found = {"read": 0, "refused": 0, "failed": {}, "time": (0.0, 0), "memory": (0, 0, 0)}
     for seed in range(first, first + files):
-        outcome, seconds, peak, size = reader.read(kind, seed)
+        outcome, seconds, peaks, size, digest = reader.read(kind, seed)
+        digests.add(digest)
         if outcome not in ("read", "refused"):
             found["failed"][seed] = outcome
         else:
             found[outcome] += 1
         if seconds > TIME_S:
             found["failed"][seed] = f"takes {seconds:.1f} s"
-        if peak > MEMORY_BASE + MEMORY_PER_BYTE * size:
-            found["failed"][seed] = f"takes {peak >> 20} MiB"
+        bounds = [base + MEMORY_PER_BYTE * size for base in (MEMORY_BASE, MEMORY_BYTES)]
+        if any(peak > bound for peak, bound in zip(peaks, bounds)):
+            found["failed"][seed] = f"takes {sum(peaks) >> 20} MiB"
         found["time"] = max(found["time"], (seconds, seed))
-        found["memory"] = max(found["memory"], (peak, size, seed))
+        found["memory"] = max(found["memory"], (sum(peaks), size, seed))
     reader.close()
-    return found
+    return found | {"different": len(digests)}
 
 
 def row(kind: str, found: dict) -> str:
     """The row of a format on the page."""
     _, limit, what = FORMATS[kind]
     size = f"{limit >> 30} GiB" if limit >> 30 else f"{limit >> 20} MiB" if limit >> 20 else f"{limit >> 10} KiB"
-    counts = f"{found['read']} | {found['refused']} | {len(found['failed'])}"
+    counts = f"{found['different']} | {found['read']} | {found['refused']} | {len(found['failed'])}"
     return f"| {what} | {size} | {counts} | {found['time'][0]:.1f} s | {found['memory'][0] >> 20} MiB |"
 
 
-HEAD = ["| file | largest | read | refused | other outcome | longest processor time | most memory |", "|---" * 7 + "|"]
+HEAD = [
+    "| file | largest | different files | read | refused | other outcome | longest processor time | most memory |",
+    "|---" * 8 + "|",
+]
 
 
 def write(rows: list[str]) -> None:
@@ -275,14 +238,14 @@ def write(rows: list[str]) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--files", type=int, default=10_000, help="of each format")
-    parser.add_argument("--only", choices=FORMATS, help="one format")
+    parser.add_argument("--only", choices=FORMATS, nargs="+", help="some formats")
     parser.add_argument("--write", action="store_true", help="write the table into the page")
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.child:
         return child()
     rows, failures = [], 0
-    for kind in [options.only] if options.only else FORMATS:
+    for kind in options.only or FORMATS:
         begun = time.monotonic()
         found = study(kind, options.files)
         rows.append(row(kind, found))
@@ -290,8 +253,8 @@ def main() -> int:
         for seed, outcome in list(found["failed"].items())[:20]:
             print(f"    {kind} {seed}: {outcome}", flush=True)
         failures += len(found["failed"])
-    if options.write:
-        write(rows)
+        if options.write:
+            write(rows)
     return int(failures > 0)
 
 

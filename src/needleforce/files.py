@@ -110,7 +110,8 @@ def read_bytes(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITI
             size = os.fstat(file.fileno()).st_size
             content = file.read(size + 1)
         except OSError as error:
-            raise InputError(what, "not readable", error.strerror or "", str(path)) from None
+            step = "Check the disk or the network, or copy the file."
+            raise InputError(what, "not readable", error.strerror or "", str(path), step) from None
     if len(content) > size:
         raise _too_large(path, what, size, "larger than the system states")
     return content
@@ -120,6 +121,17 @@ def digest(path: str | os.PathLike) -> str:
     """The SHA-256 of a file. Raises InputError as ``open_regular``."""
     with open_regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@contextmanager
+def enough_memory(path: str | os.PathLike) -> Iterator[None]:
+    """Convert a lack of memory, wherever it occurs within the block, into an InputError about the file."""
+    try:
+        yield
+    except MemoryError:
+        limit = "this computer, or the limit set for this program, has less than reading the file takes"
+        step = "Export fewer columns or rows, split the file, or read it where more memory is free."
+        raise InputError("memory", "not enough", limit, str(path), step) from None
 
 
 def read_text(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITION_BYTES) -> str:

@@ -78,3 +78,11 @@ def test_truncated_files(file):
             read(file(content[:size]), **STAGE)
         except InputError:
             continue
+
+
+def test_another_decimal_sign_and_more_segments_than_are_read_are_refused(file):
+    with pytest.raises(InputError, match=r"Decimal_Separator is '\.,', a point or a comma is needed"):
+        read(file(lvm().replace("Decimal_Separator\t.", "Decimal_Separator\t.,")), **STAGE)
+    end = "***End_of_Header***\n"
+    with pytest.raises(InputError, match=r"number of segments is 4999, at most 4096"):
+        read(file("LabVIEW Measurement\n" + end * 5000), **STAGE)

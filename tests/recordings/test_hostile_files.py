@@ -288,3 +288,27 @@ def test_a_bag_with_computed_messages_or_a_device_is_refused(hostile, tmp_path):
     (bag / "bag.db3").symlink_to("/dev/zero")
     with pytest.raises(nf.InputError, match="a device"):
         nf.read(bag)
+
+
+def test_a_bag_without_index_is_refused_with_what_makes_one(hostile, tmp_path):
+    """And a single mcap file of it is read, with or without its own index at the end."""
+    pytest.importorskip("rosbags")
+    content = hostile[1]
+    (tmp_path / "a").mkdir(), (tmp_path / "b").mkdir()
+    bag = content.bag(tmp_path / "a", "sqlite3", content.database())
+    (bag / "metadata.yaml").unlink()
+    with pytest.raises(nf.InputError, match=r"ROS 2 bag is without an index, .*ros2 bag reindex .*bag"):
+        nf.read(bag)
+    with pytest.raises(nf.InputError, match=r"a database.*name the bag's folder; .*ros2 bag reindex"):
+        nf.read(bag / "bag.db3")
+    data = content.mcap_bytes(0, tmp_path)
+    bag = content.bag(tmp_path / "b", "mcap", data)
+    whole = nf.read(bag)
+    (bag / "metadata.yaml").unlink()
+    with pytest.raises(nf.InputError, match=r"without an index.*or name an mcap file in it"):
+        nf.read(bag)
+    assert len(nf.read(bag / "bag.mcap")) == len(whole)
+    index = int.from_bytes(data[-28:-20], "little")  # where the footer says that it begins, https://mcap.dev/spec
+    (bag / "bag.mcap").write_bytes(data[:index])
+    cut = nf.read(bag / "bag.mcap")
+    assert len(cut) == len(whole) and any("was not closed" in note.message for note in cut.notes)

@@ -100,7 +100,7 @@ def _decoded(text: bytes) -> "ProtocolFile":
 
 def _check_finite(value: Any, place: str) -> None:
     if isinstance(value, float) and not math.isfinite(value):
-        raise InputError("value", value, "a finite number is needed", place)
+        raise InputError("value", value, "a finite number is needed", place, "Correct the value.")
     inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list | tuple) else ()
     for key, each in inner:
         _check_finite(each, f"{place}[{key}]" if isinstance(key, int) else f"{place}.{key}")
@@ -114,7 +114,7 @@ def _numbered(file: "ProtocolFile") -> dict:
     """Series and spare sites with site numbers: a count of sites gets the next numbers that are in no list."""
     lists = [each.sites for each in file.series] + [file.spare_sites]
     if sum(_count(each.sites) * len(each.depths_mm) for each in file.series) > _MAX_SITES:
-        raise InputError("sites", "too many", f"at most {_MAX_SITES} in total", "$.series")
+        raise InputError("sites", "too many", f"at most {_MAX_SITES} in total", "$.series", "Split the protocol.")
     listed = {site for each in lists if isinstance(each, tuple) for site in each}
     free = (site for site in count(1) if site not in listed)
     series = tuple(_series(section, free) for section in file.series)
@@ -215,11 +215,13 @@ def check(protocol: Protocol, needle_length: float) -> None:
             _check_depth(depth, needle_length, "the needle is {:g} m long", f"{place}.depths_mm")
             if series.short >= depth:
                 limit = f"it must be less than the depth, {depth:g} m"
-                raise InputError("second_pass_short", f"{series.short} m", limit, f"{place}.second_pass_short_mm")
+                where, step = f"{place}.second_pass_short_mm", "Give a smaller one."
+                raise InputError("second_pass_short", f"{series.short} m", limit, where, step)
         if len(set(series.depths)) != len(series.depths):
             raise InputError("depths", series.depths, "each depth must occur once", f"{place}.depths_mm", "Add sites.")
         if not all(series.sites):
-            raise InputError("sites", "too few", f"{len(series.depths)} depths need one site each", f"{place}.sites")
+            limit = f"{len(series.depths)} depths need one site each"
+            raise InputError("sites", "too few", limit, f"{place}.sites", "Add sites, or leave depths out.")
     _check_sites(protocol)
     prefix = protocol.name_prefix
     if prefix and not _PLAIN.fullmatch(prefix):

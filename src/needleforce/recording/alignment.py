@@ -186,7 +186,8 @@ def _check(device: np.ndarray, arrival: np.ndarray) -> None:
                          "Give one arrival time for each device time.")  # fmt: skip
     for name, values in (("device time", device), ("arrival time", arrival)):
         if not np.isfinite(values).all():
-            raise InputError(name, "not finite", f"at sample {int(np.argmin(np.isfinite(values)))}")
+            limit = f"at sample {int(np.argmin(np.isfinite(values)))}"
+            raise InputError(name, "not finite", limit, next_step="Leave this sample out.")
     decreases = np.flatnonzero(np.diff(device) < 0.0)
     if len(decreases):
         before, after = device[decreases[0]], device[decreases[0] + 1]

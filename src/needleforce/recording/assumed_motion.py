@@ -27,7 +27,8 @@ class AssumedMotion:
         """Raise InputError for values that are not above zero."""
         for name, value, unit in (("rate", self.rate, "Hz"), ("speed", self.speed, "m/s"), ("step", self.step, "m")):
             if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise InputError(name, value, f"a number above 0 {unit} is needed")
+                limit = f"a number above 0 {unit} is needed"
+                raise InputError(name, value, limit, next_step="Give the value at which it was recorded.")
 
     def gives_time(self, has_depth: bool) -> bool:
         """Whether a time follows without a column of time."""

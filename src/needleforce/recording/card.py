@@ -34,7 +34,7 @@ def check_filter_length(length: int | None) -> None:
     """Raise InputError unless ``length`` is None or a number of samples."""
     valid = isinstance(length, Integral) and not isinstance(length, bool) and 1 <= length <= _MAX_FILTER_SAMPLES
     if length is not None and not valid:
-        raise InputError("filter_length", repr(length), _FILTER_LIMIT)
+        raise InputError("filter_length", repr(length), _FILTER_LIMIT, next_step="Give 1 for an unfiltered force.")
 
 
 class Preamble:

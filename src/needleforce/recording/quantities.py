@@ -92,7 +92,8 @@ def dimension(quantity: str) -> str:
 def check_known(quantity: str) -> None:
     """Raise InputError for a name that is not a quantity of a recording."""
     if quantity not in QUANTITIES:
-        raise InputError("quantity", repr(quantity), f"known are {', '.join(QUANTITIES)}")
+        known = f"known are {', '.join(QUANTITIES)}"
+        raise InputError("quantity", repr(quantity), known, next_step="Give one of these.")
 
 
 @lru_cache(4096)

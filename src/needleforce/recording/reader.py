@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError
+from ..files import enough_memory
 from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
 from .columns import MOTION_PREFIX
@@ -124,7 +125,8 @@ def _look(path: str | os.PathLike, options: dict[str, Any]) -> "Look":
     def recording_of(part: str | int | None) -> tuple[Recording, tuple[CycleSpan, ...]]:
         return read_with_cycles(path, **options | {"part": part})
 
-    return look(path, recording_of, options)
+    with enough_memory(path):
+        return look(path, recording_of, options)
 
 
 def read_with_cycles(
@@ -142,7 +144,8 @@ def read_with_cycles(
     options, sentence = with_mapping(Path(path), mapping, dict.fromkeys(known) | options)
     _check(options["inwards"], options["filter_length"], test)
     counted = test == "indentation"
-    recording, spans = _read_file(Path(path), options, baseline=baseline, motion=motion, counted=counted)
+    with enough_memory(path):
+        recording, spans = _read_file(Path(path), options, baseline=baseline, motion=motion, counted=counted)
     if sentence:
         assumptions = (sentence, *recording.card.assumptions)
         recording = replace(recording, card=replace(recording.card, assumptions=assumptions))
@@ -245,9 +248,10 @@ def read_columns(
 
 def _check(inwards: str | None, filter_length: int | None, test: str) -> None:
     if inwards is not None and inwards not in INWARDS:
-        raise InputError("inwards", repr(inwards), "known are increasing and decreasing")
+        known = "known are increasing and decreasing"
+        raise InputError("inwards", repr(inwards), known, next_step="Give one of these.")
     if test not in TESTS:
-        raise InputError("test", repr(test), f"known are {' and '.join(TESTS)}")
+        raise InputError("test", repr(test), f"known are {' and '.join(TESTS)}", next_step="Give one of these.")
     check_filter_length(filter_length)
 
 
@@ -258,5 +262,6 @@ def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:
 
         card = card_and_end(path)[0] if path.is_file() else {}  # the folder of a bag has no card
         return {key: card[key] for key in keys if card.get(key)}
-    preamble = Preamble(tables_of(path)[0].comments, str(path))
+    with enough_memory(path):
+        preamble = Preamble(tables_of(path)[0].comments, str(path))
     return {key: preamble.text(key) for key in keys if preamble.text(key)}

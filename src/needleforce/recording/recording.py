@@ -191,7 +191,8 @@ class Recording:
         if np.count_nonzero(keep) < 2:
             known = f"time is {self.time[0]:g} to {self.time[-1]:g} s"
             known += f", depth {self.depth.min():g} to {self.depth.max():g} m"
-            raise InputError("samples within the range", int(np.count_nonzero(keep)), f"at least 2 are needed; {known}")
+            limit, step = f"at least 2 are needed; {known}", "Give a range within these."
+            raise InputError("samples within the range", int(np.count_nonzero(keep)), limit, next_step=step)
         columns = {name: getattr(self, name)[keep] for name in COLUMNS}
         axes = {name: values[keep] for name, values in self.axes.items()}
         return Recording(**columns, axes=axes, card=self.card, notes=self.notes)

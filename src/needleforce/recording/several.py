@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..files import enough_memory
 from .cycles import fitting
 from .formats.detect import format_of
 from .mappings import with_mapping
@@ -54,7 +55,8 @@ def chosen_parts(
     if text.casefold() != "all" and "*" not in text:
         return [(wanted, text)]
     given, _ = with_mapping(path, options.get("mapping"), {"columns": options.get("columns")})
-    parts = [] if format_of(path).log else recordings_in(path, given["columns"])
+    with enough_memory(path):
+        parts = [] if format_of(path).log else recordings_in(path, given["columns"])
     names = [each.name for each in parts] or [""]
     known: list[tuple[str | int | None, str]] = [
         (k if len(names) > 1 else None, name) for k, name in enumerate(names, 1)

@@ -95,7 +95,8 @@ def _unit(root: Element, tag: str, dimension: str, place: str) -> float:
     text = (root.findtext(tag) or "").strip()
     unit = size(text, dimension)
     if unit is None:
-        raise InputError(f"<{tag}> of the sensor", repr(text[:40]), f"not a known unit of {dimension}", place)
+        limit = f"not a known unit of {dimension}"
+        raise InputError(f"<{tag}> of the sensor", repr(text[:40]), limit, place, _PAGE_ADVICE)
     return unit
 
 

@@ -74,7 +74,7 @@ class Calibration:
         _check(self.bias, (GAUGES,), "bias voltages")
         _check(np.asarray(self.ratings), (GAUGES,), "ratings")
         if not 0.0 < self.full_scale <= 1e3:
-            raise InputError("full scale of the converter", f"{self.full_scale} V", "outside 0 to 1000 V")
+            raise _fault("full scale of the converter", f"{self.full_scale} V", "outside 0 to 1000 V")
         rows = np.abs(self.matrix).max(axis=1, keepdims=True)
         if not rows.all() or not np.linalg.cond(self.matrix / rows) < _MAX_CONDITION_NUMBER:
             advice = "Compare it with the sensor's calibration sheet: two rows or columns may be equal."
@@ -110,7 +110,7 @@ def read_calibration(path: str | os.PathLike) -> Calibration:
     kinds = {".toml": _of_toml, ".csv": _of_csv, ".cal": calibration_of_xml, ".xml": calibration_of_xml}
     if path.suffix.lower() not in kinds:
         known = ", ".join(kinds)
-        raise InputError("calibration file", repr(path.name), f"known endings are {known}", next_step=_NEXT_STEP)
+        raise _fault("calibration file", repr(path.name), f"known endings are {known}")
     text = read_bytes(path, "calibration file")
     try:
         return kinds[path.suffix.lower()](text)
@@ -118,6 +118,11 @@ def read_calibration(path: str | os.PathLike) -> Calibration:
         raise error.at(str(path)) from None
     except (ValueError, csv.Error) as error:
         raise InputError("calibration file", "not read", str(error), str(path), _NEXT_STEP) from None
+
+
+def _fault(quantity: str, value: object, limit: str, place: str = "") -> InputError:
+    """The error for a file that is in none of the layouts."""
+    return InputError(quantity, value, limit, place, _NEXT_STEP)
 
 
 def _unit_factor(text: str, dimension: str) -> float:
@@ -130,11 +135,16 @@ def _unit_factor(text: str, dimension: str) -> float:
 def _of_toml(text: bytes) -> Calibration:
     file = decode_toml(text, "calibration file", CalibrationFile, _NEXT_STEP)
     if len({len(row) for row in file.matrix}) > 1:
-        raise InputError("calibration matrix", "ragged", "six rows of six numbers are needed", "$.matrix")
+        raise _fault("calibration matrix", "ragged", "six rows of six numbers are needed", "$.matrix")
     unit = np.array([_unit_factor(file.force_unit, "force")] * 3 + [_unit_factor(file.torque_unit, "torque")] * 3)
     matrix = np.array(file.matrix, dtype=float)
     if matrix.shape != (GAUGES, GAUGES) or len(file.ratings) != GAUGES:
-        raise InputError("calibration matrix", f"of shape {matrix.shape}", "six rows of six numbers, six ratings")
+        raise InputError(
+            "calibration matrix",
+            f"of shape {matrix.shape}",
+            "six rows of six numbers, six ratings",
+            next_step=_NEXT_STEP,
+        )
     ratings = tuple(float(rating) for rating in unit * np.array(file.ratings))
     bias = np.array(file.bias_V, dtype=float)
     return Calibration(unit[:, None] * matrix, bias, file.full_scale_V, file.serial, ratings)
@@ -144,12 +154,12 @@ def _of_csv(text: bytes) -> Calibration:
     """A table ``axis,unit,g0,…,g5`` with a row for each axis and, optionally, a row ``bias`` in V."""
     rows = [[cell.strip() for cell in row] for row in csv.reader(text.decode("utf-8-sig").splitlines()) if any(row)]
     if not rows or [cell.casefold() for cell in rows[0][:2]] != ["axis", "unit"]:
-        raise InputError("header", "missing", "axis,unit,g0,g1,g2,g3,g4,g5 is needed", next_step=_NEXT_STEP)
+        raise _fault("header", "missing", "axis,unit,g0,g1,g2,g3,g4,g5 is needed")
     found: dict[str, tuple[str, list[float]]] = {}
     for row in rows[1:]:
         axis, unit, numbers = row[0], "".join(row[1:2]), row[2:]
         if axis.casefold() in found or axis.casefold() not in (*AXES, "bias") or len(numbers) != GAUGES:
-            raise InputError("row", repr(axis), f"{', '.join(AXES)} once each, with six numbers", next_step=_NEXT_STEP)
+            raise _fault("row", repr(axis), f"{', '.join(AXES)} once each, with six numbers")
         found[axis.casefold()] = unit, [float(number) for number in numbers]
     bias_unit, bias = found.pop("bias", ("V", [0.0] * GAUGES))
     if bias_unit != "V" or len(found) != GAUGES:
@@ -157,16 +167,16 @@ def _of_csv(text: bytes) -> Calibration:
             ", ".join(axis for axis in AXES if axis not in found)
             or f"V as the unit of the bias, which is {bias_unit!r}"
         )
-        raise InputError("rows", "incomplete", f"missing: {missing}", next_step=_NEXT_STEP)
+        raise _fault("rows", "incomplete", f"missing: {missing}")
     unit = [_unit_factor(found[axis][0], "force" if axis.startswith("f") else "torque") for axis in AXES]
     return Calibration(np.array(unit)[:, None] * np.array([found[axis][1] for axis in AXES]), np.array(bias))
 
 
 def _check(values: np.ndarray, shape: tuple[int, ...], quantity: str) -> None:
     if values.shape != shape:
-        raise InputError(quantity, f"of shape {values.shape}", f"{shape} is needed")
+        raise _fault(quantity, f"of shape {values.shape}", f"{shape} is needed")
     if not np.isfinite(values).all():
-        raise InputError(quantity, "not finite", "numbers are needed")
+        raise _fault(quantity, "not finite", "numbers are needed")
 
 
 def calibration_of_xml(text: bytes) -> Calibration:
@@ -174,7 +184,7 @@ def calibration_of_xml(text: bytes) -> Calibration:
     root = _root(text)
     about = root.find("Calibration")
     if root.tag != "FTSensor" or about is None:
-        raise InputError("calibration file", f"<{root.tag}>", "<FTSensor> with a <Calibration> is needed")
+        raise _fault("calibration file", f"<{root.tag}>", "<FTSensor> with a <Calibration> is needed")
     unit = np.array([_unit(about, "ForceUnits", "force")] * 3 + [_unit(about, "TorqueUnits", "torque")] * 3)
     has_user_axis = about.find("UserAxis") is not None
     matrix, ratings = _rows(about, "UserAxis", unit) if has_user_axis else _of_axes(about, unit)
@@ -192,17 +202,17 @@ def _root(text: bytes) -> Element:
     try:
         return xml_root(text)
     except ValueError as error:
-        raise InputError("calibration file", "not readable", f"XML is expected: {error}") from None
+        raise _fault("calibration file", "not readable", f"XML is expected: {error}") from None
 
 
 def _rows(about: Element, tag: str, unit: np.ndarray) -> tuple[np.ndarray, tuple[float, ...]]:
     """The matrix [SI/V] and the rated ranges [SI], by the names of the rows."""
     rows = {row.get("Name", "").casefold(): row for row in about.findall(tag)}
     if set(rows) != set(AXES) or len(about.findall(tag)) != GAUGES:
-        raise InputError(f"<{tag}>", ", ".join(rows) or "missing", "one each of Fx Fy Fz Tx Ty Tz is needed")
+        raise _fault(f"<{tag}>", ", ".join(rows) or "missing", "one each of Fx Fy Fz Tx Ty Tz is needed")
     numbers = [[_number(text, tag) for text in rows[axis].get("values", "").split()] for axis in AXES]
     if {len(row) for row in numbers} != {GAUGES}:
-        raise InputError(f"values of <{tag}>", "not six", "six gauges are needed")
+        raise _fault(f"values of <{tag}>", "not six", "six gauges are needed")
     ratings = [_number(rows[axis].get("max", "0"), tag) for axis in AXES]
     return unit[:, None] * np.array(numbers), tuple(float(each) for each in unit * np.array(ratings))
 
@@ -211,7 +221,7 @@ def _of_axes(about: Element, unit: np.ndarray) -> tuple[np.ndarray, tuple[float,
     matrix, ratings = _rows(about, "Axis", unit)
     scales = {row.get("Name", "").casefold(): _number(row.get("scale", ""), "Axis") for row in about.findall("Axis")}
     if not all(scales.values()):
-        raise InputError("scale of <Axis>", 0, "a number other than 0 is needed")
+        raise _fault("scale of <Axis>", 0, "a number other than 0 is needed")
     matrix /= np.array([scales[axis] for axis in AXES])[:, None]
     transform, length = about.find("BasicTransform"), _unit(about, "DistUnits", "length")
     shift = [0.0 if transform is None else _number(transform.get(key, "0"), "BasicTransform") for key in _TRANSFORM]
@@ -232,7 +242,7 @@ def _unit(about: Element, key: str, dimension: str) -> float:
     text = about.get(key, "")
     unit = size(text, dimension)
     if unit is None:
-        raise InputError(key, repr(text[:40]), f"not a known unit of {dimension}")
+        raise _fault(key, repr(text[:40]), f"not a known unit of {dimension}")
     return unit
 
 
@@ -240,4 +250,4 @@ def _number(text: str, tag: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise InputError(f"<{tag}>", repr(text[:40]), "a number is needed") from None
+        raise _fault(f"<{tag}>", repr(text[:40]), "a number is needed") from None

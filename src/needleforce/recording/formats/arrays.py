@@ -164,11 +164,8 @@ def reading(path: Path, what: str) -> Iterator[None]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             yield
-    except InputError:
+    except (InputError, MemoryError):
         raise
-    except MemoryError:
-        step = "Save fewer variables, or read it on a computer with more memory."
-        raise InputError("memory", "not enough", f"for this file of {what}", str(path), step) from None
     except Exception as error:  # their exceptions have no common base class
         why = " ".join(f"{type(error).__name__}: {error}".split())[:_MESSAGE_CHARS]
         raise InputError("file", f"not readable as {what}", why, str(path), check) from error

@@ -54,7 +54,10 @@ _BY_START = {
     ),
     b"\\*Force file list": NANOSCOPE,
     b"\\*File list": NANOSCOPE,
-    b"SQLite format 3": Format(name="a database", advice="If it is of a ROS 2 bag, name the bag's folder."),
+    b"SQLite format 3": Format(
+        name="a database",
+        advice=f"If it is of a ROS 2 bag, name the bag's folder; without {BAG}, run ros2 bag reindex FOLDER first.",
+    ),
 }
 _JSON = re.compile(rb"(\xef\xbb\xbf)?\s*(\{|\[\s*\{)")
 _MATLAB4_NAME = re.compile(rb"[A-Za-z]\w*\0")
@@ -66,7 +69,8 @@ _ZIPPED = {
     ),
     b".npy": Format(name="NumPy (npz)", module="numpy_arrays"),
 }
-_PARTS_OF_SECOND = re.compile(r"(n|u|nano|micro)sec(ond)?s?\W*$", re.IGNORECASE)  # the end of a header
+_PARTS_OF_SECOND = re.compile(r"(n|u|nano|micro)(sec|second)s?\W*$", re.IGNORECASE)  # the end of a header
+_STORAGE = ("*.db3", "*.mcap")  # files of a ROS 2 bag
 _ZIP = b"PK\x03\x04"
 
 
@@ -117,6 +121,9 @@ def tables_of(path: Path) -> "list[FileTable]":
     Raises InputError for a format that is recognised and not read, a missing extra, and a damaged file.
     """
     found = format_of(path)
+    if path.is_dir() and any(next(path.glob(pattern), None) for pattern in _STORAGE):
+        limit, step = f"it has no {BAG}", f"Make it with ros2 bag reindex {path}, or name an mcap file in it."
+        raise InputError("ROS 2 bag", "without an index", limit, str(path), step)
     if not found.module:
         raise InputError("file", found.name, "a table of numbers is needed", str(path), found.advice)
     try:

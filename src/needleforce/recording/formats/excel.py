@@ -6,7 +6,9 @@ import re
 import zipfile
 import zlib
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import date, datetime, time, timedelta
+from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -18,24 +20,38 @@ from ...files import MAX_RECORDING_BYTES, read_bytes, unpacked_limit
 from ..file_table import FileTable
 from ..recording import Note
 from ..stated import stating_lines
+from .arrays import MAX_COLUMNS, check_count
 from .clock_times import seconds_of
 from .rows import Block, blocks, is_missing, is_number, plain_number
+from .worker import tables_by_worker
 
 _STATING_ROWS = 256  # above a table, that may state a rate, a speed or a unit
 _MAX_CELLS = 8_000_000  # of a sheet, empty ones included: a million rows of 8 columns
 _CELL = re.compile(rb'<c r="([A-Z]{1,3})(\d{1,7})"')
+_BYTES_PER_S = 1e6  # of a workbook, whose cells are objects: a million rows of 4 columns have 30 MB
 _OVERLAP = 64  # bytes of a block that are looked at again with the next
-_ENCRYPTED = "EncryptedPackage".encode("utf-16-le")
+_COMPOUND = b"\xd0\xcf\x11\xe0"
+_ENTRY_BYTES = 128  # of the directory of a compound file, at a multiple of it
+_ENCRYPTED = re.compile(re.escape("EncryptedPackage\0".encode("utf-16-le")))
+# of an xls: the record FilePass after the first of the workbook, with one between them if it is write-protected
+_PASSWORD = re.compile(rb"\x09\x08(?:\x10\x00.{16}|\x08\x00.{8})(?:\x86\x00\x00\x00)?\x2f\x00", re.DOTALL)
 _FORMULA_WITHOUT_VALUE = re.compile(rb"</f>\s*(?:<v\s*/>|<v>\s*</v>)?\s*</c>")
 _SAVE = "Open it in a spreadsheet program and save it again as xlsx, or export the sheet as CSV."
 
 
 def tables(path: Path) -> list[FileTable]:
     """The tables of all sheets. Raises InputError for a workbook that is damaged, encrypted or has no table."""
+    if find_spec("python_calamine") is None:
+        raise ImportError(name="python_calamine")
+    return tables_by_worker("excel", path, "Excel workbook", _BYTES_PER_S)
+
+
+def tables_here(path: Path) -> list[FileTable]:
+    """As ``tables``, in this process, which a damaged file may end, keep busy for ever, or fill."""
     from python_calamine import CalamineWorkbook, SheetTypeEnum
 
     content = read_bytes(path, "file", MAX_RECORDING_BYTES)
-    if _ENCRYPTED in content[: 1 << 20]:
+    if _is_encrypted(content):
         step = "Open it with its password and save it without one."
         raise InputError("Excel workbook", "encrypted", "its values can be read with a password only", str(path), step)
     without_value = _formulas_without_value(content, path) if content.startswith(b"PK") else 0
@@ -43,7 +59,7 @@ def tables(path: Path) -> list[FileTable]:
         book = CalamineWorkbook.from_filelike(BytesIO(content))
         names = [each.name for each in book.sheets_metadata if each.typ == SheetTypeEnum.WorkSheet]
         sheets = [(name, _cells(book.get_sheet_by_name(name), path, name)) for name in names]
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # the library has its own exceptions, and those of zip and XML
         reason = " ".join(str(error).split())[:200]
@@ -59,6 +75,14 @@ def tables(path: Path) -> list[FileTable]:
         for table in found:
             table.notes.append(Note("missing", message, without_value))
     return found
+
+
+def _is_encrypted(content: bytes) -> bool:
+    """Whether a compound file has an encrypted workbook of either kind, xlsx or xls."""
+    if not content.startswith(_COMPOUND):
+        return False
+    named = any(found.start() % _ENTRY_BYTES == 0 for found in _ENCRYPTED.finditer(content))
+    return named or _PASSWORD.search(content) is not None
 
 
 def _formula_step(count: int) -> str:
@@ -163,9 +187,18 @@ def _decimal(cell: str) -> str:
 def _tables_of_sheet(path: Path, sheet: str, rows: list[list], sha256: str) -> list[FileTable]:
     shapes = ["".join(map(_kind, row)) for row in rows]
     shapes = ["" if not shape.strip("e") else shape for shape in shapes]
-    found = blocks(_Texts(rows), shapes=shapes)
+    found = [_without_empty_columns(block, shapes) for block in blocks(_Texts(rows), shapes=shapes)]
+    check_count("columns", max((block.width for block in found), default=0), MAX_COLUMNS, path)
     names = [sheet] if len(found) == 1 else [f"{sheet}: table {k}" for k in range(1, len(found) + 1)]
     return [_table(path, name, rows, block, sha256) for name, block in zip(names, found)]
+
+
+def _without_empty_columns(block: Block, shapes: Sequence[str]) -> Block:
+    """The block without the empty columns on its right, which one cell far away makes in all rows."""
+    named = max((k + 1 for k, each in enumerate(block.headers) if each), default=0)
+    width = max([named, *(len(shape.rstrip("e")) for shape in shapes[block.first : block.stop])])
+    text = frozenset(k for k in block.text_columns if k < width)
+    return replace(block, width=width, headers=block.headers[:width], units=block.units[:width], text_columns=text)
 
 
 def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -> FileTable:
@@ -176,8 +209,12 @@ def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -
         cells = [row[index] if index < len(row) else "" for row in rows[start : block.stop]]
         if any(isinstance(cell, date | time | timedelta) for cell in cells):
             return _seconds(cells, f"{path}, {name}")
-        return np.array([_number(cell, headers[index], index, row, f"{path}, {name}")
-                         for row, cell in enumerate(cells, start + 1)])  # fmt: skip
+        values = np.array([_number(cell, headers[index], index, row, f"{path}, {name}")
+                           for row, cell in enumerate(cells, start + 1)])  # fmt: skip
+        if np.isnan(values).all():
+            limit = "its cells are empty, or hold formulas whose values were not stored"
+            raise InputError(f"column {headers[index]!r}", "without values", limit, f"{path}, {name}", _SAVE)
+        return values
 
     def read_texts(index: int) -> list[str]:
         return [_text(row[index]) if index < len(row) else "" for row in rows[block.first : block.stop]]

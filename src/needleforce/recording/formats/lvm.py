@@ -4,9 +4,11 @@ be stated by its step alone."""
 
 import hashlib
 import re
+from bisect import bisect
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -15,20 +17,12 @@ from ...errors import InputError
 from ...files import read_bytes
 from ..columns import Column
 from ..file_table import FileTable
+from .arrays import MAX_TABLES, check_count
 from .text_lines import Encoding
 from .text_table import TextTable
 
 _END = "***End_of_Header***"
 _MAX_BYTES = 1 << 28
-
-
-@dataclass(frozen=True)
-class _Line:
-    """A line: its number, its first byte, and its cells."""
-
-    number: int
-    begin: int
-    cells: list[str]
 
 
 def tables(path: Path) -> list[FileTable]:
@@ -37,13 +31,18 @@ def tables(path: Path) -> list[FileTable]:
     encoding = _encoding(content)
     stated = re.search(rb"^Separator([\t,;])", content, re.MULTILINE)  # the sign itself, and its name after it
     separator = stated[1].decode() if stated else "\t"
-    lines = list(_lines(content, encoding, separator))
-    head = _facts(lines[: _ends(lines)[0]] if _ends(lines) else [])
+    view = _View(content=content, encoding=encoding, separator=separator)
+    ends = view.places(_END)
+    check_count("segments", len(ends) - 1, MAX_TABLES, path)
+    head = view.facts(0, ends[0]) if ends else {}
     decimal = head.get("Decimal_Separator", ["."])[0] or "."
+    if decimal not in (".", ","):
+        limit, step = "a point or a comma is needed", "Correct it in the heading of the file."
+        raise InputError("Decimal_Separator", repr(decimal[:40]), limit, str(path), step)
     sha256 = hashlib.sha256(content).hexdigest()
     x_columns = head.get("X_Columns", ["One"])[0].casefold()
     form = _Form(path=path, encoding=encoding, separator=separator, decimal=decimal, x_columns=x_columns, sha256=sha256)
-    found = [_table(form, part) for part in _segments(lines, len(content))]
+    found = [_table(form, part) for part in _segments(view, ends)]
     if not found:
         limit, step = "a heading and rows of numbers are needed", "Check that the recording is complete."
         raise InputError("LabVIEW measurement file", "without a segment", limit, str(path), step)
@@ -52,53 +51,82 @@ def tables(path: Path) -> list[FileTable]:
 
 def _encoding(content: bytes) -> Encoding:
     try:
-        content.decode("utf-8")
+        content.isascii() or content.decode("utf-8")
     except UnicodeDecodeError:
         return Encoding(name="latin-1")
     return Encoding(name="utf-8")
 
 
-def _lines(content: bytes, encoding: Encoding, separator: str) -> Iterator[_Line]:
-    begin = 0
-    for number, line in enumerate(content.splitlines(keepends=True), 1):
-        text = line.decode(encoding.name, encoding.errors).rstrip("\r\n")
-        yield _Line(number, begin, [cell.strip() for cell in text.split(separator)])
-        begin += len(line)
+@dataclass(frozen=True, kw_only=True)
+class _View:
+    """The content, of which only headings and the first row of each segment are taken apart."""
+
+    content: bytes
+    encoding: Encoding
+    separator: str
+
+    def places(self, word: str) -> list[int]:
+        """The first bytes of the lines whose first cell is ``word``."""
+        start = (
+            rb"(?<![^\r\n])"
+            + re.escape(word.encode())
+            + rb"(?=[ \r\n]|"
+            + re.escape(self.separator.encode())
+            + rb"|\Z)"
+        )
+        return [found.start() for found in re.finditer(start, self.content)]
+
+    def after(self, place: int) -> int:
+        """The first byte of the line after the one at ``place``."""
+        found = re.compile(rb"\r\n|\r|\n").search(self.content, place)
+        return found.end() if found else len(self.content)
+
+    def cells(self, place: int) -> list[str]:
+        """The cells of the line at ``place``."""
+        line = self.content[place : self.after(place)].decode(self.encoding.name, self.encoding.errors)
+        return [cell.strip() for cell in line.rstrip("\r\n").split(self.separator)]
+
+    def rows(self, begin: int, end: int) -> Iterator[tuple[int, list[str]]]:
+        """The lines between two bytes that are not blank: first byte and cells."""
+        while begin < end:
+            if any(cells := self.cells(begin)):
+                yield begin, cells
+            begin = self.after(begin)
+
+    def facts(self, begin: int, end: int) -> dict[str, list[str]]:
+        """The entries of a heading: name -> cells."""
+        return {cells[0]: cells[1:] for _, cells in self.rows(begin, end) if cells[0]}
 
 
-def _ends(lines: Sequence[_Line]) -> list[int]:
-    return [k for k, line in enumerate(lines) if line.cells[0] == _END]
-
-
-def _facts(lines: Sequence[_Line]) -> dict[str, list[str]]:
-    """The entries of a heading: name -> cells."""
-    return {line.cells[0]: line.cells[1:] for line in lines if line.cells[0]}
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class _Segment:
-    """The heading of a segment, the line of the channels' names, its first row, and the byte after its last."""
+    """The heading of a segment, the names of its channels, the number, first byte and cells of its first row, and the
+    byte after its last."""
 
     facts: Mapping[str, list[str]]
     names: list[str]
-    first: _Line
+    number: int
+    begin: int
+    cells: list[str]
     end: int
 
 
-def _segments(lines: Sequence[_Line], size: int) -> Iterator[_Segment]:
+def _segments(view: _View, ends: Sequence[int]) -> Iterator[_Segment]:
     """Every segment: what is between the end of its heading and the next heading."""
-    ends = _ends(lines)
     starts = ends[1:] if len(ends) > 1 else ends
-    for k, at in enumerate(starts):
-        heading = lines[ends[0] + 1 : at] if k == 0 else lines[starts[k - 1] + 1 : at]
-        begin = max((i for i, line in enumerate(heading) if line.cells[0] == "Channels"), default=0)
-        stop = starts[k + 1] if k + 1 < len(starts) else len(lines)
-        rows = [line for line in lines[at + 1 : stop] if any(line.cells)]
-        channels = next((i for i, line in enumerate(rows) if line.cells[0] == "Channels"), None)
-        end = size if channels is None else rows[channels].begin
-        rows = rows[:channels]
-        if len(rows) > 1:
-            yield _Segment(_facts(heading[begin:]), rows[0].cells, rows[1], end)
+    channels = view.places("Channels")
+    number, counted, before = 1, 0, ends[0] if len(ends) > 1 else 0
+    for at, stop in zip(starts, [*starts[1:], len(view.content)]):
+        k = bisect(channels, at)
+        heading = channels[k - 1] if k and channels[k - 1] > before else view.after(before)
+        end = channels[k] if k < len(channels) and channels[k] < stop else stop
+        rows = list(islice(view.rows(view.after(at), end), 2))
+        if len(rows) == 2:
+            begin, cells = rows[1]
+            number, counted = number + len(re.findall(rb"\r\n|\r|\n", view.content[counted:begin])), begin
+            facts, names = view.facts(heading, at), rows[0][1]
+            yield _Segment(facts=facts, names=names, number=number, begin=begin, cells=cells, end=end)
+        before = at
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,10 +143,10 @@ class _Form:
 
 def _table(form: _Form, part: _Segment) -> FileTable:
     names = part.names[:-1] if part.names[-1:] == ["Comment"] else part.names
-    cells = [*part.names, *[""] * len(part.first.cells)][: len(part.first.cells)]  # the comment is often absent
+    cells = [*part.names, *[""] * len(part.cells)][: len(part.cells)]  # the comment is often absent
     text = TextTable(
         path=form.path, encoding=form.encoding, delimiter=form.separator, decimal=form.decimal, headers=cells,
-        units=[""] * len(cells), first_row=part.first.number, begin=part.first.begin, end=part.end,
+        units=[""] * len(cells), first_row=part.number, begin=part.begin, end=part.end,
         text_columns=frozenset(range(len(names), len(cells))),
     )  # fmt: skip
 
@@ -134,7 +162,7 @@ def _table(form: _Form, part: _Segment) -> FileTable:
 
     headers, units = _columns(names, part.facts, form.x_columns == "multi")
     return FileTable(path=form.path, headers=headers, units=units, read_column=read_column, sha256=form.sha256,
-                     row_name="line", first_row=part.first.number)  # fmt: skip
+                     row_name="line", first_row=part.number)  # fmt: skip
 
 
 def _columns(names: Sequence[str], facts: Mapping[str, list[str]], multi: bool) -> tuple[list[str], list[str]]:

@@ -30,9 +30,11 @@ def mixed_columns(table: TextRows, columns: Mapping[str, Column]) -> tuple[dict[
         values = _in_chunks(table, columns)
     except InputError:
         raise
-    except (ValueError, OverflowError) as error:
+    except (ValueError, OverflowError, IndexError) as error:  # pandas' IndexError: no row is left without comments
         search_fault(table, columns)
-        raise InputError("table", "not readable", str(error), str(table.path)) from error
+        why = "it has no rows of numbers" if isinstance(error, IndexError) else str(error)
+        step = "Look at the table in an editor, or export it again."
+        raise InputError("table", "not readable", why, str(table.path), step) from error
     rows = len(next(iter(values.values())))
     return values, digest(table.path), _delimiters(table) == rows * (len(table.headers) - 1)
 

@@ -86,6 +86,7 @@ class ParquetFile:
         with _as_input_error(self.path):
             self.read.add(name.encode())  # columns that were read before are still in memory
             self._check_pages(self.read)
+            self._check_size(8 * self.file.metadata.num_rows * len(self.read))  # pages of equal values state less
             table, nth = self._table([name]), self.file.schema_arrow.names[:index].count(name)
             return table.column(table.schema.get_all_field_indices(name)[nth])
 
@@ -118,7 +119,8 @@ class ParquetFile:
         if size > limit or page > _MAX_PAGE_BYTES:
             limits = f"at most {limit >> 20} MiB, {_MAX_PAGE_BYTES >> 20} MiB a page, for a file of this size"
             value = f"{max(size, page) >> 20} MiB"
-            raise InputError("unpacked size", value, limits, str(self.path), "Check that it is a recording.")
+            step = "Check that it is a recording; if it is, save it without compression."
+            raise InputError("unpacked size", value, limits, str(self.path), step)
 
     def _numbers(self, values: Any, header: str) -> np.ndarray:
         from pyarrow import float64, int64, types
@@ -175,7 +177,7 @@ def _as_input_error(path: Path) -> Iterator[None]:
     """Convert any exception of the library into an InputError: its exceptions have no common base class."""
     try:
         yield
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:
         why = (str(error).splitlines() or [""])[0][:_MESSAGE_CHARS]

@@ -51,7 +51,10 @@ def tables(path: Path) -> list[TextTable]:
     if len(chosen.blocks) == 1 and first.parses():
         return [first]
     found = _all_tables(path, first)
-    return found if len(found) > 1 else [replace(first, end=found[0].end) if found and first.end is None else first]
+    if len(found) > 1:
+        return found
+    ends = [each.end for each in found if first.end is None and each.end is not None and each.end > first.begin]
+    return [replace(first, end=ends[0]) if ends else first]  # a table that ends before it begins is another one
 
 
 def _longest(found: Sequence[Block]) -> Block:
@@ -70,7 +73,8 @@ def _head(path: Path, size: int) -> tuple[Encoding, list[str], bool]:
         try:
             start = file.read(size + 1)
         except OSError as error:
-            raise InputError("file", "not readable", error.strerror or "", str(path)) from None
+            step = "Check the disk or the network, or copy the file."
+            raise InputError("file", "not readable", error.strerror or "", str(path), step) from None
     encoding = _encoding(start, path)
     complete = len(start) <= size
     text = start[encoding.mark :].decode(encoding.name, encoding.errors)

@@ -47,8 +47,8 @@ class TextRows(Protocol):
         """Each line of data as its number in the file, from 1, and its cells."""
         ...
 
-    def is_number(self, cell: str) -> bool:
-        """Whether a cell contains a number or a missing value."""
+    def is_value(self, cell: str, index: int) -> bool:
+        """Whether a cell can be a value of a column."""
         ...
 
 
@@ -97,7 +97,7 @@ def search_fault(table: TextRows, columns: Mapping[str, Column]) -> bool:
         if len(cells) != len(table.headers):
             pending = _wrong_count(table, cells, place)
         for column in columns.values():
-            if column.index < len(cells) and not table.is_number(cells[column.index]):
+            if column.index < len(cells) and not table.is_value(cells[column.index], column.index):
                 value, limit = repr(cells[column.index][:40]), "a number is needed"
                 step = "Correct or remove the line."
                 raise InputError(f"{column.quantity} (column {column.header!r})", value, limit, place, step)

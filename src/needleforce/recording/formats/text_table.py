@@ -55,9 +55,9 @@ class TextTable:
         """The cells of one line without comment and surrounding blanks."""
         return split_cells(line, self.delimiter)
 
-    def is_number(self, cell: str) -> bool:
-        """Whether a cell contains a number or a missing value."""
-        return is_missing(cell) or is_number(cell, self.decimal)
+    def is_value(self, cell: str, index: int) -> bool:
+        """Whether a cell can be a value of a column: a time of a clock in columns of such times only."""
+        return is_missing(cell) or (is_number(cell, self.decimal) and (":" not in cell or index in self.clock_columns))
 
     def place(self, row: int) -> str:
         """The place of a row of data: file and line."""

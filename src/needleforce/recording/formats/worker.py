@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A process of its own for libraries that never return, or crash, on some damaged files: nothing within one process can
-end a library that is written in C.
+"""A process of its own for libraries that never return, crash, or take all memory, on some damaged files: nothing
+within one process can end a library that is written in C or Rust.
 
 The process is started once, reads one file after another, and is started again after a file that it does not survive.
 A request is a line of JSON; the answer is its length in eight bytes, a line of JSON, and the values of a column.
@@ -16,6 +16,7 @@ import struct
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from importlib import import_module
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -23,42 +24,56 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from ...errors import InputError
-from ...files import open_regular
+from ...files import enough_memory, open_regular
 from ..file_table import FileTable
 from ..recording import Note
 
 _TIME_S, _BYTES_PER_S = 5.0, 16e6  # processor time for one file, and more for a large one
+_MEMORY_BYTES = 3 << 29  # address space for one file, beyond that of the process
+_MEMORY_PER_BYTE = 60  # more for each byte of it
 _KEPT_S = 5.0  # that a file stays open after the last request
 _WALL_FACTOR = 8.0  # on a computer that is busy with other things
 _LENGTH = struct.Struct("<Q")
 _PARTS = ("quantity", "value", "limit", "place", "next_step")
+_PLAIN = ("headers", "units", "name", "sha256", "row_name", "first_row", "has_header", "preamble")  # parts of a table
 _START = f"import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {__name__} import serve; serve()"
 
 
-def tables_by_worker(module: str, path: Path, what: str) -> list[FileTable]:
+def tables_by_worker(module: str, path: Path, what: str, bytes_per_s: float = _BYTES_PER_S) -> list[FileTable]:
     """The tables that ``tables_here(path)`` of a module in this folder gives in the other process.
 
-    Raises InputError as it does, and for a file with which it ends or takes too long.
+    ``bytes_per_s`` is the slowest at which a large file may be read. Raises InputError as it does, and for a file with
+    which it ends, or takes too much time or memory.
     """
     if not sys.executable:  # within a program that cannot start a second Python
         return import_module(f".{module}", __package__).tables_here(path)
     path = Path(os.path.abspath(path))
-    answer, _ = _worker.ask(path, what, module=module)
-    return [
-        FileTable(
-            path=path,
-            headers=table["headers"],
-            units=table["units"],
-            name=table["name"],
-            comments=[(line, text) for line, text in table["comments"]],
-            notes=[Note(*note) for note in table["notes"]],
-            sha256=table["sha256"],
-            read_column=lambda index, number=number: np.frombuffer(
-                _worker.ask(path, what, module=module, table=number, column=index)[1]
-            ).copy(),
-        )
-        for number, table in enumerate(answer["tables"])
-    ]
+    request = {"module": module, "bytes_per_s": bytes_per_s}
+    answer, _ = _worker.ask(path, what, request)
+    return [_table(path, what, request | {"table": number}, each) for number, each in enumerate(answer["tables"])]
+
+
+def _table(path: Path, what: str, request: dict[str, Any], stated: dict[str, Any]) -> FileTable:
+    """A table whose values are asked for when they are used."""
+
+    def read_from(index: int, first: int) -> np.ndarray:
+        asked = request | {"column": index, "first": first}
+        return np.frombuffer(_worker.ask(path, what, asked)[1])  # of its own and writable
+
+    def read_texts(index: int) -> list[str]:
+        return _worker.ask(path, what, request | {"texts": index})[0]["texts"]
+
+    facts = {name: stated[name] for name in _PLAIN}
+    return FileTable(
+        path=path,
+        comments=[(line, text) for line, text in stated["comments"]],
+        notes=[Note(*note) for note in stated["notes"]],
+        text_columns=frozenset(stated["text_columns"]),
+        read_column=lambda index: read_from(index, 0),
+        read_from=read_from,
+        read_texts=read_texts if stated["has_texts"] else None,
+        **facts,
+    )
 
 
 class _Worker:
@@ -69,16 +84,18 @@ class _Worker:
         self._process: subprocess.Popen | None = None
         self._owner = 0
 
-    def ask(self, path: Path, what: str, **request: Any) -> tuple[dict, bytes]:
+    def ask(self, path: Path, what: str, request: dict[str, Any]) -> tuple[dict, bytearray]:
         """The answer to a request, and the bytes that follow it. Raises InputError."""
         with open_regular(path) as file:
-            seconds = _TIME_S + os.fstat(file.fileno()).st_size / _BYTES_PER_S
-        request |= {"path": os.fsencode(path).decode("utf-8", "surrogateescape"), "seconds": seconds}
+            size = os.fstat(file.fileno()).st_size
+        seconds, memory = _TIME_S + size / request["bytes_per_s"], _MEMORY_BYTES + _MEMORY_PER_BYTE * size
+        request = request | {"path": os.fsencode(path).decode("utf-8", "surrogateescape")}
+        request |= {"seconds": seconds, "memory": memory}
         with self._lock:
             answer, rest = self._exchange(request, seconds * _WALL_FACTOR)
         if answer is None:
-            limit = f"the library that reads it failed, or took more than {seconds:.0f} s"
-            step = "Check that the file is complete, or export it again."
+            limit = f"the library that reads it failed, or took more than {seconds:.0f} s or the memory it may have"
+            step = "Check that the file is complete, or export it again, if it is large as parts."
             raise InputError("file", f"not readable as {what}", limit, str(path), step)
         if "error" in answer:
             raise InputError(**answer["error"])
@@ -86,11 +103,11 @@ class _Worker:
             raise ImportError(name=answer["missing"])
         return answer, rest
 
-    def _exchange(self, request: dict, wall_s: float) -> tuple[dict | None, bytes]:
+    def _exchange(self, request: dict, wall_s: float) -> tuple[dict | None, bytearray]:
         try:
             process = self._running()
         except OSError:
-            return None, b""
+            return None, bytearray()
         timer = threading.Timer(wall_s, process.kill)
         timer.start()
         try:
@@ -98,13 +115,13 @@ class _Worker:
             process.stdin.flush()
             (length,) = _LENGTH.unpack(process.stdout.read(_LENGTH.size))
             answer = json.loads(process.stdout.readline())
-            rest = process.stdout.read(length)
-            if len(rest) < length:
+            rest = bytearray(length)
+            if process.stdout.readinto(rest) < length:
                 raise EOFError
             return answer, rest
         except (OSError, EOFError, struct.error, ValueError):
             self.close()
-            return None, b""
+            return None, bytearray()
         except BaseException:  # an interrupt leaves an answer behind
             self.close()
             raise
@@ -150,7 +167,8 @@ def serve() -> None:
             return
         request = json.loads(line)
         _limit_time(request["seconds"])
-        opened = _answer(request, opened, answers)
+        with _limited_memory(request["memory"]):
+            opened = _answer(request, opened, answers)
         _limit_time(0.0)
         answers.flush()
 
@@ -167,41 +185,67 @@ def _limit_time(seconds: float) -> None:
         signal.setitimer(signal.ITIMER_PROF, seconds)
 
 
+@contextlib.contextmanager
+def _limited_memory(size: int) -> Iterator[None]:
+    """No more than ``size`` bytes of address space beyond those that the process has; nothing on systems that cannot
+    state or limit it."""
+    try:
+        import resource
+
+        pages = int(Path("/proc/self/statm").read_text().split()[0])
+        soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    except (ImportError, OSError):
+        yield
+        return
+    limit = pages * resource.getpagesize() + size
+    lowest = min([limit, *(each for each in (soft, hard) if each != resource.RLIM_INFINITY)])
+    resource.setrlimit(resource.RLIMIT_AS, (lowest, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
 def _answer(request: dict, opened: tuple[Any, list[FileTable]], answers: BinaryIO) -> tuple[Any, list[FileTable]]:
     path = Path(os.fsdecode(request["path"].encode("utf-8", "surrogateescape")))
     try:
         state = os.stat(path)
         key = request["module"], path, state.st_ino, state.st_size, state.st_mtime_ns
-        if "column" not in request or opened[0] != key:
-            opened = key, import_module(f".{request['module']}", __package__).tables_here(path)
-        if "column" in request:
-            values = opened[1][request["table"]].read_column(request["column"])
-            _send(answers, {}, np.ascontiguousarray(values, dtype=float).tobytes())
-        else:
-            _send(answers, {"tables": [_stated(table) for table in opened[1]]})
+        with enough_memory(path):
+            if not {"column", "texts"} & request.keys() or opened[0] != key:
+                opened = (None, [])
+                opened = key, import_module(f".{request['module']}", __package__).tables_here(path)
+            if "column" in request:
+                _send(answers, {}, _column(opened[1][request["table"]], request["column"], request["first"]))
+            elif "texts" in request:
+                _send(answers, {"texts": opened[1][request["table"]].texts(request["texts"])})
+            else:
+                _send(answers, {"tables": [_stated(table) for table in opened[1]]})
     except InputError as error:
         parts = {part: getattr(error, part) for part in _PARTS}
         _send(answers, {"error": {part: str(each) for part, each in parts.items()}})
     except ImportError as error:
         _send(answers, {"missing": error.name or ""})
     except (OSError, IndexError) as error:
-        _send(
-            answers, {"error": {"quantity": "file", "value": "not readable", "limit": str(error), "place": str(path)}}
-        )
+        facts = {"quantity": "file", "value": "not readable", "limit": str(error), "place": str(path)}
+        _send(answers, {"error": facts | {"next_step": "Check that the file is complete, or export it again."}})
     return opened
+
+
+def _column(table: FileTable, index: int, first: int) -> np.ndarray:
+    values = table.read_from(index, first) if table.read_from else table.read_column(index)[first:]
+    return np.ascontiguousarray(values, dtype=float)
 
 
 def _stated(table: FileTable) -> dict[str, Any]:
     notes = [(note.kind, note.message, note.count) for note in table.notes]
-    return {
-        "headers": table.headers,
-        "units": table.units,
-        "name": table.name,
-        "comments": table.comments,
-        "notes": notes,
-        "sha256": table.sha256,
-    }
+    facts = {name: getattr(table, name) for name in _PLAIN}
+    facts |= {"comments": table.comments, "notes": notes, "has_texts": table.read_texts is not None}
+    return facts | {"text_columns": sorted(table.text_columns)}
 
 
-def _send(answers: BinaryIO, answer: dict, rest: bytes = b"") -> None:
-    answers.write(_LENGTH.pack(len(rest)) + json.dumps(answer).encode() + b"\n" + rest)
+def _send(answers: BinaryIO, answer: dict, values: np.ndarray | None = None) -> None:
+    """Send an answer, and the values after it without a copy of them."""
+    rest = memoryview(values).cast("B") if values is not None and values.size else b""
+    answers.write(_LENGTH.pack(len(rest)) + json.dumps(answer).encode() + b"\n")
+    answers.write(rest)

@@ -103,7 +103,8 @@ class RecordReader:
                 self._left = unpacked_limit(size)
                 yield from self._walk(file, size)
         except OSError as error:
-            raise InputError("file", "not readable", error.strerror or "", str(self.path)) from None
+            step = "Check the disk or the network, or copy the file."
+            raise InputError("file", "not readable", error.strerror or "", str(self.path), step) from None
 
     def _walk(self, file: BinaryIO, size: int) -> Iterator[tuple[int, bytes]]:
         at = len(MCAP)

@@ -52,7 +52,7 @@ def read_bag(folder: Path, collected: Collected) -> list[Note]:
                 message = {"topic": connection.topic, "message": connection.msgtype, "data": bytes(data)}
                 collected.take(**message, counter=0, arrival=arrival, device=arrival)
         return []
-    except InputError:
+    except (InputError, MemoryError):
         raise
     except Exception as error:  # the packages raise various exceptions for a damaged bag
         reason = " ".join(str(error).split())[:200]
@@ -72,7 +72,8 @@ def _bag_files(folder: Path) -> tuple[str, list[Path]]:
         with open_regular(path, "file of a bag") as file:
             size += file.seek(0, os.SEEK_END)
     if size > MAX_RECORDING_BYTES:
-        raise InputError("size of the bag", f"{size} bytes", f"at most {MAX_RECORDING_BYTES} are read", str(folder))
+        limit, advice = f"at most {MAX_RECORDING_BYTES} are read", "Split it, for example with ros2 bag convert."
+        raise InputError("size of the bag", f"{size} bytes", limit, str(folder), advice)
     facts = YAML(typ="safe").load(text.decode())["rosbag2_bagfile_information"]
     if (facts.get("compression_mode") or "none").lower() != "none":  # its size is not known before it is unpacked
         advice = "Unpack it, for example with ros2 bag convert."
@@ -251,7 +252,8 @@ def card_and_end(path: Path) -> tuple[dict[str, str], dict[str, str] | None]:
                 if code == METADATA and length <= _MAX_CARD_BYTES and at <= size:
                     found.update(_metadata(file.read(length)))
     except OSError as error:
-        raise InputError("recording", "not read", error.strerror or "", str(path)) from None
+        step = "Check the disk or the network, or copy the file."
+        raise InputError("recording", "not read", error.strerror or "", str(path), step) from None
     return found.get(CARD, {}), found.get(END)
 
 

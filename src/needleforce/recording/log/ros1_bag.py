@@ -50,10 +50,8 @@ def read_ros1_bag(path: Path, collected: Collected) -> list[Note]:
                     continue
                 message = {"topic": connection.topic, "message": connection.msgtype, "data": cdr}
                 collected.take(**message, counter=0, arrival=arrival, device=arrival)
-    except InputError:
+    except (InputError, MemoryError):
         raise
-    except MemoryError:
-        raise InputError("memory", "not enough", "for this bag", str(path), "Split it with rosbag filter.") from None
     except Exception as error:
         reason = " ".join(str(error).split())[:_MESSAGE_CHARS]
         if "not indexed" in reason:

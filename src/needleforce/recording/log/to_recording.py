@@ -300,7 +300,8 @@ def _number(card: Mapping[str, str], key: str, place: str, default: float = 0.0)
     except ValueError:
         number = np.nan
     if not np.isfinite(number):
-        raise InputError(f"{key} in the file's card", repr(card[key][:40]), "a number is needed", place)
+        limit, step = "a number is needed", "Give the value as an option."
+        raise InputError(f"{key} in the file's card", repr(card[key][:40]), limit, place, step)
     return number
 
 
