@@ -86,3 +86,12 @@ def test_another_decimal_sign_and_more_segments_than_are_read_are_refused(file):
     end = "***End_of_Header***\n"
     with pytest.raises(InputError, match=r"number of segments is 4999, at most 4096"):
         read(file("LabVIEW Measurement\n" + end * 5000), **STAGE)
+
+
+def test_a_name_without_a_value_states_nothing(tmp_path):
+    path = tmp_path / "x.lvm"
+    rows = "".join(f"{0.01 * k:g}\t{0.1 * k:g}\t{0.2 * k:g}\n" for k in range(50))
+    head = "LabVIEW Measurement\nSeparator\tTab\nDecimal_Separator\nX_Columns\n***End_of_Header***\n"
+    path.write_text(f"{head}Channels\t2\nY_Unit_Label\n***End_of_Header***\nX_Value\tForce\tDepth\n{rows}")
+    run = read(path, units={"force": "N", "depth": "mm"}, baseline=False)
+    np.testing.assert_allclose(run.force, 0.1 * np.arange(50), rtol=1e-5)

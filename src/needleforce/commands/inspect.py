@@ -14,7 +14,7 @@ from .files import (
     UNIT_HELP,
     check_usage,
 )
-from .output import check_outputs, pairs, say, show, table
+from .output import check_outputs, pairs, progress, say, show, table
 from .reading_options import reads_files
 
 if TYPE_CHECKING:
@@ -46,7 +46,9 @@ def run(
     options = {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
     check_usage(options | reading)
     start = None if start_depth_mm is None else 1e-3 * start_depth_mm
-    found = nf.read(file, dry_run=True, motion=motion, start_depth=start, **options, **reading)
+    found = None
+    for _ in progress([None], "reading"):
+        found = nf.read(file, dry_run=True, motion=motion, start_depth=start, **options, **reading)
     _show(found)
     if found.recording is None:
         say(found.problem)

@@ -95,7 +95,7 @@ class _View:
 
     def facts(self, begin: int, end: int) -> dict[str, list[str]]:
         """The entries of a heading: name -> cells."""
-        return {cells[0]: cells[1:] for _, cells in self.rows(begin, end) if cells[0]}
+        return {cells[0]: cells[1:] or [""] for _, cells in self.rows(begin, end) if cells[0]}
 
 
 @dataclass(frozen=True, kw_only=True)

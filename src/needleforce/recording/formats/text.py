@@ -21,6 +21,7 @@ _MAX_HEADER_CHARS = 256  # of one column
 _HEAD_BYTES = (1 << 12, 1 << 16, 1 << 20)  # in which the first table begins: no more than needed
 _HEAD_LINES = 20_000
 _MAX_TABLES = 2000
+_MAX_STRETCHES = 20_000  # of numbers between rows of text
 _SAMPLE_LINES = 200  # of a later table, which show its columns
 _ABOVE_LINES = 8  # above a table, in which its headers are
 _NAMED_VALUE = re.compile(r"[^\W\d_][\w\])]{0,20} ?[=:] {0,8}[+-]?[.\d]")
@@ -245,9 +246,9 @@ def _clocks(rows: Sequence[Sequence[str]]) -> frozenset[int]:
     return frozenset(k for row in rows for k, cell in enumerate(row) if ":" in cell and is_number(cell))
 
 
-def _is_text(line: str, table: TextTable) -> bool:
+def _is_text(line: str, table: TextTable, first_number: re.Pattern[str]) -> bool:
     """Whether a line has no number, and is neither blank nor a comment."""
-    if not line.strip() or line.lstrip().startswith("#"):
+    if first_number.match(line) or not line.strip() or line.lstrip().startswith("#"):
         return False
     cells = split_cells(line, table.delimiter)
     used = [cell for cell in cells if not is_missing(cell)]
@@ -258,15 +259,21 @@ def _all_tables(path: Path, like: TextTable) -> list[TextTable]:
     """Every table of a file, each between two rows of text. Raises InputError for more than any instrument writes."""
     parts: list[_Stretch] = []
     longest = 2
-    for part in _stretches(like):
+    for count, part in enumerate(_stretches(like), 1):
         longest = max(longest, part.rows)
         parts += [part] if part.rows >= min(MIN_ROWS, longest) else []
+        if count > _MAX_STRETCHES:
+            raise _too_many("number of rows of text between rows of numbers", count, _MAX_STRETCHES, path)
     parts = [part for part in parts if part.rows >= min(longest, MIN_ROWS)]
     if len(parts) > _MAX_TABLES:
-        limit, step = f"at most {_MAX_TABLES} are read", "Check that it is a recording, or split the file."
-        raise InputError("number of tables", len(parts), limit, str(path), step)
+        raise _too_many("number of tables", len(parts), _MAX_TABLES, path)
     found = [table for part in parts if (table := _table_of(path, part, like))]
     return found if len(found) < 2 else [replace(table, name=f"table {k}") for k, table in enumerate(found, 1)]
+
+
+def _too_many(what: str, count: int, limit: int, path: Path) -> InputError:
+    step = "Check that it is a recording, or split the file."
+    return InputError(what, count, f"at most {limit} are read", str(path), step)
 
 
 def _table_of(path: Path, part: "_Stretch", like: TextTable) -> TextTable | None:
@@ -299,8 +306,10 @@ def _stretches(table: TextTable) -> Iterator[_Stretch]:
     """Every stretch of a file between two rows of text."""
     above: list[str] = []
     part = None
+    first_number = re.compile(rf"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?(\s*$|{re.escape(table.delimiter)})"
+                              if table.delimiter != WHITESPACE else r"\s*[+-]?\d+(\.\d*)?([eE][+-]?\d+)?(\s|$)")
     for number, offset, line in table.all_lines():
-        if _is_text(line, table):
+        if _is_text(line, table, first_number):
             if part:
                 part.end = offset
                 yield part

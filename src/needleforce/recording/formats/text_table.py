@@ -85,7 +85,11 @@ class TextTable:
                 if len(line) > MAX_LINE_CHARS:
                     raise long_line(self.path, number)
                 yield number, begin, line
-                begin += len(line.encode(self.encoding.name, self.encoding.errors))
+                begin += self._bytes_of(line)
+
+    def _bytes_of(self, text: str) -> int:
+        plain = text.isascii() and not self.encoding.name.startswith("utf-16")
+        return len(text) if plain else len(text.encode(self.encoding.name, self.encoding.errors))
 
     @property
     def is_large(self) -> bool:
