@@ -306,8 +306,8 @@ def _stretches(table: TextTable) -> Iterator[_Stretch]:
     """Every stretch of a file between two rows of text."""
     above: list[str] = []
     part = None
-    first_number = re.compile(rf"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?(\s*$|{re.escape(table.delimiter)})"
-                              if table.delimiter != WHITESPACE else r"\s*[+-]?\d+(\.\d*)?([eE][+-]?\d+)?(\s|$)")
+    after = r"\s" if table.delimiter == WHITESPACE else re.escape(table.delimiter)
+    first_number = re.compile(rf"\s*[+-]?\d+(\.\d*)?([eE][+-]?\d+)?\s*({after}|$)")  # fast to find
     for number, offset, line in table.all_lines():
         if _is_text(line, table, first_number):
             if part:
