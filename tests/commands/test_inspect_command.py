@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``inspect``, its ``--save``, and the options kept for an instrument."""
 
+import json
 import re
 import shlex
 
@@ -179,3 +180,27 @@ def test_the_command_after_saving_uses_the_mapping(odd, home):
     assert again.exit_code == 0 and "1000 at 50 Hz" in again.stdout
     of_folder = run(odd, *OPTIONS, "--save", odd.with_name("needleforce.toml"), "--no-plot")
     assert shlex.split(of_folder.stdout.strip().splitlines()[-1]) == ["needleforce", "identify", str(odd)]
+
+
+@pytest.mark.parametrize("part", ["all", "cycle *", "*"])
+def test_inspect_shows_the_first_of_all(tmp_path, part):
+    """What ``--part`` of the other commands takes is shown, and a command that takes all follows."""
+    time, depth, force = (np.tile(each, 4) for each in insertion())
+    time = np.arange(len(time)) * 0.02
+    np.savetxt(tmp_path / "run.csv", np.column_stack([time, depth, np.abs(force)]), delimiter=",",
+               header="time_s,depth_mm,force_N", comments="")  # fmt: skip
+    done = CliRunner().invoke(app, ["inspect", str(tmp_path / "run.csv"), "--no-plot", "--part", part])
+    assert done.exit_code == 0, done.output
+    assert "cycle 4" in done.output
+
+
+def test_an_indentation_of_every_cycle(tmp_path):
+    time, depth, force = (np.tile(each, 4) for each in insertion())
+    time = np.arange(len(time)) * 0.02
+    np.savetxt(tmp_path / "run.csv", np.column_stack([time, depth, np.abs(force)]), delimiter=",",
+               header="time_s,depth_mm,force_N", comments="")  # fmt: skip
+    words = ["indentation", str(tmp_path / "run.csv"), "--tip", "flat", "--radius-um", "1000", "--part", "cycle *"]
+    done = CliRunner().invoke(app, [*words, "--json", str(tmp_path / "fits.json")])
+    assert done.exit_code == 0, done.output
+    found = json.loads((tmp_path / "fits.json").read_text())["recordings"]
+    assert [each["part"] for each in found] == ["cycle 1", "cycle 2", "cycle 3", "cycle 4"]

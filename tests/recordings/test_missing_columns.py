@@ -124,3 +124,15 @@ def test_a_stated_unit_is_believed_and_the_advice_is_no_contradiction(file):
     assert "--unit depth=mm" in note.message and "--unit depth=m " not in note.message
     large = read(file(text({"time_s": TIME, "depth_mm": 1e3 * DEPTH, "force_N": 100 * FORCE})))
     assert large.force.max() == pytest.approx(100 * FORCE.max())
+
+
+def test_what_contradicts_a_constant_speed_is_stated(file):
+    rest = np.concatenate([np.full(100, IN[0]), IN])
+    whole = read(file(text({"depth_mm": 1e3 * rest, "force_N": np.clip(40.0 * rest, 0.0, None)})), speed=2e-3)
+    assert any("although the depth rests over 101 samples" in sentence for sentence in whole.card.assumptions)
+    coarse = read(file(text({"depth_mm": np.round(1e3 * IN, 1), "force_N": FORCE[:625]})), speed=2e-3)
+    assert not any("although" in sentence for sentence in coarse.card.assumptions)
+    alone = read(file(text({"time_s": TIME, "force_N": FORCE})), speed=2e-3)
+    assert any("the force has both signs" in sentence for sentence in alone.card.assumptions)
+    one_way = read(file(text({"time_s": TIME[:625], "force_N": FORCE[:625]})), speed=2e-3)
+    assert not any("both signs" in sentence for sentence in one_way.card.assumptions)

@@ -113,3 +113,13 @@ def test_the_card_of_a_stream(tmp_path):
     write_columns({"time": TIME, "force": FORCE}, tmp_path / "a.csv", Card(rig="virtual"), motion="b.csv")
     _, *lines = (tmp_path / "a.csv").read_text().splitlines()
     assert lines[:3] == ["# rig: virtual", "# motion: b.csv", "time_s,force_N"]
+
+
+def test_a_motion_given_by_its_corners_has_their_speeds(tmp_path):
+    corners, depths = [0.0, 2.0, 12.0, 15.0, 20.0], [0.0, 0.0, 20e-3, 20e-3, 10e-3]
+    write_columns({"time": np.array(corners), "depth": np.array(depths)}, tmp_path / "motion.csv")
+    write_columns({"time": TIME, "force": FORCE}, tmp_path / "force.csv")
+    run = read(tmp_path / "force.csv", motion=tmp_path / "motion.csv")
+    far = np.min(np.abs(run.time[:, None] - corners), axis=1) > 0.06
+    exact = np.select([run.time < 2.0, run.time < 12.0, run.time < 15.0], [0.0, 2e-3, 0.0], -2e-3)
+    np.testing.assert_allclose(run.velocity[far], exact[far], atol=1e-9)

@@ -120,3 +120,11 @@ def test_a_deformation_that_is_a_ratio_is_no_depth(file):
     text = "Time [s],Force [N],Deformation [%]\n" + "".join(f"{t:.3f},{f:.6f},{x:.3f}\n" for t, f, x in ROWS)
     with pytest.raises(nf.InputError, match="no column holds the depth"):
         nf.read(file(text))
+
+
+def test_a_line_with_other_names_is_no_sample_and_states_a_speed(file):
+    lines = "\n".join(f"Time:{t:.3f} Force:{f:.6f}" for t, f, _ in ROWS)
+    path = file(f"Stage speed: 2.00 mm/s\n{lines}\n")
+    with pytest.raises(nf.InputError, match=r"--speed-mm-s 2 if the needle moved at 'Stage speed: 2\.00 mm/s'"):
+        nf.read(path)
+    check(nf.read(path, speed=2e-3))

@@ -269,3 +269,22 @@ def test_an_insertion_alone_with_a_tare(file):
     run = read(file(table), baseline=False)
     np.testing.assert_allclose(run.depth, depth, rtol=1e-14, atol=1e-18)
     np.testing.assert_array_equal(run.force, force)
+
+
+def test_a_row_of_devices_with_fewer_cells_is_no_header(file):
+    """As where the columns of a device have its name above them, and that of the time has none."""
+    rows = "\n".join(f"{line},21.5" for line in ROWS.splitlines())
+    names = "Zeit,Weg,Kraft,Temperatur\ns,mm,N,°C\namplifier CH 1,amplifier CH 2,amplifier CH 3\n"
+    run = read(file(names + rows + "\n"), baseline=False)
+    np.testing.assert_array_equal(run.time, TIME)
+    np.testing.assert_allclose(run.force, FORCE, rtol=1e-14)
+
+
+def test_results_and_headings_between_tables_are_no_samples(file):
+    """With numbers in them, as a peak below a table and the settings above the next one."""
+    block = f"Run,1,2\n{UNITS}{ROWS}Peak,,1.5\nAverage,0.7,0.2\n"
+    found = read_all(file(f"Test,7\n{block}Data acquisition:,2,9\n{block}"), baseline=False)
+    assert len(found) == 2
+    for run in found:
+        np.testing.assert_array_equal(run.time, TIME)
+        np.testing.assert_allclose(run.force, FORCE, rtol=1e-14)

@@ -67,16 +67,23 @@ def run(
     checked_options(**options)
     wanted = pairs([segment], "segment") if segment else {}
     tips, shank = tips_of(tip, half_angle_deg, radius_um, needle)
-    ((_, recording),) = read_all([file], column, unit, baseline=False, test="indentation", **reading)
-    try:
-        depth, force = _approach(recording, file, wanted)
-        rows = compare_tips(depth, force, tips, progress=progress, shank_radius=shank, **options)
-    except InputError as error:
-        say(str(error) if str(file) in error.place else f"{file}: {error}")
-        raise typer.Exit(1) from None
-    write_json({"file": str(file), "samples": len(depth), "tips": [_document(row) for row in rows]}, json)
-    _show(rows, quiet=json == "-")
-    if not any(row.fit.reduced_modulus.identifiable for row in rows):
+    documents, found = [], False
+    recordings = read_all([file], column, unit, baseline=False, test="indentation", **reading)
+    for _, recording in recordings:
+        try:
+            depth, force = _approach(recording, file, wanted)
+            rows = compare_tips(depth, force, tips, progress=progress, shank_radius=shank, **options)
+        except InputError as error:
+            say(str(error) if str(file) in error.place else f"{file}: {error}")
+            continue
+        part = recording.card.part
+        documents.append({"file": str(file), **({"part": part} if part else {}), "samples": len(depth),
+                          "tips": [_document(row) for row in rows]})  # fmt: skip
+        _show(rows, part if len(recordings) > 1 else "", quiet=json == "-")
+        found |= any(row.fit.reduced_modulus.identifiable for row in rows)
+    if documents:
+        write_json(documents[0] if len(recordings) == 1 else {"recordings": documents}, json)
+    if not found:
         raise typer.Exit(1)
 
 
@@ -139,7 +146,7 @@ def _document(row: "TipFit") -> dict:
     }
 
 
-def _show(rows: "Sequence[TipFit]", quiet: bool) -> None:
+def _show(rows: "Sequence[TipFit]", part: str, *, quiet: bool) -> None:
     from ..display.quantities import quantity
     from ..display.tables import in_words
     from ..identification.statistics.noise import INTERVAL
@@ -161,7 +168,8 @@ def _show(rows: "Sequence[TipFit]", quiet: bool) -> None:
         ]
         more = f", BIC {row.more_than_best:.1f} more than the best" if len(rows) > 1 else ""
         apart = "" if row.distinguishable or not more else ", not distinguishable from it"
-        title = f"{tip}, residual {row.fit.residual_rms:.3g} N" + (more + apart) * (row is not rows[0])
+        title = f"{f'{part}: ' if part else ''}{tip}, residual {row.fit.residual_rms:.3g} N"
+        title += (more + apart) * (row is not rows[0])
         table(title, ["quantity", f"value, {INTERVAL}", "identifiable", "how"], shown)
 
 

@@ -6,7 +6,6 @@ import dataclasses
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -57,7 +56,7 @@ class FitInputs:
 
 def reference_of(singles: list[SegmentedRecording]) -> str:
     """Reference of a model: the file names of the first recordings."""
-    sources = ", ".join(Path(single.recording.card.source).name for single in singles[:3])
+    sources = ", ".join(single.recording.name for single in singles[:3])
     return f"identified by needleforce from {sources}" + (" ..." if len(singles) > 3 else "")
 
 

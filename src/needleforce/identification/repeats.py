@@ -2,7 +2,6 @@
 """Whether repeats are of one needle and one specimen: their loading curves from the contact, compared in size."""
 
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -42,7 +41,9 @@ def differing_repeats(singles: Sequence[SegmentedRecording]) -> Iterator[str]:
         if not (levels > 0.0).all():
             continue
         noise = max(white_noise(each.strokes.force_in) for each in known) / np.sqrt(mean @ mean)
-        names = [Path(each.recording.card.source).name or f"recording {k}" for k, each in enumerate(known, 1)]
+        names = [
+            each.recording.name if each.recording.card.source else f"recording {k}" for k, each in enumerate(known, 1)
+        ]
         sentence = _sentence(words, names, np.log(levels), noise)
         if sentence:
             yield sentence

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import InputError
 
+_LONG_REST = 10.0  # times the usual number of samples between two changes of the depth
 COUNTED = "the file has no time: its rows are counted, one a second, and no rate or speed is known"
 
 
@@ -74,9 +75,8 @@ class AssumedMotion:
         if self.speed and depth is None:
             return rows * (self.step / self.speed), "the time follows from the step and the speed given"
         if self.speed:
-            return self._of_travel(
-                depth
-            ), f"the time is that of a constant speed of {1e3 * self.speed:g} mm/s, as given"
+            sentence = f"the time is that of a constant speed of {1e3 * self.speed:g} mm/s, as given"
+            return self._of_travel(depth), sentence + _rests(depth)
         return rows, COUNTED
 
     def _of_travel(self, depth: np.ndarray) -> np.ndarray:
@@ -91,3 +91,13 @@ class AssumedMotion:
         if self.step:
             return self.step * np.arange(len(time)), f"depth increases by {1e6 * self.step:g} um a sample, as given"
         return self.speed * (time - time[0]), f"depth increases at {1e3 * self.speed:g} mm/s, as given"
+
+
+def _rests(depth: np.ndarray) -> str:
+    """What contradicts a constant speed: a rest longer than the resolution of the depth makes of one."""
+    moves = np.flatnonzero(np.diff(depth))
+    rests = np.diff(np.concatenate([[-1], moves, [len(depth) - 1]])) - 1
+    usual = float(np.median(rests[1:-1])) if len(rests) > 2 else 0.0
+    if rests.max() <= _LONG_REST * (usual + 1.0):
+        return ""
+    return f", although the depth rests over {rests.max() + 1} samples: if a rate is known, give it instead (--rate-hz)"

@@ -57,10 +57,12 @@ def overlap(time: np.ndarray, motion: np.ndarray, place: str) -> slice:
     """The samples of ``time`` (n,) [s] within the times of the motion. Raises InputError for fewer than two."""
     first, last = np.searchsorted(time, motion[0], "left"), np.searchsorted(time, motion[-1], "right")
     if last - first < 2:
+        later = time[0] - motion[0]
+        order = "later" if later > 0.0 else "earlier"
         raise InputError(
             "times of the motion",
-            f"{motion[0]:.6g} to {motion[-1]:.6g} s",
-            f"the force runs from {time[0]:.6g} to {time[-1]:.6g} s",
+            f"{motion[0]:.10g} to {motion[-1]:.10g} s",
+            f"the force runs from {time[0]:.10g} to {time[-1]:.10g} s and begins {abs(later):.10g} s {order}",
             place,
             "Give both clocks the same zero, and check the units of time.",
         )
@@ -80,6 +82,17 @@ def put_signs(stream: Stream, inwards: str | None, units: Mapping[str, str] | No
 
 def settle_motion(stream: Stream, start_depth: float | None, preamble: Preamble, inwards: float) -> None:
     """Set depth and velocity of a stream, positive inwards, from the one that it contains."""
+    _settle_depth(stream, start_depth, preamble, inwards)
+    if "velocity" not in stream.values:
+        _differentiate(stream)
+
+
+def _differentiate(stream: Stream) -> None:
+    stream.values["velocity"], window = derivative(stream.values["time"], stream.values["depth"])
+    stream.assumptions.append(f"velocity is the change of depth over {window * 1e3:.3g} ms around each sample")
+
+
+def _settle_depth(stream: Stream, start_depth: float | None, preamble: Preamble, inwards: float) -> None:
     values = stream.values
     for quantity in {"depth", "velocity"} & values.keys():
         values[quantity] = values[quantity] if inwards > 0.0 else -values[quantity]
@@ -93,9 +106,6 @@ def settle_motion(stream: Stream, start_depth: float | None, preamble: Preamble,
         values["velocity"], changed = signed(values["time"], values["depth"], values["velocity"])
         if changed:
             stream.assumptions.append("velocity is a speed without sign: it has the sign of the change of depth")
-    else:
-        values["velocity"], window = derivative(values["time"], values["depth"])
-        stream.assumptions.append(f"velocity is the change of depth over {window * 1e3:.3g} ms around each sample")
 
 
 def _start_depth(given: float | None, preamble: Preamble, place: str) -> float:
@@ -141,16 +151,19 @@ def put_motion(main: Stream, other: Stream, start_depth: float | None, preamble:
     """Interpolate depth and velocity of another stream onto the clock of the first; force samples outside the motion's
     times are left out."""
     had_depth = "depth" in other.values
-    settle_motion(other, start_depth, preamble, inwards)
+    _settle_depth(other, start_depth, preamble, inwards)
     motion, force_time = other.values, main.values["time"]
     within = overlap(force_time, motion["time"], other.place)
     main.values = {quantity: np.ascontiguousarray(values[within]) for quantity, values in main.values.items()}
     time = main.values["time"]
-    main.values["velocity"] = np.interp(time, motion["time"], motion["velocity"])
     if had_depth:
         main.values["depth"] = np.interp(time, motion["time"], motion["depth"])
     else:
         main.values["depth"] = integral(motion["time"], motion["velocity"], motion["depth"][0], time)
+    if "velocity" in motion:
+        main.values["velocity"] = np.interp(time, motion["time"], motion["velocity"])
+    else:  # on the clock of the force: the motion may be given by its corners
+        _differentiate(main)
     lost = len(force_time) - len(time)
     if lost:
         message = f"{lost} samples of force are outside the motion's times and are left out"

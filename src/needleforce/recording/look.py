@@ -166,7 +166,7 @@ def look(
         open_regular(Path(path)).close()
     try:
         parts = () if form.log else recordings_in(Path(path), options.get("columns"))
-        wanted, cycle = asked(options.get("part"), [part.name for part in parts])
+        wanted, cycle = _one_of(*asked(options.get("part"), [part.name for part in parts]))
         shown = _shown(parts, wanted, Path(path))
         named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
         recording, cycles = recording_of(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
@@ -189,6 +189,12 @@ def look(
         cycles=cycles,
         motion=motion_look(Path(path), shown, options),
     )
+
+
+def _one_of(part: str | int | None, cycle: str) -> tuple[str | int | None, str]:
+    """A recording and a cycle as they are named, none for what stands for several: then the first is shown."""
+    several = isinstance(part, str) and (part.strip().casefold() == "all" or "*" in part)
+    return None if several else part, "" if "*" in cycle else cycle
 
 
 def _shown(parts: Sequence[Part], wanted: Any, path: Path) -> Part | None:

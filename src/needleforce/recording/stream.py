@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import core
 from ..errors import InputError
 from ..files import file_name
 from .assumed_motion import AssumedMotion
@@ -21,6 +22,7 @@ from .timestamps import UNEVEN_SHARE, check_count, put_in_order
 from .unit_guess import assign_units
 
 _MOTION = ("depth", "velocity")
+_NOISE, _BOTH_SIGNS = 10.0, 0.1  # times the noise, and of the larger change of a force: what a second sign must exceed
 _MANY_COLUMNS = 5  # of which each may be a recording
 _MAX_MAGNITUDE = 1e30  # of any quantity in any unit: far beyond any instrument
 _MIN_STEP_S = 1e-15  # [s]
@@ -205,8 +207,18 @@ def _supply(values: dict[str, np.ndarray], count: int, assumed: AssumedMotion) -
         sentences.append(sentence)
     if "force" in values and not values.keys() & set(_MOTION) and assumed.gives_depth(True):
         values["depth"], sentence = assumed.depth(values["time"])
-        sentences.append(sentence)
+        sentences += [sentence, *_withdrawal(values["force"])]
     return sentences
+
+
+def _withdrawal(force: np.ndarray) -> list[str]:
+    """A sentence if a force cannot be that of a motion in one direction: beyond its noise it has both signs."""
+    changes = float(force.max() - force[0]), float(force[0] - force.min())
+    noise = core.second_difference_noise(np.ascontiguousarray(force, float))
+    if min(changes) <= max(_NOISE * noise, _BOTH_SIGNS * max(changes)):
+        return []
+    return ["the force has both signs, as if the needle was drawn out again: then this depth is wrong, and a file with "
+            "the motion is needed (--motion); its corners, with their times, are enough"]  # fmt: skip
 
 
 def _leave_out_torques(chosen: dict[str, Column], units: Mapping[str, str]) -> list[Note]:

@@ -18,6 +18,7 @@ from ...units import find
 from ..file_table import FileTable
 from ..quantities import UNIT_DIMENSIONS
 from ..recording import Note
+from ..stated import stating_lines
 from .arrays import MAX_COLUMNS, check_count, check_size
 from .clock_times import seconds_of
 from .text_lines import MAX_LINE_CHARS, Encoding, long_line
@@ -32,25 +33,26 @@ _PAIR = re.compile(
 _RECEIVED = re.compile(r"\s*(\d{1,2}:\d\d:\d\d(?:[.,]\d{1,9})?)\s*->\s*")  # the Arduino monitor's time of arrival
 _SAMPLE_LINES = 200  # of the first lines, that show whether they consist of names and values
 _ARRIVAL = "time of arrival"
+_MAX_STATING = 256  # lines that may state a rate or a speed
 _LEFT_OUT = 60  # characters of a line that are shown
 
 
-def is_key_values(lines: Sequence[str]) -> bool:
-    """Whether more than half of the last of the lines consist of names and values with the names of one of them."""
+def common_names(lines: Sequence[str]) -> tuple[str, ...]:
+    """The names of more than half of the last of the lines, if these consist of names and values; else none."""
     used = [line for line in lines[-_SAMPLE_LINES:] if line.strip()]
     if len(used) < 2 or not any(_PAIR.search(line) for line in (used[len(used) // 2], used[-1])):
-        return False
+        return ()
     names: dict[tuple[str, ...], int] = {}
     for line in used:
         found = tuple(name for name, _, _ in _pairs(line))
         names[found] = names.get(found, 0) + 1
-    return any(found and 2 * count > len(used) for found, count in names.items())
+    return next((found for found, count in names.items() if found and 2 * count > len(used)), ())
 
 
-def table(path: Path, encoding: Encoding) -> FileTable:
+def table(path: Path, encoding: Encoding, names: Sequence[str]) -> FileTable:
     """The table: a column for each name, a row for each line with one of the names that are in more than half of the
     lines; other lines are left out, with a note. Raises InputError for a unit that changes to one of another kind."""
-    rows = _Rows(path)
+    rows = _Rows(path, frozenset(names))
     with open_regular(path, "file", MAX_RECORDING_BYTES) as file:
         sha256 = hashlib.file_digest(file, "sha256").hexdigest()
         file.seek(encoding.mark)
@@ -94,18 +96,19 @@ class _Column:
 class _Rows:
     """The lines as rows of columns of 8 bytes a value, NaN where a line lacks a name."""
 
-    def __init__(self, path: Path):
-        self._path, self._count = path, 0
+    def __init__(self, path: Path, names: frozenset[str]):
+        self._path, self._names, self._count = path, names, 0
         self._limit = unpacked_limit(path.stat().st_size)
         self._columns: dict[str, _Column] = {}
         self._arrivals: list[str] = []
         self._others: list[tuple[int, str]] = []
         self._n_others = 0
+        self._stating: list[str] = []
 
     def add(self, line: str, number: int) -> None:
         """Add a line."""
         pairs = list(_pairs(line))
-        if not pairs:
+        if not self._names & {name for name, _, _ in pairs}:
             self._other(line, number)
             return
         for name, text, unit in pairs:
@@ -135,6 +138,9 @@ class _Rows:
 
     def _other(self, line: str, number: int) -> None:
         self._n_others += bool(line.strip())
+        if len(self._stating) < _MAX_STATING:
+            received = _RECEIVED.match(line)
+            self._stating += stating_lines([line[received.end() :] if received else line])
         if line.strip() and not self._others:
             self._others.append((number, printable(line.strip()[:_LEFT_OUT])))
 
@@ -150,7 +156,7 @@ class _Rows:
             headers, units = [*headers, _ARRIVAL], [*units, "s"]
             columns.append(seconds_of(np.array(self._arrivals, object), str(self._path)))
         return FileTable(path=self._path, headers=headers, units=units, read_column=lambda k: columns[k].copy(),
-                         sha256=sha256, notes=self._notes())  # fmt: skip
+                         sha256=sha256, notes=self._notes(), preamble=(self._stating,))  # fmt: skip
 
     def _filled(self, column: _Column) -> np.ndarray:
         found = np.full(self._count, np.nan)

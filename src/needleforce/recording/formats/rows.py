@@ -167,8 +167,9 @@ def _header(
     fitting = [k for k in above if _fits(rows[k], width)]
     if not fitting or fitting[-1] != above[-1]:
         return [], [], [" ".join(filter(None, rows[k])) for k in above]
-    units = list(rows[fitting[-1]]) if len(fitting) > 1 and is_unit_row(rows[fitting[-1]]) else []
-    names = fitting[-2] if units else fitting[-1]
+    whole = [k for k in fitting if all(rows[k][:width]) and len(rows[k]) >= width] or fitting
+    units = list(rows[whole[-1]]) if len(whole) > 1 and is_unit_row(rows[whole[-1]]) else []
+    names = whole[-2] if units else whole[-1]
     title = [" ".join(dict.fromkeys(filter(None, rows[k]))) for k in above if k < names]
     return [each.strip() for each in rows[names]], [bare(unit) for unit in units], title
 

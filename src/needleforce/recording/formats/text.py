@@ -41,8 +41,8 @@ def tables(path: Path) -> list[TextTable]:
         if any(_NAMED_VALUE.search(line) for line in lines[-2:]):
             from . import key_values
 
-            if key_values.is_key_values(lines):
-                return [key_values.table(path, encoding)]
+            if names := key_values.common_names(lines):
+                return [key_values.table(path, encoding, names)]
         chosen = _delimited(lines)
         if complete or (chosen and _reaches_the_end(chosen.blocks, lines)):
             break
@@ -267,7 +267,7 @@ def _all_tables(path: Path, like: TextTable) -> list[TextTable]:
     parts = [part for part in parts if part.rows >= min(longest, MIN_ROWS)]
     if len(parts) > _MAX_TABLES:
         raise _too_many("number of tables", len(parts), _MAX_TABLES, path)
-    found = [table for part in parts if (table := _table_of(path, part, like))]
+    found = [without_summary(table) for part in parts if (table := _table_of(path, part, like))]
     return found if len(found) < 2 else [replace(table, name=f"table {k}") for k, table in enumerate(found, 1)]
 
 
