@@ -49,24 +49,46 @@ struct RowFormat {
   std::vector<bool> used;
 };
 
+/// What the numbers of a column look like: whole ones below 1000, those that may have a sign of thousands,
+/// others. With the first two and no other the sign before three digits may be one of thousands.
+enum Looks : std::uint8_t { whole = 1, grouped = 2, other = 4 };
+
+Looks looks_of(std::string_view number) {
+  if (!number.empty() && (number[0] == '-' || number[0] == '+')) number.remove_prefix(1);
+  const std::size_t digits = std::min(number.find_first_not_of("0123456789"), number.size());
+  if (digits == 0 || digits > 3) return other;
+  if (digits == number.size()) return whole;
+  const bool three =
+      number.size() == digits + 4 && number.find_first_not_of("0123456789", digits + 1) == number.npos;
+  return number[digits] == '.' && three && number[0] != '0' ? grouped : other;
+}
+
 /// Reads rows into columns of equal length. Text has to end with a character that ends a line.
 class RowReader {
  public:
   RowReader(const RowFormat& format, std::string_view text)
-      : format_(format), at_(text.data()), end_(text.data() + text.size()) {}
+      : looks(format.used.size()), format_(format), at_(text.data()), end_(text.data() + text.size()) {}
 
-  /// The next row; false if it is not one of numbers. Cells that a short row lacks are missing.
+  /// The next row; false if it is not one of numbers, or has more cells than the one before. Cells that a
+  /// short row lacks are missing: only the last rows may be short, as of a group of columns that ends before
+  /// another.
   bool read(double* out, std::size_t stride) {
-    for (std::size_t k = 0; k < format_.used.size(); ++k) {
+    const std::size_t size = format_.used.size();
+    std::size_t cells = size;
+    for (std::size_t k = 0; k < size; ++k) {
+      if (k > 0 && ends_line()) cells = std::min(cells, k);
       if (k > 0 && format_.delimiter != 0 && !ends_line()) ++at_;  // a cell ends at a delimiter
       skip_blanks();
       double value = missing;
+      column_ = k;
       if (!ends_line() && !(format_.used[k] ? cell(value) : skip_text())) return false;
       if (!format_.used[k]) continue;
       *out = value;
       out += stride;
     }
-    return ends_line();
+    const bool longer = short_rows > 0 && cells == size;
+    short_rows += cells < size;
+    return ends_line() && !longer;
   }
 
   /// Goes to the next line that is not blank; false at the end of the text.
@@ -78,6 +100,9 @@ class RowReader {
     }
     return at_ < end_;
   }
+
+  std::size_t short_rows = 0;
+  std::vector<std::uint8_t> looks;
 
  private:
   bool ends_line() const { return at_ == end_ || *at_ == '\n' || *at_ == '\r'; }
@@ -111,6 +136,7 @@ class RowReader {
     const std::size_t size = parse(text, found);
     if (size == 0 || !ends_number(at_ + plus + size)) return false;
     value = found;
+    if (!(looks[column_] & other)) looks[column_] |= looks_of(text.substr(0, size));
     at_ += plus + size;
     return true;
   }
@@ -151,6 +177,7 @@ class RowReader {
   const RowFormat& format_;
   const char* at_;
   const char* end_;
+  std::size_t column_ = 0;
 };
 
 /// How often a character occurs; bytes are counted in bytes, so that it takes little time next to parsing.
@@ -168,25 +195,29 @@ std::size_t count_of(char character, std::string_view text) {
 /// The used columns (p, n) of all rows; nothing if a line is anything but a row of numbers.
 struct Parsed {
   std::unique_ptr<double[]> values;
-  std::size_t rows = 0, stride = 0;
+  std::size_t rows = 0, stride = 0, short_rows = 0;
+  std::vector<std::uint8_t> looks;
 };
 
 Parsed parsed(std::string_view text, const RowFormat& format) {
   const auto columns = static_cast<std::size_t>(std::count(format.used.begin(), format.used.end(), true));
   const std::size_t stride = count_of(text.find('\n') == text.npos ? '\r' : '\n', text) + 1;
-  Parsed found{std::make_unique_for_overwrite<double[]>(columns * stride), 0, stride};
+  Parsed found{std::make_unique_for_overwrite<double[]>(columns * stride), 0, stride, 0, {}};
   RowReader reader(format, text);
   for (; reader.next_line(); ++found.rows)
     if (found.rows == stride || !reader.read(found.values.get() + found.rows, stride)) return {};
+  found.short_rows = reader.short_rows;
+  found.looks = std::move(reader.looks);
   return found;
 }
 
 using Columns = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
 
-/// The used columns (p, n) of rows of numbers between two bytes of a text; None if a line is anything else.
-std::optional<Columns> number_rows(const nb::bytes& text, std::size_t begin, std::size_t end,
-                                   const std::string& delimiter, const std::string& decimal,
-                                   const std::vector<bool>& used, const std::vector<std::string>& words) {
+/// The used columns (p, n) of rows of numbers between two bytes of a text, how many of the last rows are
+/// short, and the looks of every column; None if a line is anything else.
+std::optional<nb::tuple> number_rows(const nb::bytes& text, std::size_t begin, std::size_t end,
+                                     const std::string& delimiter, const std::string& decimal,
+                                     const std::vector<bool>& used, const std::vector<std::string>& words) {
   if (begin > end || end > text.size() || delimiter.size() > 1 || decimal.size() != 1)
     throw nb::value_error("bytes in order and one character for each sign are needed");
   const RowFormat format{delimiter.empty() ? '\0' : delimiter[0], decimal[0], words, used};
@@ -199,7 +230,8 @@ std::optional<Columns> number_rows(const nb::bytes& text, std::size_t begin, std
   double* data = found.values.release();
   nb::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
   const auto columns = static_cast<std::size_t>(std::count(used.begin(), used.end(), true));
-  return Columns(data, {columns, found.rows}, owner, {static_cast<std::int64_t>(found.stride), 1});
+  const Columns values(data, {columns, found.rows}, owner, {static_cast<std::int64_t>(found.stride), 1});
+  return nb::make_tuple(values, found.short_rows, nb::bytes(found.looks.data(), found.looks.size()));
 }
 
 }  // namespace

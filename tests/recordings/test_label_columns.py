@@ -124,3 +124,10 @@ def test_a_long_table_of_parquet(tmp_path):
 def test_a_plain_table_has_no_labels(file):
     path = file(text({"Time (s)": TIME, "Specimen": 3.0 + 0 * TIME, "Extension (mm)": 1e3 * DEPTH, "Load (N)": FORCE}))
     assert read(path).card.part == ""
+
+
+@pytest.mark.parametrize("header", ["Probe_contact", "Sample_number", "Test_running", "Sample_temp", "Needle_valve"])
+def test_a_flag_or_a_counter_on_one_clock_is_no_label(file, header):
+    lines = [f"{k // 300},{row}" for k, row in enumerate(rows())]
+    run = read(file("\n".join([f"{header},{HEADER}", *lines]) + "\n"), baseline=False)
+    np.testing.assert_allclose(run.force, FORCE, rtol=1e-12)

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from needleforce import core
+from needleforce.errors import InputError
+from needleforce.recording import read
 from needleforce.recording.columns import Column
 from needleforce.recording.formats.text import tables
 
@@ -18,7 +20,8 @@ WORDS = ["NaN", "--", "n/a"]
 
 def rows_of(text, *, delimiter=",", decimal=".", used=(True, True, True)):
     content = text.encode()
-    return core.number_rows(content, 0, len(content), delimiter, decimal, used=list(used), words=WORDS)
+    found = core.number_rows(content, 0, len(content), delimiter, decimal, used=list(used), words=WORDS)
+    return None if found is None else found[0]
 
 
 def any_double(rng):
@@ -82,3 +85,34 @@ def test_a_file_has_the_same_values_whichever_way_it_is_read(tmp_path, encoding,
     found, sha256, _ = table.numbers({name: Column(name, name, k, None) for k, name in enumerate("abc")})
     assert np.array_equal(np.column_stack([found[name] for name in "abc"]), values)
     assert sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+ROWS = [f"{0.01 * k:.3f},{0.02 * k:.4f},{0.001 * k * k:.6f},21.5" for k in range(300)]
+FOUR = "time_s,depth_mm,force_N,temperature_C\n"
+
+
+def test_a_row_that_lacks_a_cell_does_not_shift_the_others(tmp_path):
+    """Without the force, what follows it would be read as the force."""
+    (tmp_path / "run.csv").write_text(FOUR + "\n".join([*ROWS[:100], "1.000,2.0000,21.5", *ROWS[101:]]) + "\n")
+    with pytest.raises(InputError, match=r"line 102: number of cells is 3, the header has 4"):
+        read(tmp_path / "run.csv")
+
+
+def test_a_truncated_last_row_is_left_out_although_it_has_all_that_is_read(tmp_path):
+    (tmp_path / "run.csv").write_text(FOUR + "\n".join([*ROWS, "3.000,6.0000,9"]))
+    run = read(tmp_path / "run.csv")
+    assert len(run) == 300 and any(note.kind == "cut_off" for note in run.notes)
+
+
+def test_columns_that_end_before_others_are_read(tmp_path):
+    (tmp_path / "run.csv").write_text(FOUR + "\n".join([*ROWS[:200], *(row[:-5] for row in ROWS[200:])]) + "\n")
+    assert len(read(tmp_path / "run.csv")) == 300
+
+
+@pytest.mark.parametrize("sign", [",", "."])
+def test_a_sign_that_may_be_one_of_thousands_is_not_guessed(tmp_path, sign):
+    depths = [f"{k:,d}".replace(",", sign) for k in range(0, 1500, 5)]
+    rows = [f"{10 * k};{depth};{2 * k}" for k, depth in enumerate(depths)]
+    (tmp_path / "run.csv").write_text("Time (ms);Depth (um);Force (mN)\n" + "\n".join(rows) + "\n")
+    with pytest.raises(InputError, match=r"999 and 1.000|number|unit"):
+        read(tmp_path / "run.csv")

@@ -167,3 +167,19 @@ def test_a_rate_next_to_arrays(kind, tmp_path):
             else:
                 target["force"].attrs["dt"] = 0.01
     check(nf.read(path))
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["Sampling rate of video: 30 Hz", "Camera acquisition rate: 30 Hz", "Temperature sampling rate: 10 Hz",
+     "Max sampling rate: 10000 Hz", "Anti-aliasing sampling filter: 100 Hz", "Sample preparation time: 30 s",
+     "Sampling duration: 6 s", "Acquisition delay: 0.5 s", "Rate: 10", "Time interval: 2019", "Data rate: 9600",
+     "Sampling rate: 1000 Hz (recorded every 4th)", "Homing speed: 20 mm/s", "Max. speed 50 mm/s",
+     "Display unit force: gf", "Preload force unit: gf", "Torque unit: N m"],
+)  # fmt: skip
+def test_what_is_stated_of_something_else_is_not_used(line):
+    class Table:
+        preamble = ([line],)
+
+    found = stated_by(Table())
+    assert found.rate is None and found.speed is None and found.units == {}

@@ -274,7 +274,7 @@ def test_an_insertion_alone_with_a_tare(file):
 def test_a_row_of_devices_with_fewer_cells_is_no_header(file):
     """As where the columns of a device have its name above them, and that of the time has none."""
     rows = "\n".join(f"{line},21.5" for line in ROWS.splitlines())
-    names = "Zeit,Weg,Kraft,Temperatur\ns,mm,N,°C\namplifier CH 1,amplifier CH 2,amplifier CH 3\n"
+    names = "Zeit,Weg,Kraft,Feuchte\ns,mm,N,°C\namplifier CH 1,amplifier CH 2,amplifier CH 3\n"
     run = read(file(names + rows + "\n"), baseline=False)
     np.testing.assert_array_equal(run.time, TIME)
     np.testing.assert_allclose(run.force, FORCE, rtol=1e-14)

@@ -8,7 +8,8 @@ import numpy as np
 
 from ..errors import InputError
 from .columns import Column, choose, stated_unit
-from .quantities import AXES, MAIN, is_unit, row_name, split
+from .formats.rows import MIN_ROWS
+from .quantities import AXES, MAIN, is_label, is_unit, row_name, split
 
 _MIN_ROWS = 2  # with one label: a column with another in every row numbers the samples
 _MAX_LABELS = 10_000
@@ -31,12 +32,18 @@ def label_groups(table: Any, given: Mapping[str, str]) -> list[tuple[str, np.nda
 
     Notes
     -----
-    A column whose header names a specimen, needle, repeat or the like is a label wherever it has several values.
+    A column whose header names a specimen, needle, repeat or the like is a label wherever it has several values; on one
+    clock that runs through all rows only if it has texts and no other word, as a flag or a counter is none.
     Another column of text or whole numbers is one only if the recording starts again wherever it changes: the time
     goes back, or without a time the depth returns to where it first began. A phase, a segment or a state does not.
     """
     named = _free(table, given, [k for k in range(len(table.headers)) if row_name(table.headers[k]) == "label"])
     columns = _varying(table, named, fill=True)
+    order, timed = _order_of(table, given) if columns else (np.empty(0), False)
+    if timed and (np.diff(order) >= 0.0).all():  # one clock: what counts or flags is no label, but a name is
+        columns = {k: v for k, v in columns.items() if v.dtype.kind != "f" and is_label(table.headers[k])}
+        if not columns:
+            return []
     if not columns:
         order, timed = _order_of(table, given)
         if not len(order) or (np.diff(order) >= 0.0).all():  # nothing starts again
@@ -54,7 +61,12 @@ def counted_cycles(table: Any, given: Mapping[str, str]) -> tuple[tuple[str, int
         if values is None or values.dtype.kind != "f":
             continue
         starts = np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
-        if 1 < len(starts) <= _MAX_LABELS and len(set(values[starts].tolist())) == len(starts):
+        lengths = np.diff(np.append(starts, len(values)))
+        if (
+            1 < len(starts) <= _MAX_LABELS
+            and np.median(lengths) >= MIN_ROWS
+            and len(set(values[starts].tolist())) == len(starts)
+        ):
             stops = [*starts[1:].tolist(), len(values)]
             return tuple((f"cycle {values[a]:.0f}", a, b) for a, b in zip(starts.tolist(), stops))
     return ()

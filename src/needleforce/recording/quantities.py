@@ -152,6 +152,11 @@ def row_name(header: str) -> str:
     return "label" if words & _LABELS else "counter" if words & _COUNTERS else ""
 
 
+def is_label(header: str) -> bool:
+    """Whether every word of a header is one of a label, such as ``specimen_id``."""
+    return set(plain_name(split(header)[0]).split("_")) <= _LABELS | {"no", "nr", "number", "name", "code", "label"}
+
+
 def _is_time_of_another(words: Sequence[str]) -> bool:
     """Whether words are those of the times of a quantity: ``force_time``, ``t_pos``."""
     if len(words) < 2 or not _TIME_WORDS & {words[0], words[-1]}:

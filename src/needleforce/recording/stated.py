@@ -3,7 +3,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -39,12 +39,16 @@ _STEPS = frozenset(
     "ts tsample abtastintervall abtastzeit abtastperiode messintervall zeitschritt pasdetemps periodedechantillonnage "
     "intervalodemuestreo periododemuestreo intervallodicampionamento periododicampionamento".split()
 )
+# words that do not make another rate of it
+_HARMLESS = frozenset("daq adc test recording measured actual of the in".split())
+_SURE_STEPS = frozenset("dt deltat ts tsample timestep wfincrement zeitschritt pasdetemps".split())  # without a unit
 _SAMPLING = re.compile(r"sampl|abtast|acquisition|echantillonn|muestreo|campionament")
 _SPEED = re.compile(r"speed|velocity|geschwindigkeit|vitesse|velocidad|velocita|^rate$|feedrate|vorschub")
-# of another stroke than the test, and of limits
-_OTHER_SPEEDS = frozenset(
-    "pre post pretest posttest return approach retract retraction withdrawal jog max min maximum minimum limit "
-    "ruckfahrt ruckzug vorlauf anfahr anfahrt retour retorno ritorno rotation rotational angular".split()
+# words of the speed of a test; any other makes it that of another stroke, a limit, or of something else
+_OF_TEST = frozenset(
+    "test testing crosshead cross head insertion needle stage loading load displacement drive actuator constant set "
+    "ramp compression traverse traversen pruf prufung nadel einstich de la le du d essai deplacement ensayo aguja "
+    "della di prova ago".split()
 )
 _UNIT = re.compile(r"(units?|einheit(en)?|unites?|unidad(es)?|unita)$")
 
@@ -149,7 +153,7 @@ def _words(name: str) -> tuple[list[str], str]:
     last = parts[-1].strip(_EDGES) if parts else ""
     bracketed = _BRACKETED.fullmatch(last)
     last, unit = (bracketed[1], bracketed[2]) if bracketed else (last, "")
-    last = last.rstrip(". ").rsplit(".", 1)[-1].rsplit("/", 1)[-1]
+    last = re.split(r"\.(?=\S)", last.rstrip(". "))[-1].rsplit("/", 1)[-1]
     words = plain_name(re.sub(r"(?<=[a-z])(?=[A-Z])", "_", last)).split("_")
     for count in (2, 1):  # mm_s, then Hz
         suffix = "/".join(words[-count:])
@@ -180,18 +184,19 @@ def _rate(line: str, decimal: str) -> Statement | None:
     entry = _entry(line, decimal)
     if entry is None:
         return None
-    name = "".join(entry.words)
-    of_sampling = _SAMPLING.search(name) and not _other_quantity(entry.words)
+    name = "".join(word for word in entry.words if word not in _HARMLESS)
     frequency = _FREQUENCIES.get(_squeezed(entry.unit)) or _FREQUENCIES.get(_first(entry.unit).casefold())
     period = find(_first(entry.unit), "time")
     value = None
-    if frequency and (name in _RATES or of_sampling):
+    if " " in entry.unit:  # what follows the unit may change the meaning
+        return None
+    if frequency and name in _RATES:
         value = frequency * entry.number
-    elif period and (name in _STEPS or of_sampling):
+    elif period and name in _STEPS:
         value = 1.0 / float(period.to_si(entry.number))
-    elif not entry.unit and name in _RATES:
+    elif not entry.unit and name in _RATES and (name == "fs" or _SAMPLING.search(name)):
         value = entry.number if _is_usual(entry.number) else None
-    elif not entry.unit and name in _STEPS:
+    elif not entry.unit and name in _STEPS and (name in _SURE_STEPS or _SAMPLING.search(name)):
         usual = [rate for unit in (1.0, 1e3, 1e6) if _is_usual(rate := unit / entry.number)]
         value = usual[0] if len(usual) == 1 else None
     return Statement(value=value, text=entry.text) if value and math.isfinite(value) else None
@@ -201,18 +206,13 @@ def _is_usual(rate: float) -> bool:
     return _USUAL_RATES_HZ[0] <= rate <= _USUAL_RATES_HZ[1]
 
 
-def _other_quantity(words: Sequence[str]) -> bool:
-    """Whether a rate is that of one quantity, as of a camera or of the force alone."""
-    return any(set(words) & set(names.split()) for quantity, names in NAMED_BY_WORD.items() if quantity != "time")
-
-
 def _speed(line: str, decimal: str) -> Statement | None:
     """The speed of the test [m/s] that a line states with its unit."""
     entry = _entry(line, decimal)
     if entry is None or not any(map(_SPEED.search, ["".join(entry.words), *entry.words])):
         return None
     unit = find(_first(entry.unit), "velocity") or find(_squeezed(entry.unit), "velocity")
-    if unit is None or set(entry.words) & _OTHER_SPEEDS:
+    if unit is None or not all(_SPEED.search(word) or word in _OF_TEST for word in entry.words):
         return None
     return Statement(value=float(unit.to_si(entry.number)), text=entry.text)
 
@@ -241,7 +241,8 @@ def _units(lines: Iterable[str]) -> dict[str, tuple[str, str]]:
 def _unit_entries(line: str) -> Iterator[tuple[str, str]]:
     parts = [part.strip(_EDGES) for part in _SEPARATORS.split(line[:_MAX_CHARS], maxsplit=1)]
     words, _ = _words(parts[0]) if len(parts) == 2 else ([], "")
-    if not any(map(_UNIT.search, words)):
+    known = {word for names in NAMED_BY_WORD.values() for word in names.split()}
+    if not any(map(_UNIT.search, words)) or not all(_UNIT.search(w) or w in known | _HARMLESS for w in words):
         return
     texts = [text for text in re.split(r"[\s,;|\"']+", parts[1]) if text]
     named = [q for q, names in NAMED_BY_WORD.items() if any(_names(word, names.split()) for word in words)]

@@ -78,9 +78,10 @@ def drop_incomplete(table: Table, required: tuple[str, ...], cut_off: bool) -> N
     for quantity in list(table.values):
         _drop_column_if_incomplete(table, quantity, quantity in required, cut_off)
     complete = ~np.any([np.isnan(values) for values in table.values.values()], axis=0)
-    if cut_off and not complete[-1]:
+    if cut_off:
+        complete[-1] = False  # also where the truncated cell is the last that is used
         table.notes.append(Note("cut_off", "the last line is truncated and is left out"))
-    lost = int(np.count_nonzero(~complete)) - (cut_off and not complete[-1])
+    lost = int(np.count_nonzero(~complete)) - cut_off
     if lost:
         first = table.place(int(np.argmin(complete)))
         message = f"{lost} of {len(complete)} rows have a missing value and are left out; the first is {first}"

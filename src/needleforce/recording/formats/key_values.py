@@ -78,8 +78,11 @@ def _pairs(line: str) -> Iterator[tuple[str, str, str]]:
         if line[at : pair.start()].strip(" \t,;|{}[]()\"'<>#$*") or pair["name"] in names:
             return
         names.add(pair["name"])
-        found.append((pair["name"].strip(" \"'"), pair["number"].replace(",", "."), pair["unit"] or ""))
+        found.append((pair["name"].strip(" \"'"), pair["number"], pair["unit"] or ""))
         at = pair.end()
+    if any("." in number for _, number, _ in found) and any("," in number for _, number, _ in found):
+        return  # one of them is a sign of thousands
+    found = [(name, number.replace(",", "."), unit) for name, number, unit in found]
     if not line[at:].strip(" \t\r\n,;|{}[]()\"'<>#$*"):
         yield from found
 

@@ -6,6 +6,8 @@ import hashlib
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import reduce
+from operator import or_
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from ...files import open_regular
 from .rows import MISSING
 from .text_lines import WHITESPACE
 
+_WHOLE_AND_GROUPED = 3  # looks of a column: whole numbers below 1000, and such with a sign before three digits
 NO_VALUE = sorted({word for each in MISSING for word in (each, each.upper(), each.capitalize())} - {""})
 _THREADED_BYTES = 1 << 17  # below which a second thread costs more than it saves
 _SHARE_OF_SECOND = 4  # it parses a quarter, because it computes the digest first, which takes half as long as parsing
@@ -22,11 +25,13 @@ _SHARE_OF_SECOND = 4  # it parses a quarter, because it computes the digest firs
 
 @dataclass(frozen=True, eq=False)
 class PlainNumbers:
-    """The columns of numbers of a table, in parts of consecutive rows, and the SHA-256 of the file."""
+    """The columns of numbers of a table, in parts of consecutive rows, and the SHA-256 of the file; ``grouped`` are
+    those in which a sign may be one of thousands: ``999`` and ``1.000``."""
 
     parts: tuple[np.ndarray, ...]
     columns: dict[int, int]
     sha256: str
+    grouped: frozenset[int]
 
     def __len__(self) -> int:
         """The number of rows."""
@@ -57,7 +62,8 @@ class RowFormat:
 def plain_numbers(path: Path, rows: RowFormat) -> PlainNumbers | None:
     """Read every row of numbers, exact to the last bit; None if a line is anything else, or has surplus cells.
 
-    Cells that a row lacks, and words for no value, are NaN.
+    Words for no value are NaN, and so are the cells that several of the last rows lack. A row that lacks cells in the
+    middle, or the last one alone, is not read: its values may belong to other columns, or be truncated.
     """
     with open_regular(path) as file:
         data = file.read()
@@ -71,7 +77,14 @@ def plain_numbers(path: Path, rows: RowFormat) -> PlainNumbers | None:
             parts = [_parsed(text, cut, end, rows)]
             parts, sha256 = [first.result(), *parts], digest.result()
     columns = {int(index): k for k, index in enumerate(np.flatnonzero(rows.used))}
-    return None if any(part is None for part in parts) else PlainNumbers(tuple(parts), columns, sha256)
+    if any(part is None for part in parts):
+        return None
+    values, short, looks = zip(*parts)
+    if sum(short) == 1 or (sum(short) and rows.delimiter == WHITESPACE) or (len(parts) > 1 and short[0]):
+        return None
+    seen = [reduce(or_, each) for each in zip(*looks)]
+    grouped = frozenset(k for k, each in enumerate(seen) if each == _WHOLE_AND_GROUPED)
+    return PlainNumbers(values, columns, sha256, grouped)
 
 
 def _utf8(data: bytes, rows: RowFormat) -> tuple[bytes, int, int]:
@@ -83,7 +96,7 @@ def _utf8(data: bytes, rows: RowFormat) -> tuple[bytes, int, int]:
     return text, 0, len(text)
 
 
-def _parsed(text: bytes, begin: int, end: int, rows: RowFormat) -> np.ndarray | None:
+def _parsed(text: bytes, begin: int, end: int, rows: RowFormat) -> tuple[np.ndarray, int, bytes] | None:
     delimiter = "" if rows.delimiter == WHITESPACE else rows.delimiter
     return core.number_rows(text, begin, end, delimiter, rows.decimal, used=rows.used, words=NO_VALUE)
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...errors import InputError
 from ...files import open_regular
 from ..columns import Column
 from ..recording import Note
@@ -127,10 +128,20 @@ class TextTable:
         """
         plain = None if self.is_large else self._plain
         if plain and all(column.index in plain for column in columns.values()):
+            for column in columns.values():
+                self._check_sign(column, plain)
             return {q: plain[column.index] for q, column in columns.items()}, plain.sha256, True
         from .mixed_text import mixed_columns  # late, as few files need it
 
         return mixed_columns(self, columns)
+
+    def _check_sign(self, column: Column, plain: PlainNumbers) -> None:
+        """Raise InputError for a column with ``999`` and ``1.000``, which may be a thousand."""
+        if column.index in plain.grouped:
+            sign = "1" + self.decimal + "000"
+            limit = f"numbers such as 999 and {sign} are in it, which may be one or one thousand"
+            step = "Save the file without signs of thousands, or with as many decimals in every row."
+            raise InputError(f"{column.quantity} (column {column.header!r})", "ambiguous", limit, str(self.path), step)
 
     @cached_property
     def _plain(self) -> PlainNumbers | None:
