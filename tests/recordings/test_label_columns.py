@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Long tables: several recordings one below the other or row by row, told apart by labels."""
+"""Long tables: several recordings one below the other or row by row, which labels distinguish."""
 
 import numpy as np
 import pytest

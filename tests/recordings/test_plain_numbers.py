@@ -109,10 +109,12 @@ def test_columns_that_end_before_others_are_read(tmp_path):
     assert len(read(tmp_path / "run.csv")) == 300
 
 
+@pytest.mark.parametrize("comment", [[], ["# mark"]])
 @pytest.mark.parametrize("sign", [",", "."])
-def test_a_sign_that_may_be_one_of_thousands_is_not_guessed(tmp_path, sign):
+def test_a_sign_that_may_be_one_of_thousands_is_not_guessed(tmp_path, sign, comment):
     depths = [f"{k:,d}".replace(",", sign) for k in range(0, 1500, 5)]
     rows = [f"{10 * k};{depth};{2 * k}" for k, depth in enumerate(depths)]
+    rows = [*rows[:290], *comment, *rows[290:]]
     (tmp_path / "run.csv").write_text("Time (ms);Depth (um);Force (mN)\n" + "\n".join(rows) + "\n")
     with pytest.raises(InputError, match=r"999 and 1.000|number|unit"):
         read(tmp_path / "run.csv")

@@ -16,7 +16,7 @@ _MAX_LABELS = 10_000
 
 
 def label_groups(table: Any, given: Mapping[str, str]) -> list[tuple[str, np.ndarray]]:
-    """The recordings that the labels in a table tell apart.
+    """The recordings that the labels in a table distinguish.
 
     Parameters
     ----------

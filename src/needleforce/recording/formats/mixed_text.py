@@ -15,7 +15,8 @@ from ...files import digest, open_regular
 from ..columns import Column
 from .clock_times import seconds_of
 from .plain_numbers import NO_VALUE
-from .text_lines import WHITESPACE, TextRows, check_samples, search_fault
+from .rows import is_missing
+from .text_lines import WHITESPACE, TextRows, ambiguous_sign, check_samples, search_fault
 
 _CHUNK_ROWS, _CHUNK_CELLS = 500_000, 8_000_000  # the fewer rows of the two
 _SPREADSHEET_SIGN = re.compile(rb"#(N/A|DIV|VALUE|NUM|REF|NULL|NAME)")
@@ -35,8 +36,27 @@ def mixed_columns(table: TextRows, columns: Mapping[str, Column]) -> tuple[dict[
         why = "it has no rows of numbers" if isinstance(error, IndexError) else str(error)
         step = "Look at the table in an editor, or export it again."
         raise InputError("table", "not readable", why, str(table.path), step) from error
+    for quantity, column in columns.items():
+        if not table.grouped and _may_be_grouped(values[quantity]) and _is_grouped(table, column.index):
+            raise ambiguous_sign(column, table.decimal, table.path)
     rows = len(next(iter(values.values())))
     return values, digest(table.path), _delimiters(table) == rows * (len(table.headers) - 1)
+
+
+def _may_be_grouped(values: np.ndarray) -> bool:
+    """Whether (n,) numbers may be whole ones whose sign of thousands was read as a decimal sign."""
+    found = np.abs(values[np.isfinite(values)])
+    whole = found == np.round(found)
+    parts = 1e3 * found[~whole]
+    three = (np.abs(parts - np.round(parts)) < 1e-6).all() and (parts >= 1e3).all()
+    return bool(whole.any() and len(parts) and three and (found < 1e3).all())
+
+
+def _is_grouped(table: TextRows, index: int) -> bool:
+    """Whether every cell of a column is a whole number below 1000, or has a sign before three digits."""
+    either = re.compile(rf"[+-]?(?:\d{{1,3}}|[1-9]\d{{0,2}}\{table.decimal}\d{{3}})")
+    cells = (row[index] for _, row in table.data_lines() if index < len(row))
+    return all(is_missing(cell) or either.fullmatch(cell) for cell in cells)
 
 
 def _in_chunks(table: TextRows, columns: Mapping[str, Column]) -> dict[str, np.ndarray]:

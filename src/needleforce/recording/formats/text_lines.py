@@ -86,6 +86,13 @@ def check_samples(count: int, path: Path) -> None:
         raise InputError("number of samples", f"over {MAX_SAMPLES}", limit, str(path), "Split the file.")
 
 
+def ambiguous_sign(column: Column, decimal: str, path: Path) -> InputError:
+    """The error for a column with ``999`` and ``1.000``, which may be a thousand."""
+    limit = f"numbers such as 999 and 1{decimal}000 are in it, which may be one or one thousand"
+    step = "Save the file without signs of thousands, or with as many decimals in every row."
+    return InputError(f"{column.quantity} (column {column.header!r})", "ambiguous", limit, str(path), step)
+
+
 def search_fault(table: TextRows, columns: Mapping[str, Column]) -> bool:
     """Raise InputError for the first line with text or a wrong number of cells; return whether the last line is
     truncated."""

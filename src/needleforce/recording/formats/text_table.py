@@ -10,13 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import InputError
 from ...files import open_regular
 from ..columns import Column
 from ..recording import Note
 from .plain_numbers import PlainNumbers, RowFormat, plain_numbers
 from .rows import is_missing, is_number
-from .text_lines import MAX_LINE_CHARS, Encoding, check_samples, long_line, search_fault, split_cells
+from .text_lines import MAX_LINE_CHARS, Encoding, ambiguous_sign, check_samples, long_line, search_fault, split_cells
 
 _CHUNKED_BYTES = 1 << 28  # larger files are parsed in chunks, so that memory holds little more than the used columns
 
@@ -129,19 +128,12 @@ class TextTable:
         plain = None if self.is_large else self._plain
         if plain and all(column.index in plain for column in columns.values()):
             for column in columns.values():
-                self._check_sign(column, plain)
+                if column.index in plain.grouped:
+                    raise ambiguous_sign(column, self.decimal, self.path)
             return {q: plain[column.index] for q, column in columns.items()}, plain.sha256, True
         from .mixed_text import mixed_columns  # late, as few files need it
 
         return mixed_columns(self, columns)
-
-    def _check_sign(self, column: Column, plain: PlainNumbers) -> None:
-        """Raise InputError for a column with ``999`` and ``1.000``, which may be a thousand."""
-        if column.index in plain.grouped:
-            sign = "1" + self.decimal + "000"
-            limit = f"numbers such as 999 and {sign} are in it, which may be one or one thousand"
-            step = "Save the file without signs of thousands, or with as many decimals in every row."
-            raise InputError(f"{column.quantity} (column {column.header!r})", "ambiguous", limit, str(self.path), step)
 
     @cached_property
     def _plain(self) -> PlainNumbers | None:
