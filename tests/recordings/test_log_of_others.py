@@ -184,3 +184,11 @@ def test_one_damaged_joint_name_is_ignored(path):
 
     write_foreign(path, TOPICS | {"/joint_states": joints})
     np.testing.assert_allclose(nf.read(path, baseline=False).depth, 2e-6 * np.arange(400), atol=1e-12)
+
+
+def test_a_motion_is_stated_where_the_log_has_none(path):
+    write_foreign(path, {"/ft": lambda at, number: foreign_wrench(at, (0.0, 0.0, 0.01 * number, 0.0, 0.0, 0.0))})
+    with pytest.raises(nf.InputError, match=r"no JointState.*--speed-mm-s"):
+        nf.read(path)
+    run = nf.read(path, speed=10e-3, stroke=3e-3, motion_shift=0.05)
+    np.testing.assert_allclose(run.depth, np.clip(10e-3 * (run.time - 0.05), 0.0, 3e-3), atol=1e-12)

@@ -35,9 +35,12 @@ def campaign(
     inwards: str | None = None,
     filter_length: int | None = None,
     motion_part: str | int | None = None,
+    motion_shift: float | None = None,
     rate: float | None = None,
     speed: float | None = None,
     step: float | None = None,
+    stroke: float | None = None,
+    hold: float | None = None,
     first_row: int | None = None,
     instrument: str | os.PathLike | None = None,
     part: str | None = None,
@@ -65,7 +68,7 @@ def campaign(
         Name of the model, as for ``identify``.
     needle : Needle, optional
         The needle, as for ``identify``.
-    columns, units, inwards, filter_length, motion_part, rate, speed, step, first_row
+    columns, units, inwards, filter_length, motion_part, motion_shift, rate, speed, step, stroke, hold, first_row
         As for ``read``. Every recording of a file with several is used; they are repeats of one condition.
     instrument : str or os.PathLike, optional
         Options kept in a file, the ``mapping`` of ``read``.
@@ -91,9 +94,12 @@ def campaign(
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
     options |= {
         "motion_part": motion_part,
+        "motion_shift": motion_shift,
         "rate": rate,
         "speed": speed,
         "step": step,
+        "stroke": stroke,
+        "hold": hold,
         "first_row": first_row,
         "mapping": instrument,
     }

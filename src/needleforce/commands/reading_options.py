@@ -13,6 +13,9 @@ PART_HELP = "Which recording of a file with several: its name, its number from 1
 MOTION_PART_HELP = "Table with the depth on its own clock, of this file or of the motion file: its name or number."
 SPEED_HELP = "Constant speed of a file without time or depth."
 STEP_HELP = "Travel between two samples of a file without depth."
+STROKE_HELP = "Depth at which the needle stops; with --speed-mm-s, of a file without depth."
+HOLD_HELP = "Time at that depth, after which the needle is drawn out at the same speed; default: it remains there."
+MOTION_SHIFT_HELP = "Added to the times of the motion; with --speed-mm-s, when the needle starts to move."
 FIRST_ROW_HELP = "Row of the file at which the samples begin, if rows above are none."
 INSTRUMENT_HELP = "Options kept for an instrument: a name such as instron, or a TOML file."
 # parameter of the command -> its type and words, the option of ``nf.read``, and the factor to SI
@@ -23,6 +26,9 @@ _OPTIONS: dict[str, tuple[Any, str, float | None]] = {
     "rate_hz": (Annotated[float | None, typer.Option(help="Samples a second of a file without time.")], "rate", 1.0),
     "speed_mm_s": (Annotated[float | None, typer.Option(help=SPEED_HELP)], "speed", 1e-3),
     "step_um": (Annotated[float | None, typer.Option(help=STEP_HELP)], "step", 1e-6),
+    "stroke_mm": (Annotated[float | None, typer.Option(help=STROKE_HELP)], "stroke", 1e-3),
+    "hold_s": (Annotated[float | None, typer.Option(help=HOLD_HELP)], "hold", 1.0),
+    "motion_shift_s": (Annotated[float | None, typer.Option(help=MOTION_SHIFT_HELP)], "motion_shift", 1.0),
     "first_row": (Annotated[int | None, typer.Option(help=FIRST_ROW_HELP)], "first_row", None),
     "instrument": (Annotated[str | None, typer.Option("--as", help=INSTRUMENT_HELP)], "mapping", None),
 }

@@ -9,27 +9,48 @@ import numpy as np
 from ..errors import InputError
 
 _LONG_REST = 10.0  # times the usual number of samples between two changes of the depth
+_OF_MOTION = ("speed", "step", "stroke", "hold")
 COUNTED = "the file has no time: its rows are counted, one a second, and no rate or speed is known"
 
 
 @dataclass(frozen=True, kw_only=True)
 class AssumedMotion:
     """What a user knows of a recording: rate of the samples [Hz], constant speed [m/s], travel between two samples [m],
-    each None if it is not given; ``counted`` is True if a time is not needed, ``stated`` is what the file states of the
-    rate, if it is not given by the user."""
+    depth at which the needle stops [m], time after which it is drawn out again at the same speed [s], and time at which
+    it starts to move [s], each None if it is not given; ``counted`` is True if a time is not needed, ``stated`` is what
+    the file states of the rate, if it is not given by the user."""
 
     rate: float | None = None
     speed: float | None = None
     step: float | None = None
+    stroke: float | None = None
+    hold: float | None = None
+    start: float | None = None
     counted: bool = False
     stated: str = ""
 
     def __post_init__(self):
         """Raise InputError for values that are not above zero."""
-        for name, value, unit in (("rate", self.rate, "Hz"), ("speed", self.speed, "m/s"), ("step", self.step, "m")):
+        for name, unit in (("rate", "Hz"), ("speed", "m/s"), ("step", "m"), ("stroke", "m")):
+            value = getattr(self, name)
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 limit = f"a number above 0 {unit} is needed"
                 raise InputError(name, value, limit, next_step="Give the value at which it was recorded.")
+        if self.hold is not None and not (math.isfinite(self.hold) and self.hold >= 0.0):
+            step = "Give the time for which the needle rested at its greatest depth."
+            raise InputError("hold", self.hold, "a number of at least 0 s is needed", next_step=step)
+        self._check_complete()
+
+    def _check_complete(self) -> None:
+        """Raise InputError for a stroke or a hold without what it needs."""
+        for name, needs, option in (("hold", "stroke", "--stroke-mm"), ("stroke", "speed", "--speed-mm-s")):
+            if getattr(self, name) is not None and getattr(self, needs) is None:
+                limit = f"it is used only with a {needs}"
+                raise InputError(name, getattr(self, name), limit, next_step=f"Give {option}, too.")
+        if self.stroke is not None and self.step is not None:
+            limit = "a stroke is that of a motion in time, and a step one of a motion by samples"
+            raise InputError("step and stroke", f"{self.step:g} and {self.stroke:g} m", limit,
+                             next_step="Give --rate-hz instead of --step-um.")  # fmt: skip
 
     def gives_time(self, has_depth: bool) -> bool:
         """Whether a time follows without a column of time."""
@@ -44,6 +65,8 @@ class AssumedMotion:
         given = [("rate", self.rate is not None and not self.stated and has_time, "time")]
         given += [("speed", self.speed is not None and has_time and has_motion, "time and motion")]
         given += [("step", self.step is not None and has_motion and (has_time or not self.speed), "motion")]
+        given += [(name, getattr(self, name) is not None and has_motion, "motion") for name in ("stroke", "hold")]
+        given += [("motion shift", self.start is not None and has_motion, "motion")]
         left = [
             f"the {name} that was given is not used, because the file has its own {why}"
             for name, is_, why in given
@@ -52,12 +75,12 @@ class AssumedMotion:
         return "; ".join(left)
 
     def without_motion(self, has_source: bool) -> "AssumedMotion":
-        """Without speed and step, if the motion is in another table."""
-        return replace(self, speed=None, step=None) if has_source else self
+        """Without those of the motion, if it is in another table."""
+        return replace(self, **dict.fromkeys((*_OF_MOTION, "start"))) if has_source else self
 
     def unused_with_motion(self) -> str:
         """A sentence on what is not used because the motion is in another table; empty for nothing."""
-        left = [name for name, value in (("speed", self.speed), ("step", self.step)) if value is not None]
+        left = [name for name in _OF_MOTION if getattr(self, name) is not None]
         return (
             f"the {' and the '.join(left)} given: not used, because the motion is in a table of its own" if left else ""
         )
@@ -90,7 +113,18 @@ class AssumedMotion:
         """(n,) depths [m] from 0, and what is assumed."""
         if self.step:
             return self.step * np.arange(len(time)), f"depth increases by {1e6 * self.step:g} um a sample, as given"
-        return self.speed * (time - time[0]), f"depth increases at {1e3 * self.speed:g} mm/s, as given"
+        moved = np.maximum(time - (time[0] if self.start is None else self.start), 0.0)
+        begins = "" if self.start is None else f" from {self.start:g} s on"
+        sentence = f"depth increases at {1e3 * self.speed:g} mm/s{begins}"
+        if self.stroke is None:
+            return self.speed * moved, f"{sentence}, as given"
+        duration = self.stroke / self.speed
+        inserted = self.speed * np.minimum(moved, duration)
+        sentence += f", up to {1e3 * self.stroke:g} mm{'' if moved[-1] >= duration else ', which is not reached'}"
+        if self.hold is None:
+            return inserted, f"{sentence}, and remains there, as given"
+        drawn = self.speed * np.clip(moved - duration - self.hold, 0.0, duration)
+        return inserted - drawn, f"{sentence}, and after {self.hold:g} s decreases at the same speed, as given"
 
 
 def _rests(depth: np.ndarray) -> str:

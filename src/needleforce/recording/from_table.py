@@ -34,12 +34,13 @@ def recording_from_table(
     baseline: bool,
     motion: str | os.PathLike | None,
     motion_part: str | int | None,
+    motion_shift: float | None,
     start_depth: float | None,
     assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
 ) -> tuple[Recording, np.ndarray]:
     """Read one table, also the row of each sample; the options are those of ``read``."""
     preamble = Preamble(layout.comments, str(layout.path))
-    source = _motion_source(layout.path, preamble, motion, motion_part)
+    source = _motion_source(layout.path, preamble, motion, motion_part, motion_shift)
     wanted = ("time", "force", *AXES) if source else ("time", "force", "depth", "velocity", *AXES)
     main = read_stream(layout, wanted, of_main(columns), of_main(units), assumed=assumed.without_motion(bool(source)))
     direction = INWARDS[inwards or "increasing"]
@@ -61,7 +62,11 @@ def recording_from_table(
 
 
 def _motion_source(
-    path: Path, preamble: Preamble, motion: str | os.PathLike | None, part: str | int | None
+    path: Path,
+    preamble: Preamble,
+    motion: str | os.PathLike | None,
+    part: str | int | None,
+    shift: float | None,
 ) -> "MotionSource | None":
     """Where the motion is, None if it is in the table of the force."""
     given = motion is not None or part is not None
@@ -71,10 +76,10 @@ def _motion_source(
     from .motion_source import MotionSource
 
     if motion is not None:
-        return MotionSource(path=Path(motion), part=part)
+        return MotionSource(path=Path(motion), part=part, shift=shift)
     if part is not None:
-        return MotionSource(path=path, part=part, same_file=True)
-    return MotionSource(path=named)
+        return MotionSource(path=path, part=part, same_file=True, shift=shift)
+    return MotionSource(path=named, shift=shift)
 
 
 def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:

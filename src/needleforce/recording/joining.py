@@ -64,7 +64,8 @@ def overlap(time: np.ndarray, motion: np.ndarray, place: str) -> slice:
             f"{motion[0]:.10g} to {motion[-1]:.10g} s",
             f"the force runs from {time[0]:.10g} to {time[-1]:.10g} s and begins {abs(later):.10g} s {order}",
             place,
-            "Give both clocks the same zero, and check the units of time.",
+            f"Give --motion-shift-s {time[0] - motion[0]:.3f} if both began together (it is added to the times of the "
+            "motion), or check the units of time.",
         )
     return slice(int(first), int(last))
 
@@ -84,10 +85,11 @@ def settle_motion(stream: Stream, start_depth: float | None, preamble: Preamble,
     """Set depth and velocity of a stream, positive inwards, from the one that it contains."""
     _settle_depth(stream, start_depth, preamble, inwards)
     if "velocity" not in stream.values:
-        _differentiate(stream)
+        differentiate(stream)
 
 
-def _differentiate(stream: Stream) -> None:
+def differentiate(stream: Stream) -> None:
+    """Set the velocity of a stream with time and depth, and say over which time it is taken."""
     stream.values["velocity"], window = derivative(stream.values["time"], stream.values["depth"])
     stream.assumptions.append(f"velocity is the change of depth over {window * 1e3:.3g} ms around each sample")
 
@@ -133,13 +135,12 @@ def join(
 ) -> None:
     """Interpolate depth and velocity of another table, of a second file or of the same, onto the clock of the force;
     ``table`` is that of the force."""
-    from .motion_source import start_offset
-
     other, part = source.stream(columns, units)
-    offset = start_offset(table, part.table) if source.same_file else 0.0
+    offset = source.start_offset(table, part.table)
     other.values["time"] = other.values["time"] + offset
     put_motion(main, other, start_depth, Preamble(part.table.comments, other.place), inwards)
     zero = f"their starts are {offset:g} s apart, as the file states" if offset else ""
+    zero = zero if source.shift is None else f"{source.shift:.12g} s are added to its times, as given"
     main.assumptions += [
         f"depth and velocity are read from {source.described(other, part)} and interpolated onto the "
         f"force's clock; {zero or 'both clocks are assumed to have the same zero'}",
@@ -163,7 +164,7 @@ def put_motion(main: Stream, other: Stream, start_depth: float | None, preamble:
     if "velocity" in motion:
         main.values["velocity"] = np.interp(time, motion["time"], motion["velocity"])
     else:  # on the clock of the force: the motion may be given by its corners
-        _differentiate(main)
+        differentiate(main)
     lost = len(force_time) - len(time)
     if lost:
         message = f"{lost} samples of force are outside the motion's times and are left out"

@@ -27,11 +27,14 @@ _FLAGS = {
     "part": ("--part", 1.0),
     "motion": ("--motion", 1.0),
     "motion_part": ("--motion-part", 1.0),
+    "motion_shift": ("--motion-shift-s", 1.0),
     "inwards": ("--depth-inwards", 1.0),
     "filter_length": ("--filter-length", 1.0),
     "rate": ("--rate-hz", 1.0),
     "speed": ("--speed-mm-s", 1e3),
     "step": ("--step-um", 1e6),
+    "stroke": ("--stroke-mm", 1e3),
+    "hold": ("--hold-s", 1.0),
     "first_row": ("--first-row", 1.0),
     "start_depth": ("--start-depth-mm", 1e3),
 }
@@ -130,7 +133,10 @@ def option_words(options: Mapping[str, Any]) -> list[str]:
     for name, (flag, factor) in _FLAGS.items():
         value = options.get(name)
         if value is not None:
-            words += [flag, shlex.quote(f"{factor * value:g}" if isinstance(value, int | float) else os.fspath(value))]
+            words += [
+                flag,
+                shlex.quote(f"{factor * value:.12g}" if isinstance(value, int | float) else os.fspath(value)),
+            ]
     return words
 
 

@@ -15,7 +15,8 @@ from ..files import MAX_DEFINITION_BYTES, atomic_write, decode_toml, read_bytes
 IN_FOLDER = "needleforce.toml"
 _SHIPPED = Path(__file__).with_name("mappings")
 _FACTORS = {"speed_mm_s": ("speed", 1e-3), "step_um": ("step", 1e-6), "start_depth_mm": ("start_depth", 1e-3),
-            "rate_hz": ("rate", 1.0)}  # fmt: skip
+            "rate_hz": ("rate", 1.0), "stroke_mm": ("stroke", 1e-3), "hold_s": ("hold", 1.0),
+            "motion_shift_s": ("motion_shift", 1.0)}  # fmt: skip
 _PLAIN = ("part", "motion_part", "inwards", "filter_length", "first_row")
 
 
@@ -33,6 +34,9 @@ class MappingFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True
     rate_hz: float | None = None
     speed_mm_s: float | None = None
     step_um: float | None = None
+    stroke_mm: float | None = None
+    hold_s: float | None = None
+    motion_shift_s: float | None = None
     start_depth_mm: float | None = None
 
     def options(self) -> dict[str, Any]:

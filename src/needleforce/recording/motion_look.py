@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from .assumed_motion import AssumedMotion
 from .columns import Column, of_main
-from .motion_source import MotionSource, start_offset
+from .motion_source import MotionSource
 from .parts import MAIN, Part, column_table
 from .stream import read_stream
 
@@ -106,7 +106,8 @@ def motion_look(path: Path, main: Part | None, options: Mapping[str, Any]) -> Mo
     file, name = options.get("motion"), options.get("motion_part")
     if file is None and name is None:
         return None
-    source = MotionSource(path=Path(file) if file else path, part=name, same_file=file is None)
+    shift = options.get("motion_shift")
+    source = MotionSource(path=Path(file) if file else path, part=name, same_file=file is None, shift=shift)
     try:
         part = source.chosen(options.get("columns"))
     except InputError:  # it is the problem of the recording
@@ -121,8 +122,8 @@ def motion_look(path: Path, main: Part | None, options: Mapping[str, Any]) -> Mo
 
 def _clocks(source: MotionSource, part: Part, main: Part | None, options: Mapping[str, Any]) -> list[tuple[str, str]]:
     force, motion = _force_time(main, options), _motion_time(source, options)
-    if motion is not None and main is not None and source.same_file:
-        motion = motion + start_offset(main.table, part.table)
+    if motion is not None and main is not None:
+        motion = motion + source.start_offset(main.table, part.table)
     named = (("clock of the force", force), ("clock of the motion", motion))
     rows = [(name, _described(time)) for name, time in named if time is not None]
     if force is None or motion is None:

@@ -24,11 +24,12 @@ _STARTED = "wf_start_time"  # when the first value of a waveform was taken
 @dataclass(frozen=True, kw_only=True)
 class MotionSource:
     """Where the motion is: the file, and the name or number of its table, None for a file with one; ``same_file`` if
-    the force is in it, too."""
+    the force is in it, too; ``shift`` [s] is added to its times, None if it is not given."""
 
     path: Path
     part: str | int | None = None
     same_file: bool = False
+    shift: float | None = None
 
     def chosen(self, columns: Mapping[str, Any] | None) -> Part:
         """The table of the motion. Raises InputError if it is absent, or needed and not given."""
@@ -41,12 +42,18 @@ class MotionSource:
             stream = read_stream(part.table, _WANTED, part.columns, of_motion(units), default_units=of_main(units))
         except InputError as error:
             raise _of_motion_options(error, part.name) from None
+        stream.values["time"] = stream.values["time"] + (self.shift or 0.0)
         return stream, part
 
     def described(self, stream: Stream, part: Part) -> str:
         """How a sentence calls it."""
         table = f"the table {part.name!r} of " if part.name else ""
         return f"{table}{'the file' if self.same_file else f'{stream.place} (SHA-256 {stream.sha256})'}"
+
+    def start_offset(self, main: Any, motion: Any) -> float:
+        """By how much later the first value of the motion was taken than that of the force [s]; 0 unless both tables
+        are in one file and state when, and no shift is given."""
+        return _start_offset(main, motion) if self.same_file and self.shift is None else 0.0
 
 
 def motion_parts(path: Path, columns: Mapping[str, Any] | None) -> list[Part]:
@@ -72,9 +79,7 @@ def motion_advice(error: InputError, path: Path, used: Part, columns: Mapping[st
     return InputError(error.quantity, error.value, limit, error.place, step)
 
 
-def start_offset(main: Any, motion: Any) -> float:
-    """By how much later the first value of the motion was taken than that of the force [s]; 0 unless both tables state
-    when."""
+def _start_offset(main: Any, motion: Any) -> float:
     starts = [_started(table) for table in (main, motion)]
     return (starts[1] - starts[0]).total_seconds() if None not in starts else 0.0
 

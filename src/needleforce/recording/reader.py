@@ -41,10 +41,13 @@ def read(
     baseline: bool = True,
     motion: str | os.PathLike | None = None,
     motion_part: str | int | None = None,
+    motion_shift: float | None = None,
     start_depth: float | None = None,
     rate: float | None = None,
     speed: float | None = None,
     step: float | None = None,
+    stroke: float | None = None,
+    hold: float | None = None,
     first_row: int | None = None,
     test: str = "insertion",
     mapping: str | os.PathLike | None = None,
@@ -84,12 +87,18 @@ def read(
     motion_part : str or int, optional
         The table with depth or velocity, by its name or number, of a motion file with several; without ``motion`` a
         table of the same file, such as a group or sheet with another rate.
+    motion_shift : float, optional
+        Added to the times of the motion [s], if its clock has another zero. Of a motion stated by ``speed``: the time
+        at which the needle starts to move, by default the first sample.
     start_depth : float, optional
         Depth [m] at the first sample of a velocity, from which it is integrated; by default ``start_depth_m`` in the
         file's card.
     rate, speed, step : float, optional
         Of a file without time or depth: samples per second [Hz], constant speed [m/s], travel between two samples [m].
         A rate that the file states is used without, as an assumption.
+    stroke, hold : float, optional
+        With ``speed``: the depth [m] at which the needle stops, and the time [s] after which it is drawn out at the
+        same speed. Without ``hold`` it remains there.
     first_row : int, optional
         Row, or line of a text, at which the numbers begin, where rows above it are no samples.
     test : {"insertion", "indentation"}
@@ -113,7 +122,8 @@ def read(
     """
     options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
     options |= {"start_depth": start_depth, "part": part, "rate": rate, "speed": speed, "step": step}
-    options |= {"first_row": first_row, "motion_part": motion_part}
+    options |= {"first_row": first_row, "motion_part": motion_part, "motion_shift": motion_shift}
+    options |= {"stroke": stroke, "hold": hold}
     options |= {"mapping": mapping, "baseline": baseline, "motion": motion, "test": test}
     return _look(path, options) if dry_run else read_with_cycles(path, **options)[0]
 
@@ -140,7 +150,7 @@ def read_with_cycles(
 ) -> tuple[Recording, tuple[CycleSpan, ...]]:
     """As ``read``, with the cycles of the recording, or of the one that a cycle was taken from."""
     known = ("columns", "units", "inwards", "filter_length", "start_depth", "part", "rate", "speed", "step",
-             "first_row", "motion_part")  # fmt: skip
+             "stroke", "hold", "first_row", "motion_part", "motion_shift")  # fmt: skip
     options, sentence = with_mapping(Path(path), mapping, dict.fromkeys(known) | options)
     _check(options["inwards"], options["filter_length"], test)
     counted = test == "indentation"
@@ -185,11 +195,11 @@ def _read_whole(
     path: Path, parts: Sequence[Part], part: str | int | None, options: Mapping[str, Any], counted: bool
 ) -> tuple[Recording, tuple[CycleSpan, ...]]:
     """The recording with its cycles: those that a column counts, or those in the motion."""
-    names = ("rate", "speed", "step")
-    assumed = AssumedMotion(**{name: options[name] for name in names}, counted=counted)
+    names = ("rate", "speed", "step", "stroke", "hold")
+    assumed = AssumedMotion(**{name: options[name] for name in names}, start=options["motion_shift"], counted=counted)
     others = {name: value for name, value in options.items() if name not in (*names, "first_row")}
     if not parts:
-        recording = _read_log(path, part, others)
+        recording = _read_log(path, part, others | {"assumed": assumed})
         return recording, cycle_spans(recording)
     chosen, first_row = chosen_part(parts, part, path), options["first_row"]
     recording, rows = _read_part(path, chosen, first_row, others, assumed)
@@ -242,7 +252,7 @@ def read_columns(
     """A recording from columns in memory; the options are those of ``read``."""
     _check(inwards, filter_length, "insertion")
     options = {"columns": header_texts(columns), "units": units, "inwards": inwards, "filter_length": filter_length}
-    options |= {"motion": None, "motion_part": None, "start_depth": None}
+    options |= {"motion": None, "motion_part": None, "motion_shift": None, "start_depth": None}
     return recording_from_table(source, **options, baseline=baseline)[0]
 
 

@@ -207,7 +207,7 @@ def _supply(values: dict[str, np.ndarray], count: int, assumed: AssumedMotion) -
         sentences.append(sentence)
     if "force" in values and not values.keys() & set(_MOTION) and assumed.gives_depth(True):
         values["depth"], sentence = assumed.depth(values["time"])
-        sentences += [sentence, *_withdrawal(values["force"])]
+        sentences += [sentence, *([] if assumed.hold is not None else _withdrawal(values["force"]))]
     return sentences
 
 
@@ -218,7 +218,8 @@ def _withdrawal(force: np.ndarray) -> list[str]:
     if min(changes) <= max(_NOISE * noise, _BOTH_SIGNS * max(changes)):
         return []
     return ["the force has both signs, as if the needle was drawn out again: then this depth is wrong, and a file with "
-            "the motion is needed (--motion); its corners, with their times, are enough"]  # fmt: skip
+            "the motion is needed (--motion; its corners, with their times, are enough), or --stroke-mm and "
+            "--hold-s"]  # fmt: skip
 
 
 def _leave_out_torques(chosen: dict[str, Column], units: Mapping[str, str]) -> list[Note]:
@@ -283,7 +284,8 @@ def _instead(absent: Sequence[str], whole: bool, columns: int, stated: Stated) -
     if "time" in absent and whole:
         ways.append("the time by --rate-hz" + ("" if "depth" in absent else " or --speed-mm-s"))
     if "depth" in absent and whole:
-        ways.append("the depth by --step-um or --speed-mm-s of a constant motion")
+        ways.append("the depth by --step-um or --speed-mm-s of a constant motion, with --stroke-mm and --hold-s if it "
+                    "stops or returns")  # fmt: skip
         ways.append("give a motion file with --motion FILE")
     if "force" in absent and columns > _MANY_COLUMNS:
         ways.append("the force of a recording in each column with --column 'force=*'")

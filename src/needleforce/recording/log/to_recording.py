@@ -12,9 +12,10 @@ from ...errors import InputError
 from ...files import digest, file_name
 from ...units import parse
 from ..alignment import align
+from ..assumed_motion import AssumedMotion
 from ..card import check_filter_length
 from ..force_signal import glitch_notes, remove_bias
-from ..joining import INWARDS, derivative, join, overlap, put_signs, signed
+from ..joining import INWARDS, derivative, differentiate, join, overlap, put_signs, signed
 from ..motion_source import MotionSource
 from ..quantities import AXES as RECORDING_AXES
 from ..quantities import check_known, dimension
@@ -167,7 +168,9 @@ def read_recording(
     baseline: bool,
     motion: str | os.PathLike | None,
     motion_part: str | int | None,
+    motion_shift: float | None,
     start_depth: float | None,
+    assumed: AssumedMotion,
 ) -> Recording:
     """Read a recording from an MCAP file or the folder of a ROS 2 bag; the checked options are those of ``nf.read``.
 
@@ -184,9 +187,13 @@ def read_recording(
     stream = Stream(place=place, sha256=sha256, values={}, assumptions=[], notes=list(log.notes))
     axis_time = _put_wrenches(stream, log, columns, units, baseline)
     direction = INWARDS[inwards or "increasing"]
+    unused = assumed.without_motion(motion is not None).unused(True, bool(len(log.axis)))
+    stream.notes += [Note("unused", unused)] if unused else []
     if motion is not None:
-        source = MotionSource(path=Path(motion), part=motion_part)
+        source = MotionSource(path=Path(motion), part=motion_part, shift=motion_shift)
         join(stream, source, start_depth=start_depth, columns=columns, units=units, inwards=direction)
+    elif not len(log.axis) and assumed.gives_depth(True):
+        _state_motion(stream, assumed)
     else:
         _put_motion(stream, log.axis, axis_time, units, direction)
     if log.wrench.topic != WRENCH_TOPIC:
@@ -245,12 +252,22 @@ def _usable(time: np.ndarray, messages: Messages, what: str, stream: Stream) -> 
     return kept
 
 
+def _state_motion(stream: Stream, assumed: AssumedMotion) -> None:
+    """Set the depth and velocity that the user states."""
+    stream.values["depth"], sentence = assumed.depth(stream.values["time"])
+    stream.assumptions.append(sentence)
+    differentiate(stream)
+
+
 def _put_motion(stream: Stream, axis: Messages, time: np.ndarray, units: Mapping[str, str], inwards: float) -> None:
     """Set depth and velocity of the axis, positive inwards, on the force's clock."""
 
     if not len(axis):
         limit = "the file contains no JointState or PoseStamped"
-        advice = "Give a table of time and depth or velocity, with the same time zero, with --motion FILE."
+        advice = (
+            "Give a table of time and depth or velocity with --motion FILE, or --speed-mm-s of a constant motion, with "
+            "--stroke-mm and --hold-s if it stops or returns."
+        )
         raise InputError("the depth", "missing", limit, stream.place, advice)
     kept = _usable(time, axis, "states of the axis", stream)
     to_si = parse(units.get("depth", "m"), "length", "depth").to_si
