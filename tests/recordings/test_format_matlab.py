@@ -59,6 +59,18 @@ def test_a_matrix_of_rows_and_a_matrix_next_to_its_time(tmp_path):
     assert table.headers == ["t", "data(:,1)", "data(:,2)"] and (table.read_column(2) == FORCE).all()
 
 
+def test_signals_with_labels_belong_to_the_time_next_to_them(tmp_path):
+    """Simulink's structure with time; without labels the signals have numbers."""
+    signals = np.zeros((1, 3), [(name, object) for name in ("values", "dimensions", "label")])
+    for k, (values, label) in enumerate([(FORCE, "Fz [N]"), (2 * FORCE, "x [m]"), (np.stack([FORCE, TIME], 1), "")]):
+        signals[0, k] = (values.reshape(len(TIME), -1), 1.0, label)
+    savemat(tmp_path / "x.mat", {"out": {"time": TIME[:, None], "signals": signals, "blockName": "rig/Scope"}})
+    (table,) = tables_of(tmp_path / "x.mat")
+    assert table.headers == ["time", "Fz [N]", "x [m]", "signals(3)(:,1)", "signals(3)(:,2)"]
+    for index, values in enumerate([TIME, FORCE, 2 * FORCE, FORCE, TIME]):
+        np.testing.assert_array_equal(table.read_column(index), values)
+
+
 @pytest.mark.parametrize("kind", ["f8", "f4", "i4", "i2", "u2", "u1", ">f8"])
 def test_version_4(tmp_path, kind):
     values = np.arange(50, dtype=kind)

@@ -128,3 +128,9 @@ def test_a_line_with_other_names_is_no_sample_and_states_a_speed(file):
     with pytest.raises(nf.InputError, match=r"--speed-mm-s 2 if the needle moved at 'Stage speed: 2\.00 mm/s'"):
         nf.read(path)
     check(nf.read(path, speed=2e-3))
+
+
+def test_a_sign_of_thousands_in_some_lines_is_refused(file):
+    path = file("".join(f"t={t:.2f} F={1e4 * f:,.0f} z={x:.2f}\n" for t, f, x in ROWS))
+    with pytest.raises(nf.InputError, match=r"line 351: .*F=1,000.*one may be a sign of thousands"):
+        nf.read(path, columns={"depth": "z"})

@@ -183,3 +183,16 @@ def test_what_is_stated_of_something_else_is_not_used(line):
 
     found = stated_by(Table())
     assert found.rate is None and found.speed is None and found.units == {}
+
+
+def test_counts_per_unit_above_the_table(file):
+    """As a network box of a force sensor logs: counts, and how many are one newton."""
+    above = '"RDT Sample Rate: 100"\n"Force Units: N","Counts per Unit Force: 1000000.0"\n'
+    above += '"Torque Units: Nm","Counts per Unit Torque: 1000000.0"\n'
+    table = '"Fx","Fy","Fz","Position (mm)"\n'
+    table += "".join(f'"0","0","{round(1e6 * f)}","{z:.6f}"\n' for z, f in zip(DEPTH_MM, FORCE_N, strict=True))
+    run = nf.read(file(above + table))
+    np.testing.assert_allclose(run.force, FORCE_N, atol=1e-6)
+    assert any(
+        "1e-06N, as the file states" in each and "Counts per Unit Force" in each for each in run.card.assumptions
+    )

@@ -288,3 +288,46 @@ def test_results_and_headings_between_tables_are_no_samples(file):
     for run in found:
         np.testing.assert_array_equal(run.time, TIME)
         np.testing.assert_allclose(run.force, FORCE, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("sign", "group"), [(".", ","), (",", "."), (".", "'"), (".", "\u2019"), (",", "\u00a0"), (",", "\u202f")]
+)
+def test_signs_of_thousands_that_begin_late(file, sign, group):
+    """More rows than the first ones are below 1000, and one column has no decimal sign."""
+
+    def cell(value, digits):
+        return f"{value:,.{digits}f}".translate({ord(","): group, ord("."): sign})
+
+    time = np.arange(0.0, 12.0, 0.01)
+    depth, force = np.round(2e3 * time), 0.7 * np.clip(2e3 * time - 2e3, 0.0, None)
+    rows = [f"{cell(t, 2)};{cell(z, 0)};{cell(f, 3)}" for t, z, f in zip(time, depth, force)]
+    run = read(file("Zeit (s);Weg (µm);Kraft (mN)\n" + "\n".join(rows) + "\n"))
+    np.testing.assert_allclose(run.depth, 1e-6 * depth, atol=1e-12)
+    np.testing.assert_allclose(run.force, 1e-3 * force, atol=1e-6)
+
+
+def test_columns_with_different_decimal_signs(file):
+    rows = [f"{t:.2f}".replace(".", ",") + f";{1e3 * z:.4f};{f:.5f}" for t, z, f in zip(TIME, DEPTH, FORCE)]
+    run = read(file("Time (s);Depth (mm);Force (N)\n" + "\n".join(rows) + "\n"))
+    np.testing.assert_allclose(run.time, TIME, atol=1e-9)
+    np.testing.assert_allclose(run.depth, DEPTH, atol=1e-7)
+    np.testing.assert_allclose(run.force, FORCE, atol=1e-5)
+
+
+def test_a_column_with_two_decimal_signs_names_the_line(file):
+    rows = [f"{t:.2f};{1e3 * z:.4f};{f:.5f}".replace(".", ",") for t, z, f in zip(TIME, DEPTH, FORCE)]
+    rows[300] = rows[300][::-1].replace(",", ".", 1)[::-1]
+    with pytest.raises(InputError, match=r"line 302: force .*decimal sign of the other rows"):
+        read(file("Time (s);Depth (mm);Force (N)\n" + "\n".join(rows) + "\n"))
+
+
+def test_exponents_of_fortran(file):
+    rows = [" ".join(f"{value:.9E}".replace("E", "D") for value in row) for row in zip(TIME, DEPTH, FORCE)]
+    run = read(file("time_s depth_m force_N\n" + "\n".join(rows) + "\n"))
+    np.testing.assert_allclose(run.force, FORCE, rtol=1e-8, atol=1e-12)
+
+
+def test_raw_volts_next_to_the_data_are_no_recording(file):
+    volts = text(COLUMNS | {"Extension (V)": DEPTH, "Load (V)": FORCE})
+    np.testing.assert_allclose(read(file(volts)).force, FORCE, rtol=1e-14)

@@ -79,8 +79,19 @@ def choose(
             quantity = recognise(header)
             if quantity in wanted and quantity not in taken and index not in used:
                 found.setdefault(quantity, []).append(index)
-        taken |= found
+        taken |= {q: with_fitting_unit(table, q, indices) for q, indices in found.items()}
     return {quantity: _single(table, quantity, found) for quantity, found in taken.items()}
+
+
+def with_fitting_unit(table: HasColumns, quantity: str, found: Sequence[int]) -> list[int]:
+    """Of several columns with the name of a quantity those without the unit of another one, such as ``Load (V)`` next
+    to ``Load (mN)``; all if none has a unit of the quantity."""
+    from ..units import find
+
+    units = [stated_unit(table, index) for index in found]
+    fitting = [not unit or bool(find(unit, dimension(quantity))) for unit in units]
+    sure = any(fits and unit for fits, unit in zip(fitting, units))
+    return [index for index, fits in zip(found, fitting) if fits or not sure]
 
 
 def of_main(options: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from .columns import Column, by_unit, choose, of_main, stated_unit
+from .columns import Column, by_unit, choose, of_main, stated_unit, with_fitting_unit
 from .formats.detect import tables_of
 from .quantities import MAIN, RECOGNISED, by_name, by_numbered_name, plain_name, row_name, split
 from .stated import stated_by
@@ -206,6 +206,7 @@ def _repeated(table: Any, recognise: Any, given: Mapping[str, str]) -> list[Part
         quantity = recognise(header)
         if quantity in MAIN and quantity not in given:
             columns.setdefault(quantity, []).append(index)
+    columns = {q: with_fitting_unit(table, q, found) for q, found in columns.items()}
     many = {q: found for q, found in columns.items() if len(found) > 1}
     counts = {len(found) for found in many.values()}
     if "force" not in many or len(many) < 2 or len(counts) != 1:

@@ -40,7 +40,7 @@ _STEPS = frozenset(
     "intervalodemuestreo periododemuestreo intervallodicampionamento periododicampionamento".split()
 )
 # words that do not make another rate of it
-_HARMLESS = frozenset("daq adc test recording measured actual of the in".split())
+_HARMLESS = frozenset("daq adc rdt test recording measured actual of the in".split())
 _SURE_STEPS = frozenset("dt deltat ts tsample timestep wfincrement zeitschritt pasdetemps".split())  # without a unit
 _SAMPLING = re.compile(r"sampl|abtast|acquisition|echantillonn|muestreo|campionament")
 _SPEED = re.compile(r"speed|velocity|geschwindigkeit|vitesse|velocidad|velocita|^rate$|feedrate|vorschub")
@@ -50,6 +50,9 @@ _OF_TEST = frozenset(
     "ramp compression traverse traversen pruf prufung nadel einstich de la le du d essai deplacement ensayo aguja "
     "della di prova ago".split()
 )
+# quoted statements in one line: "Force Units: N","Counts per Unit Force: 1000000.0"
+_BETWEEN = re.compile(r'(?<=[^\s"])"\s*[,;\t]\s*"(?=[^",;]+[:=])')
+_COUNTS = re.compile(r"counts_?(per|/)?_?(unit)?_?(of)?_?(?P<name>[a-z]+)")
 _UNIT = re.compile(r"(units?|einheit(en)?|unites?|unidad(es)?|unita)$")
 
 
@@ -94,11 +97,16 @@ def stated_by(table: Any) -> Stated:
     levels.append(_once(text for _, text in getattr(table, "comments", ())))
     decimal = getattr(table, "decimal", ".")
     rate, speed, units = None, None, {}
-    for lines in levels:
+    for lines in (_single_statements(level) for level in levels):
         rate = rate or _agreeing(filter(None, (_rate(line, decimal) for line in lines)))
         speed = speed or _agreeing(filter(None, (_speed(line, decimal) for line in lines)))
         units = _units(lines) | units
     return Stated(rate=rate, speed=speed, units=units)
+
+
+def _single_statements(lines: Iterable[str]) -> list[str]:
+    """The lines, those with several quoted statements as one for each."""
+    return [each for line in lines for each in _BETWEEN.split(line)]
 
 
 def stating_lines(lines: Iterable[str]) -> tuple[str, ...]:
@@ -235,7 +243,17 @@ def _units(lines: Iterable[str]) -> dict[str, tuple[str, str]]:
         for quantity, symbol in _unit_entries(line):
             found.setdefault(quantity, set()).add(symbol)
             texts.setdefault(quantity, " ".join(line.strip(_EDGES).split())[:_SHOWN_CHARS])
-    return {quantity: (symbols.pop(), texts[quantity]) for quantity, symbols in found.items() if len(symbols) == 1}
+    return {q: _counted(q, symbols.pop(), texts[q], lines) for q, symbols in found.items() if len(symbols) == 1}
+
+
+def _counted(quantity: str, symbol: str, text: str, lines: Iterable[str]) -> tuple[str, str]:
+    """The unit and its text, of a count where a line has ``Counts per Unit Force: 1e6``."""
+    for line in lines:
+        entry = _entry(line, ".")
+        name = _COUNTS.fullmatch("_".join(entry.words)) if entry and not entry.unit else None
+        if name and _names(name["name"], NAMED_BY_WORD[quantity].split()):
+            return f"{1.0 / entry.number:.12g}{symbol}", f"{text}, {entry.text}"
+    return symbol, text
 
 
 def _unit_entries(line: str) -> Iterator[tuple[str, str]]:

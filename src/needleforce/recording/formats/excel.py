@@ -5,7 +5,7 @@ import hashlib
 import re
 import zipfile
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import date, datetime, time, timedelta
 from importlib.util import find_spec
@@ -22,7 +22,8 @@ from ..recording import Note
 from ..stated import stating_lines
 from .arrays import MAX_COLUMNS, check_count
 from .clock_times import seconds_of
-from .rows import Block, blocks, is_missing, is_number, plain_number
+from .number_texts import NoNumber, UnclearSign, numbers_of
+from .rows import Block, blocks, is_missing, is_number
 from .worker import tables_by_worker
 
 _STATING_ROWS = 256  # above a table, that may state a rate, a speed or a unit
@@ -175,19 +176,14 @@ def _text(cell: Any) -> str:
 def _kind(cell: Any) -> str:
     """``n`` for a number or a time, ``e`` for no value, ``t`` for text, of which truth values are."""
     if isinstance(cell, str):
-        return "e" if is_missing(cell.strip()) else "n" if is_number(cell.strip(), _decimal(cell)) else "t"
+        return "e" if is_missing(cell.strip()) else "n" if is_number(cell.strip()) else "t"
     return "t" if isinstance(cell, bool) else "n"
-
-
-def _decimal(cell: str) -> str:
-    """The decimal sign of a number that a sheet holds as text."""
-    return "," if "," in cell and "." not in cell else "."
 
 
 def _tables_of_sheet(path: Path, sheet: str, rows: list[list], sha256: str) -> list[FileTable]:
     shapes = ["".join(map(_kind, row)) for row in rows]
     shapes = ["" if not shape.strip("e") else shape for shape in shapes]
-    found = [_without_empty_columns(block, shapes) for block in blocks(_Texts(rows), shapes=shapes)]
+    found = [_without_empty_columns(block, shapes) for block in blocks(_Texts(rows), shapes)]
     check_count("columns", max((block.width for block in found), default=0), MAX_COLUMNS, path)
     names = [sheet] if len(found) == 1 else [f"{sheet}: table {k}" for k in range(1, len(found) + 1)]
     return [_table(path, name, rows, block, sha256) for name, block in zip(names, found)]
@@ -209,8 +205,7 @@ def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -
         cells = [row[index] if index < len(row) else "" for row in rows[start : block.stop]]
         if any(isinstance(cell, date | time | timedelta) for cell in cells):
             return _seconds(cells, f"{path}, {name}")
-        values = np.array([_number(cell, headers[index], index, row, f"{path}, {name}")
-                           for row, cell in enumerate(cells, start + 1)])  # fmt: skip
+        values = _numbers(cells, headers[index], lambda k: f"{path}, {name}, cell {_letters(index)}{start + k + 1}")
         if np.isnan(values).all():
             limit = "its cells are empty, or hold formulas whose values were not stored"
             raise InputError(f"column {headers[index]!r}", "without values", limit, f"{path}, {name}", _SAVE)
@@ -244,17 +239,29 @@ def _seconds(cells: list, place: str) -> np.ndarray:
     return seconds_of(np.array([None if each is None else each.isoformat() for each in known], object), place)
 
 
-def _number(cell: Any, header: str, column: int, row: int, place: str) -> float:
-    """A cell as a number, NaN for none. Raises InputError for a text."""
-    if not isinstance(cell, str | bool):
-        return float(cell)
-    text = str(cell).strip()
-    if is_missing(text):
-        return np.nan
-    if isinstance(cell, str) and is_number(text, _decimal(text)) and ":" not in text:
-        return float(plain_number(text, _decimal(text)))
+def _numbers(cells: Sequence[Any], header: str, place: Callable[[int], str]) -> np.ndarray:
+    """Cells as numbers, NaN for none; numbers as texts have the decimal sign that all of them show. Raises InputError
+    for a text, at the place of its cell."""
+    texts = {k: str(cell).strip() for k, cell in enumerate(cells) if isinstance(cell, str | bool)}
+    values = np.array([np.nan if k in texts else float(cell) for k, cell in enumerate(cells)])
+    for k, text in texts.items():
+        if not is_missing(text) and (":" in text or not is_number(text)):
+            raise _no_number(header, text, place(k))
+    try:
+        values[list(texts)] = numbers_of({0: list(texts.values())}, ".")[0]
+    except NoNumber as fault:
+        row = list(texts)[fault.row]
+        raise _no_number(header, texts[row], place(row)) from None
+    except UnclearSign:
+        limit = "numbers such as 1,000 are in it, which may be one or one thousand"
+        step = "Save its cells as numbers, not as texts."
+        raise InputError(f"column {header!r}", "ambiguous", limit, place(next(iter(texts))), step) from None
+    return values
+
+
+def _no_number(header: str, text: str, place: str) -> InputError:
     limit, step = "a number is needed", "Correct or empty the cell."
-    raise InputError(f"column {header!r}", repr(text[:40]), limit, f"{place}, cell {_letters(column)}{row}", step)
+    return InputError(f"column {header!r}", repr(text[:40]), limit, place, step)
 
 
 def _letters(column: int) -> str:

@@ -80,11 +80,16 @@ def _pairs(line: str) -> Iterator[tuple[str, str, str]]:
         names.add(pair["name"])
         found.append((pair["name"].strip(" \"'"), pair["number"], pair["unit"] or ""))
         at = pair.end()
-    if any("." in number for _, number, _ in found) and any("," in number for _, number, _ in found):
+    if _has_both_signs(found):
         return  # one of them is a sign of thousands
     found = [(name, number.replace(",", "."), unit) for name, number, unit in found]
     if not line[at:].strip(" \t\r\n,;|{}[]()\"'<>#$*"):
         yield from found
+
+
+def _has_both_signs(pairs: Sequence[tuple[str, str, str]]) -> bool:
+    """Whether numbers of one line have points, and others commas."""
+    return all(any(sign in number for _, number, _ in pairs) for sign in ".,")
 
 
 @dataclass(kw_only=True)
@@ -112,6 +117,7 @@ class _Rows:
         """Add a line."""
         pairs = list(_pairs(line))
         if not self._names & {name for name, _, _ in pairs}:
+            self._check_signs(line, number)
             self._other(line, number)
             return
         for name, text, unit in pairs:
@@ -138,6 +144,15 @@ class _Rows:
         limit = f"it was {column.unit!r} before" if column.unit else "there was none before"
         place = f"{self._path}, line {number}"
         raise InputError(f"unit of {name}", repr(unit), limit, place, "Correct or remove the line.")
+
+    def _check_signs(self, line: str, number: int) -> None:
+        """Raise InputError for a line of these names whose numbers have a decimal sign and one of thousands."""
+        pairs = [(pair["name"].strip(" \"'"), pair["number"], "") for pair in _PAIR.finditer(line)]
+        if self._names <= {name for name, _, _ in pairs} and _has_both_signs(pairs):
+            text = printable(line.strip()[:_LEFT_OUT])
+            limit = "its numbers have points and commas, of which one may be a sign of thousands"
+            step = "Save the values without signs of thousands."
+            raise InputError("line", repr(text), limit, f"{self._path}, line {number}", step)
 
     def _other(self, line: str, number: int) -> None:
         self._n_others += bool(line.strip())

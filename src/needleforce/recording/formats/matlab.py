@@ -70,6 +70,8 @@ def _add_level(found: FileArrays, level: str, variables: dict[str, Any], outer: 
             _leave_out(found, label, value)
         elif facts := _facts(value):
             comments += [(f"{name}.{field}", each) for field, each in facts]
+        elif signals := _signals(name, value):
+            arrays += signals
         elif value.dtype.names:
             inner.append((label, value))
         elif value.dtype.kind in "USiuf" and value.size == 1:
@@ -84,6 +86,25 @@ def _add_level(found: FileArrays, level: str, variables: dict[str, Any], outer: 
         for number, each in enumerate(structs.flatten("F"), 1):  # in MATLAB's order
             one = label if structs.size == 1 else f"{label}({number})"
             _add_level(found, one, {field: each[field] for field in structs.dtype.names}, comments, depth + 1)
+
+
+def _signals(name: str, value: np.ndarray) -> list[Array]:
+    """The signals of Simulink's "structure with time": an array of structs with ``values`` and ``label``, whose time is
+    next to it. None of other structs."""
+    if not value.dtype.names or not {"values", "label"} <= set(value.dtype.names):
+        return []
+    arrays = []
+    for number, each in enumerate(value.flatten("F"), 1):
+        values, label = each["values"], each["label"]
+        if (
+            not isinstance(values, np.ndarray)
+            or values.dtype.kind not in "iuf"
+            or not (sides := orientation(values.shape))
+        ):
+            return []
+        named = isinstance(label, np.ndarray) and label.dtype.kind == "U" and label.size == 1 and str(label.flat[0])
+        arrays.append(_array(named or (name if value.size == 1 else f"{name}({number})"), values, sides, ""))
+    return arrays
 
 
 def _facts(value: np.ndarray) -> list[tuple[str, Any]]:

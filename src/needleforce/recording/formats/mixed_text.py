@@ -14,8 +14,8 @@ from ...errors import InputError
 from ...files import digest, open_regular
 from ..columns import Column
 from .clock_times import seconds_of
+from .number_texts import NoNumber, UnclearSign, may_be_grouped, numbers_of
 from .plain_numbers import NO_VALUE
-from .rows import is_missing
 from .text_lines import WHITESPACE, TextRows, ambiguous_sign, check_samples, search_fault
 
 _CHUNK_ROWS, _CHUNK_CELLS = 500_000, 8_000_000  # the fewer rows of the two
@@ -33,14 +33,35 @@ def mixed_columns(table: TextRows, columns: Mapping[str, Column]) -> tuple[dict[
         raise
     except (ValueError, OverflowError, IndexError) as error:  # pandas' IndexError: no row is left without comments
         search_fault(table, columns)
-        why = "it has no rows of numbers" if isinstance(error, IndexError) else str(error)
-        step = "Look at the table in an editor, or export it again."
-        raise InputError("table", "not readable", why, str(table.path), step) from error
-    for quantity, column in columns.items():
-        if not table.grouped and _may_be_grouped(values[quantity]) and _is_grouped(table, column.index):
-            raise ambiguous_sign(column, table.decimal, table.path)
+        values = _from_texts(table, columns, error)
+    else:
+        for quantity, column in columns.items():
+            if _may_be_grouped(values[quantity]) and may_be_grouped(table.texts(column.index)):
+                raise ambiguous_sign(column, table.decimal, table.path)
     rows = len(next(iter(values.values())))
     return values, digest(table.path), _delimiters(table) == rows * (len(table.headers) - 1)
+
+
+def _from_texts(table: TextRows, columns: Mapping[str, Column], error: Exception) -> dict[str, np.ndarray]:
+    """The values of a table whose cells are numbers, but not as pandas reads them: with signs of thousands, exponents
+    of Fortran, or decimal signs that differ between columns. Raises InputError."""
+    used = {column.index: column for column in columns.values()}
+    step = "Look at the table in an editor, or export it again."
+    try:
+        texts = _in_chunks(table, columns, as_text=True)
+        found = numbers_of({c.index: texts[q] for q, c in columns.items() if c.index not in table.clock_columns},
+                           table.decimal)  # fmt: skip
+    except UnclearSign as unclear:
+        raise ambiguous_sign(used[unclear.index], table.decimal, table.path) from None
+    except NoNumber as fault:
+        column, text = used[fault.index], texts[used[fault.index].quantity][fault.row]
+        limit = "a number with the decimal sign of the other rows is needed"
+        name, place = f"{column.quantity} (column {column.header!r})", table.place(fault.row)
+        raise InputError(name, repr(text[:40]), limit, place, "Correct or remove the line.") from None
+    except (ValueError, OverflowError, IndexError):
+        why = "it has no rows of numbers" if isinstance(error, IndexError) else str(error)
+        raise InputError("table", "not readable", why, str(table.path), step) from error
+    return {q: found.get(c.index, texts[q]) for q, c in columns.items()}
 
 
 def _may_be_grouped(values: np.ndarray) -> bool:
@@ -52,16 +73,10 @@ def _may_be_grouped(values: np.ndarray) -> bool:
     return bool(whole.any() and len(parts) and three and (found < 1e3).all())
 
 
-def _is_grouped(table: TextRows, index: int) -> bool:
-    """Whether every cell of a column is a whole number below 1000, or has a sign before three digits."""
-    either = re.compile(rf"[+-]?(?:\d{{1,3}}|[1-9]\d{{0,2}}\{table.decimal}\d{{3}})")
-    cells = (row[index] for _, row in table.data_lines() if index < len(row))
-    return all(is_missing(cell) or either.fullmatch(cell) for cell in cells)
-
-
-def _in_chunks(table: TextRows, columns: Mapping[str, Column]) -> dict[str, np.ndarray]:
+def _in_chunks(table: TextRows, columns: Mapping[str, Column], as_text: bool = False) -> dict[str, np.ndarray]:
+    """The values of the columns by pandas, or their texts; times of a clock in seconds."""
     used = sorted({column.index for column in columns.values()})
-    kinds = {k: str if k in table.clock_columns else np.float64 for k in used}
+    kinds = {k: str if as_text or k in table.clock_columns else np.float64 for k in used}
     options = {"dtype": kinds, "usecols": used, "chunksize": min(_CHUNK_ROWS, _CHUNK_CELLS // len(table.headers))}
     options |= {"comment": "#"} if _has_comments(table) else {}
     chunks, done = [], 0
@@ -72,7 +87,9 @@ def _in_chunks(table: TextRows, columns: Mapping[str, Column]) -> dict[str, np.n
             check_samples(done, table.path)
     found = {k: np.concatenate([chunk[k] for chunk in chunks]) for k in used}
     found |= {k: seconds_of(found[k], str(table.path)) for k in used if k in table.clock_columns}
-    return {q: found[column.index].astype(float) for q, column in columns.items()}
+    texts = {k for k in used if as_text and k not in table.clock_columns}
+    found |= {k: ["" if each is np.nan else each for each in found[k]] for k in texts}
+    return {q: found[c.index] if c.index in texts else found[c.index].astype(float) for q, c in columns.items()}
 
 
 def _has_comments(table: TextRows) -> bool:
@@ -95,7 +112,6 @@ def _read_options(table: TextRows) -> dict[str, Any]:
     return {
         "sep": table.delimiter,
         "decimal": table.decimal,
-        "thousands": ("." if table.decimal == "," else ",") if table.grouped else None,
         "compression": None,
         "encoding": "latin-1" if table.encoding.name == "latin-1" else "utf-8",
         "encoding_errors": "replace",

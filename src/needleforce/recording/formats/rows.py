@@ -13,6 +13,26 @@ Row = Sequence[str]
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
 CLOCK = re.compile(r"(\d{4}-\d\d?-\d\d?|\d\d?[./]\d\d?[./]\d{2,4})?[ T]?\d{1,3}:\d\d?(:\d\d?([.,]\d+)?|\.\d+)?"
                    r" ?([AaPp][Mm]|Z|[+-]\d\d:?\d\d)?")  # fmt: skip
+NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
+SIGNS = (".", ",")  # of decimals
+GROUP_SIGNS = "'\u2019\u00a0\u202f\u2009"  # of thousands, apart from comma and point: apostrophes and narrow blanks
+
+
+def _number_with(decimal: str) -> re.Pattern[str]:
+    other = "." if decimal == "," else ","
+    grouped = rf"[1-9]\d{{0,2}}([{other}{GROUP_SIGNS}])\d{{3}}(?:\1\d{{3}})*"
+    return re.compile(rf"[+-]?(?:(?:{grouped}|\d+)(?:\{decimal}\d*)?|\{decimal}\d+)(?:[eEdD][+-]?\d+)?")
+
+
+def _plain(decimal: str) -> dict[int, str | None]:
+    """What replaces the signs of a number: a decimal point, no signs of thousands, ``e`` before an exponent."""
+    removed = dict.fromkeys(map(ord, (*SIGNS, *GROUP_SIGNS)))
+    return removed | {ord(decimal): ".", ord("d"): "e", ord("D"): "e"}
+
+
+NUMBER_WITH = {sign: _number_with(sign) for sign in SIGNS}
+"""A number with this decimal sign, with signs of thousands or not."""
+_PLAIN = {sign: _plain(sign) for sign in SIGNS}
 MISSING = frozenset(("", "na", "n/a", "null", "none", "<na>", "-", "--", "---", "*", "#n/a", "#div/0!", "#value!",
                      "#num!", "#ref!", "#null!", "#name?"))  # fmt: skip
 MIN_ROWS = 20  # shorter runs of numbers are settings or results, if there is a longer one
@@ -39,19 +59,19 @@ class Block:
         return self.width - len(self.text_columns)
 
 
-def is_number(cell: str, decimal: str = ".") -> bool:
-    """Whether a cell is a number, with thousands in groups of three or not, or a time of a clock."""
-    if NUMBER.fullmatch(cell) or NUMBER.fullmatch(plain_number(cell, decimal)):
+def is_number(cell: str) -> bool:
+    """Whether a cell is a number with any decimal sign, with thousands in groups of three or not, or a time of a
+    clock."""
+    if NUMBER.fullmatch(cell) or any(form.fullmatch(cell) for form in NUMBER_WITH.values()):
         return True
     return ":" in cell and CLOCK.fullmatch(cell) is not None
 
 
-def plain_number(cell: str, decimal: str = ".") -> str:
-    """The number without signs of thousands and with a decimal point: ``1.234,5`` -> ``1234.5``."""
-    other = "." if decimal == "," else ","
-    if other in cell and re.fullmatch(rf"[+-]?\d{{1,3}}(\{other}\d{{3}})+(\{decimal}\d*)?", cell):
-        cell = cell.replace(other, "")
-    return cell.replace(",", ".") if decimal == "," else cell
+def number_of(cell: str, decimal: str) -> float:
+    """A number with this decimal sign, NaN for any other text."""
+    if NUMBER_WITH[decimal].fullmatch(cell):
+        return float(cell.translate(_PLAIN[decimal]))
+    return float(cell) if NOT_FINITE.fullmatch(cell) else float("nan")
 
 
 def is_missing(cell: str) -> bool:
@@ -59,19 +79,19 @@ def is_missing(cell: str) -> bool:
     return cell.casefold() in MISSING
 
 
-def kinds(row: Row, decimal: str) -> str:
+def kinds(row: Row) -> str:
     """A letter a cell: ``n`` number, ``e`` no value, ``t`` text."""
-    return "".join(["n" if is_number(c, decimal) else "e" if is_missing(c) else "t" for c in row])
+    return "".join(["n" if is_number(c) else "e" if is_missing(c) else "t" for c in row])
 
 
-def blocks(rows: Sequence[Row], decimal: str = ".", shapes: Sequence[str] | None = None) -> list[Block]:
+def blocks(rows: Sequence[Row], shapes: Sequence[str] | None = None) -> list[Block]:
     """The tables in ``rows``, in their order; ``shapes`` are the kinds of each row if they are known.
 
     Rows of which no cell is a number end a table. A table is the longest run of rows of equal kinds between two of
     these, with the rows around it: a damaged cell within a table is reported when it is read, and is no end. Of several
     tables those with at least 20 rows are given, or the longest alone.
     """
-    shapes = [kinds(row, decimal) for row in rows] if shapes is None else shapes
+    shapes = [kinds(row) for row in rows] if shapes is None else shapes
     found = [block for part in _between_texts(shapes) if (block := _block(rows, shapes, *part))]
     longest = max((_rows_of(shapes, each) for each in found), default=0)
     return [each for each in found if _rows_of(shapes, each) >= min(longest, MIN_ROWS)]
@@ -100,10 +120,10 @@ def _block(rows: Sequence[Row], shapes: Sequence[str], start: int, stop: int) ->
     above = next((k for k in range(first - 1, start - 1, -1) if shapes[k]), start)
     if headers:
         first = next(k for k in range(start, stop) if shapes[k])
-    elif above < first and _is_header(shapes[above], shape):
+    elif above < first and _is_header(shapes[above], shape) and not has_key(rows[above]):
         headers = list(rows[above])
     else:
-        first = _first_of_width(shapes, start, first)
+        first = _first_of_width(rows, shapes, start, first)
     while not shapes[stop - 1].strip("e"):
         stop -= 1
     text = frozenset(k for k, kind in enumerate(shape) if kind == "t")
@@ -111,11 +131,16 @@ def _block(rows: Sequence[Row], shapes: Sequence[str], start: int, stop: int) ->
                  title=title, width=len(shape), text_columns=text)  # fmt: skip
 
 
-def _first_of_width(shapes: Sequence[str], start: int, first: int) -> int:
+def has_key(row: Row) -> bool:
+    """Whether the first cell of a row names the others, as in ``UnitName=, N, mm``."""
+    return row[:1] != [] and row[0].endswith(("=", ":")) and not any(cell.endswith(("=", ":")) for cell in row[1:])
+
+
+def _first_of_width(rows: Sequence[Row], shapes: Sequence[str], start: int, first: int) -> int:
     """The first row of a table without headers: rows right above it with as many cells belong to it."""
     width = len(shapes[first])
     for k in range(first - 1, start - 1, -1):
-        if shapes[k] and (len(shapes[k]) != width or "n" not in shapes[k]):
+        if shapes[k] and (len(shapes[k]) != width or "n" not in shapes[k] or has_key(rows[k])):
             break
         first = k if shapes[k] else first
     return first
@@ -164,7 +189,7 @@ def _header(
     """Headers, units and what stands above them, of the rows of text right above row ``start``."""
     above = [k for k in range(max(0, start - 8), start) if shapes[k].strip("e")]
     above = above[len(above) - _trailing(above, shapes) :]
-    fitting = [k for k in above if _fits(rows[k], width)]
+    fitting = [k for k in above if _fits(rows[k], width) and not has_key(rows[k])]
     if not fitting or fitting[-1] != above[-1]:
         return [], [], [" ".join(filter(None, rows[k])) for k in above]
     whole = [k for k in fitting if all(rows[k][:width]) and len(rows[k]) >= width] or fitting
@@ -209,11 +234,12 @@ def is_unit(text: str) -> bool:
 
 
 def decimal_sign(cells: Iterable[str]) -> str:
-    """The decimal sign of cells that a comma does not separate: a comma if numbers have one and no point after it."""
-    commas = points = 0
+    """The decimal sign of cells that a comma does not separate: the one with which more of them are numbers. Of equal
+    ones, such as in ``1,234``, it is the one that occurs more often."""
+    commas, points = [0, 0], [0, 0]
     for cell in cells:
-        comma, point = cell.rfind(","), cell.rfind(".")
-        if comma >= 0 and re.fullmatch(r"[+-]?[\d.]*,\d*([eE][+-]?\d+)?", cell):
-            commas += comma > point
-        points += point > comma >= 0
+        if "," in cell or "." in cell:
+            comma, point = (NUMBER_WITH[sign].fullmatch(cell) is not None for sign in ",.")
+            commas = [commas[0] + comma, commas[1] + (comma and "," in cell)]
+            points = [points[0] + point, points[1] + (point and "." in cell)]
     return "," if commas > points else "."

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...files import open_regular
 from ..recording import Note
-from .rows import MIN_ROWS, NUMBER, is_missing, is_number, plain_number
+from .rows import MIN_ROWS, is_missing, is_number, number_of
 from .text_lines import split_cells
 from .text_table import TextTable
 
@@ -56,8 +56,8 @@ def _labelled(table: TextTable, lines: list[tuple[int, str]]) -> int:
         cells = split_cells(lines[k][1], table.delimiter)
         if not cells:
             continue
-        numbers = any(is_number(cell, table.decimal) for cell in cells)
-        label = first < len(cells) and not is_missing(cells[first]) and not is_number(cells[first], table.decimal)
+        numbers = any(map(is_number, cells))
+        label = first < len(cells) and not is_missing(cells[first]) and not is_number(cells[first])
         rows += 1
         if not (label and numbers) or rows >= MIN_ROWS:
             break
@@ -101,5 +101,4 @@ def _numbers(row: Sequence[str], table: TextTable) -> list[float] | None:
     """The numbers of a row, NaN for a text; None for a row of another width."""
     if len(row) != len(table.headers):
         return None
-    plain = (plain_number(cell, table.decimal) for cell in row)
-    return [float(text) if NUMBER.fullmatch(text) else np.nan for text in plain]
+    return [number_of(cell, table.decimal) for cell in row]

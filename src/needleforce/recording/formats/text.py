@@ -11,7 +11,17 @@ from pathlib import Path
 from ...errors import InputError
 from ...files import open_regular
 from ..stated import stating_lines
-from .rows import MIN_ROWS, Block, bare, blocks, decimal_sign, is_missing, is_number, is_unit_row, plain_number
+from .rows import (
+    MIN_ROWS,
+    Block,
+    bare,
+    blocks,
+    decimal_sign,
+    has_key,
+    is_missing,
+    is_number,
+    is_unit_row,
+)
 from .summary_rows import without_summary
 from .text_lines import MAX_LINE_CHARS, WHITESPACE, Encoding, long_line, split_cells
 from .text_table import TextTable
@@ -150,8 +160,8 @@ def _delimited(lines: Sequence[str]) -> _Layout | None:
         if delimiter != WHITESPACE and not any(delimiter in line for line in lines):
             continue
         rows = [split_cells(line, delimiter) for line in lines]
-        decimal = "." if delimiter == "," else decimal_sign(cell for row in rows[:500] for cell in row)
-        if each := blocks(rows, decimal):
+        if each := blocks(rows):
+            decimal = "." if delimiter == "," else decimal_sign(cell for row in rows[:500] for cell in row)
             found.append(_Layout(delimiter=delimiter, decimal=decimal, rows=rows, blocks=each))
             if found[-1].is_sure():
                 break
@@ -168,6 +178,12 @@ def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout
     """The longest table in ``lines``, to the end of the file."""
     block, delimiter = layout.longest, layout.delimiter
     headers = block.headers or _commented_headers(lines[: block.first], delimiter, block.width)
+    units = block.units or _commented_units(lines[: block.first], delimiter, block.width)
+    if not headers and block.first:
+        from .named_columns import named_columns  # late, as few files need it
+
+        headers, named_units = named_columns(lines[: block.first], delimiter, block.width)
+        units = named_units or units
     headers = headers or _other_headers(lines[: block.first], block.width)
     _check_columns(headers, block.width, path)
     above = "".join(lines[: block.first])
@@ -177,9 +193,8 @@ def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout
         encoding=encoding,
         delimiter=delimiter,
         decimal=layout.decimal,
-        grouped=_has_groups(sample, layout.decimal),
         headers=headers or [str(k + 1) for k in range(block.width)],
-        units=block.units or _commented_units(lines[: block.first], delimiter, block.width),
+        units=units,
         has_header=bool(headers),
         comments=_comments(lines[: block.first]),
         preamble=(stating_lines(lines[max(0, block.first - _STATING_LINES) : block.first]),),
@@ -218,7 +233,7 @@ def _other_headers(lines: Sequence[str], width: int) -> list[str]:
     for split in (*(lambda text, mark=mark: split_cells(text, mark) for mark in _DELIMITERS),
                   lambda text: re.split(r"\s{2,}|\t", text.strip().lstrip("# "))):  # fmt: skip
         cells = list(split(last))
-        if len(cells) == width > 1 and not any(is_number(cell) or is_missing(cell) for cell in cells):
+        if len(cells) == width > 1 and not any(is_number(c) or is_missing(c) for c in cells) and not has_key(cells):
             return cells
     return []
 
@@ -234,13 +249,6 @@ def _check_columns(headers: Sequence[str], width: int, path: Path) -> None:
         raise InputError("header", f"{longest[:40]!r}… of {len(longest)} characters", limit, str(path), step)
 
 
-def _has_groups(rows: Sequence[Sequence[str]], decimal: str) -> bool:
-    """Whether numbers have a sign of thousands."""
-    other = "." if decimal == "," else ","
-    cells = (cell for row in rows for cell in row if other in cell)
-    return any(plain_number(cell, decimal) != cell.replace(decimal, ".") for cell in cells)
-
-
 def _clocks(rows: Sequence[Sequence[str]]) -> frozenset[int]:
     """The columns with times of a clock."""
     return frozenset(k for row in rows for k, cell in enumerate(row) if ":" in cell and is_number(cell))
@@ -252,7 +260,7 @@ def _is_text(line: str, table: TextTable, first_number: re.Pattern[str]) -> bool
         return False
     cells = split_cells(line, table.delimiter)
     used = [cell for cell in cells if not is_missing(cell)]
-    return bool(used) and not any(is_number(cell, table.decimal) for cell in used)
+    return bool(used) and not any(map(is_number, used))
 
 
 def _all_tables(path: Path, like: TextTable) -> list[TextTable]:

@@ -38,13 +38,20 @@ class TextRows(Protocol):
     decimal: str
     headers: list[str]
     has_header: bool
-    grouped: bool
     begin: int
     end: int | None
     clock_columns: frozenset[int]
 
     def data_lines(self) -> Iterator[tuple[int, list[str]]]:
         """Each line of data as its number in the file, from 1, and its cells."""
+        ...
+
+    def place(self, row: int) -> str:
+        """The place of a row of data: file and line."""
+        ...
+
+    def texts(self, index: int) -> list[str]:
+        """The cells of a column."""
         ...
 
     def is_value(self, cell: str, index: int) -> bool:

@@ -25,7 +25,7 @@ class TextTable:
     """A table of text, with the interface of ``FileTable``.
 
     ``begin`` and ``end`` are the bytes of its rows, ``first_row`` is the line of the first; ``headers`` are numbers of
-    columns where ``has_header`` is False. ``grouped`` is True if numbers have a sign of thousands.
+    columns where ``has_header`` is False.
     """
 
     path: Path
@@ -35,7 +35,6 @@ class TextTable:
     headers: list[str]
     units: list[str]
     has_header: bool = True
-    grouped: bool = False
     comments: list[tuple[int, str]] = field(default_factory=list)
     preamble: Sequence[Sequence[str]] = ()
     title: list[str] = field(default_factory=list)
@@ -57,7 +56,7 @@ class TextTable:
 
     def is_value(self, cell: str, index: int) -> bool:
         """Whether a cell can be a value of a column: a time of a clock in columns of such times only."""
-        return is_missing(cell) or (is_number(cell, self.decimal) and (":" not in cell or index in self.clock_columns))
+        return is_missing(cell) or (is_number(cell) and (":" not in cell or index in self.clock_columns))
 
     def place(self, row: int) -> str:
         """The place of a row of data: file and line."""
@@ -138,7 +137,7 @@ class TextTable:
     @cached_property
     def _plain(self) -> PlainNumbers | None:
         """The columns of numbers of a file that has nothing else; None if a line is not a row of numbers."""
-        if self.clock_columns or self.grouped:
+        if self.clock_columns:
             return None
         used = [k not in self.text_columns for k in range(len(self.headers))]
         rows = RowFormat(begin=self.begin, end=self.end, encoding=self.encoding.name, delimiter=self.delimiter,
