@@ -54,3 +54,11 @@ def test_removing_twice_is_removing_once():
     force = FORCE + 0.3
     force -= bias(DEPTH, force)[0]
     assert bias(DEPTH, force)[0] == 0.0
+
+
+def test_a_curve_that_starts_in_contact_has_no_bias():
+    """As nanoindenters record: contact is sample 1, and the force is small over the first 2 % of the depth."""
+    rng = np.random.default_rng(5)
+    depth = np.linspace(0.0, 1e-6, 6000)
+    removed = [bias(depth, 90e-3 * (depth / 1e-6) ** 1.8 + 2e-6 * rng.standard_normal(6000))[0] for _ in range(50)]
+    assert removed == [0.0] * 50

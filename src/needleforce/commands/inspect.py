@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..display.quantities import span_scale
 from ..errors import InputError
 from .files import (
     COLUMN_HELP,
@@ -97,12 +98,18 @@ def _contact(found: "Look") -> str:
         contact = None
     if contact is None:
         return "no contact is found"
-    free = 1e3 * (contact.depth - float(found.recording.depth[0]))
-    return f"contact at {1e3 * contact.depth:.3f} mm, after {free:.3f} mm of free travel"
+    depth = found.recording.depth
+    factor, unit = span_scale(float(depth.min()), float(depth.max()), "m")
+    free = factor * (contact.depth - float(depth[0]))
+    return f"contact at {factor * contact.depth:.3f} {unit}, after {free:.3f} {unit} of free travel"
 
 
 def _plot(found: "Look") -> None:
     from ..display.terminal_plot import terminal_plot
 
-    depth, force = 1e3 * found.recording.depth, found.recording.force
-    show(terminal_plot(depth, force, "depth [mm]", "force [N]"))
+    axes = []
+    for values, unit in ((found.recording.depth, "m"), (found.recording.force, "N")):
+        factor, shown = span_scale(float(values.min()), float(values.max()), unit)
+        axes.append((factor * values, shown))
+    (depth, of_depth), (force, of_force) = axes
+    show(terminal_plot(depth, force, f"depth [{of_depth}]", f"force [{of_force}]"))

@@ -148,6 +148,25 @@ def scale(value: float | None, unit: str) -> tuple[float, str]:
     return next((factor, shown) for start, factor, shown in steps if size >= start)
 
 
+# SI unit -> (from which span on, factor, shown unit), the largest first
+_SPANS = {
+    "m": ((1e-4, 1e3, "mm"), (1e-7, 1e6, "µm"), (1e-15, 1e9, "nm"), (0.0, 1e3, "mm")),
+    "N": ((0.1, 1.0, "N"), (1e-4, 1e3, "mN"), (1e-7, 1e6, "µN"), (1e-16, 1e9, "nN"), (0.0, 1.0, "N")),
+}
+
+
+def span_scale(low: float, high: float, unit: str) -> tuple[float, str]:
+    """The factor from the SI unit, ``"m"`` or ``"N"``, to the one in which a range is shown, and that unit."""
+    return next((factor, shown) for start, factor, shown in _SPANS[unit] if high - low >= start)
+
+
+def spanned(low: float, high: float, unit: str) -> str:
+    """A range as text, in a unit of a readable size: ``0.00 to 20.00 mm``, ``-0.47 to 31.40 µm``."""
+    factor, shown = span_scale(low, high, unit)
+    places = max(0, 3 - math.floor(math.log10((high - low) * factor))) if high > low else DIGITS_WITHOUT_INTERVAL
+    return f"{low * factor + 0.0:.{places}f} to {high * factor + 0.0:.{places}f} {shown}"
+
+
 def decimals(value: float, half_width: float, max_digits: int = MAX_DIGITS) -> int:
     """Return the decimal places: two digits of the half width, or four digits of the value without one.
 

@@ -50,8 +50,8 @@ def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
     -----
     The leading samples are used, until depth has changed by more than 2 % of its range. They are free travel if there
     are at least 20 of them, their standard deviation is below 5 % of the force's range, and the force does not change
-    between the earlier and the later half of their travel by more than 0.2 % of its range or four standard errors,
-    whichever is more. Their mean is the bias if it exceeds four standard errors (corrected for autocorrelation) and one
+    between the earlier and the later half of their travel by more than four standard errors and more than 0.2 % of its
+    range or its mean: an indentation that starts in contact has a force of which the mean is the change. Their mean is the bias if it exceeds four standard errors (corrected for autocorrelation) and one
     standard deviation, so that the force of a sensor zeroed before the run is not changed.
 
     In a recording that starts in contact the force changes as soon as the needle moves, and no bias is removed. A
@@ -70,9 +70,9 @@ def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
     later = moved[:end] > 0.5 * reach
     change = _mean(lead[later]) - _mean(lead[~later]) if later.any() and not later.all() else 0.0
     error = _standard_error(lead - change * later)
-    if abs(change) > max(_MAX_CHANGE_SHARE * size, _SIGNIFICANCE_SIGMA * error):
-        return 0.0, "the force changes as soon as the needle moves, as in contact"
     mean = _mean(lead)
+    if abs(change) > max(min(_MAX_CHANGE_SHARE * size, abs(mean)), _SIGNIFICANCE_SIGMA * error):
+        return 0.0, "the force changes as soon as the needle moves, as in contact"
     if abs(mean) <= max(_SIGNIFICANCE_SIGMA * error, noise, 1e-9 * size):
         return 0.0, f"the leading {end} samples have a mean of {mean:.3g} N, within the noise"
     return mean, f"mean of the leading {end} samples, standard error {error:.2g} N"

@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import core
 from ..display.markup import Markup, element, join, listing, table
+from ..display.quantities import spanned
 from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
 
@@ -243,8 +244,8 @@ class Recording:
         if len(self) < 2:
             return [("samples", str(len(self)))]
         known = [("samples", f"{len(self)} at {self.rate:.4g} Hz, {self.time[-1] - self.time[0]:.4g} s")]
-        known += [("depth", f"{1e3 * self.depth.min():.2f} to {1e3 * self.depth.max():.2f} mm")]
-        known += [("force", f"{self.force.min():.3g} to {self.force.max():.3g} N")]
+        known += [(name, spanned(float(each.min()), float(each.max()), unit))
+                  for name, each, unit in (("depth", self.depth, "m"), ("force", self.force, "N"))]  # fmt: skip
         known += [("other quantities", ", ".join(self.axes))] if self.axes else []
         return known
 

@@ -8,6 +8,7 @@ from numbers import Integral
 import numpy as np
 
 from .. import core
+from ..display.quantities import plain
 from ..errors import InputError
 from ..recording.force_signal import glitches, outliers, quantum_of, spikes, without_outliers
 from ..recording.source import RecordingSource, recording_of
@@ -16,7 +17,7 @@ from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
 from .cycle_events import CycleEvents, cycle_events, limits
 from .doubtful import doubtful
 from .events import Events, Span
-from .strokes import cycles, insertions
+from .strokes import MIN_RANGE_M, cycles, insertions
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
 DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
@@ -196,7 +197,14 @@ def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, moved: bo
     """Why there is no contact: the needle did not move inwards, or the force does not show it."""
     if not moved:
         withdrawn = len(depth) > 2 and depth[0] - depth[-1] > 0.5 * float(np.ptp(depth)) > 0.0
-        return WITHDRAWN_ONLY if withdrawn else "The depth never increases: the needle does not move inwards."
+        if withdrawn:
+            return WITHDRAWN_ONLY
+        if len(depth) and 0.0 < (span := float(np.ptp(depth))) <= MIN_RANGE_M:
+            small = (
+                f"The depth changes by {plain(span, 'm')}, and events are searched from {plain(MIN_RANGE_M, 'm')} on"
+            )
+            return f"{small}. For an indentation use needleforce indentation."
+        return "The depth never increases: the needle does not move inwards."
     found = glitches(force)
     if not len(found):
         return "The force never exceeds the noise of its baseline: there is no contact."

@@ -24,6 +24,7 @@ _MAX_COMMENTS = 256  # single values and texts that are kept with a table
 _MAX_NAME_CHARS = 200
 _MESSAGE_CHARS = 160  # of a library's message that are printed
 _NOTED = 8  # names in a note
+_EXPORT_AGAIN = "Check that the file is complete, or export it again."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +55,11 @@ class Array:
     units: list[str] = field(default_factory=list)
     numeric: bool = True
     vector: bool = True
+
+
+def vector(name: str, values: np.ndarray, unit: str = "") -> Array:
+    """A vector (n,) of numbers that is in memory."""
+    return Array(name=name, rows=len(values), read=lambda _: values, units=[unit])
 
 
 @dataclass(kw_only=True)
@@ -157,9 +163,8 @@ class FileArrays:
 
 
 @contextmanager
-def reading(path: Path, what: str) -> Iterator[None]:
+def reading(path: Path, what: str, step: str = _EXPORT_AGAIN) -> Iterator[None]:
     """Convert any exception of a format's library into an InputError, and show none of its warnings."""
-    check = "Check that the file is complete, or export it again."
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -168,7 +173,7 @@ def reading(path: Path, what: str) -> Iterator[None]:
         raise
     except Exception as error:  # their exceptions have no common base class
         why = " ".join(f"{type(error).__name__}: {error}".split())[:_MESSAGE_CHARS]
-        raise InputError("file", f"not readable as {what}", why, str(path), check) from error
+        raise InputError("file", f"not readable as {what}", why, str(path), step) from error
 
 
 def numbers(values: np.ndarray, header: str, path: Path) -> np.ndarray:

@@ -35,6 +35,12 @@ TEXT = Format(name="text", module="text")
 JSON = Format(name="JSON", module="json_lines")
 ARCHIVE = Format(name="a zip archive", advice="Unpack it, and name the recording in it.")
 MATLAB4 = Format(name="MATLAB 4", module="matlab")
+IGOR = Format(name="an Igor wave (ibw)", module="igor", extra=LABS)
+TDM = Format(
+    name="a TDM file (National Instruments)",
+    advice="Save it as TDMS in LabVIEW or DIAdem, or as a workbook with NI's TDM add-in for Excel.",
+)
+_IGOR_HEADERS = {2: 126, 5: 384}  # version -> bytes of which 16-bit words add up to zero
 NANOSCOPE = Format(name="a NanoScope file (Bruker)", advice="In NanoScope Analysis, export the curves as ASCII text.")
 ROS2_BAG = Format(name="a ROS 2 bag", log=True)
 # first bytes -> format
@@ -49,9 +55,7 @@ _BY_START = {
     b"LabVIEW Measurement": Format(name="LabVIEW measurement (lvm)", module="lvm"),
     b"TDSm": Format(name="TDMS (LabVIEW)", module="tdms", extra=LABS),
     b"\x93NUMPY": Format(name="NumPy (npy)", module="numpy_arrays"),
-    b"[DataSet]": Format(
-        name="a Nanosurf file (nid)", advice="In Nanosurf's software, export the curves as CSV or ASCII text."
-    ),
+    b"[DataSet]": Format(name="a Nanosurf file (nid)", module="nanosurf", extra=LABS),
     b"\\*Force file list": NANOSCOPE,
     b"\\*File list": NANOSCOPE,
     b"SQLite format 3": Format(
@@ -64,9 +68,7 @@ _MATLAB4_NAME = re.compile(rb"[A-Za-z]\w*\0")
 # a part of a zip archive -> format
 _ZIPPED = {
     b"xl/workbook": Format(name="an Excel workbook (xlsx)", module="excel", extra=LABS),
-    b"header.properties": Format(
-        name="a JPK force curve", advice="In JPK Data Processing, export it as text (.txt); a batch does many at once."
-    ),
+    b"header.properties": Format(name="a JPK force curve", module="jpk", extra=LABS),
     b".npy": Format(name="NumPy (npz)", module="numpy_arrays"),
 }
 _PARTS_OF_SECOND = re.compile(r"(n|u|nano|micro)(sec|second)s?\W*$", re.IGNORECASE)  # the end of a header
@@ -94,6 +96,10 @@ def format_of(path: Path) -> Format:
         return JSON
     if found is None and _is_matlab4(start):
         return MATLAB4
+    if found is None and b"<usi:tdm" in start[:4096]:
+        return TDM
+    if found is None and _is_igor_wave(start):
+        return IGOR
     if found == NANOSCOPE and b"\0" not in start:  # the head of a text that this program exported
         return TEXT
     return found or TEXT
@@ -108,6 +114,16 @@ def _is_matlab4(start: bytes) -> bool:
         digits = kind // 1000, kind // 100 % 10, kind // 10 % 10, kind % 10
         if digits[:2] == (machine, 0) and digits[2] <= 5 and digits[3] <= 2 and is_complex <= 1 and 1 < length <= 64:
             return bool(_MATLAB4_NAME.fullmatch(start[20 : 20 + length]))
+    return False
+
+
+def _is_igor_wave(start: bytes) -> bool:
+    """Whether a file begins with the header of an Igor wave, whose checksum is zero."""
+    for order in "<>":
+        version = struct.unpack_from(f"{order}h", start)[0] if len(start) > 1 else 0
+        size = _IGOR_HEADERS.get(version, 0)
+        if size and len(start) > size and any(start[2:size]):
+            return sum(struct.unpack_from(f"{order}{size // 2}h", start)) % 2**16 == 0
     return False
 
 

@@ -193,8 +193,9 @@ def _header(
     if not fitting or fitting[-1] != above[-1]:
         return [], [], [" ".join(filter(None, rows[k])) for k in above]
     whole = [k for k in fitting if all(rows[k][:width]) and len(rows[k]) >= width] or fitting
-    units = list(rows[whole[-1]]) if len(whole) > 1 and is_unit_row(rows[whole[-1]]) else []
-    names = whole[-2] if units else whole[-1]
+    last = [k for k in dict.fromkeys((fitting[-1], whole[-1])) if len(fitting) > 1 and is_unit_row(rows[k])]
+    units = list(rows[last[0]]) if last else []  # a column of texts has none
+    names = max([k for k in whole if k not in last[:1]] or [k for k in fitting if k not in last[:1]])
     title = [" ".join(dict.fromkeys(filter(None, rows[k]))) for k in above if k < names]
     return [each.strip() for each in rows[names]], [bare(unit) for unit in units], title
 

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Force curves of atomic force microscopes: JPK and Igor by hand, as their makers describe the formats, and the example
+of Nanosurf's library; expected values from the raw numbers."""
+
+import importlib.resources
+import struct
+import zipfile
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+from needleforce.recording.formats.detect import format_of, tables_of
+
+pytest.importorskip("afmformats")
+STIFFNESS, SENSITIVITY = 0.05, 60e-9  # [N/m], [m/V]
+BENDING = np.clip(np.arange(400) - 250, 0, None) * 2  # counts of 1e-3 V
+HEIGHT = 5000 - 10 * np.arange(400)  # counts of 1e-9 m, less towards the sample
+RATE_HZ = 1000.0
+
+
+def scaling(name, multiplier, unit, offset=0.0):
+    lines = {"type": "linear", "style": "offsetmultiplier", "offset": offset, "multiplier": multiplier}
+    return {f"{name}.{key}": value for key, value in (lines | {"unit.type": "metric-unit", "unit.unit": unit}).items()}
+
+
+def channel(number, name, encoder, conversions):
+    """The properties of a channel: its encoder and the conversions after it, each of the one before."""
+    info = f"lcd-info.{number}"
+    lines = {f"{info}.channel.name": name, f"{info}.encoder.type": "signedshort", f"{info}.unit.unit": encoder[1]}
+    lines |= scaling(f"{info}.encoder.scaling", *encoder)
+    before, sets = "base", f"{info}.conversion-set"
+    lines |= {f"{sets}.conversions.base": "base", f"{sets}.conversion.base.defined": "false"}
+    lines |= {f"{sets}.conversions.list": " ".join(slot for slot, *_ in conversions)}
+    lines |= {f"{sets}.conversions.default": conversions[-1][0]}
+    for slot, factor, unit in conversions:
+        one = f"{sets}.conversion.{slot}"
+        lines |= {f"{one}.defined": "true", f"{one}.name": slot, f"{one}.base-calibration-slot": before}
+        lines |= scaling(f"{one}.scaling", factor, unit)
+        before = slot
+    return lines
+
+
+def properties(lines):
+    return "".join(f"{key}={value}\n" for key, value in lines.items())
+
+
+def segment(style, count):
+    head = "force-segment-header"
+    lines = {f"{head}.duration": count / RATE_HZ, f"{head}.num-points": count, f"{head}.settings.style": style}
+    lines |= {
+        f"{head}.settings.segment-settings.style": style,
+        f"{head}.time-stamp": "2024-01-01 12\\:00\\:00.000 +0100",
+    }
+    lines |= {f"{head}.settings.segment-settings.z-start": 4e-6, f"{head}.settings.segment-settings.z-end": 0.0}
+    lines |= {f"{head}.approach-id": "a", f"{head}.settings.feedback-mode.name": "contact"}
+    lines |= {f"{head}.settings.segment-settings.setpoint": 1.0}
+    lines |= {f"{head}.settings.segment-settings.duration": count / RATE_HZ}
+    lines |= {"channels.list": "height vDeflection"}
+    for number, name in enumerate(("height", "vDeflection")):
+        lines |= {f"channel.{name}.lcd-info.*": number, f"channel.{name}.data.file.name": f"channels/{name}.dat"}
+        lines |= {f"channel.{name}.data.file.format": "raw", f"channel.{name}.data.num-points": count}
+    return properties(lines)
+
+
+def jpk(path, force=True):
+    """A curve in two segments, in and out."""
+    conversions = [("distance", SENSITIVITY, "m"), ("force", STIFFNESS, "N")][: 1 + force]
+    shared = channel(0, "height", (1e-9, "m"), [("nominal", 1.0, "m"), ("calibrated", 1.0, "m")])
+    shared |= channel(1, "vDeflection", (1e-3, "V"), conversions)
+    head = {"jpk-data-file": "spm-forcefile", "type": "force-scan-series", "file-format-version": "2.0"}
+    head |= {"force-scan-series.force-segments.count": 2, "force-scan-series.header.position.x": 0.0}
+    head |= {"force-scan-series.header.position.y": 0.0, "force-scan-series.header.force-settings.closed-loop": "true"}
+    head |= {"force-scan-series.description.instrument": "made by hand", "force-scan-series.header.position-index": 0}
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("header.properties", properties(head))
+        file.writestr("shared-data/header.properties", properties({"lcd-infos.count": 2} | shared))
+        file.writestr("segments/", "")  # folders have entries
+        for number, (style, step) in enumerate((("extend", 1), ("retract", -1))):
+            file.writestr(f"segments/{number}/", "")
+            file.writestr(f"segments/{number}/segment-header.properties", segment(style, 400))
+            for name, values in (("height", HEIGHT), ("vDeflection", BENDING)):
+                file.writestr(f"segments/{number}/channels/{name}.dat", values[::step].astype(">i2").tobytes())
+
+
+def in_and_out(values):
+    return np.concatenate([values, values[::-1]])
+
+
+def test_jpk(tmp_path):
+    jpk(tmp_path / "a.curve")
+    assert format_of(tmp_path / "a.curve").name == "a JPK force curve"
+    (table,) = tables_of(tmp_path / "a.curve")
+    columns = {header: table.read_column(k) for k, header in enumerate(table.headers)}
+    bent, height = SENSITIVITY * 1e-3 * in_and_out(BENDING), 1e-9 * in_and_out(HEIGHT)
+    np.testing.assert_allclose(columns["time"], np.arange(800) / RATE_HZ, atol=1e-9)
+    np.testing.assert_allclose(columns["force"], STIFFNESS * bent, rtol=1e-9, atol=1e-20)
+    np.testing.assert_allclose(columns["tip position"], height + bent, rtol=1e-9)
+    run = nf.read(tmp_path / "a.curve", test="indentation")
+    assert np.argmax(run.depth) == pytest.approx(399.5, abs=1) and run.force.max() > 0  # inwards although height falls
+    assert any("force over 0.05 N/m" in note.message for note in run.notes)
+
+
+def test_jpk_without_a_calibrated_force(tmp_path):
+    jpk(tmp_path / "a.curve", force=False)
+    with pytest.raises(nf.InputError, match=r"spring constant is missing.*Calibrate"):
+        nf.read(tmp_path / "a.curve")
+
+
+def igor_wave(values, step, unit, dimension_unit="s", labels=(), note=""):
+    """A wave of version 5 as Igor's Technical Note 003 describes it; ``values`` is (n,) or (n, k)."""
+    shape = [*values.shape, 0, 0, 0][:4]
+    content = values.astype("<f4").tobytes("F")
+    names = b"".join(name.encode().ljust(32, b"\0") for name in ("", *labels)) if labels else b""
+    sizes = (0, len(note), 0, 0, 0, 0, 0, 0, len(names), 0, 0, 0, 0, 0)
+    wave = struct.pack("<iIIihh6sh32sii", 0, 0, 0, values.size, 2, 0, b"", 1, b"made_by_hand", 0, 0)
+    wave += struct.pack("<4i4d4d", *shape, step, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0)
+    wave += unit.encode().ljust(4, b"\0") + dimension_unit.encode().ljust(16, b"\0")
+    wave = wave.ljust(320, b"\0")
+
+    def head(checksum):
+        return struct.pack("<hhi14i", 5, checksum, 320 + len(content), *sizes)[:64]
+
+    words = np.frombuffer(head(0) + wave, "<i2").astype(int).sum()
+    checksum = int(np.array(-words).astype(np.int16))
+    return head(checksum) + wave + content + note.encode() + names
+
+
+def columns_of(path):
+    (table,) = tables_of(path)
+    return {header: table.read_column(k) for k, header in enumerate(table.headers)}, table
+
+
+def test_a_force_curve_of_igor(tmp_path):
+    bent, height = 60e-12 * in_and_out(BENDING), 1e-9 * in_and_out(-HEIGHT)  # more towards the sample
+    values = np.stack([height + 1e-9, bent, height], axis=1)
+    note = "MicroscopeModel:by hand\rSpringConstant:0.05\rNumPtsPerSec:1000\r"
+    (tmp_path / "a.any").write_bytes(igor_wave(values, 1e-3, "m", labels=("Raw", "Defl", "ZSnsr"), note=note))
+    assert format_of(tmp_path / "a.any").name == "an Igor wave (ibw)"
+    columns, table = columns_of(tmp_path / "a.any")
+    np.testing.assert_allclose(columns["time"], np.arange(800) / 1000.0, rtol=1e-12)
+    np.testing.assert_allclose(columns["force"], STIFFNESS * bent, rtol=1e-6, atol=1e-18)
+    np.testing.assert_allclose(columns["tip position"], height - bent, atol=1e-12)
+    assert "SpringConstant: 0.05" in [text for _, text in table.comments]
+    run = nf.read(tmp_path / "a.any", test="indentation")
+    assert np.argmax(run.depth) == pytest.approx(399.5, abs=1)
+
+
+def test_waves_of_igor_without_labels(tmp_path):
+    (tmp_path / "a.ibw").write_bytes(igor_wave(1e-3 * np.arange(500.0), 2e-3, "N"))
+    columns, table = columns_of(tmp_path / "a.ibw")
+    assert table.headers == ["time", "made_by_hand"] and table.units == ["s", "N"]
+    np.testing.assert_allclose(columns["made_by_hand"], 1e-3 * np.arange(500), rtol=1e-6)
+    run = nf.read(tmp_path / "a.ibw", speed=10e-3, columns={"force": "made_by_hand"})
+    np.testing.assert_allclose(run.depth, 10e-3 * 2e-3 * np.arange(500), atol=1e-12)
+
+
+@pytest.mark.parametrize("cut", [20, 100, 384, 500])
+def test_a_truncated_wave_of_igor_is_refused(tmp_path, cut):
+    (tmp_path / "a.ibw").write_bytes(igor_wave(np.arange(500.0), 2e-3, "N")[:cut])
+    with pytest.raises(nf.InputError):
+        nf.read(tmp_path / "a.ibw", columns={"force": 1})
+
+
+def nanosurf_example():
+    """A map of 100 force curves that the library's makers ship with it."""
+    pytest.importorskip("NSFopen")
+    return importlib.resources.files("NSFopen") / "example" / "Force_Spectroscopy" / "spectroscopy.nid"
+
+
+def raw_channels(content, lines=100, points=1024):
+    """Deflection and height of the ways forward and backward: the first four of the arrays after the header, in 32 bits
+    over the range that the header states."""
+    start = content.index(b"#!") + 2
+    ranges = {"deflection": (-1.99075e-06, 3.9815e-06), "height": (-1.4e-05, 2.8e-05)}
+    for number, name in enumerate(("deflection", "height", "deflection", "height")):
+        counts = np.frombuffer(content, "<i4", lines * points, start + 4 * number * lines * points)
+        low, span = ranges[name]
+        yield (low + span * (counts.astype(float) / 2.0**32 + 0.5)).reshape(lines, points)
+
+
+def test_nanosurf():
+    path = nanosurf_example()
+    tables = tables_of(path)
+    assert len(tables) == 100 and tables[6].name == "curve 7"
+    force_in, height_in, force_out, height_out = (each[0] for each in raw_channels(path.read_bytes()))
+    columns = {header: tables[0].read_column(k) for k, header in enumerate(tables[0].headers)}
+    np.testing.assert_allclose(columns["force"], [*force_in, *force_out[::-1]], atol=1e-15)
+    np.testing.assert_allclose(columns["Z-Axis Sensor"], [*height_in, *height_out[::-1]], atol=1e-14)
+    tip = columns["Z-Axis Sensor"] - columns["force"] / 2.72436
+    np.testing.assert_allclose(columns["tip position"], tip, rtol=1e-12)
+    np.testing.assert_allclose(columns["time"], np.arange(2048) / 1024.0, atol=1e-12)  # 1 s each way
+    assert len(nf.read_all(path, part="curve 1*", test="indentation")) == 12
+
+
+def test_what_needs_an_extra_names_it(tmp_path, monkeypatch):
+    jpk(tmp_path / "a.curve")
+    monkeypatch.setattr("needleforce.recording.formats.jpk.find_spec", lambda name: None)
+    with pytest.raises(nf.InputError, match=r"package afmformats.*needleforce\[labs\]"):
+        nf.read(tmp_path / "a.curve")
+
+
+def test_tdm_files_are_named(tmp_path):
+    (tmp_path / "a.tdm").write_text('<?xml version="1.0" encoding="UTF-8"?>\n<usi:tdm xmlns:usi="http://www.ni.com">\n')
+    with pytest.raises(nf.InputError, match=r"TDM file.*Save it as TDMS"):
+        nf.read(tmp_path / "a.tdm")
