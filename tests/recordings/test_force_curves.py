@@ -155,6 +155,23 @@ def test_waves_of_igor_without_labels(tmp_path):
     np.testing.assert_allclose(run.depth, 10e-3 * 2e-3 * np.arange(500), atol=1e-12)
 
 
+def test_an_old_wave_of_igor(tmp_path):
+    """Version 2 of the format: one vector, with its scale in the header."""
+    content = (1e-3 * np.arange(500.0)).astype("<f4").tobytes()
+    wave = struct.pack("<hi20shhi4s4sih2d", 2, 0, b"old", 0, 0, 0, b"N", b"s", 500, 0, 4e-3, 0.0).ljust(110, b"\0")
+
+    def head(checksum):
+        return struct.pack("<hiiih", 2, 110 + len(content) + 16, 0, 0, checksum)
+
+    words = np.frombuffer(head(0) + wave, "<i2").astype(int).sum()
+    checksum = int(np.array(-words).astype(np.int16))
+    (tmp_path / "a.ibw").write_bytes(head(checksum) + wave + content + bytes(16))
+    columns, table = columns_of(tmp_path / "a.ibw")
+    assert table.headers == ["time", "old"] and table.units == ["s", "N"]
+    np.testing.assert_allclose(columns["time"], 4e-3 * np.arange(500), rtol=1e-12)
+    np.testing.assert_allclose(columns["old"], 1e-3 * np.arange(500), rtol=1e-6)
+
+
 @pytest.mark.parametrize("cut", [20, 100, 384, 500])
 def test_a_truncated_wave_of_igor_is_refused(tmp_path, cut):
     (tmp_path / "a.ibw").write_bytes(igor_wave(np.arange(500.0), 2e-3, "N")[:cut])

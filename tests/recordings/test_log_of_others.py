@@ -192,3 +192,12 @@ def test_a_motion_is_stated_where_the_log_has_none(path):
         nf.read(path)
     run = nf.read(path, speed=10e-3, stroke=3e-3, motion_shift=0.05)
     np.testing.assert_allclose(run.depth, np.clip(10e-3 * (run.time - 0.05), 0.0, 3e-3), atol=1e-12)
+
+
+def test_topics_of_other_types_are_named(path):
+    text = STORE.types["std_msgs/msg/String"]
+    write_foreign(path, {"/europa": lambda at, number: text(f"{number} N")})
+    with pytest.raises(nf.InputError, match=r"number of wrenches is 0.*it has /europa \(std_msgs/msg/String\).*as CSV"):
+        nf.read(path)
+    with pytest.raises(nf.InputError, match=r"of the type WrenchStamped or Wrench there is none.*as CSV"):
+        nf.read(path, columns={"force": "/europa"})

@@ -331,3 +331,52 @@ def test_exponents_of_fortran(file):
 def test_raw_volts_next_to_the_data_are_no_recording(file):
     volts = text(COLUMNS | {"Extension (V)": DEPTH, "Load (V)": FORCE})
     np.testing.assert_allclose(read(file(volts)).force, FORCE, rtol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("header", "delimiter"),
+    [
+        ("Sample #,Time (s),Position #1 (mm),Load #1 [kN]", ","),
+        ("Sample #;Time #1 (s);Position #1 (mm);Load #2 [kN]", ";"),
+        ("#,Time (s),Position #1 (mm),Load #1 [kN]", ","),
+    ],
+)
+def test_a_number_sign_in_a_header_is_no_comment(file, header, delimiter):
+    rows = [f"{k},{t:.2f},{1e3 * z:.5f},{1e-3 * f:.8f}" for k, (t, z, f) in enumerate(zip(TIME, DEPTH, FORCE))]
+    rows[7] += " # looked at"
+    table = "\n".join([header, *(row.replace(",", delimiter) for row in rows)]) + "\n"
+    run = read(file(table))
+    np.testing.assert_allclose(run.force, FORCE, atol=1e-5)
+    np.testing.assert_allclose(run.depth, DEPTH, atol=1e-8)
+
+
+def test_a_number_sign_in_a_cell_of_text_is_no_comment(file):
+    rows = [f"needle #3,{t:.2f},{1e3 * z:.5f},{f:.6f}" for t, z, f in zip(TIME, DEPTH, FORCE)]
+    run = read(file("Needle,Time (s),Depth (mm),Force (N)\n" + "\n".join(rows) + "\n"))
+    np.testing.assert_allclose(run.force, FORCE, atol=1e-6)
+
+
+def phases(*parts):
+    """A table of parts, each with its own clock from 0."""
+    rows = [f"{t - part[0][0]:.3f},{1e3 * z:.6f},{f:.8f}" for part in parts for t, z, f in part]
+    return "Time (s),Depth (mm),Force (N)\n" + "\n".join(rows) + "\n"
+
+
+def test_phases_with_clocks_of_their_own_are_one_recording(file):
+    """Approach, insertion and withdrawal: each time starts again, and the depth continues."""
+    samples = list(zip(TIME, DEPTH, FORCE))
+    deepest = int(np.argmax(DEPTH))
+    run = read(file(phases(samples[:150], samples[150 : deepest + 1], samples[deepest + 1 :])))
+    np.testing.assert_allclose(run.time - run.time[0], TIME - TIME[0], atol=2e-3)
+    np.testing.assert_allclose(run.depth, DEPTH, atol=1e-8)
+    assert any(note.kind == "phases" and note.count == 2 for note in run.notes)
+
+
+def test_repeats_are_no_phases(file):
+    """Whole insertions, insertions without withdrawal, and some that are not withdrawn to the end."""
+    samples = list(zip(TIME, DEPTH, FORCE))
+    in_only = samples[: int(np.argmax(DEPTH))]
+    for part in (samples, in_only, samples[:-100]):
+        assert len(read_all(file(phases(part, part, part)))) == 3
+    higher = [(t, z + 3e-3, f) for t, z, f in samples[:-75]]  # the next one begins where the first one was left
+    assert len(read_all(file(phases(samples[:-75], higher)))) == 2

@@ -12,6 +12,7 @@ import numpy as np
 from ..core import Needle
 from ..errors import InputError
 from ..recording import read
+from ..recording.mappings import IN_FOLDER
 from ..segmentation.strokes import cycles
 from .condition import LoadedFile, condition
 from .folder_files import File, find_files, other_files
@@ -128,7 +129,8 @@ def _sorted_out(
     files, rest = find_files(source), []
     table = None if mapping is None else Path(os.path.abspath(mapping))
     for file in other_files(source):
-        why = "it is the mapping" if file.path == table else _unreadable(file, options)
+        why = "it is the mapping" if file.path == table else "it keeps options" if file.path.name == IN_FOLDER else ""
+        why = why or _unreadable(file, options)
         if why:
             rest.append((file.name, why))
         else:
@@ -141,7 +143,7 @@ def _sorted_out(
 
 def _unreadable(file: File, options: dict[str, Any]) -> str:
     try:
-        read(file.path, **options)
+        read(file.path, part=file.parts(None, options)[0].part, **options)
     except (InputError, OSError) as error:
         return str(error).replace(f"{file.path}: ", "").replace(f"{file.path}, ", "")
     return ""

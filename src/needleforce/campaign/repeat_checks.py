@@ -71,7 +71,7 @@ def repeat_anomalies(repeats: Sequence[Repeat]) -> dict[str, list[Anomaly]]:
 
 def _depth_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     usual = float(np.median([each.summary.travel for each in repeats]))
-    for each in repeats if len(repeats) > 2 and usual > 0.0 else ():
+    for each in repeats if len(repeats) > 2 and usual > 0.0 and not _of_one_file(repeats) else ():
         factor = nearest(each.summary.travel / usual, tuple(DEPTH_FACTORS), 0.05)
         if factor is not None:
             travel, pair = each.summary.travel, _units_of(factor, DEPTH_FACTORS)
@@ -80,7 +80,7 @@ def _depth_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
 
 def _force_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     """A force curve of the same shape that is larger or smaller by the factor between two units that are confused."""
-    if len(repeats) < 3:
+    if len(repeats) < 3 or _of_one_file(repeats):
         return
     peaks = np.array([each.summary.peak for each in repeats])
     usual = float(np.median(peaks))
@@ -91,6 +91,11 @@ def _force_units(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
             peak, pair = each.summary.peak, _units_of(factor, FORCE_FACTORS)
             words = "maximum force"
             yield each.name, _other_unit("force", "peak_force", words, "N", value=peak, usual=usual, units=pair)
+
+
+def _of_one_file(repeats: Sequence[Repeat]) -> bool:
+    """Whether all repeats are recordings of one file, which has one unit for all of them."""
+    return len({each.recording.card.sha256 or each.name for each in repeats}) == 1
 
 
 def _units_of(factor: float, known: dict[float, str]) -> tuple[float, str]:

@@ -100,7 +100,8 @@ def screen_recordings(done: ReadFiles) -> ReadFiles:
     from ..campaign.recording_result import INVALIDATING, Anomaly
     from ..campaign.repeat_checks import OWN_FIELD
 
-    named = [(str(file), each) for file, each in done if not isinstance(each, InputError)]
+    names = [_name(file, each) for file, each in done]
+    named = [(name, each) for name, (_, each) in zip(names, done) if not isinstance(each, InputError)]
     invalid: dict[str, Anomaly] = {}
     for name, found in check_recordings(named).items():
         for anomaly in found:
@@ -110,7 +111,15 @@ def screen_recordings(done: ReadFiles) -> ReadFiles:
                 say(f"{name}: {anomaly.sentence.removesuffix(OWN_FIELD).rstrip()}")
     if len(invalid) == len(named):
         return done
-    return [(file, _left_out(str(file), invalid[str(file)]) if str(file) in invalid else each) for file, each in done]
+    return [
+        (file, _left_out(name, invalid[name]) if name in invalid else each) for name, (file, each) in zip(names, done)
+    ]
+
+
+def _name(file: Path, found: "Recording | InputError") -> str:
+    """The name of a file, and of the recording in it if it has several."""
+    part = "" if isinstance(found, InputError) else found.card.part
+    return f"{file}: {part}" if part else str(file)
 
 
 def _left_out(file: str, anomaly: "Anomaly") -> InputError:

@@ -101,7 +101,9 @@ def _contact(found: "Look") -> str:
     depth = found.recording.depth
     factor, unit = span_scale(float(depth.min()), float(depth.max()), "m")
     free = factor * (contact.depth - float(depth[0]))
-    return f"contact at {factor * contact.depth:.3f} {unit}, after {free:.3f} {unit} of free travel"
+    return f"contact at {factor * contact.depth:.3f} {unit}" + (
+        f", after {free:.3f} {unit} of free travel" if free >= 0.0 else ""
+    )
 
 
 def _plot(found: "Look") -> None:

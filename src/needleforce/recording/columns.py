@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The columns of the quantities of a recording: those given, or recognised by their headers."""
 
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -177,6 +178,6 @@ def _single(table: HasColumns, quantity: str, found: list[int]) -> Column:
         raise InputError(f"column {names[0]!r}", f"present {len(names)} times", limit, str(table.path), step)
     if len(names) > 1:
         limit = f"{' and '.join(map(repr, names))} match"
-        step = f"Choose one, for example with --column {quantity}={names[0]}."
+        step = f"Choose one, for example with --column {shlex.quote(f'{quantity}={names[0]}')}."
         raise InputError(f"column of the {quantity}", "ambiguous", limit, str(table.path), step)
     return Column(quantity, names[0], found[0], stated_unit(table, found[0]))

@@ -51,8 +51,9 @@ def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
     The leading samples are used, until depth has changed by more than 2 % of its range. They are free travel if there
     are at least 20 of them, their standard deviation is below 5 % of the force's range, and the force does not change
     between the earlier and the later half of their travel by more than four standard errors and more than 0.2 % of its
-    range or its mean: an indentation that starts in contact has a force of which the mean is the change. Their mean is the bias if it exceeds four standard errors (corrected for autocorrelation) and one
-    standard deviation, so that the force of a sensor zeroed before the run is not changed.
+    range or its mean: an indentation that starts in contact has a force of which the mean is the change. Their mean is
+    the bias if it exceeds four standard errors (corrected for autocorrelation) and one standard deviation, so that the
+    force of a sensor zeroed before the run is not changed.
 
     In a recording that starts in contact the force changes as soon as the needle moves, and no bias is removed. A
     needle that rests in tissue and slips over 2 % of its range without a change of force cannot be distinguished from

@@ -16,7 +16,7 @@ from .cycles import CycleSpan
 from .formats.detect import ROS2_BAG, format_of
 from .mappings import with_mapping
 from .motion_look import MAX_LISTED, ColumnLook, MotionLook, column_looks, motion_look
-from .part_choice import asked, chosen_part
+from .part_choice import asked, chosen_part, fitting_parts
 from .parts import Part, recordings_in
 from .quantities import MAIN
 from .recording import Recording
@@ -172,7 +172,8 @@ def look(
         open_regular(Path(path)).close()
     try:
         parts = () if form.log else recordings_in(Path(path), options.get("columns"))
-        wanted, cycle = _one_of(*asked(options.get("part"), [part.name for part in parts]))
+        names = [part.name for part in parts]
+        wanted, cycle = _one_of(*asked(options.get("part"), names), names, str(path))
         shown = _shown(parts, wanted, Path(path))
         named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
         recording, cycles = recording_of(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
@@ -197,10 +198,12 @@ def look(
     )
 
 
-def _one_of(part: str | int | None, cycle: str) -> tuple[str | int | None, str]:
-    """A recording and a cycle as they are named, none for what stands for several: then the first is shown."""
-    several = isinstance(part, str) and (part.strip().casefold() == "all" or "*" in part)
-    return None if several else part, "" if "*" in cycle else cycle
+def _one_of(part: str | int | None, cycle: str, names: Sequence[str], place: str) -> tuple[str | int | None, str]:
+    """A recording and a cycle as they are named, the first of what stands for several. Raises InputError if a pattern
+    fits none."""
+    if isinstance(part, str) and (part.strip().casefold() == "all" or "*" in part):
+        part = fitting_parts(names, part.strip(), place)[0] if names else None
+    return part, "" if "*" in cycle else cycle
 
 
 def _shown(parts: Sequence[Part], wanted: Any, path: Path) -> Part | None:

@@ -3,6 +3,7 @@
 
 import re
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 from ..errors import InputError
@@ -47,6 +48,18 @@ def chosen_part(parts: Sequence[Part], wanted: str | int | None, path: Path, opt
     limit = f"the file has {listed(parts)}" if several else "the file has one recording, without a name"
     step = f"Give one of these names, or a number from 1 to {len(parts)}." if several else "Leave it out."
     raise InputError(option.removeprefix("--").replace("-", " "), repr(text[:60]), limit, str(path), step)
+
+
+def fitting_parts(names: Sequence[str], pattern: str, place: str) -> list[int]:
+    """The numbers, from 1, of the recordings whose names fit a pattern such as ``B*``, or of all. Raises InputError if
+    none fits."""
+    text = "*" if pattern.casefold() == "all" else pattern.casefold()
+    found = [number for number, name in enumerate(names, 1) if fnmatchcase(name.casefold(), text)]
+    if not found:
+        shown = ", ".join(map(repr, names[:_MAX_LISTED]))
+        step = "Give a pattern that one of them fits."
+        raise InputError("part", repr(pattern[:60]), f"the file has {shown}", place, step)
+    return found
 
 
 def listed(parts: Sequence[Part]) -> str:

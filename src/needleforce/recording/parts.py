@@ -4,6 +4,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from .stated import stated_by
 
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
 _MAX_RUNS = 10_000
+_PHASE_SHARE = 0.2  # how much nearer a phase begins to the end of the last one than to its beginning
 _BLOCK = 1 << 20  # samples whose steps are looked at together
 _NEAR_START = 0.02  # of the range of time: a run begins where the first one began
 _last: list = []  # the recordings of the last file that had several
@@ -167,8 +169,8 @@ def _by_pattern(table: Any, given: Mapping[str, str]) -> list[Part]:
         if quantity in fixed:
             continue
         for index, header in enumerate(table.headers):
-            name = split(header)[0]
-            if index not in left and header and fnmatchcase(name, pattern) and not _is_empty(table, index):
+            name = next((each for each in (split(header)[0], header) if fnmatchcase(each, pattern)), "")
+            if index not in left and name and not _is_empty(table, index):
                 before, _, after = pattern.partition("*")
                 key = name[len(before) : len(name) - len(after)].strip()
                 groups.setdefault(key or name, {})[quantity] = str(index + 1)
@@ -237,34 +239,62 @@ def _joined(table: str, group: str) -> str:
 
 def _runs(part: Part) -> Iterator[Part]:
     """The recordings of a part, one below the other: those that labels name, and runs with a time that starts again."""
-    time = np.empty(0) if getattr(part.table, "is_large", False) else _time(part)
+    time = np.empty(0) if getattr(part.table, "is_large", False) else _values(part, "time")
     in_order = len(time) > 0 and _increases(time) and not any(map(row_name, part.table.headers))
     if in_order or getattr(part.table, "is_large", False):
         yield part
         return
     from .label_columns import counted_cycles, label_groups  # few files need these
-    from .table_views import RowRange, RowSubset
+    from .table_views import ContinuedTime, RowRange, RowSubset
 
     labelled = [
         replace(part, name=_joined(part.name, name), table=RowSubset(part.table, rows))
         for name, rows in label_groups(part.table, part.columns)
     ]
     for each in labelled or [part]:
-        starts = _starts(_time(each))
-        for k, (first, stop) in enumerate(zip(starts, [*starts[1:], None]), 1):
-            alone = len(starts) < 2
-            view = each.table if alone else RowRange(each.table, first, stop)
+        starts = _starts(_values(each, "time"))
+        runs = _joined_phases(starts, _values(each, "depth") if len(starts) > 1 else np.empty(0))
+        for k, phases in enumerate(runs, 1):
+            alone, stop = len(runs) < 2, runs[k][0] if k < len(runs) else None
+            view = each.table if alone else RowRange(each.table, phases[0], stop)
+            view = ContinuedTime(view, tuple(row - phases[0] for row in phases[1:])) if len(phases) > 1 else view
             name = each.name if alone else _joined(each.name, f"run {k}")
             yield replace(each, name=name, table=view, cycles=counted_cycles(view, each.columns))
 
 
-def _time(part: Part) -> np.ndarray:
-    """The time of each row in the file's unit; empty without one."""
+def _values(part: Part, quantity: str) -> np.ndarray:
+    """The time or depth of each row in the file's unit; empty without one."""
     try:
-        found = choose(part.table, ("time",), {q: h for q, h in part.columns.items() if q == "time"})
-        return part.table.numbers(found)[0].get("time", np.empty(0)) if found else np.empty(0)
+        found = choose(part.table, (quantity,), {q: h for q, h in part.columns.items() if q == quantity})
+        return part.table.numbers(found)[0].get(quantity, np.empty(0)) if found else np.empty(0)
     except InputError:  # reported when the part is read
         return np.empty(0)
+
+
+def _joined_phases(starts: Sequence[int], depth: np.ndarray) -> list[list[int]]:
+    """The first rows of each recording, with those of its phases, of runs whose time starts again.
+
+    A run is a phase of the one before, such as the indentation after an approach, if that one ended at its greatest or
+    least depth and this one begins there, five times nearer than to where the recording began. A repeat begins where
+    the recording began.
+    """
+    runs = [[starts[0]]]
+    for last, row in pairwise(starts):
+        if len(depth) and _continues(
+            depth[runs[-1][0] : last], depth[last:row], float(depth[row]), float(np.ptp(depth))
+        ):
+            runs[-1].append(row)
+        else:
+            runs.append([row])
+    return runs
+
+
+def _continues(before: np.ndarray, last: np.ndarray, begins: float, span: float) -> bool:
+    """Whether a depth that ``begins`` a run continues the ``last`` phase of a recording, with the phases ``before``."""
+    began, ended = float([*before[:1], last[0]][0]), float(last[-1])
+    at_end = min(ended - float(last.min()), float(last.max()) - ended) <= _NEAR_START * float(np.ptp(last))
+    far = abs(begins - began) > _NEAR_START * span
+    return at_end and far and abs(begins - ended) < _PHASE_SHARE * abs(begins - began)
 
 
 def _starts(time: np.ndarray) -> list[int]:

@@ -243,7 +243,7 @@ class Recording:
         """What the recording spans, as names and texts."""
         if len(self) < 2:
             return [("samples", str(len(self)))]
-        known = [("samples", f"{len(self)} at {self.rate:.4g} Hz, {self.time[-1] - self.time[0]:.4g} s")]
+        known = [("samples", f"{len(self)} at {self.rate:.6g} Hz, {self.time[-1] - self.time[0]:.4g} s")]
         known += [(name, spanned(float(each.min()), float(each.max()), unit))
                   for name, each, unit in (("depth", self.depth, "m"), ("force", self.force, "N"))]  # fmt: skip
         known += [("other quantities", ", ".join(self.axes))] if self.axes else []

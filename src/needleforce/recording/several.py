@@ -3,21 +3,17 @@
 
 import os
 from collections.abc import Sequence
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
 from ..files import enough_memory
 from .cycles import fitting
 from .formats.detect import format_of
 from .mappings import with_mapping
-from .part_choice import asked
+from .part_choice import asked, fitting_parts
 from .parts import recordings_in
 from .reader import read, read_with_cycles
 from .recording import Recording
-
-_MAX_LISTED = 12  # names in a message
 
 
 def read_all(path: str | os.PathLike, *, part: str | int | None = None, **options: Any) -> list[Recording]:
@@ -76,10 +72,4 @@ def _fitting(
     known: Sequence[tuple[str | int | None, str]], pattern: str, path: Path
 ) -> list[tuple[str | int | None, str]]:
     """Those of the parts whose name fits a pattern."""
-    text = "*" if pattern.casefold() == "all" else str(pattern).casefold()
-    found = [each for each in known if fnmatchcase(each[1].casefold(), text)]
-    if not found:
-        names = ", ".join(repr(name) for _, name in known[:_MAX_LISTED])
-        step = "Give a pattern that one of them fits."
-        raise InputError("part", repr(pattern[:60]), f"the file has {names}", str(path), step)
-    return found
+    return [known[number - 1] for number in fitting_parts([name for _, name in known], pattern, str(path))]

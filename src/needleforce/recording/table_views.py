@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from .columns import Column
+from .recording import Note
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +115,42 @@ class RowSubset:
         """As ``FileTable.texts``, for these rows."""
         cells = self.table.texts(index)
         return [cells[row] for row in self.rows]
+
+
+@dataclass(frozen=True, eq=False)
+class ContinuedTime:
+    """A table whose time starts again at the rows ``restarts``, with a time that continues there: phases of one
+    recording, each with its own clock."""
+
+    table: Any
+    restarts: tuple[int, ...]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.table, name)
+
+    @property
+    def notes(self) -> list[Note]:
+        """Those of the table, and one on the time."""
+        count = len(self.restarts)
+        message = f"the time starts again {count} times where the depth continues: it is continued by the usual step"
+        return [*self.table.notes, Note("phases", message.replace("1 times", "once"), count)]
+
+    def numbers(self, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
+        """As ``FileTable.numbers``, with the time continued."""
+        values, sha256, complete = self.table.numbers(columns)
+        if "time" in values:
+            values = values | {"time": self._continued(values["time"])}
+        return values, sha256, complete
+
+    def _continued(self, time: np.ndarray) -> np.ndarray:
+        time = time.copy()
+        for row in self.restarts:
+            time[row:] += time[row - 1] - time[row] + np.nanmedian(np.diff(time[row:]))
+        return time
+
+    def from_row(self, number: int) -> None:
+        """Raises InputError: rows above the samples are those of the whole table."""
+        raise _within(self.table, number)
 
 
 def _within(table: Any, number: int) -> InputError:

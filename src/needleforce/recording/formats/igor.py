@@ -55,7 +55,8 @@ def _arrays(wave: Mapping[str, Any], facts: Mapping[str, str]) -> tuple[list[Arr
     if values.dtype.kind not in "iuf" or not rows:
         raise ValueError(f"a wave of numbers with few columns is needed, it has {values.dtype} {values.shape}")
     flat = values.reshape(rows, columns) if not transposed else values.reshape(columns, rows).T
-    labels = [clean(_text(each)) for each in wave["labels"][0 if transposed else 1][1:]]
+    stated = wave.get("labels") or [[], []]  # none in old files
+    labels = [clean(_text(each)) for each in stated[0 if transposed else 1][1:]]
     name, unit = clean(_text(header["bname"])) or "wave", _unit(wave.get("data_units"), header.get("dataUnits"))
     names = labels if len(labels) == columns else [name] if columns == 1 else [f"{name}[{k}]" for k in range(columns)]
     arrays = [vector(names[k], flat[:, k].astype(float), unit) for k in range(columns)]

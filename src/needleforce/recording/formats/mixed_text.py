@@ -93,8 +93,11 @@ def _in_chunks(table: TextRows, columns: Mapping[str, Column], as_text: bool = F
 
 
 def _has_comments(table: TextRows) -> bool:
-    """Whether ``#`` begins a comment, and no sign of a spreadsheet such as ``#N/A`` is in the file."""
-    return not any(_SPREADSHEET_SIGN.search(block) for block in _blocks(table))
+    """Whether ``#`` begins a comment: no sign of a spreadsheet such as ``#N/A`` is in the file, and no cell of text has
+    one."""
+    if any(_SPREADSHEET_SIGN.search(block) for block in _blocks(table)):
+        return False
+    return not any("#" in cell for k in table.text_columns for cell in table.texts(k))
 
 
 def _parsed(table: TextRows, file: "_Rows", options: Mapping[str, Any]) -> Any:

@@ -11,9 +11,11 @@ from typing import Protocol
 from ...errors import InputError
 from ...files import MAX_SAMPLES
 from ..columns import Column
+from .rows import is_missing, is_number
 
 WHITESPACE = r"\s+"
 MAX_LINE_CHARS = 1 << 16
+_COMMENT = re.compile(r"(?<![^\s,;\t])#(?!N/A|DIV|VALUE|NUM|REF|NULL|NAME)")
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,7 @@ class TextRows(Protocol):
     begin: int
     end: int | None
     clock_columns: frozenset[int]
+    text_columns: frozenset[int]
 
     def data_lines(self) -> Iterator[tuple[int, list[str]]]:
         """Each line of data as its number in the file, from 1, and its cells."""
@@ -63,7 +66,7 @@ def split_cells(line: str, delimiter: str) -> list[str]:
     """The cells of a line without surrounding blanks and quotes; none of a blank line and of a comment."""
     text = line.strip("\r\n\x1a\0 ")
     if "#" in text:
-        text = _without_comment(text)
+        text = _without_comment(text, delimiter)
     if not text:
         return []
     if delimiter == WHITESPACE:
@@ -73,10 +76,17 @@ def split_cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([text], delimiter=delimiter, skipinitialspace=True), [])]
 
 
-def _without_comment(text: str) -> str:
-    """A line without what follows ``#``, unless that begins a spreadsheet's ``#N/A`` or stands in a word."""
-    found = re.search(r"(?<![^\s,;\t])#(?!N/A|DIV|VALUE|NUM|REF|NULL|NAME)", text)
-    return text[: found.start()].rstrip() if found else text
+def _without_comment(text: str, delimiter: str) -> str:
+    """A line without what follows ``#``, unless that begins a spreadsheet's ``#N/A`` or follows a text in a word or a
+    cell, as in ``Load #1 [kN]``."""
+    for found in _COMMENT.finditer(text):
+        before = text[: found.start()].rstrip()
+        cell = (before.split() if delimiter == WHITESPACE else before.split(delimiter))[-1:]
+        name = cell[0].strip(' "') if cell else ""
+        numbered = delimiter != WHITESPACE or text[found.end() : found.end() + 1].isdigit()
+        if not (name and numbered) or is_number(name) or is_missing(name):
+            return before
+    return text
 
 
 def long_line(path: Path, number: int) -> InputError:

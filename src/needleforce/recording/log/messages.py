@@ -93,6 +93,8 @@ class Log:
         Whether the file was closed.
     notes : list of Note
         What could not be read.
+    others : tuple of str
+        Topics of other types, which are not read, each with its type.
     """
 
     wrench: Messages
@@ -102,6 +104,7 @@ class Log:
     end: dict | None
     complete: bool
     notes: list[Note] = field(default_factory=list)
+    others: tuple[str, ...] = ()
 
 
 def in_sequence(counters: np.ndarray, arrays: list[np.ndarray], topic: str) -> Messages:

@@ -127,6 +127,7 @@ def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) 
             end=None,
             complete=True,
             notes=damage + collected.notes(),
+            others=collected.others(),
         )
     contents = _read_file(place, collected)
     return Log(
@@ -137,6 +138,7 @@ def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) 
         end=contents.metadata.get(END),
         complete=contents.complete,
         notes=contents.notes + collected.notes(),
+        others=collected.others(),
     )
 
 

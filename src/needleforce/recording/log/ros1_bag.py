@@ -41,6 +41,9 @@ def read_ros1_bag(path: Path, collected: Collected) -> list[Note]:
         undecoded = 0
         with _reader(path) as reader:
             wanted = [each for each in reader.connections if each.msgtype in TYPES]
+            for each in reader.connections:
+                if each.msgtype not in TYPES:
+                    collected.leave_out(each.topic, each.msgtype)
             for connection, arrival, data in reader.messages(wanted) if wanted else ():
                 reader.count(len(data))
                 try:

@@ -24,12 +24,13 @@ from ..stream import Stream, constant_depth
 from ..timestamps import timing_notes
 from .messages import Log, Mark, Messages
 from .reader import read_log
-from .topics import split_choice
+from .topics import AS_TABLE, split_choice
 from .writer import WRENCH_TOPIC
 
 _MAX_RESTARTS = 20  # a device clock that decreases more often is not used
 _SECOND = 1e9  # ns
 _MAX_FORCE = 1e9  # [N, N m] of a bias; a damaged mark may hold any number
+_MAX_LISTED = 8  # topics in a message
 _MAX_COUNT = 10**15  # of a note
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 _CHOICES = ("force", "depth")
@@ -181,8 +182,14 @@ def read_recording(
     log = read_log(path, columns)
     place = file_name(path)
     if len(log.wrench) < 2:
-        limit = "a topic of WrenchStamped or Wrench with at least 2 messages is needed"
-        raise InputError("number of wrenches", len(log.wrench), limit, place, "Check that the force was recorded.")
+        has = f"; it has {', '.join(log.others[:_MAX_LISTED])}" if log.others else ""
+        limit = f"a topic of WrenchStamped or Wrench with at least 2 messages is needed{has}"
+        step = (
+            f"If one of these has the force: {AS_TABLE[0].lower()}{AS_TABLE[1:]}"
+            if has
+            else "Check that the force was recorded."
+        )
+        raise InputError("number of wrenches", len(log.wrench), limit, place, step)
     sha256 = "" if Path(path).is_dir() else digest(path)
     stream = Stream(place=place, sha256=sha256, values={}, assumptions=[], notes=list(log.notes))
     axis_time = _put_wrenches(stream, log, columns, units, baseline)

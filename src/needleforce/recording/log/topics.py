@@ -19,12 +19,14 @@ from .writer import AXIS_TOPIC, MARKS_TOPIC, WRENCH_TOPIC
 
 _WRENCHES = (ros_messages.WRENCH_STAMPED, ros_messages.WRENCH)
 _STATES = {ros_messages.JOINT_STATE: joints_of, ros_messages.POSE_STAMPED: position_of}
+_MAX_OTHERS = 100  # topics that are not read and are named
 _MAX_JOINTS = 32  # joints of one topic that are read
 _MAX_MARK_BYTES = 1 << 16  # of one mark; those of this package have about 100
 _MAX_MARKS_BYTES = 1 << 25  # of all: a fault status of each sample for some minutes
 _MIN_JOINT_SHARE = 0.01  # of a topic's messages: a rarer joint name is a damaged message
 TYPES = {*_WRENCHES, *_STATES}
 """The messages that are used."""
+AS_TABLE = "Save the topic as CSV, with rostopic echo -p or ros2 topic echo --csv while the bag is played."
 _TYPES_OF = {"force": _WRENCHES, "depth": tuple(_STATES)}
 
 
@@ -45,6 +47,7 @@ class Collected:
         self._topics: dict[str, _Topic] = {}
         self.marks: list[Mark] = []
         self._undecoded = self._mark_bytes = 0
+        self._others: dict[str, str] = {}
 
     def take(self, topic: str, message: str, counter: int, arrival: int, device: int, data: bytes) -> None:
         """Add one message of the type ``message``; types other than those of force, depth and marks are ignored."""
@@ -57,10 +60,21 @@ class Collected:
                 self._of(topic, message).add(joints, (counter, arrival, device, stamp))
             elif message == ros_messages.STRING and topic == MARKS_TOPIC:
                 self._mark(arrival, data)
+            else:
+                self.leave_out(topic, message)
         except InputError:
             raise
         except (ValueError, struct.error, AttributeError, TypeError, KeyError, RecursionError):
             self._undecoded += 1
+
+    def leave_out(self, topic: str, message: str) -> None:
+        """Remember a topic whose messages of this type are not read."""
+        if len(self._others) < _MAX_OTHERS:
+            self._others[topic] = message
+
+    def others(self) -> tuple[str, ...]:
+        """The topics that are not read, each with its type."""
+        return tuple(f"{topic} ({message})" for topic, message in sorted(self._others.items()))
 
     def _mark(self, arrival: int, data: bytes) -> None:
         self._mark_bytes += len(data)
@@ -99,8 +113,9 @@ class Collected:
             name for name, each in self._topics.items() if each.joints and each.message in _TYPES_OF[quantity]
         )
         if chosen and chosen not in topics:
-            limit = f"available: {', '.join(topics) or 'none'}"
-            advice = f"Give one of them with --column {quantity}=TOPIC." if topics else ""
+            of_type = " or ".join(each.rpartition("/")[2] for each in _TYPES_OF[quantity])
+            limit = f"of the type {of_type} there is {', '.join(topics) or 'none'}"
+            advice = f"Give one of them with --column {quantity}=TOPIC." if topics else AS_TABLE
             raise InputError(f"topic of {quantity}", repr(chosen), limit, self._place, advice)
         if not chosen and len(topics) > 1 and standard not in topics:
             limit = f"available: {', '.join(topics)}"
