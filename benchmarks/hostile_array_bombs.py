@@ -3,6 +3,7 @@
 """Files of arrays and tables for ``hostile_files.py`` that take far more to read than to store."""
 
 import random
+import re
 import struct
 import zipfile
 import zlib
@@ -232,5 +233,35 @@ def _ros1_bomb(chance: random.Random) -> bytes:
     return bytes(data)
 
 
-_BOMBS = {"excel": [_excel_bomb], "xlsm": [_excel_bomb], "xls": [_xls_bomb], "lvm": [_lvm_bomb], "forms": [_forms_bomb], "npy": [_npy_of_a_huge_shape], "npz": [_npz_of_zeros, _npz_that_states_little], "matlab": [_matlab_bomb],
+def _jpk_bomb(chance: random.Random) -> bytes:
+    """Samples without end, or as many as the header states."""
+    made, zeros = BytesIO(), chance.choice([10**6, 2 * 10**8])
+    with (
+        zipfile.ZipFile(BytesIO(hostile_arrays.content("jpk", 1))) as archive,
+        zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new,
+    ):
+        for name in archive.namelist():
+            part = archive.read(name).replace(b"num-points=400", b"num-points=%d" % chance.choice([400, 10**12]))
+            new.writestr(name, bytes(zeros) if name.endswith("1/channels/vDeflection.dat") else part)
+    return made.getvalue()
+
+
+def _igor_bomb(chance: random.Random) -> bytes:
+    """A wave with more samples than the file has bytes, and a checksum that fits."""
+    count = chance.choice([10**6, 2**31 - 1, -5])
+    data = bytearray(hostile_arrays.content("igor", 0))
+    data[64 + 12 : 64 + 16] = data[64 + 68 : 64 + 72] = struct.pack("<i", count)
+    data[2:4] = bytes(2)
+    words = int(np.frombuffer(bytes(data[:384]), "<i2").astype(int).sum())
+    data[2:4] = np.array(-words).astype("<i2").tobytes()
+    return bytes(data)
+
+
+def _nanosurf_bomb(chance: random.Random) -> bytes:
+    what = chance.choice([b"Points", b"Lines", b"SaveBits", b"GroupCount"])
+    number = b"%d" % chance.choice([10**5, 10**9, 10**30, -1])
+    return re.sub(rb"\n" + what + rb"=\d+", b"\n" + what + b"=" + number, hostile_arrays.content("nanosurf", 0))
+
+
+_BOMBS = {"jpk": [_jpk_bomb], "igor": [_igor_bomb], "nanosurf": [_nanosurf_bomb], "excel": [_excel_bomb], "xlsm": [_excel_bomb], "xls": [_xls_bomb], "lvm": [_lvm_bomb], "forms": [_forms_bomb], "npy": [_npy_of_a_huge_shape], "npz": [_npz_of_zeros, _npz_that_states_little], "matlab": [_matlab_bomb],
           "matlab73": [_matlab73_bomb], "hdf5": [_hdf5_bomb], "tdms": [_tdms_bomb], "records": [_records_bomb], "ros1": [_ros1_bomb]}  # fmt: skip

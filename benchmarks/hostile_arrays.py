@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # ruff: noqa: E501 - the content of hostile files has long lines
-"""Valid files of arrays for ``hostile_files.py``: NumPy, MATLAB, HDF5, TDMS, JSON and ROS 1 bags."""
+"""Valid files of arrays for ``hostile_files.py``: NumPy, MATLAB, HDF5, TDMS, JSON, ROS 1 bags and force curves."""
 
 import json
 import tempfile
@@ -8,6 +8,7 @@ from functools import cache
 from io import BytesIO
 from pathlib import Path
 
+import curve_files
 import damaged_files
 import numpy as np
 from hostile_tables import DEPTH, FORCE, ROWS, TIME
@@ -16,7 +17,7 @@ from needleforce.errors import InputError
 from needleforce.recording.formats.detect import tables_of
 
 ENDINGS = {"npy": ".npy", "npz": ".npz", "matlab": ".mat", "matlab73": ".mat", "hdf5": ".h5", "tdms": ".tdms", "records": ".jsonl",
-           "ros1": ".bag"}  # fmt: skip
+           "ros1": ".bag", "jpk": ".jpk-force", "igor": ".ibw", "nanosurf": ".nid"}  # fmt: skip
 N_FORMS = 6
 _MAX_READ = 200  # columns of a file that are read
 
@@ -190,6 +191,19 @@ def _ros1(form: int) -> bytes:
         return (Path(folder) / "x.bag").read_bytes()
 
 
+@cache
+def _igor(form: int) -> bytes:
+    columns = np.stack([1e-6 * DEPTH, 1e-9 * FORCE, 1e-6 * DEPTH], axis=1)
+    labels, note = ("Raw", "Defl", "ZSnsr"), "SpringConstant:0.05\rNumPtsPerSec:100\r"
+    waves = [
+        (FORCE, 0.01, "N"),
+        (columns, 0.01, "m", "s", labels, note),
+        (columns.T, 0.01, "m", "s"),
+        (columns, 0.0, "", ""),
+    ]
+    return curve_files.igor_wave(*waves[form % len(waves)])
+
+
 _MADE = {
     "npy": _npy,
     "npz": _npz,
@@ -199,4 +213,7 @@ _MADE = {
     "tdms": _tdms,
     "records": _records,
     "ros1": _ros1,
+    "jpk": cache(lambda form: curve_files.jpk(force=form > 0)),
+    "igor": _igor,
+    "nanosurf": cache(lambda form: curve_files.nanosurf(1 + form % 3)),
 }

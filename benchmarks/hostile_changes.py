@@ -17,7 +17,19 @@ import hostile_tables
 ENDINGS = {**hostile_arrays.ENDINGS, **hostile_tables.ENDINGS}
 _WORKBOOKS = ("excel", "xlsm")
 # bytes at the start that mostly stay, without which a file is of no format
-_KEPT = {"matlab73": 512, "tdms": 4, "npy": 8, "npz": 4, "ros1": 13, "matlab": 4, "forms": 0, "lvm": 19}
+_KEPT = {
+    "matlab73": 512,
+    "tdms": 4,
+    "npy": 8,
+    "npz": 4,
+    "ros1": 13,
+    "matlab": 4,
+    "forms": 0,
+    "lvm": 19,
+    "jpk": 4,
+    "igor": 2,
+    "nanosurf": 9,
+}
 _CELLS = [b"\n", b"\r", b"\t", b";", b",", b"|", b"  ", b'"', b"#", b"# ", b"#N/A", b"--", b"OVER", b"12:30:01", b"1.234,5", b"1,234.5", b"(N)",
           b"Time", b"Force", b"Zeit;Weg", b"\n\n\n", b"nan", b"1e999", b"-1e308", b"9" * 400, b"a" * 300, b"\0", b"\xff\xfe", b"\xef\xbb\xbf",
           b"\n<DATA>\n", b"2026-01-02T03:04:05", b"99:99:99", b"1:1:1:1", b"0:0", b"=1+1", b"-", b"mm", b"\t" * 2000]  # fmt: skip
@@ -42,8 +54,8 @@ def changed(kind: str, chance: random.Random) -> bytes:
         return _with_cells(data, chance)
     if kind in _WORKBOOKS and chance.random() < 0.6:
         return _with_values(data, chance)
-    if kind in ("npz", *_WORKBOOKS) and chance.random() < 0.5:
-        return _changed_members(data, chance, 0.6 if kind == "npz" else 0.02)
+    if kind in ("npz", "jpk", *_WORKBOOKS) and chance.random() < 0.5:
+        return _changed_members(data, chance, 0.6 if kind in ("npz", "jpk") else 0.02)
     if kind == "matlab" and chance.random() < 0.5:
         return _changed_elements(data, chance)
     if kind == "records" and chance.random() < 0.7:
@@ -98,7 +110,7 @@ def _changed_members(data: bytes, chance: random.Random, other: float) -> bytes:
     with zipfile.ZipFile(BytesIO(data)) as archive, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
         for name in archive.namelist():
             part = archive.read(name)
-            part = part[:8] + damaged_files.damaged(part, chance)[8:] if chance.random() < 0.5 else part
+            part = part[:8] + damaged_files.damaged(part, chance)[8:] if part and chance.random() < 0.5 else part
             others = ["../../" + name, "/" + name, "a\0b.npy", "\x1b[2J.npy"]
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # a name that is there twice is meant

@@ -63,7 +63,22 @@ def refusal(read: str, *arguments) -> str:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the memory of a process is read from /proc")
 @pytest.mark.parametrize(
-    "kind", ["npy", "npz", "matlab", "matlab73", "hdf5", "tdms", "records", "ros1", "excel", "forms"]
+    "kind",
+    [
+        "npy",
+        "npz",
+        "matlab",
+        "matlab73",
+        "hdf5",
+        "tdms",
+        "records",
+        "ros1",
+        "jpk",
+        "igor",
+        "nanosurf",
+        "excel",
+        "forms",
+    ],
 )
 def test_three_hundred_hostile_files_of_arrays(hostile, kind):
     found = hostile[0].study(kind, 300, first=1_000_000)

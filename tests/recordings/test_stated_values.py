@@ -41,6 +41,7 @@ def stated(*lines, decimal="."):
         ("Sampling rate: 1,000 Hz", 1000.0),
         ("meta.sample_rate: 1e3", 1000.0),
         ("Sampling rate 1000 samples/s", 1000.0),
+        ("Sampling time: 6 ms", 1000.0 / 6.0),
     ],
 )
 def test_a_rate(line, rate_hz):
@@ -50,7 +51,9 @@ def test_a_rate(line, rate_hz):
 @pytest.mark.parametrize(
     "line",
     ["Frequency: 1 Hz", "Rate: 1 mm/min", "Heart rate: 70", "dt: 0.1", "Samples: 1000", "Sample 12", "rate", "fs: -3",
-     "assumption: the samples are 100 Hz apart", "Force sampling rate: 100 Hz", "Date: 2024-01-01 10:00"],
+     "assumption: the samples are 100 Hz apart", "Force sampling rate: 100 Hz", "Date: 2024-01-01 10:00",
+     "Sampling rate (max) 1000 Hz", "Update rate: 60 Hz",
+     "Sampling time: 6 s"],
 )  # fmt: skip
 def test_no_rate(line):
     assert stated(line).rate is None

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..units import find
+from ..units import DIMENSIONS, find
 from .quantities import NAMED_BY_WORD, dimension, plain_name
 
 _MAX_CHARS = 200  # of a line that states a value
@@ -29,7 +29,7 @@ _FREQUENCIES = {
 _RATES = frozenset(
     "fs fsample fsampling fsamp samplerate samplingrate samplefrequency samplingfrequency samplefreq samplingfreq "
     "datarate dataacquisitionrate acquisitionrate acquisitionfrequency scanrate samplespersecond sps lograte "
-    "loggingrate recordingrate updaterate rate abtastrate abtastfrequenz messrate messfrequenz aufzeichnungsrate "
+    "loggingrate recordingrate rate abtastrate abtastfrequenz messrate messfrequenz aufzeichnungsrate "
     "frequencedechantillonnage frequenceechantillonnage frequencedacquisition frecuenciademuestreo tasademuestreo "
     "frequenzadicampionamento".split()
 )
@@ -42,6 +42,7 @@ _STEPS = frozenset(
 # words that do not make another rate of it
 _HARMLESS = frozenset("daq adc rdt test recording measured actual of the in".split())
 _SURE_STEPS = frozenset("dt deltat ts tsample timestep wfincrement zeitschritt pasdetemps".split())  # without a unit
+_OR_DURATIONS = frozenset("sampletime samplingtime abtastzeit".split())  # names that a recording's length has, too
 _SAMPLING = re.compile(r"sampl|abtast|acquisition|echantillonn|muestreo|campionament")
 _SPEED = re.compile(r"speed|velocity|geschwindigkeit|vitesse|velocidad|velocita|^rate$|feedrate|vorschub")
 # words of the speed of a test; any other makes it that of another stroke, a limit, or of something else
@@ -161,6 +162,8 @@ def _words(name: str) -> tuple[list[str], str]:
     last = parts[-1].strip(_EDGES) if parts else ""
     bracketed = _BRACKETED.fullmatch(last)
     last, unit = (bracketed[1], bracketed[2]) if bracketed else (last, "")
+    if unit and not _is_unit(unit):  # another word of the name: Sampling rate (max)
+        last, unit = f"{last} {unit}", ""
     last = re.split(r"\.(?=\S)", last.rstrip(". "))[-1].rsplit("/", 1)[-1]
     words = plain_name(re.sub(r"(?<=[a-z])(?=[A-Z])", "_", last)).split("_")
     for count in (2, 1):  # mm_s, then Hz
@@ -172,6 +175,10 @@ def _words(name: str) -> tuple[list[str], str]:
         ):
             return words[:-count], suffix
     return [word for word in words if word], unit
+
+
+def _is_unit(text: str) -> bool:
+    return _squeezed(text) in _FREQUENCIES or any(find(text, each) for each in DIMENSIONS)
 
 
 def _number(text: str, decimal: str) -> float | None:
@@ -202,6 +209,7 @@ def _rate(line: str, decimal: str) -> Statement | None:
         value = frequency * entry.number
     elif period and name in _STEPS:
         value = 1.0 / float(period.to_si(entry.number))
+        value = None if name in _OR_DURATIONS and not _is_usual(value) else value
     elif not entry.unit and name in _RATES and (name == "fs" or _SAMPLING.search(name)):
         value = entry.number if _is_usual(entry.number) else None
     elif not entry.unit and name in _STEPS and (name in _SURE_STEPS or _SAMPLING.search(name)):

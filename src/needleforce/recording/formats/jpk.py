@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Force curves of JPK instruments (Bruker) by afmformats: a recording a curve, with the depth of the tip."""
 
+import zipfile
 from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
@@ -8,9 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
+from ...files import open_regular, unpacked_limit
 from ..file_table import FileTable
 from ..recording import Note
-from .arrays import MAX_TABLES, Array, FileArrays, check_count, reading
+from .arrays import MAX_TABLES, Array, FileArrays, check_count, check_size, reading
 from .worker import tables_by_worker
 
 _FORMAT = "a JPK force curve"
@@ -34,23 +36,34 @@ def tables_here(path: Path) -> list[FileTable]:
     from afmformats.formats.fmt_jpk import load_jpk
 
     found = FileArrays(path=path, format=_FORMAT, header=lambda name, _: name)
-    try:
-        with reading(path, _FORMAT, _EXPORT):
-            try:
-                curves = load_jpk(path)
-            except MissingMetaDataError as error:
-                raise _not_calibrated(path) from error
-            check_count("curves", len(curves), MAX_TABLES, path)
-            for number, curve in enumerate(curves, 1):
-                _add_curve(found, f"curve {number}" if len(curves) > 1 else "", curve)
-    except KeyError as error:
-        raise _not_calibrated(path) from error
+    with reading(path, _FORMAT, _EXPORT):
+        _check_unpacked(path)
+        try:
+            curves = load_jpk(path)
+        except MissingMetaDataError as error:
+            raise _not_calibrated(path) from error
+        check_count("curves", len(curves), MAX_TABLES, path)
+        for number, curve in enumerate(curves, 1):
+            _add_curve(found, f"curve {number}" if len(curves) > 1 else "", curve)
     return found.finish()
+
+
+def _check_unpacked(path: Path) -> None:
+    """Raise InputError for an archive that is far larger unpacked."""
+    with open_regular(path) as file, zipfile.ZipFile(file) as archive:
+        size = sum(each.file_size for each in archive.infolist())
+    check_size(size, unpacked_limit(path.stat().st_size), path)
 
 
 def _not_calibrated(path: Path) -> InputError:
     step = "Calibrate the cantilever in JPK Data Processing, and save the curve again."
     return InputError("spring constant", "missing", "the force is its product with the deflection", str(path), step)
+
+
+def _checked(values: np.ndarray, rows: int) -> np.ndarray:
+    if len(values) != rows:
+        raise ValueError(f"{len(values)} samples, {rows} are stated")
+    return np.asarray(values)
 
 
 def _has(data: Mapping[str, np.ndarray], column: str) -> bool:
@@ -76,7 +89,7 @@ def _add_curve(found: FileArrays, name: str, curve: dict) -> None:
         ("segment", ""): lambda: data["segment"],
     }
     arrays = [
-        Array(name=column, rows=rows, units=[unit], read=lambda _, values=values: np.asarray(values()))
+        Array(name=column, rows=rows, units=[unit], read=lambda _, values=values: _checked(values(), rows))
         for (column, unit), values in read.items()
     ]
     found.add(name, arrays, [(key, facts[key]) for key in _FACTS if key in facts])
