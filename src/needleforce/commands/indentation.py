@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 NAME = "indentation"
 SEGMENT_HELP = "Use the rows in which a column has a value, such as segment=0; default: all rows up to the deepest one."
+CONTACT_HELP = "Depth of the surface, of a curve that begins in contact; default: it is fitted."
 SHAPES = {
     "cone": ("Cone", "half_angle"),
     "paraboloid": ("Paraboloid", "radius"),
@@ -51,6 +52,7 @@ def run(
     baseline: Annotated[
         str, typer.Option(help="Model of the force before contact: none, constant or line.")
     ] = "constant",
+    contact_depth_um: Annotated[float | None, typer.Option(help=CONTACT_HELP)] = None,
     column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     *,
@@ -65,6 +67,7 @@ def run(
     check_outputs([json], [file, needle])
     options = {"poisson_ratio": poisson_ratio, "baseline": baseline}
     checked_options(**options)
+    surface = {} if contact_depth_um is None else {"contact_depth": 1e-6 * contact_depth_um}
     wanted = pairs([segment], "segment") if segment else {}
     tips, shank = tips_of(tip, half_angle_deg, radius_um, needle)
     documents, found = [], False
@@ -72,7 +75,7 @@ def run(
     for _, recording in recordings:
         try:
             depth, force = _approach(recording, file, wanted)
-            rows = compare_tips(depth, force, tips, progress=progress, shank_radius=shank, **options)
+            rows = compare_tips(depth, force, tips, progress=progress, shank_radius=shank, **surface, **options)
         except InputError as error:
             say(str(error) if str(file) in error.place else f"{file}: {error}")
             continue

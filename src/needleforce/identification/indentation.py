@@ -4,7 +4,7 @@ tip, or several compared."""
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -100,6 +100,7 @@ def fit_indentation(
     poisson_ratio: float | None = None,
     baseline: str = "constant",
     shank_radius: float | None = None,
+    contact_depth: float | None = None,
 ) -> IndentationFit:
     """Fit the contact of a rigid tip to one approach by least squares, without a starting value.
 
@@ -117,6 +118,9 @@ def fit_indentation(
         Force without contact: "none" (0), "constant" or "line" (linear in depth).
     shank_radius : float, optional
         Radius of the shank [m], as in ``nf.contact``.
+    contact_depth : float, optional
+        Where contact begins [m], if it is known: of a curve whose first sample is in contact, as nanoindenters record.
+        Without, it is part of the fit.
 
     Returns
     -------
@@ -137,15 +141,22 @@ def fit_indentation(
     zero = float(depth.min())
     parts = BASELINES[baseline](depth - zero)
     search = ContactSearch(depth - zero, force, parts, tip, shank_radius)
-    place = search.best()
+    known = contact_depth is not None
+    place = _given_place(contact_depth, zero, search) if known else search.best()
     values, jacobian = _solved(search, place, parts)
     residual = force - np.delete(values, 1) @ np.delete(jacobian, 1, axis=0)
+    fitted = np.delete(np.arange(len(values)), 1) if known else np.arange(len(values))
+    jacobian = jacobian[fitted]
     noise = noise_of(residual, len(residual), lost=len(jacobian))
-    refuse_no_contact(search, place, noise)
-    half = TWO_SIDED * np.sqrt(noise.long_run * np.diagonal(inverse(jacobian @ jacobian.T)))
+    refuse_no_contact(search, place, noise, known=known)
+    half = np.zeros(len(values))
+    half[fitted] = TWO_SIDED * np.sqrt(noise.long_run * np.diagonal(inverse(jacobian @ jacobian.T)))
     notes = notes_on(search, place, values[0], half, residual)
     values[1] += zero
     found = {name: _estimate(name, *each, tip) for name, *each in zip(UNITS, values, half)}
+    if known:
+        nothing = {"low": math.nan, "high": math.nan, "identifiable": False}
+        found["contact_depth"] = replace(found["contact_depth"], source="as given", **nothing)
     if tissue is not None:
         found["young_modulus"] = _young(found["reduced_modulus"], tissue)
     bic = criterion(noise, len(values), noise.count)
@@ -158,6 +169,15 @@ def checked_options(poisson_ratio: float | None, baseline: str) -> Tissue | None
     if baseline not in BASELINES:
         raise InputError("baseline", repr(baseline), "unknown", next_step=f"Give one of {', '.join(BASELINES)}.")
     return None if poisson_ratio is None else Tissue(1.0, poisson_ratio)
+
+
+def _given_place(contact_depth: float, zero: float, search: ContactSearch) -> float:
+    """The contact depth from the least depth. Raises InputError for one at which no sample is in contact."""
+    place = contact_depth - zero
+    if not (math.isfinite(place) and (search.depth > place).sum() > MIN_IN_CONTACT):
+        limit = f"the depths are {zero:g} to {zero + search.span:g} m, and more than {MIN_IN_CONTACT} must be deeper"
+        raise InputError("contact depth", contact_depth, limit, next_step="Give the depth of the surface.")
+    return float(place)
 
 
 def _checked(depth: ArrayLike, force: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -204,19 +224,20 @@ def _young(reduced: Estimate, tissue: Tissue) -> Estimate:
     return Estimate("young_modulus", factor * reduced.value, "Pa", *limits, identifiable=False, source=source)
 
 
-def refuse_no_contact(search: ContactSearch, place: float, noise: Noise) -> None:
-    """Raises InputError for a force that does not rise, or a contact at an end of the curve."""
+def refuse_no_contact(search: ContactSearch, place: float, noise: Noise, *, known: bool = False) -> None:
+    """Raises InputError for a force that does not rise, or a contact at an end of the curve if it is not ``known``."""
     gain = search.gain(place)
     if not gain > max(MIN_RISE_SIGMA**2 * noise.long_run, ROUNDING**2 * float(search.force_given @ search.force_given)):
         limit = f"it must rise above its baseline by {MIN_RISE_SIGMA:g} standard errors: no contact was found"
         raise InputError("force", "not rising with depth", limit, next_step=FLIP_SIGN)
     free = int((search.depth <= place).sum())
-    if free < MIN_FREE_SAMPLES:
+    if free < MIN_FREE_SAMPLES and not known:
         raise InputError(
             "contact depth",
             f"at the start of the curve ({free} samples before it)",
             f"at least {MIN_FREE_SAMPLES} samples of free travel are needed",
-            next_step="Give a curve that begins above the surface, or another tip or baseline.",
+            next_step="Give a curve that begins above the surface, another tip or baseline, or the depth of the "
+            "surface if the curve begins in contact (contact_depth, --contact-depth-um).",
         )
     if (search.depth > place).sum() <= MIN_IN_CONTACT:
         limit = f"more than {MIN_IN_CONTACT} samples in contact are needed"
@@ -235,6 +256,8 @@ def notes_on(
 
 
 def _contact(search: ContactSearch, place: float, half: float) -> str:
+    if half == 0.0:  # it is given
+        return ""
     if not half < place:
         return "The interval of the contact depth reaches the start of the curve: there is too little free travel."
     share = half / (search.span - place)
