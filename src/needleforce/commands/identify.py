@@ -144,7 +144,8 @@ def _write_tables(fit: "Fit", csv: Path | None, draws: Path | None) -> None:
 def _show(fit: "Fit", quiet: bool) -> None:
     for each in fit.recordings:
         if not each.parameters:
-            say(f"{each.file}: {each.status}: " + " ".join(each.notes))
+            notes = (note if note.endswith(".") else f"{note}." for note in each.notes)
+            say(f"{each.file}: {each.status}: " + " ".join(notes))
     if quiet:
         return
     table("events", ["file", "status", "contact", "punctures", "exit"], [_events(each) for each in fit.recordings])

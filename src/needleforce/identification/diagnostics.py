@@ -71,7 +71,7 @@ def recording_fit(
         + tuple(note.message for note in single.recording.notes)
     )
     base = RecordingFit(
-        file=single.recording.card.source,
+        file=single.recording.place,
         status=single.status,
         recording=single.recording,
         events=single.events,

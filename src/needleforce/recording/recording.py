@@ -239,6 +239,11 @@ class Recording:
         file = self.card.source.replace("\\", "/").rsplit("/", 1)[-1] or "recording"
         return f"{file}: {self.card.part}" if self.card.part else file
 
+    @property
+    def place(self) -> str:
+        """The card's source. Of a file with several recordings, its name, too."""
+        return f"{self.card.source}: {self.card.part}" if self.card.part else self.card.source
+
     def _summary(self) -> list[tuple[str, str]]:
         """What the recording spans, as names and texts."""
         if len(self) < 2:

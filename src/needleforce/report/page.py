@@ -110,7 +110,7 @@ def _file(number: int, one: RecordingFit) -> dict[str, object]:
     card, time = recording.card, recording.time
     rate, duration = with_unit(f"{recording.rate:.4g}", "Hz"), with_unit(f"{time[-1] - time[0]:.4g}", "s")
     length = f"average of {card.filter_length} samples" if card.filter_length > 1 else ""
-    source = card.source if card.source != one.file else ""
+    source = "" if one.file in (card.source, recording.place) else card.source
     origin = source, card.needle, card.tissue, card.rig, length, card.assumptions
     known = card.sha256, _thousands(len(time)), rate, duration, *origin
     return {"no.": number, "file": one.file, **dict(zip(_CARD_COLUMNS, known))}
