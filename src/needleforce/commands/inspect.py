@@ -57,8 +57,7 @@ def run(
     if plot:
         _plot(found)
     if figure is not None:
-        found.recording.plot().figure.savefig(figure)
-        say(f"figure: {figure}")
+        _save_figure(found, figure)
     if save is not None:
         from ..recording.mappings import save_mapping
 
@@ -106,12 +105,27 @@ def _contact(found: "Look") -> str:
     )
 
 
+def _scaled(found: "Look") -> list[tuple[Any, str]]:
+    """Depth and force in units of a readable size, each with the label of its axis."""
+    axes = []
+    for name, values, unit in (("depth", found.recording.depth, "m"), ("force", found.recording.force, "N")):
+        factor, shown = span_scale(float(values.min()), float(values.max()), unit)
+        axes.append((factor * values, f"{name} [{shown}]"))
+    return axes
+
+
 def _plot(found: "Look") -> None:
     from ..display.terminal_plot import terminal_plot
 
-    axes = []
-    for values, unit in ((found.recording.depth, "m"), (found.recording.force, "N")):
-        factor, shown = span_scale(float(values.min()), float(values.max()), unit)
-        axes.append((factor * values, shown))
-    (depth, of_depth), (force, of_force) = axes
-    show(terminal_plot(depth, force, f"depth [{of_depth}]", f"force [{of_force}]"))
+    (depth, of_depth), (force, of_force) = _scaled(found)
+    show(terminal_plot(depth, force, of_depth, of_force))
+
+
+def _save_figure(found: "Look", figure: Path) -> None:
+    from ..display.axes import MEASURED, axes_for, finish
+
+    (depth, of_depth), (force, of_force) = _scaled(found)
+    axes = axes_for()
+    axes.plot(depth, force, color=MEASURED, lw=0.9)
+    finish(axes, of_depth, of_force, found.recording.name).figure.savefig(figure)
+    say(f"figure: {figure}")
