@@ -62,3 +62,14 @@ def test_a_curve_that_starts_in_contact_has_no_bias():
     depth = np.linspace(0.0, 1e-6, 6000)
     removed = [bias(depth, 90e-3 * (depth / 1e-6) ** 1.8 + 2e-6 * rng.standard_normal(6000))[0] for _ in range(50)]
     assert removed == [0.0] * 50
+
+
+@pytest.mark.parametrize("rest_s", [0.0, 1.0, 20.0])
+@pytest.mark.parametrize("noise", [0.005, 0.02])
+def test_a_constant_bias_is_found_after_any_rest(rest_s, noise):
+    """20 % of free travel, white noise: four standard errors miss few; allowed are 5 of 100."""
+    rng = np.random.default_rng(7)
+    depth = np.concatenate([np.zeros(int(100 * rest_s)), np.linspace(0.0, 1.0, 1000)])
+    force = 0.2 + np.clip(depth - 0.2, 0.0, None) ** 1.5 / 0.8**1.5
+    found = [bias(depth, force + noise * rng.standard_normal(len(depth)))[0] for _ in range(100)]
+    assert found.count(0.0) <= 5 and np.median(found) == pytest.approx(0.2, abs=0.002)

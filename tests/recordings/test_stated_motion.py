@@ -85,3 +85,16 @@ def test_the_command_that_inspect_shows_reads_the_same(force_file, tmp_path):
     shown = CliRunner().invoke(app, ["inspect", str(force_file), *words, "--save", str(tmp_path / "needleforce.toml")])
     assert shown.exit_code == 0 and nf.read(force_file, dry_run=True, **STATED).command.endswith(" ".join(words))
     np.testing.assert_allclose(nf.read(force_file).depth, DEPTH, atol=1e-12)  # by the options kept in the folder
+
+
+@pytest.mark.parametrize("start", [50.0, -50.0])
+def test_a_motion_outside_the_times_of_the_file_is_refused(force_file, start):
+    with pytest.raises(nf.InputError, match=r"0 to 8.999 s, in which the needle does not move.*--motion-shift-s"):
+        nf.read(force_file, speed=SPEED, stroke=STROKE, hold=HOLD, motion_shift=start)
+
+
+def test_a_speed_without_sign_is_stated(file):
+    speed = np.abs(np.gradient(DEPTH, TIME))
+    force = np.where(TIME > START + 5.0, -0.3, FORCE)
+    run = nf.read(file(text({"time_s": TIME, "speed_mm_s": 1e3 * speed, "force_N": force})), start_depth=0.0)
+    assert any("never negative, but the force has both signs" in each for each in run.card.assumptions)

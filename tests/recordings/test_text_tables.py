@@ -380,3 +380,74 @@ def test_repeats_are_no_phases(file):
         assert len(read_all(file(phases(part, part, part)))) == 3
     higher = [(t, z + 3e-3, f) for t, z, f in samples[:-75]]  # the next one begins where the first one was left
     assert len(read_all(file(phases(samples[:-75], higher)))) == 2
+
+
+@pytest.mark.parametrize("sep, quote", [(" ", '"'), (" ", ""), ("\t", '"'), (",", '"')])
+def test_row_numbers_without_a_header(file, sep, quote):
+    """As R writes a data frame: the header has one cell less than the rows."""
+    header = sep.join(f"{quote}{name}{quote}" for name in ("time_s", "depth_mm", "force_N"))
+    rows = [sep.join([f"{quote}{k}{quote}", f"{t:.2f}", f"{1e3 * z:.5f}", f"{f:.6f}"])
+            for k, (t, z, f) in enumerate(zip(TIME, DEPTH, FORCE), 1)]  # fmt: skip
+    run = read(file("\n".join([header, *rows]) + "\n"))
+    np.testing.assert_allclose(run.depth, DEPTH, atol=1e-8)
+    np.testing.assert_allclose(run.force, FORCE, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("header", "row"),
+    [
+        ("Time [s]\tDepth [mm]\tForce [mN]", "{t:.2f}\t{z:.2f}\t1 {f:03.0f}"),  # a blank as sign of thousands
+        ("Time [ms],Depth [um],Force [N]", "{k},{z:.0f},0,{f:03.0f}"),  # commas between cells and in numbers
+        ("depth_mm,force_N", "{t:.3f},{z:.3f},{f:.3f}"),  # a time without a header
+    ],
+)
+def test_rows_with_one_cell_more_than_the_header_are_not_shifted(file, header, row):
+    rows = [row.format(k=k, t=7.0 + t, z=1e3 * z, f=1e3 * f) for k, (t, z, f) in enumerate(zip(TIME, DEPTH, FORCE), 1)]
+    with pytest.raises(InputError, match="the file has no header"):
+        read(file("\n".join([header, *rows]) + "\n"), rate=50.0)
+
+
+def test_a_sign_in_every_number_that_other_columns_do_not_have_is_not_guessed(file):
+    rows = [f"{t:.2f};{1e3 * z:.2f};1,{round(1e3 * f) % 1000:03d}" for t, z, f in zip(TIME, DEPTH, np.abs(FORCE))]
+    with pytest.raises(InputError, match=r"force .*is ambiguous"):
+        read(file("Time [s];Depth [mm];Force [N]\n" + "\n".join(rows) + "\n"))
+
+
+def test_a_comment_of_as_many_words_as_columns_is_no_header(file):
+    rows = [f"{t:.2f} {1e3 * z:.4f} {f:.6f}" for t, z, f in zip(TIME, DEPTH, FORCE)]
+    for comment in ("# force vs position", "# Column 3: Force"):
+        with pytest.raises(InputError, match="the file has no header"):
+            read(file(f"{comment}\n" + "\n".join(rows) + "\n"))
+    run = read(file("# time depth force\n# s mm N\n" + "\n".join(rows) + "\n"))
+    np.testing.assert_allclose(run.force, FORCE, atol=1e-6)
+
+
+def test_a_table_below_another_has_its_headers(file):
+    rows = [f"{t:.2f},{1e3 * z:.4f},{f:.6f}" for t, z, f in zip(TIME, DEPTH, FORCE)]
+    header = "Time (s),Depth (mm),Force (N)"
+    runs = read_all(file("\n".join([header, *rows, "End of run 1", *rows, "End of run 2"]) + "\n"))
+    assert len(runs) == 2
+    for run in runs:
+        np.testing.assert_allclose(run.force, FORCE, atol=1e-6)
+
+
+@pytest.mark.parametrize("home", [0.5, 3.0])
+def test_insertions_that_return_beyond_their_start_are_no_phases(file, home):
+    out = np.linspace(DEPTH[-1], DEPTH[0] - 1e-3 * home, 40)
+    whole = [*zip(TIME, DEPTH, FORCE), *zip(TIME[-1] + 0.02 * np.arange(1, 41), out, np.zeros(40))]
+    later = [(t, z - 1e-3 * home, f) for t, z, f in whole]
+    assert len(read_all(file(phases(whole, later)), part=None)) == 2
+
+
+def test_insertions_into_fresh_depth_are_no_phases(file):
+    part = [(t, z - DEPTH[0], f) for t, z, f in zip(TIME[:600], DEPTH[:600], FORCE[:600])]
+    deeper = [(t, z + part[-1][1], f) for t, z, f in part]
+    assert len(read_all(file(phases(part, deeper)))) == 2
+
+
+def test_numbers_with_narrow_blanks_in_one_byte(tmp_path):
+    time = np.arange(0.0, 12.0, 0.01)
+    rows = [f"{t:.2f};{2.0 * t:.2f};" + f"{150.0 * t:,.1f}".replace(",", "\u00a0") for t in time]
+    text = "Time (s);Depth (mm);Force (mN)\n" + "\n".join(rows) + "\n"
+    (tmp_path / "run.csv").write_bytes(text.encode("cp1252"))
+    np.testing.assert_allclose(read(tmp_path / "run.csv", baseline=False).force, 0.15 * time, atol=1e-4)

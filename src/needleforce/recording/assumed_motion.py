@@ -89,6 +89,15 @@ class AssumedMotion:
         """With the rate [Hz] that the file states in ``text``."""
         return replace(self, rate=rate, stated=text)
 
+    def _check_moves(self, time: np.ndarray, moved: np.ndarray) -> None:
+        """Raise InputError if the needle does not move within the times of the file."""
+        last = math.inf if self.stroke is None or self.hold is None else 2.0 * self.stroke / self.speed + self.hold
+        last = self.stroke / self.speed if self.stroke is not None and self.hold is None else last
+        if moved[-1] <= 0.0 or moved[0] >= last:
+            limit = f"the times of the file are {time[0]:.10g} to {time[-1]:.10g} s, in which the needle does not move"
+            step = "Give the time of the file at which it starts to move (--motion-shift-s)."
+            raise InputError("motion shift", f"{self.start or 0.0:g} s", limit, next_step=step)
+
     def time(self, count: int, depth: np.ndarray | None) -> tuple[np.ndarray, str]:
         """(count,) times [s] and what is assumed; ``depth`` [m] if the file has one."""
         rows = np.arange(count, dtype=float)
@@ -114,6 +123,7 @@ class AssumedMotion:
         if self.step:
             return self.step * np.arange(len(time)), f"depth increases by {1e6 * self.step:g} um a sample, as given"
         moved = np.maximum(time - (time[0] if self.start is None else self.start), 0.0)
+        self._check_moves(time, moved)
         begins = "" if self.start is None else f" from {self.start:g} s on"
         sentence = f"depth increases at {1e3 * self.speed:g} mm/s{begins}"
         if self.stroke is None:

@@ -2,6 +2,7 @@
 """Faults of the force signal: the sensor's bias, estimated from the free travel before contact, and single corrupted
 samples."""
 
+import math
 from statistics import NormalDist
 
 import numpy as np
@@ -15,6 +16,7 @@ _MIN_LEADING_SAMPLES = 20  # of free travel
 _MAX_NOISE_SHARE = 0.05  # of the force's range: with more noise the leading part is not free travel
 _MAX_CHANGE_SHARE = 0.002  # of the force's range: largest difference between its earlier and later half
 _SIGNIFICANCE_SIGMA = 4.0  # standard errors
+_MIN_TREND = 8  # samples of which a line is subtracted
 _MAX_LAGS = 1000  # samples: longer than any filter in use
 _MIN_SAMPLES = 20  # of a recording that is searched for glitches
 _SPIKE_NOISE_FACTOR = 20.0  # median second differences
@@ -71,8 +73,10 @@ def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
     later = moved[:end] > 0.5 * reach
     change = _mean(lead[later]) - _mean(lead[~later]) if later.any() and not later.all() else 0.0
     error = _standard_error(lead - change * later)
+    halves = (lead[~later], lead[later]) if change else (lead,)
+    of_change = math.hypot(*(_standard_error(_without_trend(half)) for half in halves))
     mean = _mean(lead)
-    if abs(change) > max(min(_MAX_CHANGE_SHARE * size, abs(mean)), _SIGNIFICANCE_SIGMA * error):
+    if abs(change) > max(min(_MAX_CHANGE_SHARE * size, abs(mean)), _SIGNIFICANCE_SIGMA * of_change):
         return 0.0, "the force changes as soon as the needle moves, as in contact"
     if abs(mean) <= max(_SIGNIFICANCE_SIGMA * error, noise, 1e-9 * size):
         return 0.0, f"the leading {end} samples have a mean of {mean:.3g} N, within the noise"
@@ -90,6 +94,15 @@ def _standard_error(values: np.ndarray) -> float:
             break
         time += 2.0 * product / square
     return float(np.sqrt(time * square)) / len(values)
+
+
+def _without_trend(values: np.ndarray) -> np.ndarray:
+    """What (n,) values differ by from their line: a rise in contact is no noise."""
+    if len(values) < _MIN_TREND:
+        return values
+    place = np.linspace(-1.0, 1.0, len(values))
+    slope = float(place @ (values - values.mean())) / float(place @ place)
+    return values - slope * place
 
 
 def _mean(values: np.ndarray) -> float:

@@ -11,7 +11,7 @@ from ..errors import InputError
 from .card import Preamble
 from .recording import Note, derivative
 from .signs import signs_of
-from .stream import Stream, constant_depth
+from .stream import Stream, constant_depth, has_both_signs
 from .timestamps import timing_notes
 
 if TYPE_CHECKING:
@@ -102,12 +102,21 @@ def _settle_depth(stream: Stream, start_depth: float | None, preamble: Preamble,
         start = _start_depth(start_depth, preamble, stream.place)
         values["depth"] = integral(values["time"], values["velocity"], start, values["time"])
         stream.assumptions.append(f"depth is the integral of the velocity from {start:g} m at the first sample")
+        stream.assumptions += _speed_without_sign(values["velocity"], values.get("force"))
         if np.ptp(values["depth"]) == 0.0:
             raise constant_depth("depth", start, stream.place)
     if "velocity" in values:
         values["velocity"], changed = signed(values["time"], values["depth"], values["velocity"])
         if changed:
             stream.assumptions.append("velocity is a speed without sign: it has the sign of the change of depth")
+
+
+def _speed_without_sign(velocity: np.ndarray, force: np.ndarray | None) -> list[str]:
+    """A sentence if an integrated velocity may be a speed: it is never negative, and the force has both signs."""
+    if force is None or velocity.min() < 0.0 or not has_both_signs(force):
+        return []
+    found = "the velocity is never negative, but the force has both signs, as if the needle was drawn out"
+    return [f"{found}: if it is a speed without sign, this depth is wrong, and a file with the motion is needed"]
 
 
 def _start_depth(given: float | None, preamble: Preamble, place: str) -> float:
@@ -161,6 +170,7 @@ def put_motion(main: Stream, other: Stream, start_depth: float | None, preamble:
         main.values["depth"] = np.interp(time, motion["time"], motion["depth"])
     else:
         main.values["depth"] = integral(motion["time"], motion["velocity"], motion["depth"][0], time)
+        main.assumptions += _speed_without_sign(motion["velocity"], main.values.get("force"))
     if "velocity" in motion:
         main.values["velocity"] = np.interp(time, motion["time"], motion["velocity"])
     else:  # on the clock of the force: the motion may be given by its corners

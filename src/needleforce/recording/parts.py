@@ -18,6 +18,7 @@ from .stated import stated_by
 
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
 _MAX_RUNS = 10_000
+_SAME_FORCE = 0.1  # of the range of the force: largest change between two phases
 _PHASE_SHARE = 0.2  # how much nearer a phase begins to the end of the last one than to its beginning
 _BLOCK = 1 << 20  # samples whose steps are looked at together
 _NEAR_START = 0.02  # of the range of time: a run begins where the first one began
@@ -253,7 +254,8 @@ def _runs(part: Part) -> Iterator[Part]:
     ]
     for each in labelled or [part]:
         starts = _starts(_values(each, "time"))
-        runs = _joined_phases(starts, _values(each, "depth") if len(starts) > 1 else np.empty(0))
+        depth, force = (_values(each, q) if len(starts) > 1 else np.empty(0) for q in ("depth", "force"))
+        runs = _joined_phases(starts, depth, force)
         for k, phases in enumerate(runs, 1):
             alone, stop = len(runs) < 2, runs[k][0] if k < len(runs) else None
             view = each.table if alone else RowRange(each.table, phases[0], stop)
@@ -271,30 +273,33 @@ def _values(part: Part, quantity: str) -> np.ndarray:
         return np.empty(0)
 
 
-def _joined_phases(starts: Sequence[int], depth: np.ndarray) -> list[list[int]]:
+def _joined_phases(starts: Sequence[int], depth: np.ndarray, force: np.ndarray) -> list[list[int]]:
     """The first rows of each recording, with those of its phases, of runs whose time starts again.
 
-    A run is a phase of the one before, such as the indentation after an approach, if that one ended at its greatest or
-    least depth and this one begins there, five times nearer than to where the recording began. A repeat begins where
-    the recording began.
+    A run is a phase of the one before, such as the indentation after an approach, if that one went one way or rested,
+    and this one begins at the depth and the force at which it ended: five times nearer to this depth than to that where
+    the recording began, and within a tenth of the range of the force. A repeat begins where the recording began, or
+    with another force.
     """
     runs = [[starts[0]]]
+    span, size = (float(np.ptp(each)) if len(each) else 0.0 for each in (depth, force))
     for last, row in pairwise(starts):
-        if len(depth) and _continues(
-            depth[runs[-1][0] : last], depth[last:row], float(depth[row]), float(np.ptp(depth))
-        ):
+        same_force = not len(force) or abs(force[row] - force[row - 1]) <= _SAME_FORCE * size
+        if len(depth) and same_force and _continues(depth, runs[-1][0], last, row, span):
             runs[-1].append(row)
         else:
             runs.append([row])
     return runs
 
 
-def _continues(before: np.ndarray, last: np.ndarray, begins: float, span: float) -> bool:
-    """Whether a depth that ``begins`` a run continues the ``last`` phase of a recording, with the phases ``before``."""
-    began, ended = float([*before[:1], last[0]][0]), float(last[-1])
-    at_end = min(ended - float(last.min()), float(last.max()) - ended) <= _NEAR_START * float(np.ptp(last))
-    far = abs(begins - began) > _NEAR_START * span
-    return at_end and far and abs(begins - ended) < _PHASE_SHARE * abs(begins - began)
+def _continues(depth: np.ndarray, first: int, last: int, row: int, span: float) -> bool:
+    """Whether the depth continues at ``row`` what began at ``first``, of which the last phase began at ``last``."""
+    began, ended, begins = float(depth[first]), float(depth[row - 1]), float(depth[row])
+    phase = depth[last:row]
+    rested = float(np.ptp(phase)) <= _NEAR_START * span
+    one_way = rested or abs(ended - float(phase[0])) > 0.5 * float(np.ptp(phase))
+    near = abs(begins - ended) < _PHASE_SHARE * abs(begins - began)
+    return one_way and near and abs(begins - began) > _NEAR_START * span
 
 
 def _starts(time: np.ndarray) -> list[int]:

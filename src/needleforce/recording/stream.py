@@ -213,13 +213,18 @@ def _supply(values: dict[str, np.ndarray], count: int, assumed: AssumedMotion) -
 
 def _withdrawal(force: np.ndarray) -> list[str]:
     """A sentence if a force cannot be that of a motion in one direction: beyond its noise it has both signs."""
-    changes = float(force.max() - force[0]), float(force[0] - force.min())
-    noise = core.second_difference_noise(np.ascontiguousarray(force, float))
-    if min(changes) <= max(_NOISE * noise, _BOTH_SIGNS * max(changes)):
+    if not has_both_signs(force):
         return []
     return ["the force has both signs, as if the needle was drawn out again: then this depth is wrong, and a file with "
             "the motion is needed (--motion; its corners, with their times, are enough), or --stroke-mm and "
             "--hold-s"]  # fmt: skip
+
+
+def has_both_signs(force: np.ndarray) -> bool:
+    """Whether a force changes by more than its noise to both sides of its first value."""
+    changes = float(force.max() - force[0]), float(force[0] - force.min())
+    noise = core.second_difference_noise(np.ascontiguousarray(force, float))
+    return min(changes) > max(_NOISE * noise, _BOTH_SIGNS * max(changes))
 
 
 def _leave_out_torques(chosen: dict[str, Column], units: Mapping[str, str]) -> list[Note]:

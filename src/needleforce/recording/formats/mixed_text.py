@@ -6,6 +6,7 @@ import codecs
 import re
 import warnings
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..columns import Column
 from .clock_times import seconds_of
 from .number_texts import NoNumber, UnclearSign, may_be_grouped, numbers_of
 from .plain_numbers import NO_VALUE
-from .text_lines import WHITESPACE, TextRows, ambiguous_sign, check_samples, search_fault
+from .text_lines import WHITESPACE, Encoding, TextRows, ambiguous_sign, check_samples, search_fault
 
 _CHUNK_ROWS, _CHUNK_CELLS = 500_000, 8_000_000  # the fewer rows of the two
 _SPREADSHEET_SIGN = re.compile(rb"#(N/A|DIV|VALUE|NUM|REF|NULL|NAME)")
@@ -32,6 +33,7 @@ def mixed_columns(table: TextRows, columns: Mapping[str, Column]) -> tuple[dict[
     except InputError:
         raise
     except (ValueError, OverflowError, IndexError) as error:  # pandas' IndexError: no row is left without comments
+        table = _of_one_byte(table)
         search_fault(table, columns)
         values = _from_texts(table, columns, error)
     else:
@@ -40,6 +42,19 @@ def mixed_columns(table: TextRows, columns: Mapping[str, Column]) -> tuple[dict[
                 raise ambiguous_sign(column, table.decimal, table.path)
     rows = len(next(iter(values.values())))
     return values, digest(table.path), _delimiters(table) == rows * (len(table.headers) - 1)
+
+
+def _of_one_byte(table: Any) -> Any:
+    """A table that begins as UTF-8 and is none: one byte a character, of which the first lines have plain ones only."""
+    if table.encoding.name != "utf-8":
+        return table
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    try:
+        for block in _blocks(table):
+            decoder.decode(block)
+    except UnicodeDecodeError:
+        return replace(table, encoding=Encoding(name="latin-1", mark=table.encoding.mark))
+    return table
 
 
 def _from_texts(table: TextRows, columns: Mapping[str, Column], error: Exception) -> dict[str, np.ndarray]:
@@ -116,7 +131,7 @@ def _read_options(table: TextRows) -> dict[str, Any]:
         "sep": table.delimiter,
         "decimal": table.decimal,
         "compression": None,
-        "encoding": "latin-1" if table.encoding.name == "latin-1" else "utf-8",
+        "encoding": "utf-8",
         "encoding_errors": "replace",
         "header": None,
         "names": range(len(table.headers)),
@@ -140,11 +155,11 @@ def _blocks(table: TextRows) -> Iterator[bytes]:
 
 
 class _Rows:
-    """The rows of a table as a binary file for pandas, UTF-16 as UTF-8."""
+    """The rows of a table as a binary file for pandas, which takes any for UTF-8."""
 
     def __init__(self, table: TextRows):
         name = table.encoding.name
-        self._decoder = codecs.getincrementaldecoder(name)("replace") if name.startswith("utf-16") else None
+        self._decoder = codecs.getincrementaldecoder(name)("replace") if name != "utf-8" else None
         self._file = open_regular(table.path)
         self._file.seek(table.begin)
         self._left = table.path.stat().st_size if table.end is None else max(0, table.end - table.begin)

@@ -30,7 +30,9 @@ _UNIT = re.compile(
 )
 
 
-def named_columns(lines: Sequence[str], delimiter: str, width: int) -> tuple[list[str], list[str]]:
+def named_columns(
+    lines: Sequence[str], delimiter: str, width: int, *, first_rises: bool
+) -> tuple[list[str], list[str]]:
     """The headers and units of a table's columns, as lines above it state them.
 
     Parameters
@@ -41,6 +43,8 @@ def named_columns(lines: Sequence[str], delimiter: str, width: int) -> tuple[lis
         Of the cells of the table.
     width : int
         Its number of columns.
+    first_rises : bool
+        Whether the first column increases in every row, as times do: then it may be the one without a name.
 
     Returns
     -------
@@ -51,7 +55,7 @@ def named_columns(lines: Sequence[str], delimiter: str, width: int) -> tuple[lis
     """
     near = [line for line in lines[-_MAX_LINES:] if len(line) <= _MAX_CHARS]
     headers = _of_key(near, delimiter, width, _NAMES)
-    if headers:
+    if headers and (first_rises or headers[0] != "1"):
         return headers, _of_key(near, delimiter, width, _UNITS, first="")
     headers = _numbered(_names(near), width)
     return (headers, _numbered(_units(near), width)) if headers else ([], [])

@@ -66,8 +66,12 @@ def _column(index: int, texts: Sequence[str], fitting: Sequence[str], known: set
     one, other = (_values(texts, sign) for sign in fitting)
     if np.array_equal(one, other, equal_nan=True):
         return one
-    sign = known.copy().pop() if len(known) == 1 else ""
-    if not sign or (may_be_grouped(texts) and any(sign in text for text in texts)):
+    sign = next(iter(known)) if len(known) == 1 else ""
+    used = [text for text in texts if not is_missing(text)]
+    with_known = any(sign in text for text in used)
+    # another sign than that of the other columns is one of thousands if smaller numbers lack it
+    plain = with_known or not all(any(each in text for each in SIGNS) for text in used)
+    if not sign or not plain or (with_known and may_be_grouped(texts)):
         raise UnclearSign(index)
     return one if sign == fitting[0] else other
 

@@ -15,7 +15,7 @@ CLOCK = re.compile(r"(\d{4}-\d\d?-\d\d?|\d\d?[./]\d\d?[./]\d{2,4})?[ T]?\d{1,3}:
                    r" ?([AaPp][Mm]|Z|[+-]\d\d:?\d\d)?")  # fmt: skip
 NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 SIGNS = (".", ",")  # of decimals
-GROUP_SIGNS = "'\u2019\u00a0\u202f\u2009"  # of thousands, apart from comma and point: apostrophes and narrow blanks
+GROUP_SIGNS = "'\u0092\u2019\u00a0\u202f\u2009"  # of thousands, too: apostrophes and narrow blanks
 
 
 def _number_with(decimal: str) -> re.Pattern[str]:
@@ -43,7 +43,8 @@ _BRACKETS = {"(": ")", "[": "]", "<": ">", "{": "}"}
 @dataclass(frozen=True, kw_only=True)
 class Block:
     """A table within rows: first row and the one after the last, headers (empty without), units of their row, what
-    stands above the headers, and which columns hold text."""
+    stands above the headers, and which columns hold text; ``short_header`` are headers that lack one for a column of
+    values."""
 
     first: int
     stop: int
@@ -51,6 +52,7 @@ class Block:
     units: list[str] = field(default_factory=list)
     title: list[str] = field(default_factory=list)
     width: int = 0
+    short_header: list[str] = field(default_factory=list)
     text_columns: frozenset[int] = frozenset()
 
     @property
@@ -115,6 +117,7 @@ def _block(rows: Sequence[Row], shapes: Sequence[str], start: int, stop: int) ->
     """The table in a stretch of rows; None if no two neighbouring rows agree in their cells."""
     shape, first, last = _longest_run(shapes, start, stop)
     headers, units, title = _header(rows, shapes, start, len(shape))
+    short = _names(headers) if len(_names(headers)) < len(shape) and shape[-1] != "e" else []
     if last - first < 2 and not headers:
         return None
     above = next((k for k in range(first - 1, start - 1, -1) if shapes[k]), start)
@@ -128,12 +131,18 @@ def _block(rows: Sequence[Row], shapes: Sequence[str], start: int, stop: int) ->
         stop -= 1
     text = frozenset(k for k, kind in enumerate(shape) if kind == "t")
     return Block(first=first, stop=stop, headers=_padded(headers, len(shape)), units=_padded(units, len(shape)),
-                 title=title, width=len(shape), text_columns=text)  # fmt: skip
+                 title=title, width=len(shape), short_header=short, text_columns=text)  # fmt: skip
 
 
 def has_key(row: Row) -> bool:
     """Whether the first cell of a row names the others, as in ``UnitName=, N, mm``."""
     return row[:1] != [] and row[0].endswith(("=", ":")) and not any(cell.endswith(("=", ":")) for cell in row[1:])
+
+
+def _names(headers: Sequence[str]) -> list[str]:
+    """The headers without empty cells at the end."""
+    used = max((k + 1 for k, each in enumerate(headers) if each), default=0)
+    return list(headers[:used])
 
 
 def _first_of_width(rows: Sequence[Row], shapes: Sequence[str], start: int, first: int) -> int:

@@ -6,10 +6,12 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 from ...errors import InputError
 from ...files import open_regular
+from ..recording import Note
 from ..stated import stating_lines
 from .rows import (
     MIN_ROWS,
@@ -21,6 +23,7 @@ from .rows import (
     is_missing,
     is_number,
     is_unit_row,
+    number_of,
 )
 from .summary_rows import without_summary
 from .text_lines import MAX_LINE_CHARS, WHITESPACE, Encoding, long_line, split_cells
@@ -35,6 +38,7 @@ _MAX_STRETCHES = 20_000  # of numbers between rows of text
 _SAMPLE_LINES = 200  # of a later table, which show its columns
 _ABOVE_LINES = 8  # above a table, in which its headers are
 _NAMED_VALUE = re.compile(r"[^\W\d_][\w\])]{0,20} ?[=:] {0,8}[+-]?[.\d]")
+_NO_NAMES = frozenset("vs versus of and the in at with for from to und von der die das et de la".split())
 _STATING_LINES = 256  # above a table, that may state a rate, a speed or a unit
 _DELIMITERS = ("\t", ";", ",", "|", WHITESPACE)
 _ENCODINGS = ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"), (b"\xef\xbb\xbf", "utf-8"))
@@ -177,12 +181,17 @@ def _delimited(lines: Sequence[str]) -> _Layout | None:
 def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout) -> TextTable:
     """The longest table in ``lines``, to the end of the file."""
     block, delimiter = layout.longest, layout.delimiter
-    headers = block.headers or _commented_headers(lines[: block.first], delimiter, block.width)
-    units = block.units or _commented_units(lines[: block.first], delimiter, block.width)
+    # which column has no name cannot be known, but for numbers of rows
+    headers = _with_row_numbers(block, lines, layout) if block.short_header else block.headers
+    headers = headers or _commented_headers(lines[: block.first], delimiter, block.width)
+    units = [] if block.short_header else block.units
+    units = units or _commented_units(lines[: block.first], delimiter, block.width)
     if not headers and block.first:
         from .named_columns import named_columns  # late, as few files need it
 
-        headers, named_units = named_columns(lines[: block.first], delimiter, block.width)
+        rows = layout.rows[block.first : min(block.stop, block.first + _SAMPLE_LINES)]
+        rises = _rises([number_of(row[0], layout.decimal) for row in rows if row])
+        headers, named_units = named_columns(lines[: block.first], delimiter, block.width, first_rises=rises)
         units = named_units or units
     headers = headers or _other_headers(lines[: block.first], block.width)
     _check_columns(headers, block.width, path)
@@ -211,11 +220,27 @@ def _comments(lines: Sequence[str]) -> list[tuple[int, str]]:
     return [(number, text[1:].removeprefix(" ")) for number, text in marked if text.startswith("#")]
 
 
+def _rises(values: Sequence[float]) -> bool:
+    """Whether every value is larger than the one before, as times are."""
+    return all(one < other for one, other in pairwise(values))
+
+
+def _with_row_numbers(block: Block, lines: Sequence[str], layout: _Layout) -> list[str]:
+    """Headers of which that of the numbers of the rows is absent, as R writes them; none of another table."""
+    first = [row[0] for row in layout.rows[block.first : block.stop] if row][:_SAMPLE_LINES]
+    numbered = first in ([str(k + start) for k in range(len(first))] for start in (0, 1))
+    apart = layout.delimiter == WHITESPACE or lines[block.first].lstrip().startswith('"')  # no number cut in two
+    return ["row", *block.short_header] if block.short_header and numbered and apart else []
+
+
 def _commented_headers(lines: Sequence[str], delimiter: str, width: int) -> list[str]:
-    """Headers as NumPy writes them: the last comment, if it has a cell a column."""
-    comments = [text for _, text in _comments(lines)]
-    cells = list(split_cells(comments[-1], delimiter)) if comments else []
-    return cells if len(cells) == width and width > 1 else []
+    """Headers as NumPy writes them: the last comment, or the one above it if that has units, with a cell a column."""
+    comments = [list(split_cells(text, delimiter)) for _, text in _comments(lines)]
+    if len(comments) > 1 and is_unit_row(comments[-1]) and len(comments[-2]) == width:
+        comments.pop()
+    cells = comments[-1] if comments else []
+    names = not any(is_number(cell) or cell.endswith((":", "=")) or cell.casefold() in _NO_NAMES for cell in cells)
+    return cells if len(cells) == width and width > 1 and names else []
 
 
 def _commented_units(lines: Sequence[str], delimiter: str, width: int) -> list[str]:
@@ -276,7 +301,17 @@ def _all_tables(path: Path, like: TextTable) -> list[TextTable]:
     if len(parts) > _MAX_TABLES:
         raise _too_many("number of tables", len(parts), _MAX_TABLES, path)
     found = [without_summary(table) for part in parts if (table := _table_of(path, part, like))]
+    for k in range(1, len(found)):
+        found[k] = _with_headers_of(found[k], found[k - 1])
     return found if len(found) < 2 else [replace(table, name=f"table {k}") for k, table in enumerate(found, 1)]
+
+
+def _with_headers_of(table: TextTable, before: TextTable) -> TextTable:
+    """A table without headers below one with as many columns has the headers of that one."""
+    if table.has_header or not before.has_header or len(table.headers) != len(before.headers):
+        return table
+    note = Note("headers", "its headers and units are those of the table above it")
+    return replace(table, headers=before.headers, units=before.units, has_header=True, notes=[*table.notes, note])
 
 
 def _too_many(what: str, count: int, limit: int, path: Path) -> InputError:
