@@ -396,7 +396,6 @@ def test_row_numbers_without_a_header(file, sep, quote):
 @pytest.mark.parametrize(
     ("header", "row"),
     [
-        ("Time [s]\tDepth [mm]\tForce [mN]", "{t:.2f}\t{z:.2f}\t1 {f:03.0f}"),  # a blank as sign of thousands
         ("Time [ms],Depth [um],Force [N]", "{k},{z:.0f},0,{f:03.0f}"),  # commas between cells and in numbers
         ("depth_mm,force_N", "{t:.3f},{z:.3f},{f:.3f}"),  # a time without a header
     ],
@@ -405,6 +404,12 @@ def test_rows_with_one_cell_more_than_the_header_are_not_shifted(file, header, r
     rows = [row.format(k=k, t=7.0 + t, z=1e3 * z, f=1e3 * f) for k, (t, z, f) in enumerate(zip(TIME, DEPTH, FORCE), 1)]
     with pytest.raises(InputError, match="the file has no header"):
         read(file("\n".join([header, *rows]) + "\n"), rate=50.0)
+
+
+def test_blanks_as_signs_of_thousands_are_named(file):
+    rows = [f"{t:.2f}\t{1e3 * z:.2f}\t1 {abs(f):03.0f}" for t, z, f in zip(TIME, DEPTH, FORCE)]
+    with pytest.raises(InputError, match=r"line 2: force .*without signs of thousands"):
+        read(file("Time [s]\tDepth [mm]\tForce [mN]\n" + "\n".join(rows) + "\n"))
 
 
 def test_a_sign_in_every_number_that_other_columns_do_not_have_is_not_guessed(file):

@@ -153,7 +153,8 @@ class _Layout:
     def is_sure(self) -> bool:
         """Whether most lines are one table of several columns, all of numbers."""
         block = self.longest
-        return 2 * (block.stop - block.first) >= len(self.rows) and block.numeric > 1 and not block.text_columns
+        plain = block.numeric > 1 and not block.text_columns and not block.short_header
+        return plain and 2 * (block.stop - block.first) >= len(self.rows)
 
 
 def _delimited(lines: Sequence[str]) -> _Layout | None:
@@ -171,9 +172,10 @@ def _delimited(lines: Sequence[str]) -> _Layout | None:
                 break
     rows = max((each.longest.stop - each.longest.first for each in found), default=0)
 
-    def fitness(each: _Layout) -> tuple[bool, bool, bool]:
+    def fitness(each: _Layout) -> tuple[bool, ...]:
         block = each.longest
-        return block.stop - block.first >= 0.5 * rows, block.numeric > 1, not block.text_columns
+        large = block.stop - block.first >= 0.5 * rows
+        return large, block.numeric > 1, not block.short_header, not block.text_columns
 
     return max(found, key=fitness, default=None)  # the first of equals
 

@@ -15,6 +15,8 @@ from .rows import is_missing, is_number
 
 WHITESPACE = r"\s+"
 MAX_LINE_CHARS = 1 << 16
+_BLANKS = re.compile(r"[+-]?\d{1,3}(?: \d{3})+")
+_UNGROUPED = "Save the file without signs of thousands."
 _COMMENT = re.compile(r"(?<![^\s,;\t])#(?!N/A|DIV|VALUE|NUM|REF|NULL|NAME)")
 
 
@@ -123,7 +125,7 @@ def search_fault(table: TextRows, columns: Mapping[str, Column]) -> bool:
         for column in columns.values():
             if column.index < len(cells) and not table.is_value(cells[column.index], column.index):
                 value, limit = repr(cells[column.index][:40]), "a number is needed"
-                step = "Correct or remove the line."
+                step = _UNGROUPED if _BLANKS.match(cells[column.index]) else "Correct or remove the line."
                 raise InputError(f"{column.quantity} (column {column.header!r})", value, limit, place, step)
     if pending and len(cells) > len(table.headers):
         raise pending
