@@ -456,3 +456,14 @@ def test_numbers_with_narrow_blanks_in_one_byte(tmp_path):
     text = "Time (s);Depth (mm);Force (mN)\n" + "\n".join(rows) + "\n"
     (tmp_path / "run.csv").write_bytes(text.encode("cp1252"))
     np.testing.assert_allclose(read(tmp_path / "run.csv", baseline=False).force, 0.15 * time, atol=1e-4)
+
+
+@pytest.mark.parametrize("delimiter", [",", " ", "\t"])
+def test_headers_of_a_second_table_in_a_comment(file, delimiter):
+    first = ["# time_s,depth_mm,force_N", *(f"{t:.2f},{1e3 * z:.4f},{f:.6f}" for t, z, f in zip(TIME, DEPTH, FORCE))]
+    second = ["# time_s,force_N,depth_mm", *(f"{t:.2f},{f:.6f},{1e3 * z:.4f}" for t, z, f in zip(TIME, DEPTH, FORCE))]
+    runs = read_all(file("\n".join([*first, *second]).replace(",", delimiter) + "\n"))
+    assert len(runs) == 2
+    for run in runs:
+        np.testing.assert_allclose(run.force, FORCE, atol=1e-6)
+        np.testing.assert_allclose(run.depth, DEPTH, atol=1e-7)

@@ -4,14 +4,13 @@ table, and several tables one below the other."""
 
 import io
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
 from ...errors import InputError
 from ...files import open_regular
-from ..recording import Note
 from ..stated import stating_lines
 from .rows import (
     MIN_ROWS,
@@ -33,10 +32,7 @@ MAX_COLUMNS = 1024  # a recorder of all channels of a laboratory writes some hun
 _MAX_HEADER_CHARS = 256  # of one column
 _HEAD_BYTES = (1 << 12, 1 << 16, 1 << 20)  # in which the first table begins: no more than needed
 _HEAD_LINES = 20_000
-_MAX_TABLES = 2000
-_MAX_STRETCHES = 20_000  # of numbers between rows of text
 _SAMPLE_LINES = 200  # of a later table, which show its columns
-_ABOVE_LINES = 8  # above a table, in which its headers are
 _NAMED_VALUE = re.compile(r"[^\W\d_][\w\])]{0,20} ?[=:] {0,8}[+-]?[.\d]")
 _NO_NAMES = frozenset("vs versus of and the in at with for from to und von der die das et de la".split())
 _STATING_LINES = 256  # above a table, that may state a rate, a speed or a unit
@@ -65,7 +61,9 @@ def tables(path: Path) -> list[TextTable]:
     first = without_summary(_table(path, encoding, lines, chosen))
     if len(chosen.blocks) == 1 and first.parses():
         return [first]
-    found = _all_tables(path, first)
+    from .text_blocks import all_tables  # late, as few files need it
+
+    found = all_tables(first, lambda above: _table_in(path, first.encoding, above))
     if len(found) > 1:
         return found
     ends = [each.end for each in found if first.end is None and each.end is not None and each.end > first.begin]
@@ -281,88 +279,7 @@ def _clocks(rows: Sequence[Sequence[str]]) -> frozenset[int]:
     return frozenset(k for row in rows for k, cell in enumerate(row) if ":" in cell and is_number(cell))
 
 
-def _is_text(line: str, table: TextTable, first_number: re.Pattern[str]) -> bool:
-    """Whether a line has no number, and is neither blank nor a comment."""
-    if first_number.match(line) or not line.strip() or line.lstrip().startswith("#"):
-        return False
-    cells = split_cells(line, table.delimiter)
-    used = [cell for cell in cells if not is_missing(cell)]
-    return bool(used) and not any(map(is_number, used))
-
-
-def _all_tables(path: Path, like: TextTable) -> list[TextTable]:
-    """Every table of a file, each between two rows of text. Raises InputError for more than any instrument writes."""
-    parts: list[_Stretch] = []
-    longest = 2
-    for count, part in enumerate(_stretches(like), 1):
-        longest = max(longest, part.rows)
-        parts += [part] if part.rows >= min(MIN_ROWS, longest) else []
-        if count > _MAX_STRETCHES:
-            raise _too_many("number of rows of text between rows of numbers", count, _MAX_STRETCHES, path)
-    parts = [part for part in parts if part.rows >= min(longest, MIN_ROWS)]
-    if len(parts) > _MAX_TABLES:
-        raise _too_many("number of tables", len(parts), _MAX_TABLES, path)
-    found = [without_summary(table) for part in parts if (table := _table_of(path, part, like))]
-    for k in range(1, len(found)):
-        found[k] = _with_headers_of(found[k], found[k - 1])
-    return found if len(found) < 2 else [replace(table, name=f"table {k}") for k, table in enumerate(found, 1)]
-
-
-def _with_headers_of(table: TextTable, before: TextTable) -> TextTable:
-    """A table without headers below one with as many columns has the headers of that one."""
-    if table.has_header or not before.has_header or len(table.headers) != len(before.headers):
-        return table
-    note = Note("headers", "its headers and units are those of the table above it")
-    return replace(table, headers=before.headers, units=before.units, has_header=True, notes=[*table.notes, note])
-
-
-def _too_many(what: str, count: int, limit: int, path: Path) -> InputError:
-    step = "Check that it is a recording, or split the file."
-    return InputError(what, count, f"at most {limit} are read", str(path), step)
-
-
-def _table_of(path: Path, part: "_Stretch", like: TextTable) -> TextTable | None:
-    """The table between two rows of text; None if its numbers are in no common columns."""
-    lines = [*part.above, *part.lines]
+def _table_in(path: Path, encoding: Encoding, lines: Sequence[str]) -> TextTable | None:
+    """The table in some lines of a file; None if its numbers are in no common columns."""
     chosen = _delimited(lines)
-    if chosen is None:
-        return None
-    table = _table(path, like.encoding, lines, chosen)
-    inside = max(0, table.first_row - 1 - len(part.above))
-    skipped = "".join(part.lines[:inside]).encode(like.encoding.name, like.encoding.errors)
-    return replace(table, first_row=part.first_row + inside, begin=part.begin + len(skipped), end=part.end,
-                   comments=like.comments, preamble=(*table.preamble, *like.preamble))  # fmt: skip
-
-
-@dataclass
-class _Stretch:
-    """The lines between two rows of text: those above, the first of them, and how many have numbers; the first line's
-    number and the bytes of both ends, None for the end of the file."""
-
-    above: list[str]
-    first_row: int
-    begin: int
-    end: int | None = None
-    rows: int = 0
-    lines: list[str] = field(default_factory=list)
-
-
-def _stretches(table: TextTable) -> Iterator[_Stretch]:
-    """Every stretch of a file between two rows of text."""
-    above: list[str] = []
-    part = None
-    after = r"\s" if table.delimiter == WHITESPACE else re.escape(table.delimiter)
-    first_number = re.compile(rf"\s*[+-]?\d+(\.\d*)?([eE][+-]?\d+)?\s*({after}|$)")  # fast to find
-    for number, offset, line in table.all_lines():
-        if _is_text(line, table, first_number):
-            if part:
-                part.end = offset
-                yield part
-            above = [*(above if part is None else []), line][-_ABOVE_LINES:]
-            part = None
-        elif part or (line.strip() and not line.lstrip().startswith("#")):
-            part = part or _Stretch(above, number, offset)
-            part.rows += bool(line.strip())
-            part.lines += [line] if part.rows <= _SAMPLE_LINES else []
-    if part:
-        yield part
+    return None if chosen is None else _table(path, encoding, lines, chosen)
