@@ -199,3 +199,11 @@ def test_counts_per_unit_above_the_table(file):
     assert any(
         "1e-06N, as the file states" in each and "Counts per Unit Force" in each for each in run.card.assumptions
     )
+
+
+def test_a_given_value_that_contradicts_the_file_is_noted(file):
+    path = file("Sampling rate: 200 Hz\nTest speed: 1 mm/s\nForce (N)\n" + rows(FORCE_N))
+    found = nf.read(path, rate=100.0, speed=2e-3).notes
+    messages = [note.message for note in found if note.kind == "contradiction"]
+    assert len(messages) == 2 and "the rate that was given is used" in messages[0] and "1 mm/s" in messages[1]
+    assert not [note for note in nf.read(path, rate=200.0, speed=1e-3).notes if note.kind == "contradiction"]

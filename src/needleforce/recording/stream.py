@@ -128,7 +128,7 @@ def read_stream(
         assumed = assumed.completed(stated.rate.value, stated.rate.text)
     required = _required(chosen, wanted, layout, assumed, stated)
     table, complete, cut_off = load(layout, chosen)
-    table.notes += notes + _unused(chosen, assumed)
+    table.notes += notes + _unused(chosen, assumed) + _contradicted_given(assumed, stated)
     other = None if complete else split_motion(table, cut_off)
     without_unit = [quantity for quantity, column in chosen.items() if column.unit is None]
     units = {q: u for q, u in (default_units or {}).items() if q in without_unit} | dict(units)
@@ -170,6 +170,17 @@ def _contradicted_rate(stream: Stream, stated: Stated) -> list[Note]:
         f"the file states {stated.rate.text!r}, but its time has {1.0 / step:.6g} samples a second: the time is used"
     )
     return [Note("contradiction", message)]
+
+
+def _contradicted_given(assumed: AssumedMotion, stated: Stated) -> list[Note]:
+    """A note for a rate or speed that is given although the file states another one."""
+    given = {"rate": None if assumed.stated else assumed.rate, "speed": assumed.speed}
+    both = [(name, value, getattr(stated, name)) for name, value in given.items() if value and getattr(stated, name)]
+    return [
+        Note("contradiction", f"the file states {said.text!r}: the {name} that was given is used")
+        for name, value, said in both
+        if abs(value / said.value - 1.0) > UNEVEN_SHARE
+    ]
 
 
 def _assuming(stream: Stream, alone: Mapping[str, Column], sentences: Sequence[str]) -> Stream:
