@@ -21,7 +21,7 @@ from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write
 from .reading_options import reads_files
 
 if TYPE_CHECKING:
-    from ..identification.indentation import TipFit
+    from ..identification.indentation_tips import TipFit
     from ..recording import Recording
     from ..recording.file_table import FileTable
     from ..recording.formats.text_table import TextTable

@@ -7,7 +7,8 @@ from .bench_tests.penetration_statistics import PenetrationTests, penetration_te
 from .compare import Comparison, ModelRow, compare
 from .estimates import Correlations, Estimate, Quality
 from .identify import identify
-from .indentation import IndentationFit, TipFit, compare_tips, fit_indentation
+from .indentation import IndentationFit, fit_indentation
+from .indentation_tips import TipFit, compare_tips
 from .lugre import FilteredLuGre, filter_lugre
 from .lugre_filter import LuGreFilter
 from .profile_likelihood import Profile, profile
