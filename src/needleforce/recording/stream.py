@@ -177,9 +177,9 @@ def _contradicted_given(assumed: AssumedMotion, stated: Stated) -> list[Note]:
     given = {"rate": None if assumed.stated else assumed.rate, "speed": assumed.speed}
     both = [(name, value, getattr(stated, name)) for name, value in given.items() if value and getattr(stated, name)]
     return [
-        Note("contradiction", f"the file states {said.text!r}: the {name} that was given is used")
-        for name, value, said in both
-        if abs(value / said.value - 1.0) > UNEVEN_SHARE
+        Note("contradiction", f"the file states {own.text!r}: the {name} that was given is used")
+        for name, value, own in both
+        if abs(value / own.value - 1.0) > UNEVEN_SHARE
     ]
 
 
