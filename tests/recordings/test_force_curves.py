@@ -129,7 +129,7 @@ def test_nanosurf():
 
 def test_what_needs_an_extra_names_it(tmp_path, monkeypatch):
     jpk(tmp_path / "a.curve")
-    monkeypatch.setattr("needleforce.recording.formats.jpk.find_spec", lambda name: None)
+    monkeypatch.setitem(sys.modules, "afmformats", None)
     with pytest.raises(nf.InputError, match=r"package afmformats.*needleforce\[labs\]"):
         nf.read(tmp_path / "a.curve")
 

@@ -105,17 +105,6 @@ def test_times_of_a_calendar(file, pattern):
     np.testing.assert_allclose(read(file(with_clock(cells))).time, TIME, atol=1e-6)
 
 
-@pytest.mark.parametrize("decimal, group", [(".", ","), (",", ".")])
-def test_signs_of_thousands(file, decimal, group):
-    def cell(value):
-        return f"{value:,.4f}".replace(",", "_").replace(".", decimal).replace("_", group)
-
-    rows = [";".join(map(cell, row)) for row in zip(TIME, 1e6 * DEPTH, 1e3 * FORCE)]
-    run = read(file("Zeit (s);Weg (µm);Kraft (mN)\n" + "\n".join(rows)))
-    np.testing.assert_allclose(run.depth, DEPTH, atol=1e-10)
-    np.testing.assert_allclose(run.force, FORCE, atol=1e-7)
-
-
 def test_a_table_without_headers_is_read_by_position(file):
     path = file(ROWS)
     with pytest.raises(InputError, match=r"time and the force and the depth, the file has no header; its first row"):
@@ -290,44 +279,6 @@ def test_results_and_headings_between_tables_are_no_samples(file):
         np.testing.assert_allclose(run.force, FORCE, rtol=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("sign", "group"), [(".", ","), (",", "."), (".", "'"), (".", "\u2019"), (",", "\u00a0"), (",", "\u202f")]
-)
-def test_signs_of_thousands_that_begin_late(file, sign, group):
-    """More rows than the first ones are below 1000, and one column has no decimal sign."""
-
-    def cell(value, digits):
-        return f"{value:,.{digits}f}".translate({ord(","): group, ord("."): sign})
-
-    time = np.arange(0.0, 12.0, 0.01)
-    depth, force = np.round(2e3 * time), 0.7 * np.clip(2e3 * time - 2e3, 0.0, None)
-    rows = [f"{cell(t, 2)};{cell(z, 0)};{cell(f, 3)}" for t, z, f in zip(time, depth, force)]
-    run = read(file("Zeit (s);Weg (µm);Kraft (mN)\n" + "\n".join(rows) + "\n"))
-    np.testing.assert_allclose(run.depth, 1e-6 * depth, atol=1e-12)
-    np.testing.assert_allclose(run.force, 1e-3 * force, atol=1e-6)
-
-
-def test_columns_with_different_decimal_signs(file):
-    rows = [f"{t:.2f}".replace(".", ",") + f";{1e3 * z:.4f};{f:.5f}" for t, z, f in zip(TIME, DEPTH, FORCE)]
-    run = read(file("Time (s);Depth (mm);Force (N)\n" + "\n".join(rows) + "\n"))
-    np.testing.assert_allclose(run.time, TIME, atol=1e-9)
-    np.testing.assert_allclose(run.depth, DEPTH, atol=1e-7)
-    np.testing.assert_allclose(run.force, FORCE, atol=1e-5)
-
-
-def test_a_column_with_two_decimal_signs_names_the_line(file):
-    rows = [f"{t:.2f};{1e3 * z:.4f};{f:.5f}".replace(".", ",") for t, z, f in zip(TIME, DEPTH, FORCE)]
-    rows[300] = rows[300][::-1].replace(",", ".", 1)[::-1]
-    with pytest.raises(InputError, match=r"line 302: force .*decimal sign of the other rows"):
-        read(file("Time (s);Depth (mm);Force (N)\n" + "\n".join(rows) + "\n"))
-
-
-def test_exponents_of_fortran(file):
-    rows = [" ".join(f"{value:.9E}".replace("E", "D") for value in row) for row in zip(TIME, DEPTH, FORCE)]
-    run = read(file("time_s depth_m force_N\n" + "\n".join(rows) + "\n"))
-    np.testing.assert_allclose(run.force, FORCE, rtol=1e-8, atol=1e-12)
-
-
 def test_raw_volts_next_to_the_data_are_no_recording(file):
     volts = text(COLUMNS | {"Extension (V)": DEPTH, "Load (V)": FORCE})
     np.testing.assert_allclose(read(file(volts)).force, FORCE, rtol=1e-14)
@@ -356,32 +307,6 @@ def test_a_number_sign_in_a_cell_of_text_is_no_comment(file):
     np.testing.assert_allclose(run.force, FORCE, atol=1e-6)
 
 
-def phases(*parts):
-    """A table of parts, each with its own clock from 0."""
-    rows = [f"{t - part[0][0]:.3f},{1e3 * z:.6f},{f:.8f}" for part in parts for t, z, f in part]
-    return "Time (s),Depth (mm),Force (N)\n" + "\n".join(rows) + "\n"
-
-
-def test_phases_with_clocks_of_their_own_are_one_recording(file):
-    """Approach, insertion and withdrawal: each time starts again, and the depth continues."""
-    samples = list(zip(TIME, DEPTH, FORCE))
-    deepest = int(np.argmax(DEPTH))
-    run = read(file(phases(samples[:150], samples[150 : deepest + 1], samples[deepest + 1 :])))
-    np.testing.assert_allclose(run.time - run.time[0], TIME - TIME[0], atol=2e-3)
-    np.testing.assert_allclose(run.depth, DEPTH, atol=1e-8)
-    assert any(note.kind == "phases" and note.count == 2 for note in run.notes)
-
-
-def test_repeats_are_no_phases(file):
-    """Whole insertions, insertions without withdrawal, and some that are not withdrawn to the end."""
-    samples = list(zip(TIME, DEPTH, FORCE))
-    in_only = samples[: int(np.argmax(DEPTH))]
-    for part in (samples, in_only, samples[:-100]):
-        assert len(read_all(file(phases(part, part, part)))) == 3
-    higher = [(t, z + 3e-3, f) for t, z, f in samples[:-75]]  # the next one begins where the first one was left
-    assert len(read_all(file(phases(samples[:-75], higher)))) == 2
-
-
 @pytest.mark.parametrize("sep, quote", [(" ", '"'), (" ", ""), ("\t", '"'), (",", '"')])
 def test_row_numbers_without_a_header(file, sep, quote):
     """As R writes a data frame: the header has one cell less than the rows."""
@@ -406,18 +331,6 @@ def test_rows_with_one_cell_more_than_the_header_are_not_shifted(file, header, r
         read(file("\n".join([header, *rows]) + "\n"), rate=50.0)
 
 
-def test_blanks_as_signs_of_thousands_are_named(file):
-    rows = [f"{t:.2f}\t{1e3 * z:.2f}\t1 {abs(f):03.0f}" for t, z, f in zip(TIME, DEPTH, FORCE)]
-    with pytest.raises(InputError, match=r"line 2: force .*without signs of thousands"):
-        read(file("Time [s]\tDepth [mm]\tForce [mN]\n" + "\n".join(rows) + "\n"))
-
-
-def test_a_sign_in_every_number_that_other_columns_do_not_have_is_not_guessed(file):
-    rows = [f"{t:.2f};{1e3 * z:.2f};1,{round(1e3 * f) % 1000:03d}" for t, z, f in zip(TIME, DEPTH, np.abs(FORCE))]
-    with pytest.raises(InputError, match=r"force .*is ambiguous"):
-        read(file("Time [s];Depth [mm];Force [N]\n" + "\n".join(rows) + "\n"))
-
-
 def test_a_comment_of_as_many_words_as_columns_is_no_header(file):
     rows = [f"{t:.2f} {1e3 * z:.4f} {f:.6f}" for t, z, f in zip(TIME, DEPTH, FORCE)]
     for comment in ("# force vs position", "# Column 3: Force"):
@@ -425,45 +338,3 @@ def test_a_comment_of_as_many_words_as_columns_is_no_header(file):
             read(file(f"{comment}\n" + "\n".join(rows) + "\n"))
     run = read(file("# time depth force\n# s mm N\n" + "\n".join(rows) + "\n"))
     np.testing.assert_allclose(run.force, FORCE, atol=1e-6)
-
-
-def test_a_table_below_another_has_its_headers(file):
-    rows = [f"{t:.2f},{1e3 * z:.4f},{f:.6f}" for t, z, f in zip(TIME, DEPTH, FORCE)]
-    header = "Time (s),Depth (mm),Force (N)"
-    runs = read_all(file("\n".join([header, *rows, "End of run 1", *rows, "End of run 2"]) + "\n"))
-    assert len(runs) == 2
-    for run in runs:
-        np.testing.assert_allclose(run.force, FORCE, atol=1e-6)
-
-
-@pytest.mark.parametrize("home", [0.5, 3.0])
-def test_insertions_that_return_beyond_their_start_are_no_phases(file, home):
-    out = np.linspace(DEPTH[-1], DEPTH[0] - 1e-3 * home, 40)
-    whole = [*zip(TIME, DEPTH, FORCE), *zip(TIME[-1] + 0.02 * np.arange(1, 41), out, np.zeros(40))]
-    later = [(t, z - 1e-3 * home, f) for t, z, f in whole]
-    assert len(read_all(file(phases(whole, later)), part=None)) == 2
-
-
-def test_insertions_into_fresh_depth_are_no_phases(file):
-    part = [(t, z - DEPTH[0], f) for t, z, f in zip(TIME[:600], DEPTH[:600], FORCE[:600])]
-    deeper = [(t, z + part[-1][1], f) for t, z, f in part]
-    assert len(read_all(file(phases(part, deeper)))) == 2
-
-
-def test_numbers_with_narrow_blanks_in_one_byte(tmp_path):
-    time = np.arange(0.0, 12.0, 0.01)
-    rows = [f"{t:.2f};{2.0 * t:.2f};" + f"{150.0 * t:,.1f}".replace(",", "\u00a0") for t in time]
-    text = "Time (s);Depth (mm);Force (mN)\n" + "\n".join(rows) + "\n"
-    (tmp_path / "run.csv").write_bytes(text.encode("cp1252"))
-    np.testing.assert_allclose(read(tmp_path / "run.csv", baseline=False).force, 0.15 * time, atol=1e-4)
-
-
-@pytest.mark.parametrize("delimiter", [",", " ", "\t"])
-def test_headers_of_a_second_table_in_a_comment(file, delimiter):
-    first = ["# time_s,depth_mm,force_N", *(f"{t:.2f},{1e3 * z:.4f},{f:.6f}" for t, z, f in zip(TIME, DEPTH, FORCE))]
-    second = ["# time_s,force_N,depth_mm", *(f"{t:.2f},{f:.6f},{1e3 * z:.4f}" for t, z, f in zip(TIME, DEPTH, FORCE))]
-    runs = read_all(file("\n".join([*first, *second]).replace(",", delimiter) + "\n"))
-    assert len(runs) == 2
-    for run in runs:
-        np.testing.assert_allclose(run.force, FORCE, atol=1e-6)
-        np.testing.assert_allclose(run.depth, DEPTH, atol=1e-7)

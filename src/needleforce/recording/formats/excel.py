@@ -8,7 +8,6 @@ import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import date, datetime, time, timedelta
-from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -42,9 +41,7 @@ _SAVE = "Open it in a spreadsheet program and save it again as xlsx, or export t
 
 def tables(path: Path) -> list[FileTable]:
     """The tables of all sheets. Raises InputError for a workbook that is damaged, encrypted or has no table."""
-    if find_spec("python_calamine") is None:
-        raise ImportError(name="python_calamine")
-    return tables_by_worker("excel", path, "Excel workbook", _BYTES_PER_S)
+    return tables_by_worker("excel", path, "Excel workbook", _BYTES_PER_S, needs="python_calamine")
 
 
 def tables_here(path: Path) -> list[FileTable]:

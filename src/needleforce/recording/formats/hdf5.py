@@ -3,7 +3,6 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -38,9 +37,7 @@ def tables(path: Path) -> list[FileTable]:
     file, for one that would take more memory than a recording, and for MATLAB objects such as ``table`` if nothing else
     is in the file.
     """
-    if find_spec("h5py") is None:
-        raise ImportError(name="h5py")
-    return tables_by_worker("hdf5", path, _FORMAT)
+    return tables_by_worker("hdf5", path, _FORMAT, needs="h5py")
 
 
 def tables_here(path: Path) -> list[FileTable]:

@@ -3,7 +3,6 @@
 force and depth of the tip."""
 
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +26,7 @@ def tables(path: Path) -> list[FileTable]:
     A force curve of Asylum Research also has the force, from deflection and spring constant, and the position of the
     tip. Raises InputError for a damaged file, and a wave of text or of complex numbers.
     """
-    if find_spec("igor2") is None:
-        raise ImportError(name="igor2")
-    return tables_by_worker("igor", path, _FORMAT)
+    return tables_by_worker("igor", path, _FORMAT, needs="igor2")
 
 
 def tables_here(path: Path) -> list[FileTable]:

@@ -3,7 +3,6 @@
 
 import zipfile
 from collections.abc import Mapping
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +24,7 @@ TIP = "the tip position is the height of the probe corrected by its bending, for
 def tables(path: Path) -> list[FileTable]:
     """The curves of a JPK file, with approach, pause and retract one after the other: time, force, tip position and
     height. Raises InputError for a damaged file, and one whose force is not calibrated."""
-    if find_spec("afmformats") is None:
-        raise ImportError(name="afmformats")
-    return tables_by_worker("jpk", path, _FORMAT)
+    return tables_by_worker("jpk", path, _FORMAT, needs="afmformats")
 
 
 def tables_here(path: Path) -> list[FileTable]:

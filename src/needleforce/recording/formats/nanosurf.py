@@ -3,7 +3,6 @@
 other."""
 
 from collections.abc import Mapping, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +26,7 @@ _DEFLECTION, _HEIGHTS = "Deflection", ("Z-Axis Sensor", "Z-Axis")
 def tables(path: Path) -> list[FileTable]:
     """The force curves of a file: time, channels with their units, and for a deflection in newtons the position of the
     tip. Raises InputError for a damaged file, and one with images alone."""
-    if find_spec("NSFopen") is None:
-        raise ImportError(name="NSFopen")
-    return tables_by_worker("nanosurf", path, _FORMAT)
+    return tables_by_worker("nanosurf", path, _FORMAT, needs="NSFopen")
 
 
 def tables_here(path: Path) -> list[FileTable]:

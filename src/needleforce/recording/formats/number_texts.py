@@ -42,7 +42,7 @@ def numbers_of(columns: Mapping[int, Sequence[str]], decimal: str) -> dict[int, 
     -------
     dict
         Index -> (n,) numbers. The decimal sign of a column is the one with which all of its cells are numbers. If both
-        are possible it is that of the other columns.
+        are possible it is that of the other columns, if the cells then show which sign is one of thousands.
 
     Raises
     ------

@@ -5,7 +5,6 @@ import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -31,9 +30,7 @@ def tables(path: Path) -> list[FileTable]:
     Channels with the property ``wf_increment`` are sampled evenly: unless one of them is a time, the table begins with
     a column ``time`` in seconds. Raises InputError for a damaged file.
     """
-    if find_spec("nptdms") is None:
-        raise ImportError(name="nptdms")
-    return tables_by_worker("tdms", path, _FORMAT)
+    return tables_by_worker("tdms", path, _FORMAT, needs="nptdms")
 
 
 def tables_here(path: Path) -> list[FileTable]:

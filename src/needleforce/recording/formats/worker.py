@@ -18,6 +18,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -39,12 +40,16 @@ _PLAIN = ("headers", "units", "name", "sha256", "row_name", "first_row", "has_he
 _START = f"import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {__name__} import serve; serve()"
 
 
-def tables_by_worker(module: str, path: Path, what: str, bytes_per_s: float = _BYTES_PER_S) -> list[FileTable]:
+def tables_by_worker(
+    module: str, path: Path, what: str, bytes_per_s: float = _BYTES_PER_S, *, needs: str = ""
+) -> list[FileTable]:
     """The tables that ``tables_here(path)`` of a module in this folder gives in the other process.
 
-    ``bytes_per_s`` is the slowest at which a large file may be read. Raises InputError as it does, and for a file with
-    which it ends, or takes too much time or memory.
+    ``bytes_per_s`` is the slowest at which a large file may be read, ``needs`` a package. Raises InputError as it does,
+    and for a file with which it ends, or takes too much time or memory; ImportError without the package.
     """
+    if needs and find_spec(needs) is None:
+        raise ImportError(name=needs)
     if not sys.executable:  # within a program that cannot start a second Python
         return import_module(f".{module}", __package__).tables_here(path)
     path = Path(os.path.abspath(path))
