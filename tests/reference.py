@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import reference_bench_rules  # noqa: F401 - importing them adds their rules
+import reference_bending_rules  # noqa: F401
 import reference_law_rules  # noqa: F401
 from reference_rules import RULES, Given
 

@@ -13,6 +13,7 @@
 #include <type_traits>
 #include <variant>
 
+#include "needleforce/foundation.hpp"
 #include "needleforce/law.hpp"
 #include "needleforce/tip.hpp"
 
@@ -67,6 +68,9 @@ inline constexpr bool has_words = false;
 template <>
 inline constexpr bool has_words<tips::BevelEquivalence> = true;
 inline const auto& words_of(tips::BevelEquivalence) { return tips::bevel_equivalence_names; }
+template <>
+inline constexpr bool has_words<FoundationForm> = true;
+inline const auto& words_of(FoundationForm) { return foundation_form_names; }
 
 template <class Value>
 nb::object to_python(const Value& value) {

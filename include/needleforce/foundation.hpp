@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -144,6 +145,7 @@ struct Tanh {
 
 /// The form of a foundation's pressure, by name.
 enum class FoundationForm { linear, cubic, hyperbolic, tanh };
+inline constexpr std::array<const char*, 4> foundation_form_names{"linear", "cubic", "hyperbolic", "tanh"};
 
 /// The pressure p [Pa] of a foundation of slope `stiffness` [Pa/m] at the origin, at a `settlement` [m] of
 /// either sign. `scale` [m] is sqrt(k_1 / k_3) of a cubic form and p_u / k_1 of the others.

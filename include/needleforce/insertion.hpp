@@ -90,6 +90,15 @@ class Insertion {
   double deepest_cut() const noexcept { return state_.pierced > 0 ? state_.cut.front : 0.0; }
   /// How many layers are pierced, from the surface down.
   std::size_t pierced_layers() const noexcept { return state_.pierced; }
+  /// Friction [N] along the shaft in one layer, and where the shaft is embedded in it [m].
+  struct ShaftFriction {
+    double force, from, length;
+  };
+  /// Of layer i at the last accepted step, whose velocity [m/s] it was. Wait-free.
+  ShaftFriction shaft_friction(std::size_t i, double velocity) const noexcept {
+    const LayerState& layer = state_.layers[i];
+    return {layers_[i].friction(layer, velocity), layer.shaft.surface, layer.shaft.embedded};
+  }
   /// How many layers there are.
   std::size_t layers() const noexcept { return count_; }
 

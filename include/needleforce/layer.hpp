@@ -136,6 +136,14 @@ class PreparedLayer {
     });
   }
 
+  /// The friction [N] of a shaft that has moved, at a velocity [m/s].
+  double friction(const LayerState& state, double velocity) const noexcept {
+    if (!state.pierced) return 0.0;
+    return dispatch(friction_, [&](const auto& law) {
+      return law.force(state.shaft, memory_of(law, state.friction), velocity);
+    });
+  }
+
   /// The layer below was punctured, and its surface went down: a length [m] of unstrained tissue is added
   /// here.
   [[gnu::noinline]] void lengthen(LayerState& state, double length) const noexcept {

@@ -13,15 +13,20 @@ _HOME = {
     "friction_coefficient": "mechanics.foundation",
     "cycle_work": "mechanics.energy",
     "buckling_force": "mechanics.buckling",
+    "steady_curvature": "mechanics.beam_on_foundation",
+    "switch_on_path": "mechanics.beam_on_foundation",
     "reduced_modulus": "core",
     "tips": "core",
     "laws": "core",
+    "steering": "steering",
     "Needle": "core",
     "Tissue": "core",
     "Sample": "core",
     "Layer": "models.model",
     "Model": "models.model",
     "Insertion": "models.model",
+    "FlexibleInsertion": "models.flexible_insertion",
+    "LateralLayer": "core",
     "preset": "preset_files",
     "presets": "preset_files",
     "Motion": "models.simulation",
@@ -46,7 +51,8 @@ def __getattr__(name: str):
     """Loads a name when it is first used, so that importing needleforce costs no more than the core."""
     if name not in _HOME:
         raise AttributeError(f"module 'needleforce' has no attribute {name!r}")
-    value = getattr(import_module(f".{_HOME[name]}", __name__), name)
+    module = import_module(f".{_HOME[name]}", __name__)
+    value = module if _HOME[name] == name else getattr(module, name)
     globals()[name] = value
     return value
 

@@ -1,3 +1,5 @@
+from . import steering as steering
+from .core import LateralLayer as LateralLayer
 from .core import Needle as Needle
 from .core import Sample as Sample
 from .core import Tissue as Tissue
@@ -8,12 +10,15 @@ from .errors import InputError as InputError
 from .identification import Fit as Fit
 from .identification import compare as compare
 from .identification import identify as identify
+from .mechanics.beam_on_foundation import steady_curvature as steady_curvature
+from .mechanics.beam_on_foundation import switch_on_path as switch_on_path
 from .mechanics.buckling import buckling_force as buckling_force
 from .mechanics.contact import contact as contact
 from .mechanics.energy import cycle_work as cycle_work
 from .mechanics.foundation import foundation_modulus as foundation_modulus
 from .mechanics.foundation import friction_coefficient as friction_coefficient
 from .mechanics.foundation import friction_per_length as friction_per_length
+from .models.flexible_insertion import FlexibleInsertion as FlexibleInsertion
 from .models.model import Insertion as Insertion
 from .models.model import Layer as Layer
 from .models.model import Model as Model

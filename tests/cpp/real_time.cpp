@@ -9,6 +9,7 @@
 
 #include "../../bindings/c/needleforce_guard.h"
 #include "../proof/c_layers.hpp"
+#include "bending.hpp"
 #include "every_model.hpp"
 #include "needleforce/flight_recorder.hpp"
 
@@ -285,6 +286,45 @@ TEST(RealTime, GuardAllocatesNothingAndKeepsItsClampForAnyInput) {
   }
   EXPECT_EQ(allocations, 0);
   allocations = 0;
+}
+
+/// Steps of a needle that bends with the allocator armed, on a random walk of its base with spoiled values.
+template <std::size_t dimension>
+Seen bent(bending::FlexibleInsertion<dimension> needle, int n) {
+  RandomInput input(2e-5), aside(1e-6);
+  Seen seen;
+  armed = true;
+  for (int i = 0; i < n; ++i) {
+    bending::Base base{.depth = input.depth(), .roll = 1e-3 * i};
+    for (std::size_t d = 0; d < dimension; ++d) base.lateral[d] = 0.1 * aside.depth();
+    const double dt = input.dt();
+    const bending::BentSample sample = needle.step(base, dt);
+    double sum = sample.force + sample.tip[0] + sample.tip[1] + sample.tip[2];
+    for (const double component : sample.wrench) sum += component;
+    const bool bad = !std::isfinite(base.depth + base.lateral[0] + base.lateral[1] + dt) || !(dt > 0.0);
+    seen.finite = seen.finite && std::isfinite(sum);
+    seen.faults_say_so = seen.faults_say_so && (!bad || sample.status != Status::ok);
+    seen.refused += sample.status != Status::ok;
+    seen.largest = std::fmax(seen.largest, std::abs(sample.force));
+  }
+  armed = false;
+  seen.steps = n;
+  return seen;
+}
+
+TEST(RealTime, NeedleThatBendsAllocatesNothingAndStaysFinite) {
+  bending::FlexibleSettings settings = bending_tests::guided();
+  settings.bevel = {.half_angle = 0.26, .friction_coefficient = 0.1, .face_share = 0.5};
+  settings.lengths.pressure_friction = 0.1;
+  for (const FoundationForm form :
+       {FoundationForm::linear, FoundationForm::cubic, FoundationForm::hyperbolic, FoundationForm::tanh}) {
+    settings.beam.layers[0].form = form;
+    settings.beam.layers[0].scale = 1e-4;
+    const std::array layers{Layer{0.0, paper::model()}};
+    const int n = form == FoundationForm::linear ? 1000000 : 100000;
+    expect_sound(bent(bending::SpatialInsertion(layers, settings), n), "in space");
+    expect_sound(bent(bending::PlanarInsertion(layers, settings), n), "in a plane");
+  }
 }
 
 TEST(RealTime, AllocationCounterDetectsAnAllocation) {

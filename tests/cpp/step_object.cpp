@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a controller calls in its loop; the undefined symbols are checked against an allow-list.
-#include "needleforce/insertion.hpp"
+#include "needleforce/bending/flexible_insertion.hpp"
 
 using needleforce::Insertion;
+using needleforce::bending::Base;
+using needleforce::bending::SpatialInsertion;
 
 extern "C" {
 
@@ -14,6 +16,10 @@ void needleforce_snapshot(const Insertion* insertion, Insertion* copy) { *copy =
 void needleforce_save(const Insertion* insertion, Insertion::Saved* saved) { *saved = insertion->save(); }
 bool needleforce_restore(Insertion* insertion, const Insertion::Saved* saved) {
   return insertion->restore(*saved);
+}
+
+double needleforce_bend(SpatialInsertion* needle, const Base* base, double dt) {
+  return needle->step(*base, dt).force;
 }
 
 }  // extern "C"

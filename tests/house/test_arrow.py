@@ -32,6 +32,7 @@ ALLOWED = {
     "campaign": MODELS | {"recording", "segmentation", "identification"},
     "report": MODELS | {"recording", "segmentation", "identification", "campaign"},
     "control": MODELS,
+    "steering": MODELS | {"recording"},
     "references": set(),
     "export": MODELS,
 }
@@ -84,7 +85,7 @@ def test_heavy_libraries_are_loaded_when_used():
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
              "bevel", "returnable_slip", "relaxation", "memory", "rupture", "law", "laws", "laws/all", "dispatch",
              "model", "fingerprint", "state_bytes", "sample", "limits", "state", "layer", "model_swap", "insertion",
-             "sliding", "fit/layered", "exchange", "live", "guard_settings", "energy_controller", "guard",
+             "bending", "sliding", "fit/layered", "exchange", "live", "guard_settings", "energy_controller", "guard",
              "flight_recorder"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle", "fit/dead_band", "fit/loading_curves", "fit/loading", "fit/median", "fit/depth_noise",
@@ -92,9 +93,9 @@ FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "f
 
 
 def place(path: Path, include: Path) -> str:
-    """Where a header of ``include`` stands: its name without ending, of a law or tip its folder."""
+    """Where a header of ``include`` stands: its name without ending, or its folder."""
     name = str(path.relative_to(include).with_suffix(""))
-    return name.split("/")[0] if name.startswith(("laws/", "tips/")) and name != "laws/all" else name
+    return name.split("/")[0] if name.startswith(("laws/", "tips/", "bending/")) and name != "laws/all" else name
 
 
 def included(path: Path, include: Path) -> list[Path]:

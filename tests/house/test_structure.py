@@ -9,8 +9,8 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 276,
-    "modules imported by one other alone": 80,
+    "Python files": 300,
+    "modules imported by one other alone": 88,
     "files that run in `nf.read(file)`": 28,
     "files that run in `nf.identify(recording)`": 40,
     "calls with six or more positional arguments": 0,

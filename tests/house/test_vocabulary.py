@@ -52,12 +52,12 @@ def test_words_of_phase_and_status():
 
 
 def test_the_top_level_is_small_and_complete():
-    assert len(nf.__all__) <= 30
+    assert len(nf.__all__) <= 40
     for name in nf.__all__:
         assert getattr(nf, name) is not None
 
 
 def test_type_checkers_see_the_same_names(root):
     stub = (root / "src" / "needleforce" / "__init__.pyi").read_text(encoding="utf-8")
-    homes = {name: home for home, name in re.findall(r"from \.([\w.]+) import (\w+) as \2", stub)}
+    homes = {name: home or name for home, name in re.findall(r"from \.([\w.]*) import (\w+) as \2", stub)}
     assert homes == nf._HOME

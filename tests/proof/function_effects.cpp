@@ -3,6 +3,7 @@
 // allocate, lock, throw or call what it cannot see. Functions of the mathematics library it knows by name.
 #include "../../bindings/c/needleforce.cpp"
 #include "../../bindings/c/needleforce_guard.cpp"
+#include "needleforce/bending/flexible_insertion.hpp"
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/guard.hpp"
 #include "needleforce/live.hpp"
@@ -47,6 +48,21 @@ using needleforce::Sample;
   recorder.write(0.0, 0.0, 1e-3, guard.step(0.0, 0.0, 1e-3));
   guard.miss(1e-3);
   guard.reset();
+}
+
+// a needle that bends
+template <std::size_t dimension>
+double bend(needleforce::bending::FlexibleInsertion<dimension>& needle) noexcept [[clang::nonblocking]] {
+  const needleforce::bending::FlexibleInsertion<dimension> copy = needle.snapshot();
+  double sum = needle.step({}, 1e-3).force;
+  copy.shape([&](const needleforce::bending::Vector& point) noexcept { sum += point[0]; });
+  needle.reset();
+  return sum;
+}
+[[maybe_unused]] double bend_both(needleforce::bending::PlanarInsertion& plane,
+                                  needleforce::bending::SpatialInsertion& space) noexcept
+    [[clang::nonblocking]] {
+  return bend(plane) + bend(space);
 }
 
 // what the loop calls while another thread replaces the model

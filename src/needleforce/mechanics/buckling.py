@@ -79,3 +79,87 @@ def equivalent_half_angle(tip: Any) -> float:
         "neither a cone nor a tip with an equivalent cone",
         next_step="Give the law's half_angle, or use the law tip_contact, which accepts every tip.",
     )
+
+
+def foundation_buckling_force(stiffness: float, modulus: float, *, free_end: bool) -> float:
+    """Axial force at which a long straight needle in tissue buckles, held laterally by the tissue alone.
+
+    Parameters
+    ----------
+    stiffness : float
+        Bending stiffness E I [N m^2].
+    modulus : float
+        Foundation modulus K [Pa].
+    free_end : bool
+        Whether the force acts at an end that is free to move; otherwise far from both ends.
+
+    Returns
+    -------
+    float
+        sqrt(K E I) at a free end, 2 sqrt(K E I) far from the ends [N].
+
+    Notes
+    -----
+    Hetenyi, Beams on Elastic Foundation; the force keeps its direction, the foundation is linear.
+    """
+    return (1.0 if free_end else 2.0) * math.sqrt(modulus * stiffness)
+
+
+def embedded_buckling_force(stiffness: float, modulus: float, free_length: float, embedded: float) -> float:
+    """Axial force at which a needle buckles that is clamped above the tissue and embedded with its free tip.
+
+    Parameters
+    ----------
+    stiffness : float
+        Bending stiffness E I [N m^2], above 0.
+    modulus : float
+        Foundation modulus K of the tissue [Pa], above 0.
+    free_length, embedded : float
+        Length between clamp and surface, and length in the tissue [m], above 0.
+
+    Returns
+    -------
+    float
+        Smallest critical force [N]; the force acts on the tip and keeps its direction.
+
+    Raises
+    ------
+    InputError
+        If a value is not above 0.
+
+    Notes
+    -----
+    E I y'''' + N y'' + K y = 0 with K = 0 above the surface, y = y' = 0 at the clamp, y'' = 0 and
+    E I y''' + N y' = 0 at the tip: the smallest root of the determinant of the last two by the first two.
+    """
+    given = {"stiffness": stiffness, "modulus": modulus, "free_length": free_length, "embedded": embedded}
+    for quantity, value in given.items():
+        if not value > 0.0:
+            raise InputError(quantity, value, "must be above 0", next_step="Check its unit.")
+    from scipy.optimize import brentq
+
+    beta = (0.25 * modulus / stiffness) ** 0.25
+    # beyond this length the tip no longer feels the clamp, and the solution would lose digits
+    column = (beta * free_length, min(beta * embedded, 14.0))
+    step = 0.02 / (1.0 + sum(column))
+    low, start = step, _stability(step, *column)
+    while True:
+        high = low + step
+        end = _stability(high, *column)
+        if end * start <= 0.0:
+            root = brentq(_stability, low, high, args=column, xtol=1e-14, rtol=1e-14)
+            return root**2 * stiffness * beta**2
+        low = high
+
+
+def _stability(wavenumber: float, free: float, embedded: float) -> float:
+    """Determinant of the conditions at the tip, over the two free constants at the clamp; lengths and the axial
+    wavenumber sqrt(N / E I) in units of beta."""
+    import numpy as np
+    from scipy.linalg import expm
+
+    axial = wavenumber**2
+    slope = lambda load: np.array([[0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1], [-load, 0, -axial, 0]], float)  # noqa: E731
+    at_tip = expm(embedded * slope(4.0)) @ expm(free * slope(0.0))
+    moment, shear = at_tip[2, 2:], at_tip[3, 2:] + axial * at_tip[1, 2:]
+    return float(moment[0] * shear[1] - moment[1] * shear[0])

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "module.hpp"
+#include "needleforce/bending/flexible_insertion.hpp"
+#include "parameters.hpp"
+
+namespace needleforce::python {
+
+namespace {
+
+using bending::Base;
+using bending::BentSample;
+using bending::Section;
+
+using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+/// A new NumPy array of n rows and m columns; `data` receives its address.
+nb::ndarray<nb::numpy, double, nb::ndim<2>> new_rows(std::size_t n, std::size_t m, double*& data) {
+  data = new double[n * m];
+  nb::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
+  return nb::ndarray<nb::numpy, double, nb::ndim<2>>(data, {n, m}, owner);
+}
+
+using Stack = std::vector<std::pair<double, Model>>;
+
+bending::FlexibleSettings settings_of(const std::vector<bending::LateralLayer>& layers,
+                                      const std::vector<std::array<double, 3>>& sections,
+                                      const bending::Support& support, const Bevel& bevel,
+                                      const bending::Bending& lengths, std::size_t elements,
+                                      bool small_slopes) {
+  bending::FlexibleSettings settings;
+  std::vector<Section> list;
+  for (const auto& [end, stiffness, curvature] : sections) list.push_back({end, stiffness, curvature});
+  if (list.size() > bending::max_sections)
+    raise_input("number of sections", nb::int_(list.size()), "more than 4", "Join some of them.");
+  if (layers.size() > bending::max_lateral_layers)
+    raise_input("number of lateral layers", nb::int_(layers.size()), "more than 8", "Join some of them.");
+  settings.beam.sections = bending::Sections(std::span<const Section>(list));
+  settings.beam.support = support;
+  std::copy(layers.begin(), layers.end(), settings.beam.layers.begin());
+  settings.beam.layer_count = layers.size();
+  settings.beam.elements = elements;
+  settings.bevel = bevel;
+  settings.lengths = lengths;
+  settings.small_slopes = small_slopes;
+  if (const char* quantity = bending::fault(settings))
+    raise_input(
+        quantity, nb::str("refused"), "outside its range or out of order",
+        "Tops of lateral layers start at 0 and increase; ends of sections increase from the tip, with "
+        "bending stiffnesses above 0; elements are 1 to 100.");
+  return settings;
+}
+
+template <std::size_t dimension>
+using Bent = bending::FlexibleInsertion<dimension>;
+
+template <std::size_t dimension>
+nb::dict run(Bent<dimension>& self, const Values& depth, const Rows& lateral, const Rows& tilt,
+             const Values& roll, const Values& dt) {
+  const std::size_t n = depth.shape(0);
+  for (std::size_t length : {lateral.shape(0), tilt.shape(0), roll.shape(0), dt.shape(0)})
+    if (length != n)
+      raise_input("the length of lateral, tilt, roll or dt", nb::int_(length),
+                  "not that of depth, " + std::to_string(n), "Give arrays of equal length.");
+  if (lateral.shape(1) != 2 || tilt.shape(1) != 2)
+    raise_input("the columns of lateral or tilt", nb::int_(lateral.shape(1)), "not 2",
+                "Give (n, 2): x and y.");
+  double *tip, *tangent, *wrench, *force, *status, *buckled;
+  nb::dict result;
+  result["tip"] = new_rows(n, 3, tip);
+  result["tangent"] = new_rows(n, 3, tangent);
+  result["wrench"] = new_rows(n, 6, wrench);
+  result["force"] = new_array(n, force);
+  result["status"] = new_array(n, status);
+  result["buckled"] = new_array(n, buckled);
+  nb::gil_scoped_release release;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double *x = lateral.data() + 2 * i, *t = tilt.data() + 2 * i;
+    const BentSample sample =
+        self.step(Base{depth.data()[i], {x[0], x[1]}, {t[0], t[1]}, roll.data()[i]}, dt.data()[i]);
+    std::copy(sample.tip.begin(), sample.tip.end(), tip + 3 * i);
+    std::copy(sample.tangent.begin(), sample.tangent.end(), tangent + 3 * i);
+    std::copy(sample.wrench.begin(), sample.wrench.end(), wrench + 6 * i);
+    force[i] = sample.force;
+    status[i] = static_cast<double>(sample.status);
+    buckled[i] = sample.buckled;
+  }
+  return result;
+}
+
+template <std::size_t dimension>
+nb::ndarray<nb::numpy, double, nb::ndim<2>> shape(const Bent<dimension>& self) {
+  double* points;
+  auto array = new_rows(self.mesh().count(), 3, points);
+  self.shape([&](const bending::Vector& point) { points = std::copy(point.begin(), point.end(), points); });
+  return array;
+}
+
+template <std::size_t dimension>
+nb::ndarray<nb::numpy, double, nb::ndim<2>> path(const Bent<dimension>& self) {
+  const auto& cut = self.path();
+  const std::size_t n = cut.empty() ? 0 : cut.nodes();
+  double* rows;
+  auto array = new_rows(n, 3, rows);
+  for (std::size_t k = 0; k < n; ++k) {
+    rows[3 * k] = cut.node(k)[0];
+    rows[3 * k + 1] = dimension > 1 ? cut.node(k)[dimension - 1] : 0.0;
+    rows[3 * k + 2] = cut.spacing * static_cast<double>(k);
+  }
+  return array;
+}
+
+template <std::size_t n>
+Output as_array(const std::array<double, n>& values) {
+  double* data;
+  Output array = new_array(n, data);
+  std::copy(values.begin(), values.end(), data);
+  return array;
+}
+
+void bind_bent_sample(nb::module_& module) {
+  nb::class_<BentSample>(module, "BentSample", "One row of the insertion of a needle that bends.")
+      .def_prop_ro(
+          "tip", [](const BentSample& self) { return as_array(self.tip); }, nb::rv_policy::move,
+          "(x, y, z) [m] in the tissue, its surface at z = 0")
+      .def_prop_ro(
+          "tangent", [](const BentSample& self) { return as_array(self.tangent); }, nb::rv_policy::move,
+          "of the tip, a unit vector")
+      .def_prop_ro(
+          "wrench", [](const BentSample& self) { return as_array(self.wrench); }, nb::rv_policy::move,
+          "force [N] and moment [N m] of the tissue on the needle at the base, in its frame")
+      .def_ro("force", &BentSample::force, "axial force [N], + opposes insertion")
+      .def_ro("lateral", &BentSample::lateral, "lateral force on the tip [N]")
+      .def_ro("unsupported_length", &BentSample::unsupported, "between base and surface [m]")
+      .def_ro("axial", &BentSample::axial, "parts of the axial force, phase and events")
+      .def_ro("buckled", &BentSample::buckled,
+              "true from the step in which the needle lost its stability until it is out of the tissue")
+      .def_prop_ro("status",
+                   [](const BentSample& self) { return status_names[static_cast<int>(self.status)]; })
+      .def("__repr__", [](const BentSample& self) {
+        return nb::str("<BentSample: tip ({:.3f}, {:.3f}, {:.3f}) mm, force {:.4g} N, {}{}>")
+            .format(1e3 * self.tip[0], 1e3 * self.tip[1], 1e3 * self.tip[2], self.force,
+                    status_names[static_cast<int>(self.status)], self.buckled ? ", buckled" : "");
+      });
+}
+
+template <std::size_t dimension>
+void bind_flexible(nb::module_& module, const char* name, const char* doc) {
+  using Self = Bent<dimension>;
+  nb::class_<Self>(module, name, doc)
+      .def(
+          "__init__",
+          [](Self* self, const Stack& stack, const std::vector<bending::LateralLayer>& lateral,
+             const std::vector<std::array<double, 3>>& sections, const bending::Support& support,
+             const Limits& limits, const Bevel& bevel, const bending::Bending& lengths, std::size_t elements,
+             bool small_slopes) {
+            std::vector<Layer> layers;
+            for (const auto& [top, laws] : stack) layers.push_back({top, laws});
+            new (self)
+                Self(layers, settings_of(lateral, sections, support, bevel, lengths, elements, small_slopes),
+                     limits);
+          },
+          nb::arg("layers"), nb::arg("lateral"), nb::arg("sections"), nb::arg("support"), nb::arg("limits"),
+          nb::arg("bevel"), nb::arg("lengths"), nb::arg("elements"), nb::arg("small_slopes"))
+      .def(
+          "step",
+          [](Self& self, double depth, const std::array<double, 2>& lateral,
+             const std::array<double, 2>& tilt, double roll,
+             double dt) { return self.step(Base{depth, lateral, tilt, roll}, dt); },
+          nb::arg("depth"), nb::arg("lateral"), nb::arg("tilt"), nb::arg("roll"), nb::arg("dt"))
+      .def("run", &run<dimension>, nb::arg("depth"), nb::arg("lateral"), nb::arg("tilt"), nb::arg("roll"),
+           nb::arg("dt"))
+      .def("shape", &shape<dimension>, "(n, 3) points of the needle from the base to the tip [m]")
+      .def("path", &path<dimension>, "(n, 3) the cut path, over the travel in tissue [m]")
+      .def(
+          "copy", [](const Self& self) { return Self(self); }, "A copy with its state.")
+      .def("reset", &Self::reset, "Back to before the first contact.")
+      .def(
+          "restore", [](Self& self, const Self& saved) { self = saved; }, nb::arg("snapshot"),
+          "Back to a snapshot, state and model.");
+}
+
+}  // namespace
+
+void bind_flexible(nb::module_& module) {
+  bind_parameters<bending::LateralLayer>(module, "LateralLayer");
+  bind_parameters<bending::Support>(module, "Support");
+  bind_parameters<bending::Bending>(module, "Bending");
+  bind_bent_sample(module);
+  bind_flexible<1>(module, "PlanarInsertion", "A needle that bends in the plane of x and z.");
+  bind_flexible<2>(module, "SpatialInsertion", "A needle that bends in space.");
+}
+
+}  // namespace needleforce::python

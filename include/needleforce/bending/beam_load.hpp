@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What acts on the needle in one solution, and what it is made of.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "axial_load.hpp"
+#include "cut_path.hpp"
+#include "lateral_layer.hpp"
+#include "needle_section.hpp"
+#include "support.hpp"
+
+namespace needleforce::bending {
+
+inline constexpr std::size_t max_lateral_layers = 8;
+inline constexpr std::size_t path_capacity = 3001;
+
+template <std::size_t dimension>
+using TissuePath = CutPath<dimension, path_capacity>;
+
+/// What acts on the needle in one solution.
+template <std::size_t dimension>
+struct BeamLoad {
+  using Place = std::array<double, dimension>;
+  double embedded = 0.0;     ///< length in the tissue [m]
+  double free_length = 0.0;  ///< from the base to the surface, or to the tip above it [m]
+  Place lateral{}, tilt{};   ///< of the base [m], [rad]
+  Place tip_force{};         ///< [N]
+  Place bend{};              ///< direction in which the unloaded needle is bent, a unit vector
+  AxialLoad axial{};
+  double rub = 0.0;       ///< axial friction over lateral pressure, of the direction of the motion [1]
+  double contact = 0.0;   ///< lateral stiffness of a tip that presses on the surface [N/m]
+  Place contact_place{};  ///< where it touched
+  bool cuts = false;      ///< the tip is at the front of its path and writes it
+};
+
+/// Chosen before the loop.
+struct BeamProperties {
+  Sections sections{};
+  Support support{};
+  std::array<LateralLayer, max_lateral_layers> layers{};
+  std::size_t layer_count = 0;
+  std::size_t elements = 40;
+  std::size_t max_iterations = 20;
+  double tolerance = 1e-10;  ///< largest change of a node in the last iteration [m]
+
+  bool linear() const noexcept {
+    for (std::size_t i = 0; i < layer_count; ++i)
+      if (!layers[i].linear()) return false;
+    return true;
+  }
+};
+
+}  // namespace needleforce::bending

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// The path that the tip has cut, as lateral positions over the travel in tissue.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace needleforce::bending {
+
+/// Nodes at fixed places in the tissue, and the front, which the tip writes. Between nodes the path is
+/// straight; from the last node to the front it is a parabola through the node before, so that a front close
+/// to a node never extrapolates.
+template <std::size_t dimension, std::size_t capacity>
+class CutPath {
+ public:
+  using Place = std::array<double, dimension>;
+
+  /// How the path at one place follows from the last two nodes and the front.
+  struct Newest {
+    double before, last, front;  ///< weights
+  };
+
+  double spacing = 1e-4;  ///< [m]
+
+  /// Deepest travel [m] that has room. Wait-free.
+  double longest() const noexcept { return spacing * static_cast<double>(capacity - 1); }
+  bool empty() const noexcept { return count_ == 0; }
+  /// Travel [m] of the last node. Wait-free.
+  double last_node() const noexcept { return spacing * static_cast<double>(count_ - 1); }
+  /// Travel [m] where the next node will be. Wait-free.
+  double next_node() const noexcept { return spacing * static_cast<double>(count_); }
+  /// Deepest travel [m] of the tip. Wait-free.
+  double front() const noexcept { return front_; }
+  const Place& front_place() const noexcept { return front_place_; }
+  const Place& entry() const noexcept { return nodes_[0]; }
+  /// A node by its number from the surface. Wait-free.
+  const Place& node(std::size_t number) const noexcept { return nodes_[number]; }
+  std::size_t nodes() const noexcept { return count_; }
+
+  void clear() noexcept { count_ = 0, front_ = 0.0; }
+
+  /// Writes the front, and a node where it comes to the next one. Wait-free.
+  void write(double travel, const Place& place) noexcept {
+    if (count_ < capacity && travel >= next_node() - 1e-9 * spacing) nodes_[count_++] = place;
+    front_ = travel;
+    front_place_ = place;
+  }
+  /// The weights of the last two nodes and the front for a place between the last node and a front at
+  /// `front`. Wait-free.
+  Newest newest(double travel, double front) const noexcept {
+    const double last = last_node(), length = front - last;
+    const double t = length > 0.0 ? (travel - last) / length : 1.0;
+    if (count_ < 2) return {0.0, 1.0 - t, t};
+    const double reach = travel - last + spacing;
+    return {-(1.0 - t) * length * (travel - last) / (spacing * (length + spacing)),
+            (1.0 - t) * reach / spacing, t * reach / (length + spacing)};
+  }
+  /// The path [m] at a travel between the surface and the front. Wait-free.
+  Place at(double travel) const noexcept {
+    const double place = std::max(0.0, travel) / spacing;
+    const std::size_t k = static_cast<std::size_t>(place);
+    Place result;
+    if (k + 1 < count_) {
+      const double t = place - static_cast<double>(k);
+      for (std::size_t d = 0; d < dimension; ++d)
+        result[d] = nodes_[k][d] + t * (nodes_[k + 1][d] - nodes_[k][d]);
+      return result;
+    }
+    return behind_front(travel);
+  }
+
+ private:
+  Place behind_front(double travel) const noexcept {
+    const Newest weights = newest(std::min(travel, front_), front_);
+    const Place& last = nodes_[count_ - 1];
+    const Place& before = count_ < 2 ? last : nodes_[count_ - 2];
+    Place result;
+    for (std::size_t d = 0; d < dimension; ++d)
+      result[d] = weights.before * before[d] + weights.last * last[d] + weights.front * front_place_[d];
+    return result;
+  }
+
+  std::array<Place, capacity> nodes_{};
+  std::size_t count_ = 0;
+  double front_ = 0.0;
+  Place front_place_{};
+};
+
+}  // namespace needleforce::bending

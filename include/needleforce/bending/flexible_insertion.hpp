@@ -1,0 +1,360 @@
+// SPDX-License-Identifier: Apache-2.0
+// The insertion of a needle that bends: motion of the base in, tip, shape and base wrench out.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <span>
+#include <type_traits>
+
+#include "../insertion.hpp"
+#include "beam_equilibrium.hpp"
+#include "bent_sample.hpp"
+#include "flexible_settings.hpp"
+#include "tip_load.hpp"
+
+namespace needleforce::bending {
+
+/// A needle that bends in layered tissue, in a plane (1) or in space (2). Trivially copyable: a snapshot is a
+/// copy. docs/decisions/0023-bending.md
+template <std::size_t dimension>
+class FlexibleInsertion {
+ public:
+  using Place = std::array<double, dimension>;
+
+  /// With invalid values every step gives no force and `invalid_parameter`.
+  FlexibleInsertion(std::span<const Layer> layers, const FlexibleSettings& settings,
+                    const Limits& limits = {}) noexcept
+      : axial_(layers, limits, settings.bevel),
+        settings_(settings),
+        limits_(limits),
+        lateral_ratio_(settings.bevel.lateral_ratio()),
+        valid_(!first_fault(layers).reason && needleforce::valid(limits) && !fault(settings)) {
+    path_.spacing = settings_.lengths.path_spacing;
+  }
+
+  /// One cycle: the base is at `base`, `dt` [s] after the last call. Wait-free; the cost is bounded by
+  /// `max_travel` over `path_spacing` solutions.
+  BentSample step(const Base& base, double dt) noexcept {
+    const Status status = check(base, dt);
+    return status == Status::ok ? accept(base, dt) : refuse(status, dt);
+  }
+
+  /// Back to before the first contact. Wait-free.
+  void reset() noexcept {
+    axial_.reset();
+    forget();
+    beam_ = {};
+    sample_ = Sample{};
+    last_ = BentSample{};
+    waited_ = 0.0;
+    started_ = false;
+  }
+  /// The whole object; assign it back to restore. Wait-free.
+  FlexibleInsertion snapshot() const noexcept { return *this; }
+
+  /// Calls `visit` with the points of the needle from the base to the tip [m]. Wait-free.
+  template <class Visit>
+  void shape(Visit visit) const noexcept {
+    follow(visit);
+  }
+  /// The path that the tip has cut.
+  const TissuePath<dimension>& path() const noexcept { return path_; }
+  const BeamMesh<dimension>& mesh() const noexcept { return beam_.mesh(); }
+  const FlexibleSettings& settings() const noexcept { return settings_; }
+
+ private:
+  struct Events {
+    bool contact = false, punctured = false, exit = false, converged = true;
+  };
+
+  Status check(const Base& base, double dt) const noexcept {
+    if (!valid_) return Status::invalid_parameter;
+    double sum = base.roll;
+    for (std::size_t d = 0; d < 2; ++d) sum += base.lateral[d] + base.tilt[d];
+    if (!std::isfinite(sum)) return Status::not_finite;
+    if (!ordinary(base.depth, no_velocity, dt)) return refusal(base.depth, 0.0, dt);
+    return in_range(base) && (!started_ || can_move(base, waited_ + dt)) ? Status::ok : Status::outside_range;
+  }
+  bool in_range(const Base& base) const noexcept {
+    const Support& support = settings_.beam.support;
+    for (std::size_t d = 0; d < 2; ++d) {
+      if (std::abs(base.lateral[d]) > farthest || std::abs(base.tilt[d]) > 1.0) return false;
+      if (d >= dimension && (base.lateral[d] != 0.0 || base.tilt[d] != 0.0)) return false;
+    }
+    return support.reaches(base.depth) && base.depth <= path_.longest() &&
+           support.free_length(base.depth) + std::min(0.0, base.depth) >= 0.0;
+  }
+  bool can_move(const Base& base, double elapsed) const noexcept {
+    const double travel = base.depth - base_.depth;
+    bool possible = std::abs(travel) <= settings_.lengths.max_travel &&
+                    std::abs(base.roll - base_.roll) <= std::numbers::pi * (1.0 + 1e-9) &&
+                    consistent(limits_, travel, no_velocity, elapsed);
+    for (std::size_t d = 0; d < dimension; ++d)
+      possible &= consistent(limits_, base.lateral[d] - base_.lateral[d], no_velocity, elapsed);
+    return possible;
+  }
+
+  /// The last force for a bounded time, then none; the needle stays where it was.
+  BentSample refuse(Status status, double dt) noexcept {
+    if (dt > 0.0 && std::isfinite(dt)) waited_ += dt;
+    BentSample sample = last_;
+    if (!(valid_ && waited_ <= limits_.hold_time)) {
+      sample.force = sample.lateral = 0.0;
+      sample.wrench = {};
+      sample.axial = Sample{};
+    }
+    sample.axial.contact = sample.axial.punctured = sample.axial.exit = false;
+    sample.status = status;
+    return sample;
+  }
+
+  BentSample accept(const Base& base, double dt) noexcept {
+    const double elapsed = waited_ + dt;
+    waited_ = 0.0;
+    Events events{};
+    started_ ? advance(base, elapsed, events) : start(base, elapsed, events);
+    base_ = base;
+    last_ = sample(events);
+    return last_;
+  }
+
+  /// The first step: a needle that is in the tissue already is straight, in its own hole.
+  void start(const Base& base, double dt, Events& events) noexcept {
+    started_ = true;
+    base_ = base;
+    press(base, dt, events);
+    if (axial_.pierced_layers() > 0 && base.depth > 0.0) {
+      const double above = settings_.beam.support.free_length(base.depth);
+      embedded_ = true;
+      while (path_.empty() || path_.next_node() <= base.depth)
+        path_.write(path_.next_node(), straight(base, above + path_.next_node()));
+      path_.write(base.depth, straight(base, above + base.depth));
+    }
+    settle(base, events);
+  }
+  static Place straight(const Base& base, double distance) noexcept {
+    Place place;
+    for (std::size_t d = 0; d < dimension; ++d) place[d] = base.lateral[d] + base.tilt[d] * distance;
+    return place;
+  }
+
+  /// Moves to each node of the path that the tip cuts on its way, then to the end: the path does not depend
+  /// on the length of the steps.
+  void advance(const Base& base, double dt, Events& events) noexcept {
+    const Base from = base_;
+    const double travel = base.depth - from.depth;
+    double done = 0.0;
+    while (done < 1.0) {
+      const double next = travel > 0.0 ? next_node(base_.depth) : base.depth;
+      const bool last = !(next < base.depth - 1e-9 * path_.spacing);
+      const double share = last ? 1.0 : (next - from.depth) / travel;
+      move(last ? base : between(from, base, share, next), dt * (share - done), events);
+      done = share;
+    }
+  }
+  /// Where the path takes its next node, or the surface [m].
+  double next_node(double depth) const noexcept {
+    if (depth < 0.0) return 0.0;
+    const double front = embedded_ ? std::max(path_.front(), depth) : depth;
+    return path_.spacing * (std::floor(front / path_.spacing + 1e-6) + 1.0);
+  }
+  void move(const Base& to, double dt, Events& events) noexcept {
+    press(to, dt, events);
+    if (axial_.pierced_layers() > 0 && !embedded_ && to.depth > 0.0) enter(base_.depth);
+    if (embedded_ && to.depth > 0.0) {
+      turn_tip(to);
+      rub_ = std::clamp(rub_ + (to.depth - base_.depth) / settings_.lengths.presliding, -1.0, 1.0);
+    }
+    settle(to, events);
+    base_ = to;
+  }
+  void press(const Base& to, double dt, Events& events) noexcept {
+    sample_ = axial_.step(to.depth, no_velocity, dt);
+    events.contact |= sample_.contact;
+    events.punctured |= sample_.punctured;
+    events.exit |= sample_.exit;
+  }
+  /// The surface is punctured: the tissue closes around the shaft, whose tip stood where it touched.
+  void enter(double depth) noexcept {
+    embedded_ = true;
+    const double reached = std::max(0.0, depth);
+    while (path_.empty() || path_.next_node() <= reached) path_.write(path_.next_node(), touch_);
+    path_.write(reached, touch_);
+  }
+  /// The tip's lateral force follows the bevel while the tip cuts.
+  void turn_tip(const Base& to) noexcept {
+    const double cut = to.depth - std::max(path_.front(), base_.depth);
+    if (!(cut > 0.0)) return;
+    const double share = cut / (to.depth - base_.depth);
+    tip_load_.advance(cut, settings_.lengths.bevel_length, to.roll - share * (to.roll - base_.roll), to.roll);
+  }
+
+  /// Solves for the shape; writes the path where the tip is new.
+  void settle(const Base& base, Events& events) noexcept {
+    const BeamLoad<dimension> load = load_of(base);
+    if (!buckled_) {
+      const auto outcome = beam_.solve(settings_.beam, path_, load);
+      buckled_ = !outcome.stable;
+      events.converged &= outcome.converged;
+    }
+    if (!(base.depth > 0.0)) leave();
+    if (load.cuts) path_.write(base.depth, mesh().tip().place);
+    tip_force_ = load.tip_force;
+  }
+  /// Out of the tissue: a needle that comes back elsewhere makes a hole of its own.
+  void leave() noexcept {
+    touch_ = mesh().tip().place;
+    buckled_ = false;
+    rub_ = 0.0;
+    if (!embedded_) return;
+    double square = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d)
+      square += (touch_[d] - path_.entry()[d]) * (touch_[d] - path_.entry()[d]);
+    if (square <= settings_.lengths.hole_radius * settings_.lengths.hole_radius) return;
+    forget();
+    axial_.reset();
+  }
+  void forget() noexcept {
+    embedded_ = buckled_ = false;
+    rub_ = 0.0;
+    path_.clear();
+    tip_load_.clear();
+  }
+
+  BeamLoad<dimension> load_of(const Base& base) const noexcept {
+    BeamLoad<dimension> load;
+    const bool in_tissue = embedded_ && base.depth > 0.0;
+    load.embedded = in_tissue ? base.depth : 0.0;
+    load.free_length = settings_.beam.support.free_length(base.depth) + (in_tissue ? 0.0 : base.depth);
+    const std::array<double, 2> bevel{std::cos(base.roll), std::sin(base.roll)};
+    const double full = in_tissue ? full_tip_force(base.depth) : 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      load.lateral[d] = base.lateral[d];
+      load.tilt[d] = base.tilt[d];
+      load.bend[d] = bevel[d];
+      load.tip_force[d] = full * tip_load_.share()[d];
+    }
+    load.axial = AxialLoad(axial_, sample_);
+    if (in_tissue) {
+      load.cuts = base.depth >= path_.front();
+      load.rub = settings_.lengths.pressure_friction * rub_;
+    } else if (base.depth > 0.0) {
+      // a tip that presses on a half space of nu = 1/2 is held across by 2/3 of the axial stiffness (Mindlin)
+      load.contact = 2.0 / 3.0 * std::max(0.0, sample_.force_by_depth);
+      load.contact_place = touch_;
+    }
+    return load;
+  }
+  /// The lateral force of the bevel's face, and of the layer that the tip cuts, which falls to zero on
+  /// withdrawal.
+  double full_tip_force(double depth) const noexcept {
+    const BeamProperties& beam = settings_.beam;
+    std::size_t layer = 0;
+    while (layer + 1 < beam.layer_count && beam.layers[layer + 1].top < depth) ++layer;
+    const double behind = std::max(0.0, path_.front() - depth);
+    const double left = std::max(0.0, 1.0 - behind / settings_.lengths.unloading);
+    return lateral_ratio_ * sample_.cutting + beam.layers[layer].tip_force * left;
+  }
+
+  BentSample sample(const Events& events) const noexcept {
+    BentSample result;
+    result.axial = sample_;
+    result.axial.contact = events.contact;
+    result.axial.punctured = events.punctured;
+    result.axial.exit = events.exit;
+    result.force = sample_.force + settings_.lengths.pressure_friction * rub_ * beam_.pressing();
+    result.unsupported = -mesh().base().travel;
+    result.buckled = buckled_;
+    for (double force : tip_force_) result.lateral += force * force;
+    result.lateral = std::sqrt(result.lateral);
+    result.status = sample_.status;
+    if (result.status == Status::ok && (buckled_ || !events.converged || too_steep()))
+      result.status = Status::outside_range;
+    place_tip(result);
+    add_wrench(result);
+    return result;
+  }
+  bool too_steep() const noexcept {
+    double largest = 0.0;
+    for (const auto& node : mesh().nodes())
+      for (std::size_t d = 0; d < dimension; ++d)
+        largest = std::max(largest, std::abs(node.slope[d] - mesh().base().slope[d]));
+    return largest > settings_.lengths.max_slope;
+  }
+  /// The second component of a value, 0 in a plane.
+  static double second(const Place& value) noexcept {
+    if constexpr (dimension > 1)
+      return value[1];
+    else
+      return 0.0;
+  }
+  void place_tip(BentSample& result) const noexcept {
+    if (settings_.small_slopes) {
+      const auto& tip = mesh().tip();
+      result.tip = {tip.place[0], second(tip.place), tip.travel};
+      result.tangent = {tip.slope[0], second(tip.slope), 1.0};
+    } else {
+      const Development end = follow([](const Vector&) noexcept {});
+      result.tip = end.position();
+      result.tangent = end.tangent();
+    }
+  }
+  /// Forces and moments in the frame of the tissue, turned by the slope at the base. Lateral forces have no
+  /// moment about the axis: a round needle takes them by bending alone, x' S y = y' S x.
+  void add_wrench(BentSample& result) const noexcept {
+    const double fx = beam_.force()[0], fy = second(beam_.force()), fz = -result.force;
+    const double mx = -second(beam_.moment()), my = beam_.moment()[0];
+    const double tx = mesh().base().slope[0], ty = second(mesh().base().slope);
+    result.wrench = {fx - tx * fz, fy - ty * fz, fz + tx * fx + ty * fy, mx, my, tx * mx + ty * my};
+  }
+
+  /// Follows the needle from the base to the tip.
+  template <class Visit>
+  Development follow(Visit visit) const noexcept {
+    const auto nodes = mesh().nodes();
+    const auto& first = nodes.front();
+    Development curve({first.place[0], second(first.place), first.travel});
+    curve.turn(first.slope[0], second(first.slope));
+    visit(curve.position());
+    for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+      const double length = nodes[i + 1].travel - nodes[i].travel;
+      Place chord, change;
+      for (std::size_t d = 0; d < dimension; ++d) {
+        chord[d] = (nodes[i + 1].place[d] - nodes[i].place[d]) / length - nodes[i].slope[d];
+        change[d] = nodes[i + 1].slope[d] - nodes[i].slope[d];
+      }
+      curve.follow(length, chord, change);
+      visit(curve.position());
+    }
+    return curve;
+  }
+
+  Insertion axial_;
+  FlexibleSettings settings_;
+  Limits limits_;
+  double lateral_ratio_;
+  bool valid_;
+
+  TissuePath<dimension> path_{};
+  BeamEquilibrium<dimension> beam_{};
+  TipLoad tip_load_{};
+  Sample sample_{};
+  BentSample last_{};
+  Base base_{};
+  Place touch_{}, tip_force_{};
+  double waited_ = 0.0;
+  double rub_ = 0.0;  // share of the friction of the lateral pressure, -1 to 1
+  bool started_ = false, embedded_ = false, buckled_ = false;
+};
+
+using PlanarInsertion = FlexibleInsertion<1>;
+using SpatialInsertion = FlexibleInsertion<2>;
+
+static_assert(std::is_trivially_copyable_v<PlanarInsertion>);
+static_assert(std::is_trivially_copyable_v<SpatialInsertion>);
+
+}  // namespace needleforce::bending

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one layer of tissue does across the needle: its foundation, and the push on a bevelled tip.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <tuple>
+
+#include "../foundation.hpp"
+#include "../parameter.hpp"
+
+namespace needleforce::bending {
+
+/// Lateral force per length p(u) [N/m] of a layer on a shaft that is off its cut path by u [m], and the
+/// lateral force on the tip while it cuts there.
+struct LateralLayer {
+  double top = 0.0;
+  double modulus = required;
+  double scale = 1.0;
+  double tip_force = 0.0;
+  FoundationForm form = FoundationForm::linear;
+
+  static constexpr const char* name = "lateral_layer";
+  static constexpr const char* summary = "Lateral foundation of a layer and lateral force on the tip in it.";
+  static constexpr std::array<Parameter<LateralLayer>, 4> table{{
+      {&LateralLayer::top, "top", "m", 0.0, 1.0, 0.0, "z", "travel in tissue at which the layer begins",
+       "free"},
+      {&LateralLayer::modulus, "modulus", "Pa", 0.0, 1e8, required, "K",
+       "foundation modulus at small offsets, lateral force per length over offset", "Winkler foundation"},
+      {&LateralLayer::scale, "scale", "m", 1e-7, 1.0, 1.0, "u_c",
+       "offset at which a nonlinear form departs from the linear one: sqrt(k_1 / k_3) or p_u / k_1",
+       "sec. 3, future work"},
+      {&LateralLayer::tip_force, "tip_force", "N", -100.0, 100.0, 0.0, "P",
+       "lateral force on the tip while it cuts, towards the bevel's point; that of the bevel's face is added",
+       "Misra et al. 2010"},
+  }};
+  static constexpr std::tuple parts{Part{&LateralLayer::form, "form", "form of the foundation", true}};
+
+  bool linear() const noexcept { return form == FoundationForm::linear || modulus == 0.0; }
+};
+
+/// A force per length at one offset: p over u, and the derivative of p, both [Pa].
+struct Secant {
+  double secant, tangent;
+};
+
+/// The foundation at the offset u >= 0 [m]. Wait-free.
+inline Secant stiffness_at(const LateralLayer& layer, double offset) noexcept {
+  const double y = offset / layer.scale, k = layer.modulus;
+  switch (layer.form) {
+    case FoundationForm::cubic:
+      return {k * (1.0 + y * y), k * (1.0 + 3.0 * y * y)};
+    case FoundationForm::hyperbolic: {
+      const double one = 1.0 / (1.0 + y);
+      return {k * one, k * one * one};
+    }
+    case FoundationForm::tanh: {
+      const double t = std::tanh(y);
+      return {y > 1e-8 ? k * t / y : k, k * (1.0 - t * t)};
+    }
+    default:
+      return {k, k};
+  }
+}
+
+}  // namespace needleforce::bending

@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The insertion of a needle that bends: the base's motion in; tip, shape, axial force and base wrench out."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import core
+from ..errors import InputError
+from ..mechanics.foundation import foundation_modulus
+from .model import Model
+
+LateralLayer = core.LateralLayer
+MAX_SECTIONS = 4
+
+# an axial law without force: for a needle whose deflection alone is of interest
+_NO_FORCE = core.Laws(
+    core.laws.Polynomial(linear=1.0, quadratic=0.0),
+    core.laws.PunctureDepth(depth=0.0),
+    core.laws.Coulomb(per_length=0.0),
+    core.laws.NoCutting(),
+)
+
+
+class FlexibleInsertion:
+    """An ``Insertion`` whose needle bends, on a foundation that is attached to the path that its tip has cut.
+
+    The frame is that of the tissue: its undeformed surface at z = 0, z along the insertion, x and y across. A ``roll``
+    of 0 is a bevel whose lateral force points along +x.
+
+    Parameters
+    ----------
+    model : Model, optional
+        Laws of the axial force; it compresses the needle and its cutting force drives the bevel. Default: no axial
+        force.
+    needle : Needle
+        Bending stiffness and length [m] from hub to tip.
+    lateral : float or sequence of LateralLayer, optional
+        Foundation modulus [Pa] of one linear layer, or layers from the surface down. Default: Vesic's modulus of the
+        model's tissue.
+    guide_distance : float, optional
+        Distance of the guide's exit above the surface [m]; the default is a needle held at its hub.
+    lateral_compliance, rotational_compliance : float
+        Of the guide or hub [m/N], [rad/(N m)]; 0 is clamped.
+    pivot_stiffness : float
+        Lateral stiffness of the surface at the point of entry [N/m].
+    bevel : core.Bevel, optional
+        Half angle [rad], friction coefficient and face share of a bevel: the lateral force on the tip per cutting
+        force. A layer's ``tip_force`` adds to it.
+    bevel_length : float, optional
+        Travel over which the tip's lateral force builds up [m]. Default: length of the needle's lancet bevel, else 0.
+    sections : sequence of (float, float, float), optional
+        End as distance from the tip [m], bending stiffness [N m^2] and unloaded curvature [1/m] of up to four sections
+        from the tip on, for a needle that is stepped or bent before. Default: the needle's own.
+    planar : bool
+        Whether everything stays in the plane of x and z, which takes about two thirds of the time.
+    elements : int
+        Elements along the embedded needle, 1 to 100.
+    small_slopes : bool
+        Whether tip and shape leave out the second order of the slopes.
+    max_speed, hold_time : float
+        As for ``Insertion``.
+    **lengths : float
+        Of ``core.Bending``: ``hole_radius``, ``unloading``, ``pressure_friction``, ``presliding``, ``path_spacing``,
+        ``max_travel``, ``max_slope``.
+
+    Raises
+    ------
+    InputError
+        If a value is outside its range, or nothing states the foundation.
+
+    Notes
+    -----
+    E I y'''' + N y'' + p(y - Y) = q with the cut path Y, which the tip writes; axial forces follow the tangent. The
+    shape is that of a beam whose offset from its path is small; the path itself may turn far. A snapshot is a copy.
+    """
+
+    def __init__(
+        self,
+        model: Model | None,
+        needle: core.Needle,
+        *,
+        lateral: float | Sequence[core.LateralLayer] | None = None,
+        guide_distance: float = np.inf,
+        lateral_compliance: float = 0.0,
+        rotational_compliance: float = 0.0,
+        pivot_stiffness: float = 0.0,
+        bevel: core.Bevel | None = None,
+        bevel_length: float | None = None,
+        sections: Sequence[tuple[float, float, float]] | None = None,
+        planar: bool = False,
+        elements: int = 40,
+        small_slopes: bool = False,
+        max_speed: float = 1.0,
+        hold_time: float = 0.0,
+        **lengths: float,
+    ):
+        if not isinstance(needle, core.Needle):
+            raise InputError("needle", type(needle).__name__, "not a Needle", next_step="Give nf.Needle(…).")
+        if model is not None and not isinstance(model, Model):
+            raise InputError("model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or None.")
+        self.model, self.needle, self.planar = model, needle, planar
+        self.lateral = _lateral_layers(lateral, model, needle)
+        support = core.Support(
+            guide_distance=guide_distance,
+            needle_length=needle.length,
+            lateral_compliance=lateral_compliance,
+            rotational_compliance=rotational_compliance,
+            pivot_stiffness=pivot_stiffness,
+        )
+        length = _bevel_length(needle) if bevel_length is None else bevel_length
+        self._core = (core.PlanarInsertion if planar else core.SpatialInsertion)(
+            layers=model.stack if model else [(0.0, _NO_FORCE)],
+            lateral=self.lateral,
+            sections=list(sections) if sections is not None else [(np.inf, needle.bending_stiffness, 0.0)],
+            support=support,
+            limits=core.Limits(max_speed=max_speed, hold_time=hold_time),
+            bevel=bevel or core.Bevel(),
+            lengths=core.Bending(bevel_length=length, **lengths),
+            elements=elements,
+            small_slopes=small_slopes,
+        )
+
+    def step(
+        self,
+        depth: float,
+        lateral: tuple[float, float] = (0.0, 0.0),
+        *,
+        roll: float = 0.0,
+        tilt: tuple[float, float] = (0.0, 0.0),
+        dt: float,
+    ) -> core.BentSample:
+        """Move the base; never raises.
+
+        Parameters
+        ----------
+        depth : float
+            Travel of the needle along its axis [m], 0 with the tip at the undeformed surface.
+        lateral, tilt : (float, float)
+            Position of the base across [m] and its slope [rad], in x and y.
+        roll : float
+            Rotation of the needle about its axis [rad], not wrapped: a step turns it by half a turn at most.
+        dt : float
+            Time since the last call [s].
+
+        Returns
+        -------
+        BentSample
+            ``tip`` (3,) [m], ``tangent`` (3,), ``force`` [N] along the axis, ``wrench`` (6,) [N] and [N m] of the
+            tissue on the needle at the base, ``axial`` with the parts of the force, ``buckled``, ``status``.
+        """
+        return self._core.step(depth, lateral, tilt, roll, dt)
+
+    def run(
+        self,
+        depth: ArrayLike,
+        lateral: ArrayLike = (0.0, 0.0),
+        *,
+        roll: ArrayLike = 0.0,
+        tilt: ArrayLike = (0.0, 0.0),
+        dt: ArrayLike = 1.0,
+    ) -> dict[str, np.ndarray]:
+        """Move the base along a series of places.
+
+        Parameters
+        ----------
+        depth, roll, dt : array_like, shape (n,) or scalar
+            As for ``step``.
+        lateral, tilt : array_like, shape (n, 2) or (2,)
+            As for ``step``.
+
+        Returns
+        -------
+        dict of ndarray
+            ``tip`` (n, 3), ``tangent`` (n, 3), ``wrench`` (n, 6), ``force`` (n,), ``status`` (n,) as indices into
+            ``Status``, ``buckled`` (n,) of 0 and 1.
+        """
+        depth = np.ascontiguousarray(depth, dtype=float)
+        n = len(depth)
+        spread = lambda value, shape: np.ascontiguousarray(np.broadcast_to(np.asarray(value, float), shape))  # noqa: E731
+        return self._core.run(
+            depth, spread(lateral, (n, 2)), spread(tilt, (n, 2)), spread(roll, (n,)), spread(dt, (n,))
+        )
+
+    def shape(self) -> np.ndarray:
+        """The needle's centre line from the base to the tip, (n, 3) [m]."""
+        return self._core.shape()
+
+    @property
+    def path(self) -> np.ndarray:
+        """The path that the tip has cut, (n, 3): lateral position over the travel in tissue [m]."""
+        return self._core.path()
+
+    def reset(self) -> None:
+        """Back to before the first contact."""
+        self._core.reset()
+
+    def snapshot(self) -> Any:
+        """Its state, for ``restore`` of this insertion or one of the same kind."""
+        return self._core.copy()
+
+    def restore(self, snapshot: Any) -> None:
+        """Back to a snapshot."""
+        self._core.restore(snapshot)
+
+    def __repr__(self) -> str:
+        layers = f"{len(self.lateral)} lateral layer{'s' if len(self.lateral) > 1 else ''}"
+        return f"<FlexibleInsertion, {layers}, axial force: {self.model.name if self.model else 'none'}>"
+
+
+def _lateral_layers(lateral: Any, model: Model | None, needle: core.Needle) -> list[core.LateralLayer]:
+    if lateral is None:
+        if model is None or model.tissue is None:
+            raise InputError(
+                "lateral", "missing", "needed where the model has no tissue", next_step="Give a modulus in Pa."
+            )
+        lateral = foundation_modulus(needle, model.tissue)
+    if isinstance(lateral, (int, float)) and not isinstance(lateral, bool):
+        return [core.LateralLayer(modulus=float(lateral))]
+    layers = list(lateral)
+    for number, layer in enumerate(layers, 1):
+        if not isinstance(layer, core.LateralLayer):
+            raise InputError(
+                f"lateral layer {number}", repr(layer), "not a LateralLayer", next_step="Give nf.LateralLayer(…)."
+            )
+    return layers
+
+
+def _bevel_length(needle: core.Needle) -> float:
+    """Length of a lancet bevel [m], 0 for another tip or none."""
+    if not isinstance(needle.tip, core.tips.LancetBevel):
+        return 0.0
+    return needle.outer_diameter / math.tan(needle.tip.half_angle)

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A needle that bends, through the Python names: against an exact rod, in space, and with bad input."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+import needleforce as nf
+
+STIFFNESS, MODULUS, GUIDE, DEPTH = 0.02, 2e4, 0.04, 0.05
+NEEDLE = nf.Needle(1e-3, 0.0, 0.5, STIFFNESS * 64.0 / (math.pi * 1e-12))
+PAPER = nf.preset("paper")
+
+
+def insertion(**options):
+    settings = {"lateral": MODULUS, "guide_distance": GUIDE, "max_speed": math.inf}
+    return nf.FlexibleInsertion(options.pop("model", None), NEEDLE, **settings | options)
+
+
+def exact_rod(aside):
+    """Planar rod of any slope (x, z, angle, moment, lateral force over arc length), its base moved aside by so much,
+    with the force K x per length in the tissue."""
+    length = GUIDE + DEPTH
+
+    def slopes(_, y):
+        x, z, angle, moment, force = y
+        in_tissue = 0.5 * (1.0 + np.tanh(z / 2e-5))
+        return np.vstack(
+            [np.sin(angle), np.cos(angle), moment / STIFFNESS, -force * np.cos(angle), MODULUS * x * in_tissue]
+        )
+
+    ends = lambda base, tip: np.array([base[0] - aside, base[1] + GUIDE, base[2], tip[3], tip[4]])  # noqa: E731
+    s = np.unique(np.concatenate([np.linspace(0.0, length, 400), GUIDE + np.linspace(-2e-3, 2e-3, 400)]))
+    first = np.vstack([np.where(s < GUIDE, aside * (1.0 - s / GUIDE), 0.0), s - GUIDE] + [np.zeros_like(s)] * 3)
+    solution = solve_bvp(slopes, ends, s, first, tol=1e-8, max_nodes=200_000)
+    assert solution.success
+    return solution.y
+
+
+@pytest.mark.parametrize("aside, allowed", [(1e-3, 1e-4), (6e-3, 1e-3), (15e-3, 5e-3)])
+def test_base_moved_aside_meets_an_exact_rod(aside, allowed):
+    # slopes of 0.016, 0.10 and 0.24
+    needle = insertion(planar=True)
+    needle.step(DEPTH + 1e-4, dt=1.0)
+    needle.step(DEPTH, dt=1.0)
+    sample = needle.step(DEPTH, (aside, 0.0), dt=1.0)
+    x, z, _, moment, force = exact_rod(aside)
+    assert sample.status == "ok"
+    assert sample.wrench[0] == pytest.approx(force[0], rel=allowed)
+    assert sample.wrench[4] == pytest.approx(moment[0], rel=allowed)
+    assert sample.tip[0] == pytest.approx(x[-1], abs=allowed * aside)
+    assert sample.tip[2] == pytest.approx(z[-1], abs=allowed * aside)
+
+
+def test_run_is_the_steps_one_by_one():
+    one, many = insertion(model=PAPER), insertion(model=PAPER)
+    depth = np.linspace(-2e-3, 0.03, 65)
+    lateral = np.column_stack([1e-3 * np.sin(100 * depth), 5e-4 * depth / 0.03])
+    roll = np.linspace(0.0, 2.0, 65)
+    rows = many.run(depth, lateral, roll=roll, dt=0.5)
+    for i in range(65):
+        sample = one.step(depth[i], tuple(lateral[i]), roll=roll[i], dt=0.5)
+        np.testing.assert_array_equal(sample.tip, rows["tip"][i])
+        np.testing.assert_array_equal(sample.wrench, rows["wrench"][i])
+    assert np.all(rows["status"] == 0)
+    np.testing.assert_array_equal(one.shape()[-1], rows["tip"][-1])
+    assert one.path[-1, 2] == pytest.approx(0.03, abs=1e-4)
+
+
+def test_snapshot_restores():
+    needle = insertion(model=PAPER)
+    needle.run(np.linspace(-1e-3, 0.02, 22))
+    saved = needle.snapshot()
+    first = needle.run(np.linspace(0.02, 0.03, 11), roll=1.0)
+    needle.restore(saved)
+    second = needle.run(np.linspace(0.02, 0.03, 11), roll=1.0)
+    np.testing.assert_array_equal(first["tip"], second["tip"])
+
+
+def test_foundation_of_the_models_tissue_is_the_default():
+    physical = nf.preset("physical")
+    needle = nf.FlexibleInsertion(physical, NEEDLE)
+    assert needle.lateral[0].modulus == pytest.approx(nf.foundation_modulus(NEEDLE, physical.tissue))
+
+
+@pytest.mark.parametrize(
+    "options, words",
+    [
+        ({"lateral": None}, "Give a modulus in Pa"),
+        ({"lateral": -1.0}, "modulus"),
+        ({"lateral": [1.0]}, "LateralLayer"),
+        ({"lateral": [nf.LateralLayer(top=0.01, modulus=1.0)]}, "start at 0"),
+        ({"lateral": []}, "lateral layers"),
+        ({"lateral": [nf.LateralLayer(top=0.01 * i, modulus=1.0) for i in range(9)]}, "more than 8"),
+        ({"sections": [(0.1, -1.0, 0.0)]}, "sections"),
+        ({"sections": [(0.1 * i, 1.0, 0.0) for i in range(1, 6)]}, "more than 4"),
+        ({"elements": 0}, "elements"),
+        ({"elements": 1000}, "elements"),
+        ({"guide_distance": math.nan}, "guide_distance"),
+        ({"path_spacing": 1.0}, "path_spacing"),
+        ({"pivot_stiffness": -1.0}, "pivot_stiffness"),
+        ({"bevel_length": math.nan}, "bevel_length"),
+        ({"model": "paper"}, "nf.preset"),
+    ],
+)
+def test_bad_options_are_named(options, words):
+    with pytest.raises(nf.InputError, match=words):
+        insertion(**options)
+
+
+def test_lateral_layer_knows_its_forms():
+    layer = nf.LateralLayer(modulus=1e4, form="tanh", scale=1e-4)
+    assert layer.form == "tanh"
+    with pytest.raises(nf.InputError, match="linear, cubic, hyperbolic, tanh"):
+        nf.LateralLayer(modulus=1e4, form="soft")
+
+
+def test_a_run_with_arrays_of_different_length_is_refused():
+    with pytest.raises((nf.InputError, ValueError)):
+        insertion().run(np.zeros(3), np.zeros((4, 2)))
