@@ -97,6 +97,19 @@ def step():
     )
 
 
+def bending():
+    """A step of a needle that bends, 40 elements, under the paper's axial force."""
+    with tempfile.TemporaryDirectory() as folder:
+        rows = json.loads(subprocess.run([compiled("bending", folder)], check=True, capture_output=True).stdout)
+    for name, times in rows.items():
+        linear = name in ("planar 80 mm", "space 80 mm")
+        bar = (2.0 if name.startswith("planar") else 4.0) if linear else None
+        limit = f"{bar:.0f} µs" if bar else ""
+        yield f"needle that bends, {name}", f"{times['median_us']:.2f} µs", limit, bar and times["median_us"] <= bar
+    flat = rows["planar 160 mm"]["median_us"] / rows["planar 40 mm"]["median_us"]
+    yield "the same, 160 mm deep over 40 mm", f"{flat:.2f}", "1.1", flat <= 1.1
+
+
 def mujoco():
     """A MuJoCo step without and with the needle's force, if MuJoCo is installed."""
     script = ROOT / "benchmarks" / "mujoco_step.py"
@@ -342,7 +355,21 @@ def demo():
     yield "make demo after set-up (s)", f"{took:.1f}", "<= 30", took <= 30
 
 
-PARTS = (step, mujoco, energy, closed_paths, guard_search, evaluation, tips, reading, identifying, starting, demo, real)
+PARTS = (
+    step,
+    bending,
+    mujoco,
+    energy,
+    closed_paths,
+    guard_search,
+    evaluation,
+    tips,
+    reading,
+    identifying,
+    starting,
+    demo,
+    real,
+)
 SCRIPTS = (
     "fit",
     "fit_peers",

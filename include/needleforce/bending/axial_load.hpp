@@ -25,12 +25,12 @@ class AxialLoad {
   double tip() const noexcept { return tip_; }
   /// True without any axial force. Wait-free.
   bool none() const noexcept { return tip_ == 0.0 && count_ == 0; }
-  /// Friction [N] along the shaft between two depths. Wait-free.
-  double friction(double from, double to) const noexcept {
-    double sum = 0.0;
+  /// Compression [N] at a depth, of the tip and the shaft below it. Wait-free.
+  double at(double depth) const noexcept {
+    double sum = tip_;
     for (std::size_t i = 0; i < count_; ++i) {
       const auto& [begin, end, per_length] = pieces_[i];
-      sum += per_length * std::max(0.0, std::min(to, end) - std::max(from, begin));
+      sum += per_length * std::max(0.0, end - std::max(depth, begin));
     }
     return sum;
   }

@@ -71,9 +71,9 @@ constexpr void add_bending(ElementMatrix& matrix, double stiffness, double h, do
 }
 
 /// What an axial compression adds that is `force` [N] in the middle and grows by `friction` [N/m] towards the
-/// base, where both follow the tangent of the beam: the weak form of N y''.
-constexpr void add_axial(ElementMatrix& matrix, double force, double friction, double h) noexcept {
-  const double a = -force / (30.0 * h), c = friction / 60.0;
+/// base, where both follow the tangent of the beam: the weak form of N y''. `per_h` is 1 / h.
+constexpr void add_axial(ElementMatrix& matrix, double force, double friction, double per_h) noexcept {
+  const double a = -force * per_h * (1.0 / 30.0), c = friction * (1.0 / 60.0);
   matrix.first += {36.0 * a - 30.0 * c, 3.0 * a + 6.0 * c, 3.0 * a - 6.0 * c, 4.0 * a};
   matrix.upper += {-36.0 * a + 30.0 * c, 3.0 * a - 6.0 * c, -3.0 * a + 6.0 * c, -a - c};
   matrix.lower += {-36.0 * a - 30.0 * c, -3.0 * a - 6.0 * c, 3.0 * a + 6.0 * c, -a + c};

@@ -77,8 +77,7 @@ class BeamEquilibrium {
   /// Sections above the surface, each an exact beam-column.
   void add_free_part(Equations& equations, const BeamProperties& properties,
                      const Load& load) const noexcept {
-    const double compression =
-        load.axial.tip() + load.axial.friction(0.0, load.embedded) + load.rub * pressing_;
+    const double compression = load.axial.at(0.0) + load.rub * pressing_;
     for (std::size_t i = 0; i < mesh_.surface(); ++i) {
       const double length = mesh_[i + 1].travel - mesh_[i].travel;
       const double middle = 0.5 * (mesh_[i].travel + mesh_[i + 1].travel);
@@ -103,22 +102,22 @@ class BeamEquilibrium {
     const bool axial = !load.axial.none() || load.rub != 0.0, one = properties.sections.count == 1;
     const ElementMatrix bending =
         one ? bending_matrix(properties.sections.list[0].stiffness, h) : ElementMatrix{};
-    BeamFoundation<dimension> foundation(properties, mesh_, path, load);
-    double compression =
-        axial ? load.axial.tip() + load.axial.friction(0.0, load.embedded) + load.rub * pressing_ : 0.0;
+    BeamFoundation<dimension> foundation(properties, mesh_, path, load, bending);
+    const double per_h = 1.0 / h;
+    double above = axial ? load.axial.at(0.0) : 0.0, rubbed = load.rub * pressing_;
     for (std::size_t e = 0; e < mesh_.embedded(); ++e) {
       const std::size_t i = mesh_.surface() + e;
       const double from = h * static_cast<double>(e);
-      ElementMatrix matrix = bending;
-      foundation.add(equations, matrix, e);
+      ElementMatrix matrix = foundation.add(equations, e);
       if (one)
-        add_bend(equations, i, properties.sections.list[0], load, {0.0, -1.0 / h, 0.0, 1.0 / h});
+        add_bend(equations, i, properties.sections.list[0], load, {0.0, -per_h, 0.0, per_h});
       else
         add_sections(equations, matrix, i, from, properties.sections, load);
       if (axial) {
-        const double friction = load.axial.friction(from, from + h) + load.rub * pressure_[e] * h;
-        add_axial(matrix, compression - 0.5 * friction, friction / h, h);
-        compression -= friction;
+        const double below = load.axial.at(from + h), own = load.rub * pressure_[e] * h;
+        const double friction = above - below + own;
+        add_axial(matrix, below + rubbed - own + 0.5 * friction, friction * per_h, per_h);
+        above = below, rubbed -= own;
       }
       equations.add(i, matrix);
     }

@@ -38,38 +38,73 @@ class BeamFoundation {
   using Place = std::array<double, dimension>;
   using Equations = BeamEquations<dimension>;
 
+  /// `bending` is what all elements have in addition.
   BeamFoundation(const BeamProperties& properties, const BeamMesh<dimension>& mesh,
-                 const TissuePath<dimension>& path, const BeamLoad<dimension>& load) noexcept
-      : properties_(properties), mesh_(mesh), path_(path), load_(load) {
+                 const TissuePath<dimension>& path, const BeamLoad<dimension>& load,
+                 const ElementMatrix& bending) noexcept
+      : properties_(properties), mesh_(mesh), path_(path), load_(load), bending_(bending) {
     for (std::size_t j = 0; j < properties.layer_count; ++j) {
       stiffness_[j] = properties.layers[j].modulus * mesh.h();
-      uniform_[j] = ElementMatrix{};
+      uniform_[j] = bending;
       for (std::size_t g = 0; g < gauss_count; ++g)
         add_product(uniform_[j], gauss_weights[g] * stiffness_[j], shapes[g], shapes[g]);
     }
   }
 
-  /// Adds the foundation of element e, counted from the surface, to its matrix, and its load.
-  void add(Equations& equations, ElementMatrix& matrix, std::size_t e) noexcept {
+  /// The matrix of element e, counted from the surface; adds its load to the equations.
+  ElementMatrix add(Equations& equations, std::size_t e) noexcept {
     const double from = mesh_.h() * static_cast<double>(e), to = from + mesh_.h();
     const bool last = e + 1 == mesh_.embedded();
     while (layer_ + 1 < properties_.layer_count && properties_.layers[layer_ + 1].top <= from) ++layer_;
     const bool whole = layer_ + 1 >= properties_.layer_count || properties_.layers[layer_ + 1].top >= to;
-    if (whole && !(last && load_.cuts) && properties_.layers[layer_].linear())
-      add_uniform(equations, matrix, e, from);
+    if (whole && !(last && load_.cuts) && properties_.layers[layer_].linear()) {
+      add_path(equations, e, from);
+      return uniform_[layer_];
+    }
+    ElementMatrix matrix = bending_;
+    if (whole && !(last && load_.cuts))
+      add_whole(equations, matrix, e, from);
     else
       add_pieces(equations, matrix, e, from, last ? load_.embedded : to);
+    return matrix;
   }
 
  private:
-  /// An element in one linear layer, behind the front of the path.
-  void add_uniform(Equations& equations, ElementMatrix& matrix, std::size_t e, double from) const noexcept {
-    const ElementMatrix& uniform = uniform_[layer_];
-    matrix.first += uniform.first, matrix.upper += uniform.upper;
-    matrix.lower += uniform.lower, matrix.second += uniform.second;
-    for (std::size_t g = 0; g < gauss_count; ++g)
-      add_force(equations, mesh_.surface() + e, stiffness_[layer_] * gauss_weights[g], shapes[g],
-                path_.at(from + mesh_.h() * gauss_points[g]));
+  /// The load of the path on an element in one linear layer.
+  void add_path(Equations& equations, std::size_t e, double from) const noexcept {
+    const bool inside = from + mesh_.h() <= path_.last_node();
+    auto &first = equations.value[mesh_.surface() + e], &second = equations.value[mesh_.surface() + e + 1];
+    std::array<std::array<double, gauss_count>, dimension> place;
+    for (std::size_t g = 0; g < gauss_count; ++g) {
+      const double travel = from + mesh_.h() * gauss_points[g];
+      const Place at = inside ? path_.between_nodes(travel) : path_.at(travel);
+      for (std::size_t d = 0; d < dimension; ++d) place[d][g] = stiffness_[layer_] * at[d];
+    }
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const auto [a, b, c] = place[d];
+      first.y[d] += weighted[0][0] * a + weighted[1][0] * b + weighted[2][0] * c;
+      first.r[d] += weighted[0][1] * a + weighted[1][1] * b + weighted[2][1] * c;
+      second.y[d] += weighted[0][2] * a + weighted[1][2] * b + weighted[2][2] * c;
+      second.r[d] += weighted[0][3] * a + weighted[1][3] * b + weighted[2][3] * c;
+    }
+  }
+
+  /// An element in one nonlinear layer, behind the front of the path.
+  void add_whole(Equations& equations, ElementMatrix& matrix, std::size_t e, double from) const noexcept {
+    std::array<double, gauss_count> factor;
+    for (std::size_t g = 0; g < gauss_count; ++g) {
+      Place place = path_.at(from + mesh_.h() * gauss_points[g]);
+      factor[g] = mesh_.h() * linearise(properties_.layers[layer_], e, shapes[g], 0.0, place);
+      add_force(equations, mesh_.surface() + e, factor[g], weighted[g], place);
+    }
+    std::array<double, 10> sum{};
+    for (std::size_t n = 0; n < 10; ++n)
+      sum[n] = factor[0] * products[0][n] + factor[1] * products[1][n] + factor[2] * products[2][n];
+    const auto [aa, ab, ac, ad, bb, bc, bd, cc, cd, dd] = sum;
+    matrix.first += {aa, ab, ab, bb};
+    matrix.upper += {ac, ad, bc, bd};
+    matrix.lower += {ac, bc, ad, bd};
+    matrix.second += {cc, cd, cd, dd};
   }
 
   /// A part of an element in one layer, behind the last node of the path or in front of it.
@@ -150,11 +185,28 @@ class BeamFoundation {
 
   static constexpr std::array<std::array<double, 4>, gauss_count> shapes{
       hermite(gauss_points[0]), hermite(gauss_points[1]), hermite(gauss_points[2])};
+  /// The same times their weights.
+  static constexpr auto weighted = [] {
+    auto result = shapes;
+    for (std::size_t g = 0; g < gauss_count; ++g)
+      for (double& value : result[g]) value *= gauss_weights[g];
+    return result;
+  }();
+
+  /// Their products with the weights: the upper triangle of each outer product, row by row.
+  static constexpr auto products = [] {
+    std::array<std::array<double, 10>, gauss_count> result{};
+    for (std::size_t g = 0; g < gauss_count; ++g)
+      for (std::size_t i = 0, n = 0; i < 4; ++i)
+        for (std::size_t j = i; j < 4; ++j) result[g][n++] = weighted[g][i] * shapes[g][j];
+    return result;
+  }();
 
   const BeamProperties& properties_;
   const BeamMesh<dimension>& mesh_;
   const TissuePath<dimension>& path_;
   const BeamLoad<dimension>& load_;
+  const ElementMatrix& bending_;
   std::array<ElementMatrix, max_lateral_layers> uniform_;
   std::array<double, max_lateral_layers> stiffness_;
   std::size_t layer_ = 0;

@@ -22,7 +22,9 @@ class CutPath {
     double before, last, front;  ///< weights
   };
 
-  double spacing = 1e-4;  ///< [m]
+  explicit CutPath(double spacing = 1e-4) noexcept : spacing(spacing), per_spacing_(1.0 / spacing) {}
+
+  double spacing;  ///< of the nodes [m]
 
   /// Deepest travel [m] that has room. Wait-free.
   double longest() const noexcept { return spacing * static_cast<double>(capacity - 1); }
@@ -57,18 +59,21 @@ class CutPath {
     return {-(1.0 - t) * length * (travel - last) / (spacing * (length + spacing)),
             (1.0 - t) * reach / spacing, t * reach / (length + spacing)};
   }
+  /// The path [m] at a travel between the surface and the last node. Wait-free.
+  Place between_nodes(double travel) const noexcept {
+    const double place = travel * per_spacing_;
+    const std::size_t k = static_cast<std::size_t>(static_cast<long>(place));
+    const double t = place - static_cast<double>(static_cast<long>(place));
+    Place result;
+    for (std::size_t d = 0; d < dimension; ++d)
+      result[d] = nodes_[k][d] + t * (nodes_[k + 1][d] - nodes_[k][d]);
+    return result;
+  }
   /// The path [m] at a travel between the surface and the front. Wait-free.
   Place at(double travel) const noexcept {
-    const double place = std::max(0.0, travel) / spacing;
+    const double place = std::max(0.0, travel) * per_spacing_;
     const std::size_t k = static_cast<std::size_t>(place);
-    Place result;
-    if (k + 1 < count_) {
-      const double t = place - static_cast<double>(k);
-      for (std::size_t d = 0; d < dimension; ++d)
-        result[d] = nodes_[k][d] + t * (nodes_[k + 1][d] - nodes_[k][d]);
-      return result;
-    }
-    return behind_front(travel);
+    return k + 1 < count_ ? between_nodes(std::max(0.0, travel)) : behind_front(travel);
   }
 
  private:
@@ -83,6 +88,7 @@ class CutPath {
   }
 
   std::array<Place, capacity> nodes_{};
+  double per_spacing_;
   std::size_t count_ = 0;
   double front_ = 0.0;
   Place front_place_{};

@@ -2,6 +2,7 @@
 // From slopes along the needle to its curve in space.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -10,60 +11,92 @@ namespace needleforce::bending {
 
 using Vector = std::array<double, 3>;
 
-/// Follows the needle from the base on, with a frame that does not turn about it: an element of a length
-/// turns the frame by the change of slope along it, whose two components are angles. A path of constant
-/// curvature so becomes an arc, whatever its angle.
-class Development {
+/// Follows the needle from the base on, chord by chord. Slopes are read as angles in a frame that does not
+/// turn about the needle, so that a path of constant curvature is an arc, whatever its angle.
+template <std::size_t dimension>
+class Development;
+
+/// In a plane the angles add up.
+template <>
+class Development<1> {
  public:
+  using Slope = std::array<double, 1>;
   explicit Development(const Vector& start) noexcept : position_(start) {}
 
-  /// Turns the frame by the angles `x` and `y` [rad]. Wait-free.
-  void turn(double x, double y) noexcept {
-    // quaternion of the rotation vector (-y, x, 0), by Cayley's form with tan(angle / 2) as a series
-    const double square = 0.25 * (x * x + y * y);
-    const double half = 0.5 * (1.0 + square * (1.0 / 3.0 + square * (2.0 / 15.0 + square * 17.0 / 315.0)));
-    const double a = -half * y, b = half * x;
-    const auto [w, i, j, k] = rotation_;
-    rotation_ = {w - i * a - j * b, i + w * a - k * b, j + w * b + k * a, k + i * b - j * a};
+  /// Goes `length` [m] in the direction of a slope. Wait-free.
+  void advance(double length, const Slope& slope) noexcept {
+    const auto [sine, cosine] = direction(slope[0]);
+    position_[0] += length * sine;
+    position_[2] += length * cosine;
   }
-  /// Goes `length` [m] along the tangent. Wait-free.
-  void advance(double length) noexcept {
-    const auto [w, i, j, k] = rotation_;
-    const double scale = length / (w * w + i * i + j * j + k * k);
-    position_[0] += 2.0 * scale * (i * k + w * j);
-    position_[1] += 2.0 * scale * (j * k - w * i);
-    position_[2] += scale * (w * w - i * i - j * j + k * k);
-  }
-  /// Goes along an element whose slopes change by `change`, and whose chord is off the first by `chord`.
-  template <std::size_t dimension>
-  void follow(double length, const std::array<double, dimension>& chord,
-              const std::array<double, dimension>& change) noexcept {
-    double square = 0.0;
-    for (std::size_t d = 0; d < dimension; ++d) square += change[d] * change[d];
-    turn(chord[0], second(chord));
-    advance(length / (1.0 + square / 24.0));
-    turn(change[0] - chord[0], second(change) - second(chord));
-  }
-
   const Vector& position() const noexcept { return position_; }
-  Vector tangent() const noexcept {
-    const auto [w, i, j, k] = rotation_;
-    const double scale = 1.0 / (w * w + i * i + j * j + k * k);
-    return {2.0 * scale * (i * k + w * j), 2.0 * scale * (j * k - w * i),
-            scale * (w * w - i * i - j * j + k * k)};
+  /// The tangent at the end, where the needle has a slope.
+  Vector tangent(const Slope& slope) noexcept {
+    const auto [sine, cosine] = direction(slope[0]);
+    return {sine, 0.0, cosine};
   }
 
  private:
-  template <std::size_t dimension>
-  static double second(const std::array<double, dimension>& value) noexcept {
-    if constexpr (dimension > 1)
-      return value[1];
-    else
-      return 0.0;
+  /// Sine and cosine as series, good to 3e-8 at an angle of 1.
+  static std::array<double, 2> direction(double angle) noexcept {
+    const double a = std::clamp(angle, -1.5, 1.5), s = a * a;
+    // nested, with reciprocals: a division takes as long as all the rest
+    const double sine =
+        1.0 -
+        s * (1.0 / 6.0) * (1.0 - s * (1.0 / 20.0) * (1.0 - s * (1.0 / 42.0) * (1.0 - s * (1.0 / 72.0))));
+    const double cosine =
+        1.0 - s * (1.0 / 2.0) *
+                  (1.0 - s * (1.0 / 12.0) *
+                             (1.0 - s * (1.0 / 30.0) * (1.0 - s * (1.0 / 56.0) * (1.0 - s * (1.0 / 90.0)))));
+    return {a * sine, cosine};
+  }
+  Vector position_;
+};
+
+/// In space each change of slope turns the frame.
+template <>
+class Development<2> {
+ public:
+  using Slope = std::array<double, 2>;
+  explicit Development(const Vector& start) noexcept : position_(start) {}
+
+  /// Goes `length` [m] in the direction of a slope. Wait-free.
+  void advance(double length, const Slope& slope) noexcept {
+    turn_to(slope);
+    const Vector along = z_axis();
+    for (std::size_t i = 0; i < 3; ++i) position_[i] += length * along[i];
+  }
+  const Vector& position() const noexcept { return position_; }
+  /// The tangent at the end, where the needle has a slope.
+  Vector tangent(const Slope& slope) noexcept {
+    turn_to(slope);
+    return z_axis();
+  }
+
+ private:
+  void turn_to(const Slope& slope) noexcept {
+    double x = slope[0] - slope_[0], y = slope[1] - slope_[1], s = x * x + y * y;
+    slope_ = slope;
+    if (s > 2.0) {  // beyond what a needle does between two nodes: no more than the series bears
+      const double scale = std::sqrt(2.0 / s);
+      x *= scale, y *= scale, s = 2.0;
+    }
+    // quaternion of the rotation vector (-y, x, 0), sine and cosine of half its angle as series
+    const double half = 0.5 - s * (1.0 / 48.0) * (1.0 - s * (1.0 / 80.0) * (1.0 - s * (1.0 / 168.0)));
+    const double whole = 1.0 - s * (1.0 / 8.0) * (1.0 - s * (1.0 / 48.0) * (1.0 - s * (1.0 / 120.0)));
+    const double a = -half * y, b = half * x;
+    const auto [w, i, j, k] = rotation_;
+    rotation_ = {whole * w - i * a - j * b, whole * i + w * a - k * b, whole * j + w * b + k * a,
+                 whole * k + i * b - j * a};
+  }
+  Vector z_axis() const noexcept {
+    const auto [w, i, j, k] = rotation_;
+    return {2.0 * (i * k + w * j), 2.0 * (j * k - w * i), w * w - i * i - j * j + k * k};
   }
 
   Vector position_;
-  std::array<double, 4> rotation_{1.0, 0.0, 0.0, 0.0};  // not normalised
+  Slope slope_{0.0, 0.0};
+  std::array<double, 4> rotation_{1.0, 0.0, 0.0, 0.0};
 };
 
 }  // namespace needleforce::bending

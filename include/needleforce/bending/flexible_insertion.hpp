@@ -32,9 +32,8 @@ class FlexibleInsertion {
         settings_(settings),
         limits_(limits),
         lateral_ratio_(settings.bevel.lateral_ratio()),
-        valid_(!first_fault(layers).reason && needleforce::valid(limits) && !fault(settings)) {
-    path_.spacing = settings_.lengths.path_spacing;
-  }
+        valid_(!first_fault(layers).reason && needleforce::valid(limits) && !fault(settings)),
+        path_(settings.lengths.path_spacing) {}
 
   /// One cycle: the base is at `base`, `dt` [s] after the last call. Wait-free; the cost is bounded by
   /// `max_travel` over `path_spacing` solutions.
@@ -298,9 +297,9 @@ class FlexibleInsertion {
       result.tip = {tip.place[0], second(tip.place), tip.travel};
       result.tangent = {tip.slope[0], second(tip.slope), 1.0};
     } else {
-      const Development end = follow([](const Vector&) noexcept {});
+      Development<dimension> end = follow([](const Vector&) noexcept {});
       result.tip = end.position();
-      result.tangent = end.tangent();
+      result.tangent = end.tangent(mesh().tip().slope);
     }
   }
   /// Forces and moments in the frame of the tissue, turned by the slope at the base. Lateral forces have no
@@ -312,22 +311,26 @@ class FlexibleInsertion {
     result.wrench = {fx - tx * fz, fy - ty * fz, fz + tx * fx + ty * fy, mx, my, tx * mx + ty * my};
   }
 
-  /// Follows the needle from the base to the tip.
+  /// Follows the needle from the base to the tip, chord by chord; a chord is shorter than its arc.
   template <class Visit>
-  Development follow(Visit visit) const noexcept {
+  Development<dimension> follow(Visit visit) const noexcept {
     const auto nodes = mesh().nodes();
     const auto& first = nodes.front();
-    Development curve({first.place[0], second(first.place), first.travel});
-    curve.turn(first.slope[0], second(first.slope));
+    const double per_h = 1.0 / mesh().h();
+    Development<dimension> curve({first.place[0], second(first.place), first.travel});
     visit(curve.position());
     for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
-      const double length = nodes[i + 1].travel - nodes[i].travel;
-      Place chord, change;
+      const bool in_tissue = i >= mesh().surface();
+      const double length = in_tissue ? mesh().h() : nodes[i + 1].travel - nodes[i].travel;
+      const double per_length = in_tissue ? per_h : 1.0 / length;
+      Place chord;
+      double square = 0.0;
       for (std::size_t d = 0; d < dimension; ++d) {
-        chord[d] = (nodes[i + 1].place[d] - nodes[i].place[d]) / length - nodes[i].slope[d];
-        change[d] = nodes[i + 1].slope[d] - nodes[i].slope[d];
+        const double change = nodes[i + 1].slope[d] - nodes[i].slope[d];
+        chord[d] = (nodes[i + 1].place[d] - nodes[i].place[d]) * per_length;
+        square += change * change;
       }
-      curve.follow(length, chord, change);
+      curve.advance(square < 1.0 ? length * (1.0 - square * (1.0 / 24.0)) : length, chord);
       visit(curve.position());
     }
     return curve;
@@ -339,7 +342,7 @@ class FlexibleInsertion {
   double lateral_ratio_;
   bool valid_;
 
-  TissuePath<dimension> path_{};
+  TissuePath<dimension> path_;
   BeamEquilibrium<dimension> beam_{};
   TipLoad tip_load_{};
   Sample sample_{};
