@@ -34,8 +34,7 @@ Model paper() {
 /// moves aside and rolls where the needle bends in space.
 template <std::size_t dimension>
 std::array<double, 2> cost(FoundationForm form, double depth) {
-  const std::array layers{Layer{0.0, paper()}};
-  FlexibleInsertion<dimension> needle(layers, settings(form));
+  FlexibleInsertion<dimension> needle(Insertion(paper()), settings(form));
   constexpr double travel = 5e-6;
   Base base;
   while (base.depth < depth) base.depth += travel, needle.step(base, 1e-3);

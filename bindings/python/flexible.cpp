@@ -32,13 +32,10 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> new_rows(std::size_t n, std::size_t 
   return nb::ndarray<nb::numpy, double, nb::ndim<2>>(data, {n, m}, owner);
 }
 
-using Stack = std::vector<std::pair<double, Model>>;
-
 bending::FlexibleSettings settings_of(const std::vector<bending::LateralLayer>& layers,
                                       const std::vector<std::array<double, 3>>& sections,
-                                      const bending::Support& support, const Bevel& bevel,
-                                      const bending::Bending& lengths, std::size_t elements,
-                                      bool small_slopes) {
+                                      const bending::Support& support, const bending::Bending& lengths,
+                                      std::size_t elements, bool small_slopes) {
   bending::FlexibleSettings settings;
   std::vector<Section> list;
   for (const auto& [end, stiffness, curvature] : sections) list.push_back({end, stiffness, curvature});
@@ -51,7 +48,6 @@ bending::FlexibleSettings settings_of(const std::vector<bending::LateralLayer>& 
   std::copy(layers.begin(), layers.end(), settings.beam.layers.begin());
   settings.beam.layer_count = layers.size();
   settings.beam.elements = elements;
-  settings.bevel = bevel;
   settings.lengths = lengths;
   settings.small_slopes = small_slopes;
   if (const char* quantity = bending::fault(settings))
@@ -161,18 +157,13 @@ void bind_flexible(nb::module_& module, const char* name, const char* doc) {
   nb::class_<Self>(module, name, doc)
       .def(
           "__init__",
-          [](Self* self, const Stack& stack, const std::vector<bending::LateralLayer>& lateral,
+          [](Self* self, const Insertion& axial, const std::vector<bending::LateralLayer>& lateral,
              const std::vector<std::array<double, 3>>& sections, const bending::Support& support,
-             const Limits& limits, const Bevel& bevel, const bending::Bending& lengths, std::size_t elements,
-             bool small_slopes) {
-            std::vector<Layer> layers;
-            for (const auto& [top, laws] : stack) layers.push_back({top, laws});
-            new (self)
-                Self(layers, settings_of(lateral, sections, support, bevel, lengths, elements, small_slopes),
-                     limits);
+             const bending::Bending& lengths, std::size_t elements, bool small_slopes) {
+            new (self) Self(axial, settings_of(lateral, sections, support, lengths, elements, small_slopes));
           },
-          nb::arg("layers"), nb::arg("lateral"), nb::arg("sections"), nb::arg("support"), nb::arg("limits"),
-          nb::arg("bevel"), nb::arg("lengths"), nb::arg("elements"), nb::arg("small_slopes"))
+          nb::arg("axial"), nb::arg("lateral"), nb::arg("sections"), nb::arg("support"), nb::arg("lengths"),
+          nb::arg("elements"), nb::arg("small_slopes"))
       .def(
           "step",
           [](Self& self, double depth, const std::array<double, 2>& lateral,

@@ -90,6 +90,9 @@ class Insertion {
   double deepest_cut() const noexcept { return state_.pierced > 0 ? state_.cut.front : 0.0; }
   /// How many layers are pierced, from the surface down.
   std::size_t pierced_layers() const noexcept { return state_.pierced; }
+  /// False if the model or a limit was refused: then no step has a force.
+  bool accepted() const noexcept { return valid_; }
+  const Limits& limits() const noexcept { return limits_; }
   /// Friction [N] along the shaft in one layer, and where the shaft is embedded in it [m].
   struct ShaftFriction {
     double force, from, length;

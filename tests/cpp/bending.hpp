@@ -44,8 +44,7 @@ inline FlexibleSettings thin(double bevel_length = 0.002612) {
 
 template <std::size_t dimension>
 FlexibleInsertion<dimension> forceless_insertion(const FlexibleSettings& settings) {
-  const std::array layers{Layer{0.0, forceless()}};
-  return FlexibleInsertion<dimension>(layers, settings, any_speed);
+  return FlexibleInsertion<dimension>(Insertion(forceless(), any_speed), settings);
 }
 
 /// From one base to another in n even steps; the last sample.

@@ -139,8 +139,7 @@ TEST(BendingBalance, FollowerForceDoesNotBendAStraightNeedle) {
   free_of_force.solve(properties, path, load);
   Model model = forceless();
   model.cutting = laws::ConstantCutting{5.0, 20e-6};
-  const std::array layers{Layer{0.0, model}};
-  Insertion insertion(layers, any_speed);
+  Insertion insertion(model, any_speed);
   insertion.step(0.049, no_velocity, 1.0);
   load.axial = AxialLoad(insertion, insertion.step(0.05, no_velocity, 1.0));
   EXPECT_NEAR(load.axial.tip(), 5.0, 1e-12);
@@ -174,8 +173,7 @@ TEST(BendingBalance, BucklesWhereAClampedPinnedColumnDoes) {
     settings.beam.sections.list[0].stiffness = stiffness;
     const double depth = share * critical / 1e3;
     settings.beam.support.guide_distance = length - depth;
-    const std::array layers{Layer{0.0, model}};
-    PlanarInsertion needle(layers, settings, any_speed);
+    PlanarInsertion needle(Insertion(model, any_speed), settings);
     needle.step({.depth = 0.0}, 1.0);
     const BentSample sample = move(needle, {.depth = 0.0}, {.depth = depth}, 20);
     EXPECT_EQ(sample.buckled, share > 1.0) << share;

@@ -14,10 +14,9 @@ const double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// The paper's axial laws under a bevel.
 SpatialInsertion with_axial_force(FlexibleSettings settings = guided()) {
-  settings.bevel = {.half_angle = 0.26, .friction_coefficient = 0.1, .face_share = 0.5};
+  const Bevel bevel{.half_angle = 0.26, .friction_coefficient = 0.1, .face_share = 0.5};
   settings.beam.layers[0].tip_force = 0.0;
-  const std::array layers{Layer{0.0, paper::model()}};
-  return SpatialInsertion(layers, settings, any_speed);
+  return SpatialInsertion(Insertion(paper::model(), any_speed, bevel), settings);
 }
 
 TEST(BendingMotion, AxialForceIsThatOfTheInsertion) {
@@ -148,8 +147,7 @@ TEST(BendingMotion, BadInputIsRefusedAndChangesNothing) {
 TEST(BendingMotion, RefusedStepHoldsForItsTimeAndNoLonger) {
   Limits limits = any_speed;
   limits.hold_time = 5e-3;
-  const std::array layers{Layer{0.0, forceless()}};
-  SpatialInsertion needle(layers, guided(), limits);
+  SpatialInsertion needle(Insertion(forceless(), limits), guided());
   const BentSample last = move(needle, {.depth = 0.0}, {.depth = 0.05}, 50, 1e-3);
   EXPECT_EQ(needle.step({.depth = nan}, 1e-3).wrench[4], last.wrench[4]);
   EXPECT_EQ(needle.step({.depth = nan}, 5e-3).wrench[4], 0.0);

@@ -314,16 +314,16 @@ Seen bent(bending::FlexibleInsertion<dimension> needle, int n) {
 
 TEST(RealTime, NeedleThatBendsAllocatesNothingAndStaysFinite) {
   bending::FlexibleSettings settings = bending_tests::guided();
-  settings.bevel = {.half_angle = 0.26, .friction_coefficient = 0.1, .face_share = 0.5};
+  const Bevel bevel{.half_angle = 0.26, .friction_coefficient = 0.1, .face_share = 0.5};
+  const Insertion axial(paper::model(), {}, bevel);
   settings.lengths.pressure_friction = 0.1;
   for (const FoundationForm form :
        {FoundationForm::linear, FoundationForm::cubic, FoundationForm::hyperbolic, FoundationForm::tanh}) {
     settings.beam.layers[0].form = form;
     settings.beam.layers[0].scale = 1e-4;
-    const std::array layers{Layer{0.0, paper::model()}};
     const int n = form == FoundationForm::linear ? 1000000 : 100000;
-    expect_sound(bent(bending::SpatialInsertion(layers, settings), n), "in space");
-    expect_sound(bent(bending::PlanarInsertion(layers, settings), n), "in a plane");
+    expect_sound(bent(bending::SpatialInsertion(axial, settings), n), "in space");
+    expect_sound(bent(bending::PlanarInsertion(axial, settings), n), "in a plane");
   }
 }
 

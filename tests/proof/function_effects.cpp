@@ -2,6 +2,7 @@
 // What is called in the loop, declared nonblocking: the compiler follows every call and fails on one that may
 // allocate, lock, throw or call what it cannot see. Functions of the mathematics library it knows by name.
 #include "../../bindings/c/needleforce.cpp"
+#include "../../bindings/c/needleforce_bend.cpp"
 #include "../../bindings/c/needleforce_guard.cpp"
 #include "needleforce/bending/flexible_insertion.hpp"
 #include "needleforce/flight_recorder.hpp"
@@ -41,6 +42,13 @@ using needleforce::Sample;
   nf_guard_step(guard, 0.0, 0.0, 1e-3, output);
   nf_guard_miss(guard, 1e-3, output);
   nf_guard_reset(guard);
+}
+
+[[maybe_unused]] size_t c_bend(nf_bend* needle, const nf_base* base, nf_bent* sample, double* points) noexcept
+    [[clang::nonblocking]] {
+  nf_bend_step(needle, base, 1e-3, sample);
+  nf_bend_reset(needle);
+  return nf_bend_shape(needle, points, 10);
 }
 
 [[maybe_unused]] void guarded(needleforce::Guard<Insertion>& guard,

@@ -19,6 +19,8 @@ compile bindings/c/needleforce.cpp
 check nf_step_v2
 compile bindings/c/needleforce_guard.cpp
 check nf_guard_step_v2
+compile bindings/c/needleforce_bend.cpp
+check nf_bend_step_v2
 planted() {
   printf 'extern "C" void nf_step() {}\n%s\n' "$1" > "$folder/planted.cpp"
   compile "$folder/planted.cpp"

@@ -22,7 +22,7 @@ class CutPath {
     double before, last, front;  ///< weights
   };
 
-  explicit CutPath(double spacing = 1e-4) noexcept : spacing(spacing), per_spacing_(1.0 / spacing) {}
+  explicit CutPath(double apart = 1e-4) noexcept : spacing(apart), per_spacing_(1.0 / apart) {}
 
   double spacing;  ///< of the nodes [m]
 

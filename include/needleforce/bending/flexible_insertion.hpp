@@ -25,14 +25,13 @@ class FlexibleInsertion {
  public:
   using Place = std::array<double, dimension>;
 
-  /// With invalid values every step gives no force and `invalid_parameter`.
-  FlexibleInsertion(std::span<const Layer> layers, const FlexibleSettings& settings,
-                    const Limits& limits = {}) noexcept
-      : axial_(layers, limits, settings.bevel),
+  /// Around an insertion that gives the axial force and, with a bevel, the lateral force on the tip; its
+  /// limits hold for the motion across, too. With invalid values every step gives no force and
+  /// `invalid_parameter`.
+  FlexibleInsertion(const Insertion& axial, const FlexibleSettings& settings) noexcept
+      : axial_(axial),
         settings_(settings),
-        limits_(limits),
-        lateral_ratio_(settings.bevel.lateral_ratio()),
-        valid_(!first_fault(layers).reason && needleforce::valid(limits) && !fault(settings)),
+        valid_(axial.accepted() && !fault(settings)),
         path_(settings.lengths.path_spacing) {}
 
   /// One cycle: the base is at `base`, `dt` [s] after the last call. Wait-free; the cost is bounded by
@@ -91,9 +90,9 @@ class FlexibleInsertion {
     const double travel = base.depth - base_.depth;
     bool possible = std::abs(travel) <= settings_.lengths.max_travel &&
                     std::abs(base.roll - base_.roll) <= std::numbers::pi * (1.0 + 1e-9) &&
-                    consistent(limits_, travel, no_velocity, elapsed);
+                    consistent(axial_.limits(), travel, no_velocity, elapsed);
     for (std::size_t d = 0; d < dimension; ++d)
-      possible &= consistent(limits_, base.lateral[d] - base_.lateral[d], no_velocity, elapsed);
+      possible &= consistent(axial_.limits(), base.lateral[d] - base_.lateral[d], no_velocity, elapsed);
     return possible;
   }
 
@@ -101,7 +100,7 @@ class FlexibleInsertion {
   BentSample refuse(Status status, double dt) noexcept {
     if (dt > 0.0 && std::isfinite(dt)) waited_ += dt;
     BentSample sample = last_;
-    if (!(valid_ && waited_ <= limits_.hold_time)) {
+    if (!(valid_ && waited_ <= axial_.limits().hold_time)) {
       sample.force = sample.lateral = 0.0;
       sample.wrench = {};
       sample.axial = Sample{};
@@ -256,7 +255,7 @@ class FlexibleInsertion {
     while (layer + 1 < beam.layer_count && beam.layers[layer + 1].top < depth) ++layer;
     const double behind = std::max(0.0, path_.front() - depth);
     const double left = std::max(0.0, 1.0 - behind / settings_.lengths.unloading);
-    return lateral_ratio_ * sample_.cutting + beam.layers[layer].tip_force * left;
+    return sample_.lateral + beam.layers[layer].tip_force * left;
   }
 
   BentSample sample(const Events& events) const noexcept {
@@ -338,8 +337,6 @@ class FlexibleInsertion {
 
   Insertion axial_;
   FlexibleSettings settings_;
-  Limits limits_;
-  double lateral_ratio_;
   bool valid_;
 
   TissuePath<dimension> path_;

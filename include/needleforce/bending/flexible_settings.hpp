@@ -2,7 +2,6 @@
 // What a needle that bends meets, how it is held and how finely it is computed; checked before the loop.
 #pragma once
 
-#include "../bevel.hpp"
 #include "beam_load.hpp"
 #include "bending.hpp"
 
@@ -11,7 +10,6 @@ namespace needleforce::bending {
 /// Chosen before the loop.
 struct FlexibleSettings {
   BeamProperties beam{};
-  Bevel bevel{};
   Bending lengths{};
   bool small_slopes = false;  ///< tip and shape without the second order of the slopes
 };
@@ -21,7 +19,6 @@ inline const char* fault(const FlexibleSettings& settings) noexcept {
   const BeamProperties& beam = settings.beam;
   if (!beam.sections.valid()) return "sections";
   if (const auto* bad = first_invalid(beam.support)) return bad->name;
-  if (const auto* bad = first_invalid(settings.bevel)) return bad->name;
   if (const auto* bad = first_invalid(settings.lengths)) return bad->name;
   if (beam.layer_count < 1 || beam.layer_count > max_lateral_layers) return "number of lateral layers";
   for (std::size_t i = 0; i < beam.layer_count; ++i) {

@@ -111,14 +111,13 @@ class FlexibleInsertion:
             rotational_compliance=rotational_compliance,
             pivot_stiffness=pivot_stiffness,
         )
+        limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
         length = _bevel_length(needle) if bevel_length is None else bevel_length
         self._core = (core.PlanarInsertion if planar else core.SpatialInsertion)(
-            layers=model.stack if model else [(0.0, _NO_FORCE)],
+            axial=core.Insertion(model.stack if model else [(0.0, _NO_FORCE)], limits, bevel or core.Bevel()),
             lateral=self.lateral,
             sections=list(sections) if sections is not None else [(np.inf, needle.bending_stiffness, 0.0)],
             support=support,
-            limits=core.Limits(max_speed=max_speed, hold_time=hold_time),
-            bevel=bevel or core.Bevel(),
             lengths=core.Bending(bevel_length=length, **lengths),
             elements=elements,
             small_slopes=small_slopes,

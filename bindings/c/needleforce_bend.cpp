@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "needleforce_bend.h"
+
+#include <algorithm>
+#include <array>
+#include <new>
+
+#include "in_memory.hpp"
+#include "needleforce/bending/flexible_insertion.hpp"
+
+using namespace needleforce;
+using bending::LateralLayer;
+
+struct nf_bend {
+  bending::SpatialInsertion needle;
+};
+
+namespace {
+
+bool read_form(const char* form, LateralLayer& layer, nf_fault& why) noexcept {
+  layer.form = FoundationForm::linear;
+  if (!form) return true;
+  for (std::size_t i = 0; i < foundation_form_names.size(); ++i)
+    if (c::same(form, foundation_form_names[i])) {
+      layer.form = static_cast<FoundationForm>(i);
+      return true;
+    }
+  return c::refuse(why, LateralLayer::name, "form", "is none of linear, cubic, hyperbolic, tanh");
+}
+
+bool read_layers(const nf_bending& given, bending::BeamProperties& beam, nf_fault& why) noexcept {
+  const std::size_t most = bending::max_lateral_layers;
+  if (!given.layers || given.layer_count < 1 || given.layer_count > most)
+    return c::refuse(why, "bending", "layer_count", "is outside its range", double(given.layer_count), 1.0,
+                     double(most));
+  beam.layer_count = given.layer_count;
+  for (why.layer = 0; why.layer < given.layer_count; ++why.layer) {
+    const nf_lateral_layer& named = given.layers[why.layer];
+    LateralLayer& layer = beam.layers[why.layer];
+    if (!c::fill(layer, named.parameters, why) || !read_form(named.form, layer, why)) return false;
+  }
+  why.layer = 0;
+  return true;
+}
+
+bool read_sections(const nf_bending& given, bending::BeamProperties& beam, nf_fault& why) noexcept {
+  const std::size_t most = bending::max_sections;
+  if (!given.sections || given.section_count < 1 || given.section_count > most)
+    return c::refuse(why, "bending", "section_count", "is outside its range", double(given.section_count),
+                     1.0, double(most));
+  std::array<bending::Section, most> list;
+  for (std::size_t i = 0; i < given.section_count; ++i)
+    list[i] = {given.sections[i].end, given.sections[i].stiffness, given.sections[i].curvature};
+  beam.sections = bending::Sections(std::span<const bending::Section>(list.data(), given.section_count));
+  return beam.sections.valid() ||
+         c::refuse(why, "bending", "sections", "have ends that do not increase or stiffnesses not above 0");
+}
+
+/// The parameters of both tables, each to its own.
+bool read_parameters(const nf_bending& given, bending::FlexibleSettings& settings, nf_fault& why) noexcept {
+  constexpr std::size_t most = bending::Support::table.size() + bending::Bending::table.size();
+  if ((!given.parameters && given.parameter_count) || given.parameter_count > most)
+    return c::refuse(why, "bending", "parameter_count", "is outside its range", double(given.parameter_count),
+                     0.0, double(most));
+  std::array<nf_parameter, most> support, lengths;
+  std::size_t n = 0, m = 0;
+  for (std::size_t i = 0; i < given.parameter_count; ++i) {
+    const nf_parameter& each = given.parameters[i];
+    (c::parameter_named<bending::Support>(each.name) ? support[n++] : lengths[m++]) = each;
+  }
+  return c::fill(settings.beam.support, std::span<const nf_parameter>(support.data(), n), why) &&
+         c::fill(settings.lengths, std::span<const nf_parameter>(lengths.data(), m), why);
+}
+
+bool read(const nf_bending* given, bending::FlexibleSettings& settings, nf_fault& why) noexcept {
+  if (!given) return c::refuse(why, "bending", "bending", "is missing");
+  if (given->elements) settings.beam.elements = static_cast<std::size_t>(given->elements);
+  if (!read_layers(*given, settings.beam, why) || !read_sections(*given, settings.beam, why) ||
+      !read_parameters(*given, settings, why))
+    return false;
+  const char* quantity = bending::fault(settings);
+  return !quantity || c::refuse(why, "bending", quantity, "is outside its range or out of order");
+}
+
+}  // namespace
+
+extern "C" {
+
+size_t nf_bend_size(void) { return sizeof(nf_bend); }
+
+nf_bend* nf_bend_init(void* memory, size_t size, const nf_insertion* axial, const nf_bending* given,
+                      nf_fault* why) {
+  nf_fault ignored{};
+  nf_fault& fault = why ? *why : ignored;
+  fault = nf_fault{};
+  bending::FlexibleSettings settings;
+  if (!axial && !c::refuse(fault, "bending", "axial", "is missing")) return nullptr;
+  if (!c::holds<nf_bend>(memory, size, fault) || !read(given, settings, fault)) return nullptr;
+  return new (memory) nf_bend{bending::SpatialInsertion(axial->insertion, settings)};
+}
+
+void nf_bend_step(nf_bend* self, const nf_base* base, double dt, nf_bent* out) {
+  const bending::Base at{
+      base->depth, {base->lateral[0], base->lateral[1]}, {base->tilt[0], base->tilt[1]}, base->roll};
+  const bending::BentSample s = self->needle.step(at, dt);
+  std::copy(s.tip.begin(), s.tip.end(), out->tip);
+  std::copy(s.tangent.begin(), s.tangent.end(), out->tangent);
+  std::copy(s.wrench.begin(), s.wrench.end(), out->wrench);
+  out->force = s.force;
+  out->lateral = s.lateral;
+  out->unsupported = s.unsupported;
+  out->axial = c::plain(s.axial);
+  out->status = int(s.status);
+  out->buckled = s.buckled;
+}
+
+size_t nf_bend_shape(const nf_bend* self, double* points, size_t count) {
+  std::size_t n = 0;
+  self->needle.shape([&](const bending::Vector& point) noexcept {
+    if (n++ < count) points = std::copy(point.begin(), point.end(), points);
+  });
+  return n;
+}
+
+void nf_bend_reset(nf_bend* self) { self->needle.reset(); }
+
+}  // extern "C"

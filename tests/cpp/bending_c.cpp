@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C face of a needle that bends: the values of the C++ engine, and what it refuses.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <vector>
+
+#include "../../bindings/c/needleforce_bend.h"
+#include "../proof/c_layers.hpp"
+#include "bending.hpp"
+
+namespace {
+
+using namespace bending_tests;
+
+/// Memory and the insertion in it.
+struct CNeedle {
+  std::vector<double> axial_memory = std::vector<double>(nf_size() / sizeof(double) + 1);
+  std::vector<double> memory = std::vector<double>(nf_bend_size() / sizeof(double) + 1);
+  nf_fault why{};
+  nf_bend* needle = nullptr;
+
+  explicit CNeedle(const nf_bending& bending) {
+    const std::array layers{Layer{0.0, paper::model()}};
+    CLayers named(layers);
+    nf_settings settings = nf_default_settings();
+    settings.max_speed = 1e9;
+    nf_insertion* axial = nf_init(axial_memory.data(), nf_size(), named.data(), 1, &settings, nullptr);
+    needle = nf_bend_init(memory.data(), nf_bend_size(), axial, &bending, &why);
+  }
+};
+
+const nf_parameter support[] = {{"needle_length", 1.0}, {"guide_distance", 0.03}, {"bevel_length", 0.002612}};
+const nf_section section{1.0, 0.0206517998, 0.0};
+const nf_lateral_layer layer{{{"modulus", 20e3}, {"tip_force", 0.2}}, nullptr};
+const nf_bending usual{&layer, 1, &section, 1, support, 3, 0};
+
+TEST(BendingC, GivesTheValuesOfTheEngine) {
+  CNeedle c(usual);
+  ASSERT_NE(c.needle, nullptr) << c.why.quantity;
+  FlexibleSettings settings = guided();
+  settings.small_slopes = false;
+  SpatialInsertion needle(Insertion(paper::model(), {.max_speed = 1e9}), settings);
+  nf_bent out{};
+  for (int i = 0; i <= 60; ++i) {
+    const Base base{.depth = 1e-3 * (i - 1), .lateral = {1e-5 * i, 0.0}, .roll = 0.02 * i};
+    const nf_base plain{base.depth, {base.lateral[0], 0.0}, {0.0, 0.0}, base.roll};
+    nf_bend_step(c.needle, &plain, 0.1, &out);
+    const BentSample expected = needle.step(base, 0.1);
+    EXPECT_EQ(std::memcmp(out.tip, expected.tip.data(), sizeof out.tip), 0);
+    EXPECT_EQ(std::memcmp(out.wrench, expected.wrench.data(), sizeof out.wrench), 0);
+    EXPECT_EQ(out.force, expected.force);
+    EXPECT_EQ(out.status, NF_OK);
+  }
+  std::vector<double> points(3 * 200);
+  const std::size_t n = nf_bend_shape(c.needle, points.data(), 200);
+  EXPECT_EQ(n, needle.mesh().count());
+  EXPECT_EQ(points[3 * (n - 1)], out.tip[0]);
+  nf_bend_reset(c.needle);
+  const nf_base above{-1e-3, {0.0, 0.0}, {0.0, 0.0}, 0.0};
+  nf_bend_step(c.needle, &above, 0.1, &out);
+  EXPECT_EQ(out.force, 0.0);
+}
+
+TEST(BendingC, NamesWhatItRefuses) {
+  const auto refused = [](nf_bending bending, const char* quantity) {
+    CNeedle c(bending);
+    EXPECT_EQ(c.needle, nullptr) << quantity;
+    ASSERT_NE(c.why.quantity, nullptr);
+    EXPECT_STREQ(c.why.quantity, quantity);
+  };
+  nf_bending bad = usual;
+  bad.layer_count = 9;
+  refused(bad, "layer_count");
+  bad = usual;
+  const nf_lateral_layer soft{{{"modulus", 20e3}}, "soft"}, negative{{{"modulus", -1.0}}, nullptr};
+  bad.layers = &soft;
+  refused(bad, "form");
+  bad.layers = &negative;
+  refused(bad, "modulus");
+  bad = usual;
+  bad.section_count = 0;
+  refused(bad, "section_count");
+  const nf_section weak{1.0, 0.0, 0.0};
+  bad = usual;
+  bad.sections = &weak;
+  refused(bad, "sections");
+  const nf_parameter unknown[] = {{"needle_length", 0.2}, {"guide", 0.03}};
+  bad = usual;
+  bad.parameters = unknown, bad.parameter_count = 2;
+  refused(bad, "guide");
+  bad.parameter_count = 0;
+  refused(bad, "needle_length");
+  bad = usual;
+  bad.elements = 1000;
+  refused(bad, "elements");
+  std::vector<double> small(4);
+  nf_fault why{};
+  EXPECT_EQ(nf_bend_init(small.data(), 32, nullptr, &usual, &why), nullptr);
+  EXPECT_STREQ(why.quantity, "axial");
+}
+
+}  // namespace
