@@ -61,7 +61,7 @@ def test_every_function_with_a_struct_has_the_version(root):
         text = re.sub(r"/\*.*?\*/", "", (root / "bindings" / "c" / name).read_text(encoding="utf-8"), flags=re.S)
         versioned = dict(re.findall(r"#define (nf_\w+) (nf_\w+)", text))
         prototypes = re.findall(r"^[\w* ]*?\b(nf_\w+)\(([^;{}]*)\);", text, flags=re.M)
-        plain = r"nf_(settings|parameter|layer|fault|sample|output)\b"
+        plain = r"nf_(settings|parameter|layer|fault|sample|output|bending|base|bent)\b"
         needed = {function for function, taken in prototypes if re.search(plain, taken)}
         needed |= {"nf_default_settings"} & {function for function, _ in prototypes}
         assert needed and needed == set(versioned)
