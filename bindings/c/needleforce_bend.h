@@ -14,8 +14,8 @@ extern "C" {
 #define nf_bend_step nf_bend_step_v2
 
 typedef struct nf_bend nf_bend;
-typedef struct { /* top, modulus, scale, tip_force by name; form NULL: linear, or cubic, hyperbolic, tanh */
-  nf_parameter parameters[6]; const char* form;
+typedef struct { /* top, modulus, tip_force ... by name; form NULL: linear, or cubic, hyperbolic, tanh */
+  nf_parameter parameters[8]; const char* form;
 } nf_lateral_layer;
 typedef struct { double end, stiffness, curvature; } nf_section; /* end [m] from the tip, EI [N m^2], [1/m] unloaded */
 typedef struct {

@@ -2,6 +2,8 @@
 // Forces on a needle that bends: reciprocity, energy, base wrench, buckling.
 #include <gtest/gtest.h>
 
+#include <vector>
+
 #include "bending.hpp"
 
 namespace {
@@ -180,6 +182,77 @@ TEST(BendingBalance, BucklesWhereAClampedPinnedColumnDoes) {
     EXPECT_EQ(sample.status == Status::ok, share < 1.0);
     EXPECT_NEAR(sample.unsupported, length, 1e-9);
     EXPECT_TRUE(std::isfinite(sample.tip[0]) && std::isfinite(sample.wrench[4]));
+  }
+}
+
+/// A rigid needle that is moved aside in its hole, and the lateral force of the tissue on it.
+struct RigidNeedle {
+  static constexpr double depth = 0.04, modulus = 1e5, strength = 20.0;
+  PlanarInsertion needle;
+  static FlexibleSettings yielding() {
+    FlexibleSettings settings = bending_tests::settings(1e4, 0.0, 0.0, 0.0, 0.01);
+    settings.beam.layers[0].yielding_modulus = modulus;
+    settings.beam.layers[0].yield_force = strength;
+    return settings;
+  }
+  RigidNeedle() : needle(forceless_insertion<1>(yielding())) { needle.step({.depth = depth}, 1.0); }
+  double force(double aside) { return needle.step({.depth = depth, .lateral = {aside, 0.0}}, 1.0).wrench[0]; }
+};
+
+TEST(BendingBalance, RigidNeedleMeetsElasticPerfectlyPlasticTissue) {
+  RigidNeedle needle;
+  const double stiffness = RigidNeedle::modulus * RigidNeedle::depth;
+  const double strength = RigidNeedle::strength * RigidNeedle::depth, yields_at = strength / stiffness;
+  // the newest 0.1 mm of the path moves with a tip at rest
+  const double near = 0.01 * strength;
+  EXPECT_NEAR(needle.force(0.5 * yields_at), -0.5 * strength, near);
+  EXPECT_NEAR(needle.force(5.0 * yields_at), -strength, near);
+  EXPECT_NEAR(needle.force(9.0 * yields_at), -strength, near);
+  EXPECT_NEAR(needle.force(8.0 * yields_at), 0.0, near);  // the tissue stays where it was pushed
+  EXPECT_NEAR(needle.force(7.5 * yields_at), 0.5 * strength, near);
+  EXPECT_NEAR(needle.force(0.0), strength, near);
+}
+
+TEST(BendingBalance, TissueThatYieldsTakesWorkInEveryCycle) {
+  RigidNeedle needle;
+  double work = 0.0, before = 0.0, x = 0.0;
+  for (int cycle = 0; cycle < 3; ++cycle) {
+    const double start = work;
+    for (int i = 1; i <= 400; ++i) {
+      const double next = 1e-3 * std::sin(2.0 * std::numbers::pi * i / 400.0), now = needle.force(next);
+      work -= 0.5 * (now + before) * (next - x);
+      before = now, x = next;
+    }
+    EXPECT_GT(work - start, 0.0);
+  }
+}
+
+TEST(BendingBalance, YieldingDoesNotDependOnTheNumberOfStepsOfTheBase) {
+  FlexibleSettings settings = guided();
+  settings.beam.layers[0].yielding_modulus = 1e5;
+  settings.beam.layers[0].yield_force = 10.0;
+  std::vector<double> tips;
+  for (const int n : {1, 10, 200}) {
+    PlanarInsertion needle = forceless_insertion<1>(settings);
+    insert(needle, 0.03, 30);
+    const Base from{.depth = 0.03}, to{.depth = 0.03, .lateral = {4e-3, 0.0}};
+    move(needle, from, to, n);
+    tips.push_back(move(needle, to, {.depth = 0.06, .lateral = {4e-3, 0.0}}, 30 * n).tip[0]);
+  }
+  EXPECT_NEAR(tips[0] / tips[2], 1.0, 1e-4);
+  EXPECT_NEAR(tips[1] / tips[2], 1.0, 1e-4);
+}
+
+TEST(BendingBalance, TissueAheadHoldsATipAtRest) {
+  for (const double stiffness : {0.0, 1e3}) {
+    FlexibleSettings settings = bending_tests::settings(1e2, 0.0, 0.0, 0.0, 0.01);
+    settings.beam.layers[0].tip_stiffness = stiffness;
+    PlanarInsertion needle = forceless_insertion<1>(settings);
+    insert(needle, 0.02, 20);
+    const Base aside{.depth = 0.02, .lateral = {1e-3, 0.0}};
+    EXPECT_NEAR(needle.step(aside, 1.0).wrench[0], -1e-3 * stiffness, 1e-4 * stiffness + 1e-4);
+    const double later = move(needle, aside, {.depth = 0.03, .lateral = {1e-3, 0.0}}, 100).wrench[0];
+    EXPECT_NEAR(later, 0.0, 1e-4 * stiffness + 1e-4);  // ten diameters on, nothing is left
   }
 }
 

@@ -28,13 +28,15 @@ class BeamEquilibrium {
   /// foundation is linear. A needle that has buckled keeps its last shape. Wait-free.
   Outcome solve(const BeamProperties& properties, const Path& path, const Load& load) noexcept {
     Outcome outcome;
-    mesh_.place(properties.sections, properties.elements, load.free_length, load.embedded);
+    // the newest piece of the path stays within one element
+    mesh_.place(properties.sections, properties.elements, std::max(2.0 * path.spacing, 2e-4),
+                load.free_length, load.embedded);
     const std::size_t limit = properties.linear() ? 1 : properties.max_iterations;
     double change = 0.0;
     while (outcome.iterations < limit) {
       ++outcome.iterations;
       Equations equations;
-      assemble(equations, properties, path, load);
+      assemble(equations, properties, path, load, outcome.iterations > cautious_after);
       if (!equations.solve()) {
         outcome.stable = false;
         return outcome;
@@ -59,11 +61,13 @@ class BeamEquilibrium {
  private:
   using Equations = BeamEquations<dimension>;
 
-  void assemble(Equations& equations, const BeamProperties& properties, const Path& path,
-                const Load& load) noexcept {
+  static constexpr std::size_t cautious_after = 8;  // iterations
+
+  void assemble(Equations& equations, const BeamProperties& properties, const Path& path, const Load& load,
+                bool cautious) noexcept {
     equations.clear(mesh_.count());
     add_free_part(equations, properties, load);
-    add_embedded_part(equations, properties, path, load);
+    add_embedded_part(equations, properties, path, load, cautious);
     const std::size_t last = mesh_.count() - 1;
     equations.diagonal[last].yr += load.axial.tip() / mesh_.h();  // the force at the tip follows the tangent
     equations.diagonal[last].yy += load.contact;
@@ -97,12 +101,12 @@ class BeamEquilibrium {
   }
 
   void add_embedded_part(Equations& equations, const BeamProperties& properties, const Path& path,
-                         const Load& load) const noexcept {
+                         const Load& load, bool cautious) const noexcept {
     const double h = mesh_.h();
     const bool axial = !load.axial.none() || load.rub != 0.0, one = properties.sections.count == 1;
     const ElementMatrix bending =
         one ? bending_matrix(properties.sections.list[0].stiffness, h) : ElementMatrix{};
-    BeamFoundation<dimension> foundation(properties, mesh_, path, load, bending);
+    BeamFoundation<dimension> foundation(properties, mesh_, path, load, bending, cautious);
     const double per_h = 1.0 / h;
     double above = axial ? load.axial.at(0.0) : 0.0, rubbed = load.rub * pressing_;
     for (std::size_t e = 0; e < mesh_.embedded(); ++e) {

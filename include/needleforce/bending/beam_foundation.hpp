@@ -38,11 +38,16 @@ class BeamFoundation {
   using Place = std::array<double, dimension>;
   using Equations = BeamEquations<dimension>;
 
-  /// `bending` is what all elements have in addition.
+  /// `bending` is what all elements have in addition; `cautious` takes secants.
   BeamFoundation(const BeamProperties& properties, const BeamMesh<dimension>& mesh,
                  const TissuePath<dimension>& path, const BeamLoad<dimension>& load,
-                 const ElementMatrix& bending) noexcept
-      : properties_(properties), mesh_(mesh), path_(path), load_(load), bending_(bending) {
+                 const ElementMatrix& bending, bool cautious) noexcept
+      : properties_(properties),
+        mesh_(mesh),
+        path_(path),
+        load_(load),
+        bending_(bending),
+        cautious_(cautious) {
     for (std::size_t j = 0; j < properties.layer_count; ++j) {
       stiffness_[j] = properties.layers[j].modulus * mesh.h();
       uniform_[j] = bending;
@@ -81,7 +86,7 @@ class BeamFoundation {
       for (std::size_t d = 0; d < dimension; ++d) place[d][g] = stiffness_[layer_] * at[d];
     }
     for (std::size_t d = 0; d < dimension; ++d) {
-      const auto [a, b, c] = place[d];
+      const double a = place[d][0], b = place[d][1], c = place[d][2];
       first.y[d] += weighted[0][0] * a + weighted[1][0] * b + weighted[2][0] * c;
       first.r[d] += weighted[0][1] * a + weighted[1][1] * b + weighted[2][1] * c;
       second.y[d] += weighted[0][2] * a + weighted[1][2] * b + weighted[2][2] * c;
@@ -93,14 +98,15 @@ class BeamFoundation {
   void add_whole(Equations& equations, ElementMatrix& matrix, std::size_t e, double from) const noexcept {
     std::array<double, gauss_count> factor;
     for (std::size_t g = 0; g < gauss_count; ++g) {
-      Place place = path_.at(from + mesh_.h() * gauss_points[g]);
-      factor[g] = mesh_.h() * linearise(properties_.layers[layer_], e, shapes[g], 0.0, place);
+      const double travel = from + mesh_.h() * gauss_points[g];
+      Place place = path_.at(travel);
+      factor[g] = mesh_.h() * linearise(properties_.layers[layer_], e, shapes[g], travel, place);
       add_force(equations, mesh_.surface() + e, factor[g], weighted[g], place);
     }
     std::array<double, 10> sum{};
     for (std::size_t n = 0; n < 10; ++n)
       sum[n] = factor[0] * products[0][n] + factor[1] * products[1][n] + factor[2] * products[2][n];
-    const auto [aa, ab, ac, ad, bb, bc, bd, cc, cd, dd] = sum;
+    const auto& [aa, ab, ac, ad, bb, bc, bd, cc, cd, dd] = sum;
     matrix.first += {aa, ab, ab, bb};
     matrix.upper += {ac, ad, bc, bd};
     matrix.lower += {ac, bc, ad, bd};
@@ -144,8 +150,8 @@ class BeamFoundation {
       const std::array<double, 4> shape = hermite((travel - from) / mesh_.h());
       double by_tip = 0.0;  // derivative of the path by the deflection of the tip
       Place place = piece.newest ? newest_place(travel, by_tip) : path_.at(travel);
-      double stiffness = layer.modulus;
-      if (!layer.linear()) stiffness = linearise(layer, piece.element, shape, by_tip, place);
+      double stiffness = layer.modulus + layer.yielding_modulus;  // ahead of the last node nothing yields
+      if (!layer.linear() && !piece.newest) stiffness = linearise(layer, piece.element, shape, travel, place);
       const double factor = gauss_weights[g] * length * stiffness;
       add_product(matrix, factor, shape, {shape[0], shape[1], shape[2] - by_tip, shape[3]});
       add_force(equations, mesh_.surface() + piece.element, factor, shape, place);
@@ -163,22 +169,39 @@ class BeamFoundation {
     return place;
   }
   /// The stiffness of the foundation at the offset of the last solution; `place` becomes the place of the
-  /// path that gives its force with that stiffness. In space the stiffness is the mean of those along and
-  /// across the offset.
+  /// path that gives its force with that stiffness.
   double linearise(const LateralLayer& layer, std::size_t e, const std::array<double, 4>& shape,
-                   double by_tip, Place& place) const noexcept {
-    const auto &a = mesh_[mesh_.surface() + e], &b = mesh_[mesh_.surface() + e + 1];
-    const double h = mesh_.h();
+                   double travel, Place& place) const noexcept {
+    const Place shaft = mesh_.place_in(e, shape);
+    const double first = linearised(
+        shaft, place, [&](double offset) { return stiffness_at(layer, offset); }, 1e-9 * layer.modulus);
+    if (!layer.yields()) return first;
+    Place yielded = path_.yielded(travel);
+    const double modulus = layer.yielding_modulus, limit = layer.yield_offset();
+    const double second = linearised(
+        shaft, yielded,
+        [&](double offset) {
+          return offset <= limit ? Secant{modulus, modulus} : Secant{modulus * limit / offset, 0.0};
+        },
+        2e-3 * modulus);
+    const double sum = first + second;
+    for (std::size_t d = 0; d < dimension; ++d) place[d] = (first * place[d] + second * yielded[d]) / sum;
+    return sum;
+  }
+  /// One of them, with a stiffness of no less than `least`. In space it is the mean of those along and across
+  /// the offset; after many iterations the secant, with which any that softens converges.
+  template <class Law>
+  double linearised(const Place& shaft, Place& place, Law law, double least) const noexcept {
     Place offset;
     double square = 0.0;
     for (std::size_t d = 0; d < dimension; ++d) {
-      offset[d] = shape[0] * a.place[d] + shape[1] * h * a.slope[d] + shape[2] * b.place[d] +
-                  shape[3] * h * b.slope[d] - place[d] - by_tip * mesh_.tip().place[d];
+      offset[d] = shaft[d] - place[d];
       square += offset[d] * offset[d];
     }
-    const Secant at = stiffness_at(layer, std::sqrt(square));
+    const Secant at = law(std::sqrt(square));
     const double mean = dimension == 1 ? at.tangent : 0.5 * (at.tangent + at.secant);
-    const double stiffness = std::max(mean, 1e-9 * layer.modulus);
+    const double stiffness =
+        std::max(cautious_ && at.secant > mean ? at.secant : mean, std::max(least, 1e-12));
     for (std::size_t d = 0; d < dimension; ++d) place[d] += (1.0 - at.secant / stiffness) * offset[d];
     return stiffness;
   }
@@ -207,6 +230,7 @@ class BeamFoundation {
   const TissuePath<dimension>& path_;
   const BeamLoad<dimension>& load_;
   const ElementMatrix& bending_;
+  bool cautious_;
   std::array<ElementMatrix, max_lateral_layers> uniform_;
   std::array<double, max_lateral_layers> stiffness_;
   std::size_t layer_ = 0;

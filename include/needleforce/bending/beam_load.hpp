@@ -50,6 +50,11 @@ struct BeamProperties {
       if (!layers[i].linear()) return false;
     return true;
   }
+  bool yields() const noexcept {
+    for (std::size_t i = 0; i < layer_count; ++i)
+      if (layers[i].yields()) return true;
+    return false;
+  }
 };
 
 }  // namespace needleforce::bending

@@ -31,11 +31,12 @@ class BeamMesh {
 
   static constexpr double shortest_embedded = 5e-5;  // [m]; below, the foundation acts at the surface
   static constexpr double shortest_free = 1e-6;      // [m]; below, the base is at the surface
-  static constexpr double shortest_element = 2e-4;   // [m]; above the longest spacing of the path
 
   /// Places the nodes of a needle that has `free_length` [m] between its base and the surface, or its tip
-  /// above it, and `embedded` [m] in the tissue. Another number of nodes takes its values from the old shape.
-  void place(const Sections& sections, std::size_t elements, double free_length, double embedded) noexcept {
+  /// above it, and `embedded` [m] in the tissue, with elements of no less than `shortest_element` [m]
+  /// Another number of nodes takes its values from the old shape.
+  void place(const Sections& sections, std::size_t elements, double shortest_element, double free_length,
+             double embedded) noexcept {
     const bool in_tissue = embedded >= shortest_embedded;
     const double length = free_length + (in_tissue ? 0.0 : embedded);
     const double to_tip = in_tissue ? embedded : 0.0;
@@ -58,6 +59,15 @@ class BeamMesh {
 
   std::span<const Node> nodes() const noexcept { return {nodes_.data(), count_}; }
   std::span<Node> nodes() noexcept { return {nodes_.data(), count_}; }
+  /// Lateral place [m] of the shaft in element e in the tissue, by its shape functions.
+  std::array<double, dimension> place_in(std::size_t e, const std::array<double, 4>& shape) const noexcept {
+    const Node &a = nodes_[surface_ + e], &b = nodes_[surface_ + e + 1];
+    std::array<double, dimension> place;
+    for (std::size_t d = 0; d < dimension; ++d)
+      place[d] = shape[0] * a.place[d] + shape[1] * h_ * a.slope[d] + shape[2] * b.place[d] +
+                 shape[3] * h_ * b.slope[d];
+    return place;
+  }
   const Node& operator[](std::size_t i) const noexcept { return nodes_[i]; }
   const Node& tip() const noexcept { return nodes_[count_ - 1]; }
   const Node& base() const noexcept { return nodes_[0]; }

@@ -45,7 +45,10 @@ class CutPath {
 
   /// Writes the front, and a node where it comes to the next one. Wait-free.
   void write(double travel, const Place& place) noexcept {
-    if (count_ < capacity && travel >= next_node() - 1e-9 * spacing) nodes_[count_++] = place;
+    if (count_ < capacity && travel >= next_node() - 1e-9 * spacing) {
+      yielded_[count_] = place;
+      nodes_[count_++] = place;
+    }
     front_ = travel;
     front_place_ = place;
   }
@@ -60,15 +63,13 @@ class CutPath {
             (1.0 - t) * reach / spacing, t * reach / (length + spacing)};
   }
   /// The path [m] at a travel between the surface and the last node. Wait-free.
-  Place between_nodes(double travel) const noexcept {
-    const double place = travel * per_spacing_;
-    const std::size_t k = static_cast<std::size_t>(static_cast<long>(place));
-    const double t = place - static_cast<double>(static_cast<long>(place));
-    Place result;
-    for (std::size_t d = 0; d < dimension; ++d)
-      result[d] = nodes_[k][d] + t * (nodes_[k + 1][d] - nodes_[k][d]);
-    return result;
+  Place between_nodes(double travel) const noexcept { return between(nodes_, travel); }
+  /// The same for the tissue that yields: it is where the tip cut it until the shaft pushes it aside.
+  Place yielded(double travel) const noexcept {
+    const double last = last_node();
+    return travel < last ? between(yielded_, std::max(0.0, travel)) : at(travel);
   }
+  Place& yielded_node(std::size_t number) noexcept { return yielded_[number]; }
   /// The path [m] at a travel between the surface and the front. Wait-free.
   Place at(double travel) const noexcept {
     const double place = std::max(0.0, travel) * per_spacing_;
@@ -77,6 +78,15 @@ class CutPath {
   }
 
  private:
+  using Nodes = std::array<Place, capacity>;
+  Place between(const Nodes& nodes, double travel) const noexcept {
+    const double place = travel * per_spacing_;
+    const std::size_t k = static_cast<std::size_t>(static_cast<long>(place));
+    const double t = place - static_cast<double>(static_cast<long>(place));
+    Place result;
+    for (std::size_t d = 0; d < dimension; ++d) result[d] = nodes[k][d] + t * (nodes[k + 1][d] - nodes[k][d]);
+    return result;
+  }
   Place behind_front(double travel) const noexcept {
     const Newest weights = newest(std::min(travel, front_), front_);
     const Place& last = nodes_[count_ - 1];
@@ -87,7 +97,7 @@ class CutPath {
     return result;
   }
 
-  std::array<Place, capacity> nodes_{};
+  Nodes nodes_{}, yielded_{};
   double per_spacing_;
   std::size_t count_ = 0;
   double front_ = 0.0;

@@ -85,12 +85,12 @@ class Development<2> {
     const double half = 0.5 - s * (1.0 / 48.0) * (1.0 - s * (1.0 / 80.0) * (1.0 - s * (1.0 / 168.0)));
     const double whole = 1.0 - s * (1.0 / 8.0) * (1.0 - s * (1.0 / 48.0) * (1.0 - s * (1.0 / 120.0)));
     const double a = -half * y, b = half * x;
-    const auto [w, i, j, k] = rotation_;
+    const auto& [w, i, j, k] = rotation_;
     rotation_ = {whole * w - i * a - j * b, whole * i + w * a - k * b, whole * j + w * b + k * a,
                  whole * k + i * b - j * a};
   }
   Vector z_axis() const noexcept {
-    const auto [w, i, j, k] = rotation_;
+    const auto& [w, i, j, k] = rotation_;
     return {2.0 * (i * k + w * j), 2.0 * (j * k - w * i), w * w - i * i - j * j + k * k};
   }
 

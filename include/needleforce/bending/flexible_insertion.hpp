@@ -32,6 +32,7 @@ class FlexibleInsertion {
       : axial_(axial),
         settings_(settings),
         valid_(axial.accepted() && !fault(settings)),
+        yields_(settings.beam.yields()),
         path_(settings.lengths.path_spacing) {}
 
   /// One cycle: the base is at `base`, `dt` [s] after the last call. Wait-free; the cost is bounded by
@@ -92,7 +93,8 @@ class FlexibleInsertion {
                     std::abs(base.roll - base_.roll) <= std::numbers::pi * (1.0 + 1e-9) &&
                     consistent(axial_.limits(), travel, no_velocity, elapsed);
     for (std::size_t d = 0; d < dimension; ++d)
-      possible &= consistent(axial_.limits(), base.lateral[d] - base_.lateral[d], no_velocity, elapsed);
+      possible &= std::abs(base.lateral[d] - base_.lateral[d]) <= settings_.lengths.max_travel &&
+                  consistent(axial_.limits(), base.lateral[d] - base_.lateral[d], no_velocity, elapsed);
     return possible;
   }
 
@@ -131,6 +133,7 @@ class FlexibleInsertion {
       while (path_.empty() || path_.next_node() <= base.depth)
         path_.write(path_.next_node(), straight(base, above + path_.next_node()));
       path_.write(base.depth, straight(base, above + base.depth));
+      ahead_ = path_.front_place();
     }
     settle(base, events);
   }
@@ -140,19 +143,39 @@ class FlexibleInsertion {
     return place;
   }
 
-  /// Moves to each node of the path that the tip cuts on its way, then to the end: the path does not depend
-  /// on the length of the steps.
+  /// Moves to each node of the path that the tip cuts on its way, and where tissue yields to each tenth of a
+  /// millimetre across, then to the end: what the tissue remembers does not depend on the length of the
+  /// steps.
   void advance(const Base& base, double dt, Events& events) noexcept {
     const Base from = base_;
-    const double travel = base.depth - from.depth;
+    const double travel = base.depth - from.depth, across = yields_ ? across_of(from, base) : 0.0;
     double done = 0.0;
     while (done < 1.0) {
       const double next = travel > 0.0 ? next_node(base_.depth) : base.depth;
-      const bool last = !(next < base.depth - 1e-9 * path_.spacing);
-      const double share = last ? 1.0 : (next - from.depth) / travel;
-      move(last ? base : between(from, base, share, next), dt * (share - done), events);
+      const bool last_node = !(next < base.depth - 1e-9 * path_.spacing);
+      const double by_node = last_node ? 1.0 : (next - from.depth) / travel;
+      const double left = path_.spacing - moved_across_;
+      const double by_motion = across * (1.0 - done) > left ? done + left / across : 1.0;
+      const bool aside = by_motion < by_node;
+      const double share = aside ? by_motion : by_node;
+      const double depth = aside ? from.depth + share * travel : next;
+      moved_across_ += (share - done) * across;
+      const bool on_node = travel > 0.0 && next < base.depth + 1e-9 * path_.spacing;
+      const bool remembers = aside || on_node;
+      if (remembers) moved_across_ = 0.0;
+      move(share == 1.0 ? base : between(from, base, share, depth), dt * (share - done), events, remembers);
       done = share;
     }
+  }
+  /// Motion of the base across [m], at the surface.
+  double across_of(const Base& from, const Base& to) const noexcept {
+    const double above = settings_.beam.support.free_length(to.depth);
+    double square = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double moved = to.lateral[d] - from.lateral[d] + above * (to.tilt[d] - from.tilt[d]);
+      square += moved * moved;
+    }
+    return std::sqrt(square);
   }
   /// Where the path takes its next node, or the surface [m].
   double next_node(double depth) const noexcept {
@@ -160,7 +183,7 @@ class FlexibleInsertion {
     const double front = embedded_ ? std::max(path_.front(), depth) : depth;
     return path_.spacing * (std::floor(front / path_.spacing + 1e-6) + 1.0);
   }
-  void move(const Base& to, double dt, Events& events) noexcept {
+  void move(const Base& to, double dt, Events& events, bool remembers) noexcept {
     press(to, dt, events);
     if (axial_.pierced_layers() > 0 && !embedded_ && to.depth > 0.0) enter(base_.depth);
     if (embedded_ && to.depth > 0.0) {
@@ -168,6 +191,7 @@ class FlexibleInsertion {
       rub_ = std::clamp(rub_ + (to.depth - base_.depth) / settings_.lengths.presliding, -1.0, 1.0);
     }
     settle(to, events);
+    if (remembers && yields_ && embedded_ && to.depth > 0.0) yield();
     base_ = to;
   }
   void press(const Base& to, double dt, Events& events) noexcept {
@@ -182,12 +206,15 @@ class FlexibleInsertion {
     const double reached = std::max(0.0, depth);
     while (path_.empty() || path_.next_node() <= reached) path_.write(path_.next_node(), touch_);
     path_.write(reached, touch_);
+    ahead_ = touch_;
   }
   /// The tip's lateral force follows the bevel while the tip cuts.
   void turn_tip(const Base& to) noexcept {
     const double cut = to.depth - std::max(path_.front(), base_.depth);
     if (!(cut > 0.0)) return;
     const double share = cut / (to.depth - base_.depth);
+    const double left = 1.0 - std::exp(-cut / settings_.lengths.tip_memory);
+    for (std::size_t d = 0; d < dimension; ++d) ahead_[d] += left * (path_.front_place()[d] - ahead_[d]);
     tip_load_.advance(cut, settings_.lengths.bevel_length, to.roll - share * (to.roll - base_.roll), to.roll);
   }
 
@@ -202,6 +229,29 @@ class FlexibleInsertion {
     if (!(base.depth > 0.0)) leave();
     if (load.cuts) path_.write(base.depth, mesh().tip().place);
     tip_force_ = load.tip_force;
+  }
+  /// Tissue whose strength the shaft exceeds is pushed aside, until it is no longer exceeded.
+  void yield() noexcept {
+    const BeamProperties& beam = settings_.beam;
+    std::size_t layer = 0;
+    for (std::size_t e = 0; e < mesh().embedded(); ++e) {
+      const double from = mesh().h() * static_cast<double>(e), to = from + mesh().h();
+      while (layer + 1 < beam.layer_count && beam.layers[layer + 1].top <= from) ++layer;
+      if (beam.layers[layer].yields()) yield(e, from, to, beam.layers[layer].yield_offset());
+    }
+  }
+  void yield(std::size_t e, double from, double to, double limit) noexcept {
+    const auto first = static_cast<std::size_t>(std::ceil(from / path_.spacing));
+    for (std::size_t k = first; k < path_.nodes() && path_.spacing * static_cast<double>(k) < to; ++k) {
+      const double xi = (path_.spacing * static_cast<double>(k) - from) / mesh().h();
+      const Place shaft = mesh().place_in(e, hermite(xi));
+      Place& yielded = path_.yielded_node(k);
+      double square = 0.0;
+      for (std::size_t d = 0; d < dimension; ++d) square += (shaft[d] - yielded[d]) * (shaft[d] - yielded[d]);
+      if (!(square > limit * limit)) continue;
+      const double share = 1.0 - limit / std::sqrt(square);
+      for (std::size_t d = 0; d < dimension; ++d) yielded[d] += share * (shaft[d] - yielded[d]);
+    }
   }
   /// Out of the tissue: a needle that comes back elsewhere makes a hole of its own.
   void leave() noexcept {
@@ -240,6 +290,8 @@ class FlexibleInsertion {
     if (in_tissue) {
       load.cuts = base.depth >= path_.front();
       load.rub = settings_.lengths.pressure_friction * rub_;
+      load.contact = load.cuts ? layer_at(base.depth).tip_stiffness : 0.0;
+      load.contact_place = ahead_;
     } else if (base.depth > 0.0) {
       // a tip that presses on a half space of nu = 1/2 is held across by 2/3 of the axial stiffness (Mindlin)
       load.contact = 2.0 / 3.0 * std::max(0.0, sample_.force_by_depth);
@@ -250,12 +302,15 @@ class FlexibleInsertion {
   /// The lateral force of the bevel's face, and of the layer that the tip cuts, which falls to zero on
   /// withdrawal.
   double full_tip_force(double depth) const noexcept {
+    const double behind = std::max(0.0, path_.front() - depth);
+    const double left = std::max(0.0, 1.0 - behind / settings_.lengths.unloading);
+    return sample_.lateral + layer_at(depth).tip_force * left;
+  }
+  const LateralLayer& layer_at(double depth) const noexcept {
     const BeamProperties& beam = settings_.beam;
     std::size_t layer = 0;
     while (layer + 1 < beam.layer_count && beam.layers[layer + 1].top < depth) ++layer;
-    const double behind = std::max(0.0, path_.front() - depth);
-    const double left = std::max(0.0, 1.0 - behind / settings_.lengths.unloading);
-    return sample_.lateral + beam.layers[layer].tip_force * left;
+    return beam.layers[layer];
   }
 
   BentSample sample(const Events& events) const noexcept {
@@ -337,7 +392,7 @@ class FlexibleInsertion {
 
   Insertion axial_;
   FlexibleSettings settings_;
-  bool valid_;
+  bool valid_, yields_;
 
   TissuePath<dimension> path_;
   BeamEquilibrium<dimension> beam_{};
@@ -346,8 +401,10 @@ class FlexibleInsertion {
   BentSample last_{};
   Base base_{};
   Place touch_{}, tip_force_{};
+  Place ahead_{};  // where the tissue ahead of the tip is unloaded
   double waited_ = 0.0;
-  double rub_ = 0.0;  // share of the friction of the lateral pressure, -1 to 1
+  double moved_across_ = 0.0;  // since the tissue yielded [m]
+  double rub_ = 0.0;           // share of the friction of the lateral pressure, -1 to 1
   bool started_ = false, embedded_ = false, buckled_ = false;
 };
 

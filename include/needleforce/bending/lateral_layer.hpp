@@ -20,11 +20,14 @@ struct LateralLayer {
   double modulus = required;
   double scale = 1.0;
   double tip_force = 0.0;
+  double yielding_modulus = 0.0;
+  double yield_force = 1e4;
+  double tip_stiffness = 0.0;
   FoundationForm form = FoundationForm::linear;
 
   static constexpr const char* name = "lateral_layer";
   static constexpr const char* summary = "Lateral foundation of a layer and lateral force on the tip in it.";
-  static constexpr std::array<Parameter<LateralLayer>, 4> table{{
+  static constexpr std::array<Parameter<LateralLayer>, 7> table{{
       {&LateralLayer::top, "top", "m", 0.0, 1.0, 0.0, "z", "travel in tissue at which the layer begins",
        "free"},
       {&LateralLayer::modulus, "modulus", "Pa", 0.0, 1e8, required, "K",
@@ -35,10 +38,24 @@ struct LateralLayer {
       {&LateralLayer::tip_force, "tip_force", "N", -100.0, 100.0, 0.0, "P",
        "lateral force on the tip while it cuts, towards the bevel's point; that of the bevel's face is added",
        "Misra et al. 2010"},
+      {&LateralLayer::yielding_modulus, "yielding_modulus", "Pa", 0.0, 1e8, 0.0, "K_2",
+       "foundation modulus of the tissue that yields sideways, in parallel to the form; 0: none does",
+       "free: elastic, then perfectly plastic"},
+      {&LateralLayer::yield_force, "yield_force", "N/m", 1e-6, 1e7, 1e4, "q_2",
+       "lateral force per length at which it yields: the shaft cuts it, and it stays where it is",
+       "free: elastic, then perfectly plastic"},
+      {&LateralLayer::tip_stiffness, "tip_stiffness", "N/m", 0.0, 1e6, 0.0, "k_t",
+       "lateral stiffness of the tissue ahead of a tip at rest, which the tip leaves as it cuts",
+       "free: linear"},
   }};
   static constexpr std::tuple parts{Part{&LateralLayer::form, "form", "form of the foundation", true}};
 
-  bool linear() const noexcept { return form == FoundationForm::linear || modulus == 0.0; }
+  bool linear() const noexcept { return straight() && !yields(); }
+  /// True where the form is linear.
+  bool straight() const noexcept { return form == FoundationForm::linear || modulus == 0.0; }
+  bool yields() const noexcept { return yielding_modulus > 0.0; }
+  /// Offset [m] at which the tissue yields.
+  double yield_offset() const noexcept { return yield_force / yielding_modulus; }
 };
 
 /// A force per length at one offset: p over u, and the derivative of p, both [Pa].

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of tip paths: frames, units, orientation, lost sensors, and what is refused."""
+
+import csv
+import math
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+from needleforce.steering import read
+
+HEADER = ["trial", "tip_x_mm", "tip_y_mm", "tip_z_mm", "base_x_mm", "base_z_mm"]
+
+
+def written(folder, rows, header=HEADER):
+    path = folder / "paths.csv"
+    lines = [",".join(header), *(",".join(str(cell) for cell in row) for row in rows)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def straight(n=6, **changes):
+    """Rows of an insertion along -y whose base moves from the third row on."""
+    return [["one", 1.0 + 0.1 * i, -5.0 * i, 2.0, 0.5 * max(i - 2, 0), 0.0] for i in range(n)]
+
+
+def test_insertion_axis_is_the_one_without_a_base(tmp_path):
+    (path,) = read(written(tmp_path, straight()))
+    assert path.name == "one" and len(path) == 6 and path.steered and path.entry_rows == 3
+    np.testing.assert_allclose(path.tip[:, 2], 5e-3 * np.arange(6))
+    np.testing.assert_allclose(path.tip[:, 0], 1e-3 * (1.0 + 0.1 * np.arange(6)))
+    np.testing.assert_allclose(path.base[-1], [1.5e-3, 0.0])
+    assert path.slope is None and "-y" in path.note
+
+
+@pytest.mark.parametrize("unit, size", [("m", 1e-3), ("um", 1e3), ("cm", 0.1)])
+def test_units_are_those_of_the_headers(tmp_path, unit, size):
+    header = [name.replace("_mm", f"_{unit}") for name in HEADER]
+    rows = [[row[0], *(cell * size for cell in row[1:])] for row in straight()]
+    (path,) = read(written(tmp_path, rows, header))
+    np.testing.assert_allclose(path.tip[-1], [1.5e-3, 2e-3, 25e-3])
+
+
+def test_orientation_gives_the_slope_of_the_axis_along_the_needle(tmp_path):
+    # the sensor's z axis along -y, turned by 0.1 rad towards +x: a rotation about z after one about x
+    half = 0.25 * math.pi
+    about_x, about_z = (math.cos(half), math.sin(half)), (math.cos(0.05), math.sin(0.05))
+    w, x, y, z = about_z[0] * about_x[0], about_z[0] * about_x[1], about_z[1] * about_x[1], about_z[1] * about_x[0]
+    rows = [[*row, w, x, y, z] for row in straight()]
+    (path,) = read(written(tmp_path, rows, [*HEADER, "tip_qw", "tip_qx", "tip_qy", "tip_qz"]))
+    np.testing.assert_allclose(path.slope, np.tile([math.tan(0.1), 0.0], (6, 1)), atol=1e-12)
+
+
+def test_depth_counts_from_what_the_table_states(tmp_path):
+    rows = [[*row, 10.0 + 5.0 * i] for i, row in enumerate(straight())]
+    (path,) = read(written(tmp_path, rows, [*HEADER, "step_depth_mm"]))
+    np.testing.assert_allclose(path.depth, 1e-3 * (10.0 + 5.0 * np.arange(6)))
+
+
+def test_frozen_tips_while_the_base_moves_are_left_out(tmp_path):
+    rows = straight(10)
+    for i in range(6, 10):
+        rows[i][1:4] = rows[5][1:4]
+    (path,) = read(written(tmp_path, rows))
+    assert len(path) == 5 and "the last 5 rows are left out" in path.note
+    still = [[*row[:4], 0.0, 0.0] for row in rows]
+    assert len(read(written(tmp_path, still))[0]) == 10  # a needle at rest is no lost sensor
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda rows: rows[2].__setitem__(1, "nan"), "row 3"),
+        (lambda rows: rows[2].__setitem__(1, ""), "not a number"),
+        (lambda rows: [row.__setitem__(2, 0.0) for row in rows], "does not advance"),
+    ],
+)
+def test_bad_values_are_named(tmp_path, change, words):
+    rows = straight()
+    change(rows)
+    with pytest.raises(nf.InputError, match=words):
+        read(written(tmp_path, rows))
+
+
+def test_bad_tables_are_named(tmp_path):
+    with pytest.raises(nf.InputError, match="tip_x_mm"):
+        read(written(tmp_path, [[1, 2]], ["time", "force"]))
+    with pytest.raises(nf.InputError, match="empty"):
+        read(written(tmp_path, []))
+    with pytest.raises(nf.InputError, match="parsec"):
+        read(written(tmp_path, straight(), [name.replace("_mm", "_parsec") for name in HEADER]))
+    with pytest.raises(nf.InputError):
+        read(tmp_path / "missing.csv")
+
+
+def test_real_table_agrees_with_the_csv_module(recordings):
+    file = recordings / "needle-steering" / "stepwise_insertions.csv"
+    paths = {path.name: path for path in read(file)}
+    assert len(paths) == 22 and sum(path.steered for path in paths.values()) == 12
+    assert len(paths["phantomA_closedloop_03"]) == 7  # tracking was lost
+    with open(file, encoding="utf-8", newline="") as text:
+        rows = [row for row in csv.DictReader(text) if row["file"] == "phantomB_openloop_02"]
+    path = paths["phantomB_openloop_02"]
+    for name, values in (("tip_x_mm", path.tip[:, 0]), ("tip_z_mm", path.tip[:, 1]), ("tip_y_mm", -path.tip[:, 2])):
+        np.testing.assert_allclose([1e-3 * float(row[name]) for row in rows], values, rtol=1e-12)
