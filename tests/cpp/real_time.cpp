@@ -321,6 +321,9 @@ TEST(RealTime, NeedleThatBendsAllocatesNothingAndStaysFinite) {
        {FoundationForm::linear, FoundationForm::cubic, FoundationForm::hyperbolic, FoundationForm::tanh}) {
     settings.beam.layers[0].form = form;
     settings.beam.layers[0].scale = 1e-4;
+    settings.beam.layers[0].yielding_modulus = form == FoundationForm::tanh ? 1e5 : 0.0;
+    settings.beam.layers[0].yield_force = 5.0;
+    settings.beam.layers[0].tip_stiffness = 100.0;
     const int n = form == FoundationForm::linear ? 1000000 : 100000;
     expect_sound(bent(bending::SpatialInsertion(axial, settings), n), "in space");
     expect_sound(bent(bending::PlanarInsertion(axial, settings), n), "in a plane");
