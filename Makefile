@@ -108,7 +108,8 @@ proof-effects: proof-tools
 proof-symbols: .venv/.made
 	@$(WATCHED) "symbols" --show -- tests/proof/symbols.sh
 
-# the energy controller's walks of a million steps are left to the fuzzer, which has the same sanitizers and runs faster
+# the energy controller's walks of a million steps are left to the fuzzer, which has the same sanitizers and runs faster; those of a needle that
+# bends are as many steps as in the test with fewer, which stays
 proof-sanitizers: proof-tools
 	@mkdir -p $(CXX_SANITIZED)
 	@$(BIN)/cmake -S . -B $(CXX_SANITIZED) $(NINJA) -DNEEDLEFORCE_TESTS=ON \
@@ -116,7 +117,7 @@ proof-sanitizers: proof-tools
 	  -DCMAKE_CXX_FLAGS="-g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all" > $(CXX_SANITIZED).log 2>&1 \
 	  || (cat $(CXX_SANITIZED).log; false)
 	@$(WATCHED) "compiling with sanitizers" -- $(BIN)/cmake --build $(CXX_SANITIZED)
-	@for tests in $(CXX_SANITIZED)/tests/cpp/*_tests; do echo "sanitizers: $$tests"; $$tests --gtest_brief=1 --gtest_filter=-EnergyController.* > $(CXX_SANITIZED).log 2>&1 || { cat $(CXX_SANITIZED).log; exit 1; }; done
+	@for tests in $(CXX_SANITIZED)/tests/cpp/*_tests; do echo "sanitizers: $$tests"; $$tests --gtest_brief=1 --gtest_filter=-EnergyController.*:RealTime.MillionStepsOfANeedle* > $(CXX_SANITIZED).log 2>&1 || { cat $(CXX_SANITIZED).log; exit 1; }; done
 	@echo "sanitizers: nothing found in the C++ tests"
 
 proof-threads: proof-tools

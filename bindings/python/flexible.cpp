@@ -98,7 +98,7 @@ nb::dict run(Bent<dimension>& self, const Values& depth, const Rows& lateral, co
 template <std::size_t dimension>
 nb::ndarray<nb::numpy, double, nb::ndim<2>> shape(const Bent<dimension>& self) {
   double* points;
-  auto array = new_rows(self.mesh().count(), 3, points);
+  auto array = new_rows(self.shape_points(), 3, points);
   self.shape([&](const bending::Vector& point) { points = std::copy(point.begin(), point.end(), points); });
   return array;
 }

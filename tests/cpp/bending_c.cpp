@@ -54,7 +54,7 @@ TEST(BendingC, GivesTheValuesOfTheEngine) {
   }
   std::vector<double> points(3 * 200);
   const std::size_t n = nf_bend_shape(c.needle, points.data(), 200);
-  EXPECT_EQ(n, needle.mesh().count());
+  EXPECT_EQ(n, needle.shape_points());
   EXPECT_EQ(points[3 * (n - 1)], out.tip[0]);
   nf_bend_reset(c.needle);
   const nf_base above{-1e-3, {0.0, 0.0}, {0.0, 0.0}, 0.0};

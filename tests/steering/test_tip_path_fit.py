@@ -74,6 +74,19 @@ def test_what_cannot_be_identified_is_refused():
         identify([path], NEEDLE, model="magic")
 
 
+def test_the_identified_needle_steers_as_the_prediction():
+    rng = np.random.default_rng(6)
+    paths = [generated(str(i), base, rng, noise=0.0) for i, base in enumerate(motions(rng))]
+    model = identify(paths, NEEDLE, model="linear").model
+    depth = 5e-3 * np.arange(20)
+    still = TipPath("still", np.zeros((20, 2)), np.column_stack([np.zeros((20, 2)), depth]), None)
+    course = model.course(still)
+    needle = model.insertion(small_slopes=True)
+    rows = needle.run(np.append(0.0, course.depth), roll=model.roll)
+    axis = np.array([model.values["axis_x"], model.values["axis_y"]])
+    np.testing.assert_allclose(rows["tip"][1:, :2] + np.outer(course.depth, axis), course.tip, atol=1e-6)
+
+
 def test_progress_is_reported():
     rng = np.random.default_rng(5)
     seen = []

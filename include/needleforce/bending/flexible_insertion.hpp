@@ -60,12 +60,15 @@ class FlexibleInsertion {
   void shape(Visit visit) const noexcept {
     follow(visit);
   }
+  /// Number of points of the shape. Wait-free.
+  std::size_t shape_points() const noexcept { return mesh().count() + mesh().surface() * (free_pieces - 1); }
   /// The path that the tip has cut.
   const TissuePath<dimension>& path() const noexcept { return path_; }
   const BeamMesh<dimension>& mesh() const noexcept { return beam_.mesh(); }
   const FlexibleSettings& settings() const noexcept { return settings_; }
 
  private:
+  static constexpr std::size_t free_pieces = 6;
   struct Events {
     bool contact = false, punctured = false, exit = false, converged = true;
   };
@@ -365,29 +368,45 @@ class FlexibleInsertion {
     result.wrench = {fx - tx * fz, fy - ty * fz, fz + tx * fx + ty * fy, mx, my, tx * mx + ty * my};
   }
 
-  /// Follows the needle from the base to the tip, chord by chord; a chord is shorter than its arc.
+  /// Follows the needle from the base to the tip, chord by chord; a chord is shorter than its arc. Above the
+  /// surface an element is long, and follows in pieces.
   template <class Visit>
   Development<dimension> follow(Visit visit) const noexcept {
-    const auto nodes = mesh().nodes();
-    const auto& first = nodes.front();
-    const double per_h = 1.0 / mesh().h();
+    const auto& first = mesh().base();
     Development<dimension> curve({first.place[0], second(first.place), first.travel});
     visit(curve.position());
-    for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
-      const bool in_tissue = i >= mesh().surface();
-      const double length = in_tissue ? mesh().h() : nodes[i + 1].travel - nodes[i].travel;
-      const double per_length = in_tissue ? per_h : 1.0 / length;
-      Place chord;
-      double square = 0.0;
-      for (std::size_t d = 0; d < dimension; ++d) {
-        const double change = nodes[i + 1].slope[d] - nodes[i].slope[d];
-        chord[d] = (nodes[i + 1].place[d] - nodes[i].place[d]) * per_length;
-        square += change * change;
+    for (std::size_t i = 0; i + 1 < mesh().count(); ++i) {
+      const std::size_t count = i < mesh().surface() ? free_pieces : 1;
+      for (std::size_t k = 0; k < count; ++k) {
+        follow_piece(curve, i, k, count);
+        visit(curve.position());
       }
-      curve.advance(square < 1.0 ? length * (1.0 - square * (1.0 / 24.0)) : length, chord);
-      visit(curve.position());
     }
     return curve;
+  }
+  void follow_piece(Development<dimension>& curve, std::size_t i, std::size_t k,
+                    std::size_t count) const noexcept {
+    const auto &a = mesh()[i], &b = mesh()[i + 1];
+    const double whole = i < mesh().surface() ? b.travel - a.travel : mesh().h();
+    const double share = 1.0 / static_cast<double>(count), length = whole * share;
+    Place chord;
+    double square = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double change = (b.slope[d] - a.slope[d]) * share;
+      chord[d] = (b.place[d] - a.place[d]) / whole;
+      if (count > 1) chord[d] = cubic_chord(a, b, d, whole, static_cast<double>(k) * share, share);
+      square += change * change;
+    }
+    curve.advance(square < 1.0 ? length * (1.0 - square * (1.0 / 24.0)) : length, chord);
+  }
+  /// Mean slope of a cubic element between xi and xi + share.
+  static double cubic_chord(const BeamNode<dimension>& a, const BeamNode<dimension>& b, std::size_t d,
+                            double length, double xi, double share) noexcept {
+    const auto before = hermite(xi), after = hermite(xi + share);
+    const std::array<double, 4> value{a.place[d], length * a.slope[d], b.place[d], length * b.slope[d]};
+    double change = 0.0;
+    for (std::size_t n = 0; n < 4; ++n) change += (after[n] - before[n]) * value[n];
+    return change / (length * share);
   }
 
   Insertion axial_;

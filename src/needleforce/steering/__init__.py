@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Steering a needle: tip paths read and identified, kinematic models of a bevel-tip needle."""
 
+from .deflection_model import SteeringModel
 from .kinematics import Bicycle, KinematicSample, Unicycle
 from .tip_path_fit import SteeringEstimate, SteeringFit, identify
 from .tip_paths import TipPath, read
@@ -10,6 +11,7 @@ __all__ = [
     "KinematicSample",
     "SteeringEstimate",
     "SteeringFit",
+    "SteeringModel",
     "TipPath",
     "Unicycle",
     "identify",

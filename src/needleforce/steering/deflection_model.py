@@ -4,6 +4,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from .. import core
 from ..models.flexible_insertion import FlexibleInsertion
 from .tip_paths import TipPath
 
-PATH_SPACING = 5e-4  # [m]; the tip differs by less than 1e-4 of its deflection from that of 0.1 mm
+PATH_SPACING = 5e-4  # [m]; the tip differs by less than 1 um from that with 0.1 mm
 SKIN_THICKNESS = 2e-3  # [m]; tip paths do not tell it from the strength of the skin
 ELEMENTS = 30
 
@@ -92,9 +93,9 @@ class Course:
     depth: np.ndarray
 
 
-def layers_of(values: dict[str, float], across: int) -> list[core.LateralLayer]:
-    """The tissue as lateral layers, with the tip's force in one plane (0: x, 1: y)."""
-    common = {"modulus": values["modulus"], "tip_force": values["tip_force_y" if across else "tip_force_x"]}
+def _layers(values: dict[str, float], tip_force: float) -> list[core.LateralLayer]:
+    """The tissue as lateral layers, with a force on the tip [N]."""
+    common = {"modulus": values["modulus"], "tip_force": tip_force}
     if "yield_force" not in values:
         return [core.LateralLayer(**common)]
     common["tip_stiffness"] = values["tip_stiffness"]
@@ -103,22 +104,25 @@ def layers_of(values: dict[str, float], across: int) -> list[core.LateralLayer]:
     return [core.LateralLayer(**common, **skin), core.LateralLayer(top=SKIN_THICKNESS, **common, **below)]
 
 
-def insertion_of(values: dict[str, float], needle: core.Needle, across: int) -> FlexibleInsertion:
-    """The insertion of one plane (0: x, 1: y)."""
+def _guide(values: dict[str, float], needle: core.Needle) -> dict[str, float]:
+    """Guide, limits, and the length over which the tip's force builds up: a bevel of 27 degrees where none is known."""
+    bevel = {} if isinstance(needle.tip, core.tips.LancetBevel) else {"bevel_length": 2.0 * needle.outer_diameter}
     names = ("guide_distance", "rotational_compliance", "pivot_stiffness")
-    return FlexibleInsertion(
-        None,
-        needle,
-        lateral=layers_of(values, across),
-        planar=True,
-        elements=ELEMENTS,
-        small_slopes=True,
-        max_speed=math.inf,
-        path_spacing=PATH_SPACING,
-        max_travel=0.3,
-        max_slope=1.5,
-        **{name: values[name] for name in names if name in values},
-    )
+    given = {name: values[name] for name in names if name in values}
+    return given | bevel | {"max_speed": math.inf, "max_travel": 0.3}
+
+
+def _in_plane(values: dict[str, float], needle: core.Needle, across: int) -> FlexibleInsertion:
+    """The insertion of one plane (0: x, 1: y), as finely as a search needs it."""
+    layers = _layers(values, values["tip_force_y" if across else "tip_force_x"])
+    fineness = {
+        "planar": True,
+        "elements": ELEMENTS,
+        "path_spacing": PATH_SPACING,
+        "small_slopes": True,
+        "max_slope": 1.5,
+    }
+    return FlexibleInsertion(None, needle, lateral=layers, **fineness, **_guide(values, needle))
 
 
 def course_of(values: dict[str, float], needle: core.Needle, path: TipPath) -> Course:
@@ -131,7 +135,7 @@ def course_of(values: dict[str, float], needle: core.Needle, path: TipPath) -> C
         seen = moved + values["lead"] * (np.append(moved[1:], moved[-1]) - moved)
         depths = np.column_stack([np.append(0.0, depth[:-1]), depth, depth]).ravel()
         bases = np.column_stack([moved, moved, seen]).ravel()
-        rows = insertion_of(values, needle, across).run(depths, np.column_stack([bases, np.zeros_like(bases)]))
+        rows = _in_plane(values, needle, across).run(depths, np.column_stack([bases, np.zeros_like(bases)]))
         tip[:, across] = rows["tip"][2::3, 0]
         slope[:, across] = rows["tangent"][2::3, 0]
     axis, sensor = (np.array([values[f"{name}_x"], values[f"{name}_y"]]) for name in ("axis", "sensor"))
@@ -141,3 +145,47 @@ def course_of(values: dict[str, float], needle: core.Needle, path: TipPath) -> C
 def search_values(parameters: Sequence[Parameter], numbers: np.ndarray) -> dict[str, float]:
     """Name -> value for the numbers of a search."""
     return {parameter.name: parameter.outside(float(number)) for parameter, number in zip(parameters, numbers)}
+
+
+@dataclass(frozen=True)
+class SteeringModel:
+    """An identified steered needle.
+
+    Attributes
+    ----------
+    form : str
+        ``"linear"`` or ``"yielding"``.
+    values : dict of str to float
+        Value of each identified parameter, in SI.
+    needle : Needle
+        The needle with which it was identified.
+    """
+
+    form: str
+    values: dict[str, float]
+    needle: core.Needle
+
+    @property
+    def roll(self) -> float:
+        """Direction of the tip's lateral force at the roll of the insertions [rad], from x towards y."""
+        return math.atan2(self.values["tip_force_y"], self.values["tip_force_x"])
+
+    def insertion(self, **options: Any) -> FlexibleInsertion:
+        """A needle in space with the identified tissue and guide; ``roll`` is the roll at which it was inserted.
+
+        Parameters
+        ----------
+        **options : object
+            Of ``FlexibleInsertion``, such as ``elements``.
+
+        Returns
+        -------
+        FlexibleInsertion
+        """
+        force = math.hypot(self.values["tip_force_x"], self.values["tip_force_y"])
+        layers = _layers(self.values, force)
+        return FlexibleInsertion(None, self.needle, lateral=layers, **(_guide(self.values, self.needle) | options))
+
+    def course(self, path: TipPath) -> Course:
+        """Tip and slope for the motion of the base of an insertion, before its pose."""
+        return course_of(self.values, self.needle, path)

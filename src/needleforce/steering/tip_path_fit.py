@@ -9,8 +9,7 @@ import numpy as np
 
 from .. import core
 from ..errors import InputError
-from ..models.flexible_insertion import FlexibleInsertion
-from .deflection_model import MODELS, Course, Parameter, course_of, insertion_of, search_values
+from .deflection_model import MODELS, Course, Parameter, SteeringModel, course_of, search_values
 from .tip_paths import TipPath
 
 if TYPE_CHECKING:
@@ -55,8 +54,8 @@ class SteeringFit:
 
     Attributes
     ----------
-    model : str
-        ``"linear"`` or ``"yielding"``.
+    model : SteeringModel
+        What ``nf.FlexibleInsertion`` needs, and its motion for a base.
     parameters : tuple of SteeringEstimate
         With intervals.
     trade_offs : tuple of (str, str, float)
@@ -65,9 +64,7 @@ class SteeringFit:
         Insertion -> root mean square of the lateral error with a free pose [m].
     """
 
-    model: str
-    needle: core.Needle
-    values: dict[str, float]
+    model: SteeringModel
     parameters: tuple[SteeringEstimate, ...]
     trade_offs: tuple[tuple[str, str, float], ...]
     rms: dict[str, float]
@@ -85,13 +82,9 @@ class SteeringFit:
         ndarray, shape (n, 3)
             Position of the tip [m].
         """
-        course = course_of(self.values, self.needle, path)
+        course = self.model.course(path)
         pose = _pose(course, path, min(path.entry_rows, _ENTRY))
         return np.column_stack([_placed(course, pose), path.tip[:, 2]])
-
-    def insertion(self, across: int = 0) -> FlexibleInsertion:
-        """The identified insertion in one plane (0: x, 1: y)."""
-        return insertion_of(self.values, self.needle, across)
 
 
 _ENTRY = 2  # rows at the entry that are used, at most
@@ -138,9 +131,7 @@ def identify(
     values = search_values(parameters, numbers)
     covariance = np.linalg.inv(solution.jac.T @ solution.jac)
     return SteeringFit(
-        model=model,
-        needle=needle,
-        values=values,
+        model=SteeringModel(model, values, needle),
         parameters=tuple(_estimate(p, x, sd) for p, x, sd in zip(parameters, numbers, np.sqrt(np.diag(covariance)))),
         trade_offs=_trade_offs(parameters, covariance),
         rms={path.name: _rms(course_of(values, needle, path), path) for path in insertions},
@@ -183,7 +174,7 @@ def _search(
     start = np.zeros(len(parameters))
     # the last rows before a lost sensor, and whatever else is no noise, count linearly
     robust = {"loss": "soft_l1", "f_scale": ROBUST_FROM}
-    return least_squares(residuals, start, slopes, (low, high), xtol=1e-4, ftol=1e-4, max_nfev=60, **robust)
+    return least_squares(residuals, start, slopes, (low, high), xtol=1e-5, ftol=1e-5, max_nfev=100, **robust)
 
 
 def _edges(parameters: Sequence[Parameter]) -> tuple[list[tuple[Parameter, float]], list[tuple[Parameter, float]]]:
