@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bevel-tip needle in gel: steered by half a turn of the bevel, and by a base that is moved aside. Draws bending.svg."""
+"""A bevel-tip needle in gel: steered by half a turn of the bevel, and by a base that is moved aside; bending.svg."""
 
 import matplotlib.pyplot as plt
 import numpy as np
