@@ -9,7 +9,7 @@ from building import said
 
 HEADERS = ("needleforce.h", "needleforce_guard.h", "needleforce_bend.h")
 VERSION = 2
-STRUCTS = "252cd18bf561bbc1"  # of VERSION
+STRUCTS = "ea35ae9c0e9c688e"  # of VERSION
 
 OLD = """
 #include <stddef.h>
