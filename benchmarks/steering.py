@@ -44,6 +44,12 @@ def error(predicted, path):
     return math.sqrt(np.mean(distance**2)), distance.max(), distance[-1]
 
 
+def covered(fit, path):
+    """Share of the readings in the 95 % interval of the prediction, with 0.2 mm of noise of a reading."""
+    off = np.abs(fit.predict(path) - path.tip)[:, :2]
+    return np.mean(off < 1.96 * np.hypot(fit.uncertainty(path), 0.2e-3)[:, None])
+
+
 def entry(path):
     """Position and slope at the entry, from the rows before the base moves, of the mean position and direction."""
     rows = min(path.entry_rows, 2)
@@ -85,7 +91,7 @@ def kinematic(training, path, model):
 
 def held_out(unsteered, steered, model, console):
     """Name of a predictor -> rows of errors over all choices of the steered training insertions."""
-    rows = {}
+    rows, inside = {}, []
     count = 2 if len(steered) > 2 else 1
     for chosen in itertools.combinations(steered, count):
         training = [*unsteered, *chosen]
@@ -94,6 +100,7 @@ def held_out(unsteered, steered, model, console):
         for path in steered:
             if path in chosen:
                 continue
+            inside.append(covered(fit, path))
             for name, predicted in (
                 (f"mechanics, {model}", fit.predict(path)),
                 ("unicycle", kinematic(training, path, "unicycle")),
@@ -101,7 +108,7 @@ def held_out(unsteered, steered, model, console):
                 ("entry angle and curvature", predicted_curve(curve(training), path)),
             ):
                 rows.setdefault(name, []).append(error(predicted, path))
-    return rows
+    return rows, np.mean(inside)
 
 
 def main(file, model):
@@ -116,7 +123,9 @@ def main(file, model):
         title="held-out tips, lateral error in mm",
     )
     for tissue, (unsteered, steered) in tissues(nf.steering.read(file)).items():
-        for name, rows in held_out(unsteered, steered, model, console).items():
+        predictors, inside = held_out(unsteered, steered, model, console)
+        console.print(f"{tissue}: {100.0 * inside:.0f} % of the readings in the 95 % interval")
+        for name, rows in predictors.items():
             values = np.array(rows)
             cells = [f"{np.median(v):.2f} / {v.max():.2f}" for v in values.T]
             table.add_row(tissue, name, str(len(values)), *cells)

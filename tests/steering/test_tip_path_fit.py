@@ -64,6 +64,30 @@ def test_prediction_needs_the_entry_alone():
     assert np.sqrt(np.mean((fit.predict(held) - held.tip)[:, :2] ** 2)) < 0.7e-3
 
 
+def test_held_out_tips_are_within_the_stated_uncertainty():
+    rng = np.random.default_rng(8)
+    inside, errors = [], []
+    for _ in range(3):
+        paths = [generated(str(i), base, rng) for i, base in enumerate([*motions(rng), *motions(rng)[3:]])]
+        fit = identify(paths[:4], NEEDLE, model="linear")
+        assert set(fit.left_out) == {"0", "1", "2", "3"} and max(fit.left_out.values()) < 1.5e-3
+        for held in paths[4:]:
+            error = (fit.predict(held) - held.tip)[:, :2]
+            sd = np.hypot(fit.uncertainty(held), 0.1e-3)
+            inside.append(np.abs(error) < 1.96 * sd[:, None])
+            errors.append(error / sd[:, None])
+    # at least what is stated; the unexplained errors are those of gels, and what is generated has none
+    assert np.mean(inside) > 0.93
+    assert np.sqrt(np.mean(np.square(errors))) > 0.1
+
+
+def test_a_single_insertion_has_no_left_out_error():
+    rng = np.random.default_rng(9)
+    fit = identify([generated("one", motions(rng)[2], rng)], NEEDLE, model="linear")
+    assert fit.left_out == {}
+    assert np.all(np.isfinite(fit.uncertainty(generated("two", motions(rng)[2], rng))))
+
+
 def test_what_cannot_be_identified_is_refused():
     path = TipPath("short", np.zeros((2, 2)), np.zeros((2, 3)), None)
     with pytest.raises(nf.InputError, match="three rows"):
@@ -80,11 +104,11 @@ def test_the_identified_needle_steers_as_the_prediction():
     model = identify(paths, NEEDLE, model="linear").model
     depth = 5e-3 * np.arange(20)
     still = TipPath("still", np.zeros((20, 2)), np.column_stack([np.zeros((20, 2)), depth]), None)
-    course = model.course(still)
+    simulated = model.simulated(still)
     needle = model.insertion(small_slopes=True)
-    rows = needle.run(np.append(0.0, course.depth), roll=model.roll)
+    rows = needle.run(np.append(0.0, simulated.depth), roll=model.roll)
     axis = np.array([model.values["axis_x"], model.values["axis_y"]])
-    np.testing.assert_allclose(rows["tip"][1:, :2] + np.outer(course.depth, axis), course.tip, atol=1e-6)
+    np.testing.assert_allclose(rows["tip"][1:, :2] + np.outer(simulated.depth, axis), simulated.tip, atol=1e-6)
 
 
 def test_progress_is_reported():

@@ -27,7 +27,8 @@ def straight(n=6, **changes):
 
 def test_insertion_axis_is_the_one_without_a_base(tmp_path):
     (path,) = read(written(tmp_path, straight()))
-    assert path.name == "one" and len(path) == 6 and path.steered and path.entry_rows == 3
+    assert path.name == "one" and len(path) == 6 and path.steered
+    assert path.entry_rows == 2  # the base moves from the fourth on, but the third is deeper than the entry of 6 mm
     np.testing.assert_allclose(path.tip[:, 2], 5e-3 * np.arange(6))
     np.testing.assert_allclose(path.tip[:, 0], 1e-3 * (1.0 + 0.1 * np.arange(6)))
     np.testing.assert_allclose(path.base[-1], [1.5e-3, 0.0])
@@ -71,7 +72,7 @@ def test_frozen_tips_while_the_base_moves_are_left_out(tmp_path):
 @pytest.mark.parametrize(
     "change, words",
     [
-        (lambda rows: rows[2].__setitem__(1, "nan"), "row 3"),
+        (lambda rows: rows[2].__setitem__(1, "nan"), "line 4"),
         (lambda rows: rows[2].__setitem__(1, ""), "not a number"),
         (lambda rows: [row.__setitem__(2, 0.0) for row in rows], "does not advance"),
     ],
@@ -86,12 +87,29 @@ def test_bad_values_are_named(tmp_path, change, words):
 def test_bad_tables_are_named(tmp_path):
     with pytest.raises(nf.InputError, match="tip_x_mm"):
         read(written(tmp_path, [[1, 2]], ["time", "force"]))
-    with pytest.raises(nf.InputError, match="empty"):
+    with pytest.raises(nf.InputError, match="number of samples is 0"):
         read(written(tmp_path, []))
     with pytest.raises(nf.InputError, match="parsec"):
         read(written(tmp_path, straight(), [name.replace("_mm", "_parsec") for name in HEADER]))
     with pytest.raises(nf.InputError):
         read(tmp_path / "missing.csv")
+
+
+def test_headers_of_other_programs_are_recognised(tmp_path):
+    header = ["Run", "Tip x [mm]", "Tip y [mm]", "Tip z [mm]", "Guide X (mm)", "Guide Z (mm)", "Roll [deg]"]
+    (path,) = read(written(tmp_path, [[*row, 90.0 * i] for i, row in enumerate(straight())], header))
+    np.testing.assert_allclose(path.roll, 0.5 * math.pi * np.arange(6))
+    assert path.rolls and path.name == "one"
+
+
+def test_a_table_without_a_base_or_units(tmp_path):
+    header = [name.removesuffix("_mm") for name in HEADER[:4]]
+    file = written(tmp_path, [row[:4] for row in straight()], header)
+    with pytest.raises(nf.InputError, match="unit='mm'"):
+        read(file)
+    (path,) = read(file, unit="mm")
+    assert not path.steered and not path.base.any()
+    np.testing.assert_allclose(path.tip[:, 2], 5e-3 * np.arange(6))
 
 
 def test_real_table_agrees_with_the_csv_module(recordings):

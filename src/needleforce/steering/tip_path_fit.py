@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tissue, tip and guide from tip paths: least squares with priors; each insertion has a pose of its own."""
+"""Tissue, tip and guide from tip paths: least squares with priors, whatever the mechanics leave unexplained aside."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -9,19 +9,16 @@ import numpy as np
 
 from .. import core
 from ..errors import InputError
-from .deflection_model import MODELS, Course, Parameter, SteeringModel, course_of, search_values
+from .path_errors import PathErrors
+from .path_prediction import STEP, PathPredictor, readings_of, residuals_of
+from .path_simulation import simulated_path
+from .steering_model import SteeringModel
+from .steering_parameters import MODELS, Parameter, search_values
 from .tip_paths import TipPath
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
 
-POSITION_NOISE = 0.2e-3  # [m] of an electromagnetic sensor in a needle
-SLOPE_NOISE = 4e-3
-OFFSET_SPREAD = 1e-3  # [m] of the entry against the base, between insertions
-TILT_SPREAD = 0.015  # [rad]
-# of a prediction from the entry, where the model is wrong: in addition to the noise
-MODEL_ERROR = 0.5e-3
-SLOPE_ERROR = 8e-3
 ROBUST_FROM = 2.0  # standard deviations
 
 
@@ -61,7 +58,7 @@ class SteeringFit:
     trade_offs : tuple of (str, str, float)
         Pairs of parameters whose errors have a correlation beyond 0.9.
     rms : dict of str to float
-        Insertion -> root mean square of the lateral error with a free pose [m].
+        Insertion -> root mean square of the lateral error of its prediction from the entry [m]; it is in the fit.
     """
 
     model: SteeringModel
@@ -82,13 +79,23 @@ class SteeringFit:
         ndarray, shape (n, 3)
             Position of the tip [m].
         """
-        course = self.model.course(path)
-        pose = _pose(course, path, min(path.entry_rows, _ENTRY))
-        return np.column_stack([_placed(course, pose), path.tip[:, 2]])
+        return self._predictor.tip(path)
 
+    def uncertainty(self, path: TipPath) -> np.ndarray:
+        """Standard deviation of ``predict`` in each lateral direction, (n,) [m]: of the parameters, the pose and what
+        the mechanics leave unexplained."""
+        return self._predictor.uncertainty(path)
 
-_ENTRY = 2  # rows at the entry that are used, at most
-_STEP = 2e-3  # of the search, in units of the priors' spread
+    @property
+    def left_out(self) -> dict[str, float]:
+        """Insertion -> root mean square lateral error of its prediction when it is left out of the fit [m]; linear in
+        the parameters. Empty for one insertion."""
+        return {name: error for name, (error, _) in self._predictor.left_out.items()}
+
+    @property
+    def _predictor(self) -> PathPredictor:
+        assert self.model.predictor is not None
+        return self.model.predictor
 
 
 def identify(
@@ -127,15 +134,22 @@ def identify(
         raise InputError("insertions", len(insertions), limit, next_step="Give nf.steering.read(file).")
     parameters = MODELS[model]
     solution = _search(parameters, insertions, needle, progress)
-    numbers = np.array([p.inside(p.center) + p.spread * x for p, x in zip(parameters, solution.x)])
+    center, spread = _priors(parameters)
+    numbers = center + spread * solution.x
     values = search_values(parameters, numbers)
+    # least_squares gives the Jacobian with the weights of the loss
     covariance = np.linalg.inv(solution.jac.T @ solution.jac)
+    predictor = PathPredictor(values, needle, tuple(insertions), parameters)
     return SteeringFit(
-        model=SteeringModel(model, values, needle),
+        model=SteeringModel(model, values, needle, predictor),
         parameters=tuple(_estimate(p, x, sd) for p, x, sd in zip(parameters, numbers, np.sqrt(np.diag(covariance)))),
         trade_offs=_trade_offs(parameters, covariance),
-        rms={path.name: _rms(course_of(values, needle, path), path) for path in insertions},
+        rms={path.name: predictor.rms(path) for path in insertions},
     )
+
+
+def _priors(parameters: Sequence[Parameter]) -> tuple[np.ndarray, np.ndarray]:
+    return np.array([p.inside(p.center) for p in parameters]), np.array([p.spread for p in parameters])
 
 
 def _search(
@@ -147,16 +161,16 @@ def _search(
     """Least squares over the deviations from the priors, in units of their spread."""
     from scipy.optimize import least_squares
 
-    center = np.array([p.inside(p.center) for p in parameters])
-    spread = np.array([p.spread for p in parameters])
+    center, spread = _priors(parameters)
     low, high = ((np.array([p.inside(edge) for p, edge in rows]) - center) / spread for rows in _edges(parameters))
+    errors = PathErrors([readings_of(path) for path in insertions])
     calls = 0
 
     def residuals(deviations: np.ndarray) -> np.ndarray:
         nonlocal calls
         values = search_values(parameters, center + spread * deviations)
-        parts = [_residuals(course_of(values, needle, path), path) for path in insertions]
-        joined = np.concatenate([*parts, deviations])
+        parts = [residuals_of(simulated_path(values, needle, path), path) for path in insertions]
+        joined = np.concatenate([errors.whitened(parts).ravel(), deviations])
         calls += 1
         if progress:
             progress(calls, 0.5 * float(joined @ joined))
@@ -165,7 +179,7 @@ def _search(
     def slopes(deviations: np.ndarray) -> np.ndarray:
         columns, here = [], residuals(deviations)
         for i in range(len(deviations)):
-            step = _STEP if deviations[i] + _STEP <= high[i] else -_STEP
+            step = STEP if deviations[i] + STEP <= high[i] else -STEP
             aside = deviations.copy()
             aside[i] += step
             columns.append((residuals(aside) - here) / step)
@@ -181,54 +195,12 @@ def _edges(parameters: Sequence[Parameter]) -> tuple[list[tuple[Parameter, float
     return [(p, p.low) for p in parameters], [(p, p.high) for p in parameters]
 
 
-def _residuals(course: Course, path: TipPath) -> np.ndarray:
-    """Of all rows with the pose that fits them, and of the prediction from the entry: the second keeps the pose from
-    taking over what the mechanics should explain."""
-    free = _pose(course, path, len(path))
-    entry = _pose(course, path, min(path.entry_rows, _ENTRY))
-    parts = [(free - _expected_pose(course, path)) / [[OFFSET_SPREAD], [TILT_SPREAD]]]
-    for pose, position, slope in ((free, POSITION_NOISE, SLOPE_NOISE), (entry, MODEL_ERROR, SLOPE_ERROR)):
-        parts.append((_placed(course, pose) - path.tip[:, :2]) / position)
-        if path.slope is not None:
-            parts.append((course.slope + pose[1] - path.slope) / slope)
-    return np.concatenate([part.ravel() for part in parts])
-
-
-def _pose(course: Course, path: TipPath, rows: int) -> np.ndarray:
-    """Offset [m] and tilt [rad] of an insertion, (2, 2), most probable for its first rows."""
-    n = rows
-    one, zero = np.ones(n), np.zeros(n)
-    sides = [(path.tip[:n, :2] - course.tip[:n]) / POSITION_NOISE]
-    matrix = [np.column_stack([one, course.depth[:n]]) / POSITION_NOISE]
-    if path.slope is not None:
-        sides.append((path.slope[:n] - course.slope[:n]) / SLOPE_NOISE)
-        matrix.append(np.column_stack([zero, one]) / SLOPE_NOISE)
-    spread = np.array([OFFSET_SPREAD, TILT_SPREAD])
-    sides.append(_expected_pose(course, path) / spread[:, None])
-    matrix.append(np.diag(1.0 / spread))
-    return np.linalg.lstsq(np.vstack(matrix), np.vstack(sides), rcond=None)[0]
-
-
-def _expected_pose(course: Course, path: TipPath) -> np.ndarray:
-    """Before the data: an entry at the first row, as the tip's frame need not be the base's, and no tilt."""
-    return np.vstack([path.tip[0, :2] - course.tip[0], np.zeros(2)])
-
-
-def _placed(course: Course, pose: np.ndarray) -> np.ndarray:
-    return course.tip + pose[0] + np.outer(course.depth, pose[1])
-
-
-def _rms(course: Course, path: TipPath) -> float:
-    error = _placed(course, _pose(course, path, len(path))) - path.tip[:, :2]
-    return float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
-
-
 def _estimate(parameter: Parameter, number: float, sd: float) -> SteeringEstimate:
     low, high = (parameter.outside(number + side * 1.96 * sd * parameter.spread) for side in (-1, 1))
     return SteeringEstimate(
-        parameter.name,
-        parameter.unit,
-        parameter.meaning,
+        name=parameter.name,
+        unit=parameter.unit,
+        meaning=parameter.meaning,
         value=parameter.outside(number),
         low=max(low, parameter.low),
         high=min(high, parameter.high),

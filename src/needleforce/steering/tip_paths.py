@@ -1,23 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of steered insertions: the base's motion and the tip that was tracked, in the frame of the tissue."""
+"""A steered insertion as it was recorded: the motion of the base and the tip, in the frame of the tissue."""
 
-import csv
-import io
-import re
-from collections.abc import Sequence
-from dataclasses import dataclass
-from os import PathLike
-from pathlib import Path
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..errors import InputError
-from ..files import read_bytes
-from ..units import parse
-
-_MAX_BYTES = 64 * 1024**2
-_QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
-_AXES = ("x", "y", "z")
+ENTRY = 6e-3  # [m] of travel that count as the entry
+MAX_COMPARED = 60  # rows of an insertion that a fit compares
 
 
 @dataclass(frozen=True)
@@ -39,6 +28,8 @@ class TipPath:
         that the table states there.
     note : str
         How the frame was found, and which rows were left out.
+    roll : ndarray, shape (n,)
+        Rotation of the needle about its axis [rad], not wrapped; 0 if none is given.
     """
 
     name: str
@@ -47,6 +38,11 @@ class TipPath:
     slope: np.ndarray | None
     start: float = 0.0
     note: str = ""
+    roll: np.ndarray = field(default=None)  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        if self.roll is None:
+            object.__setattr__(self, "roll", np.zeros(len(self.base)))
 
     def __len__(self) -> int:
         return len(self.base)
@@ -62,124 +58,24 @@ class TipPath:
         return bool(np.any(self.base != self.base[0]))
 
     @property
+    def rolls(self) -> bool:
+        """Whether the needle was turned on its way."""
+        return bool(np.any(self.roll != self.roll[0]))
+
+    @property
+    def compared(self) -> np.ndarray:
+        """Indices of the rows that a fit compares: all, or of a continuous recording 60, evenly over the motion."""
+        if len(self) <= MAX_COMPARED:
+            return np.arange(len(self))
+        steps = np.abs(np.diff(self.depth)) + np.linalg.norm(np.diff(self.base, axis=0), axis=1)
+        motion = np.append(0.0, np.cumsum(steps))
+        return np.unique(np.searchsorted(motion, np.linspace(0.0, motion[-1], MAX_COMPARED)))
+
+    @property
     def entry_rows(self) -> int:
-        """Rows at the beginning that were read before the base moved, at least one."""
-        moved = np.any(self.base != self.base[0], axis=1)
-        first = int(np.argmax(moved)) if moved.any() else len(self)
-        return max(first, 1)
-
-
-def read(file: str | PathLike) -> list[TipPath]:
-    """Read insertions from a table with a row a step.
-
-    Parameters
-    ----------
-    file : path
-        CSV with headers: ``tip_x``, ``tip_y``, ``tip_z`` and the two of ``base_x``, ``base_y``, ``base_z`` across, each
-        with its unit as a suffix (``tip_x_mm``); optionally the tip's orientation ``tip_qw`` to ``tip_qz`` and the
-        nominal ``depth``. A column ``file``, ``insertion`` or ``trial`` separates insertions.
-
-    Returns
-    -------
-    list of TipPath
-        In the order of the file. The insertion axis is the one without a base column, its direction that in which the
-        tip goes. Rows in which the tip stays the same to the last digit while the base moves are those of a lost
-        sensor, and left out.
-
-    Raises
-    ------
-    InputError
-        If a column is missing, a value is not a number, or the tip does not advance.
-    """
-    text = read_bytes(file, "table of tip paths", _MAX_BYTES).decode("utf-8-sig", errors="replace")
-    rows = list(csv.DictReader(io.StringIO(text)))
-    if not rows:
-        raise InputError("rows", 0, "an empty table", str(file), "Give a CSV file with a header and a row a step.")
-    columns = _columns(rows[0], str(file))
-    label = next((name for name in ("file", "insertion", "trial") if name in rows[0]), None)
-    groups: dict[str, list[dict]] = {}
-    for row in rows:
-        groups.setdefault(row[label] if label else Path(file).stem, []).append(row)
-    return [_path(name, group, columns, str(file)) for name, group in groups.items()]
-
-
-def _columns(header: dict, place: str) -> dict[str, tuple[str, str]]:
-    """Quantity -> (column, unit), for tip, base and orientation."""
-    found: dict[str, tuple[str, str]] = {name: (name, "1") for name in _QUATERNION if name in header}
-    for name in header:
-        match = re.fullmatch(r"(tip|base)_([xyz])_(\w+)", name or "")
-        if match:
-            found[f"{match[1]}_{match[2]}"] = (name, match[3])
-        stated = re.fullmatch(r"(?:step_)?depth_(\w+)", name or "")
-        if stated:
-            found["depth"] = (name, stated[1])
-    missing = [f"tip_{axis}" for axis in _AXES if f"tip_{axis}" not in found]
-    across = [axis for axis in _AXES if f"base_{axis}" in found]
-    if missing or len(across) != 2:
-        given = ", ".join(name for name in header if name)
-        wanted = "tip_x, tip_y, tip_z and two columns of base_x, base_y, base_z, with units as suffixes (tip_x_mm)"
-        raise InputError("columns", given, "not those of a tip path", place, f"Name them {wanted}.")
-    return found
-
-
-def _path(name: str, rows: Sequence[dict], columns: dict[str, tuple[str, str]], place: str) -> TipPath:
-    across = [axis for axis in _AXES if f"base_{axis}" in columns]
-    along = next(axis for axis in _AXES if axis not in across)
-    series = {key: _series(rows, *columns[key], f"{place}, {name}") for key in columns}
-    sign = _direction(series[f"tip_{along}"], f"{place}, {name}")
-    base = np.column_stack([series[f"base_{axis}"] for axis in across])
-    tip = np.column_stack([*(series[f"tip_{axis}"] for axis in across), sign * series[f"tip_{along}"]])
-    slope = _slopes(series, [_AXES.index(axis) for axis in (*across, along)], sign)
-    n = _tracked(tip, base)
-    notes = [f"insertion along {'+' if sign > 0 else '-'}{along}"]
-    if n < len(rows):
-        notes.append(f"the last {len(rows) - n} rows are left out: the tip is the same to the last digit")
-    start = tip[0, 2] - (series["depth"][0] if "depth" in series else 0.0)
-    return TipPath(name, base[:n], tip[:n], None if slope is None else slope[:n], float(start), note="; ".join(notes))
-
-
-def _series(rows: Sequence[dict], column: str, unit: str, place: str) -> np.ndarray:
-    try:
-        values = np.array([float(row[column]) for row in rows])
-    except (TypeError, ValueError):
-        raise InputError(column, "a text or nothing", "not a number in each row", place, "Correct the rows.") from None
-    if not np.all(np.isfinite(values)):
-        bad = int(np.argmin(np.isfinite(values))) + 1
-        raise InputError(column, values[bad - 1], "not finite", f"{place}, row {bad}", "Leave the row out.")
-    return values if unit == "1" else parse(unit, "length", column, place).to_si(values)
-
-
-def _direction(along: np.ndarray, place: str) -> float:
-    """+1 or -1, so that the tip goes inwards along the axis."""
-    travel = along[-1] - along[0]
-    if len(along) < 2 or not abs(travel) > 0.5 * np.ptp(along):
-        raise InputError(
-            "tip along the insertion", f"{travel:.4g} m", "does not advance", place, "Give whole insertions."
-        )
-    return float(np.sign(travel))
-
-
-def _slopes(series: dict[str, np.ndarray], order: list[int], sign: float) -> np.ndarray | None:
-    """Slopes across from the orientation: of the sensor's axis that is closest to the insertion."""
-    if not all(name in series for name in _QUATERNION):
-        return None
-    w, x, y, z = (series[name] for name in _QUATERNION)
-    axes = np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=1),
-            np.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], axis=1),
-            np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1),
-        ]
-    )[:, :, order]
-    needle = axes[int(np.argmax(np.abs(axes[:, :, 2]).mean(axis=1)))]
-    inwards = sign * needle[:, 2]
-    return needle[:, :2] / inwards[:, None]
-
-
-def _tracked(tip: np.ndarray, base: np.ndarray) -> int:
-    """Rows before the tip is frozen: the same in three rows or more up to the end while the base moves."""
-    same = np.all(tip[1:] == tip[-1], axis=1)
-    moving = np.where(same)[0]
-    frozen = len(tip) - int(np.argmin(same[::-1])) if not same.all() and same[-1] else len(tip)
-    lasts = len(tip) - frozen
-    return frozen if lasts >= 2 and len(moving) and np.any(base[frozen:] != base[frozen - 1]) else len(tip)
+        """Compared rows at the beginning that were read before the base moved or turned, in the first 6 mm; at least
+        one."""
+        moved = np.any(self.base != self.base[0], axis=1) | (self.roll != self.roll[0])
+        later = np.where(moved | (self.depth > self.depth[0] + ENTRY))[0]
+        first = later[0] if len(later) else len(self)
+        return max(int(np.searchsorted(self.compared, first)), 1)

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tip of an insertion that was not in the fit, from its base's motion and its entry, with its uncertainty."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .. import core
+from .path_errors import POSITION_NOISE, PathErrors, PathReadings
+from .path_posterior import Sensitive, expected_errors
+from .path_simulation import SimulatedPath, simulated_path
+from .steering_parameters import Parameter, deviations_of, search_values
+from .tip_paths import TipPath
+
+STEP = 2e-3  # of a derivative, in standard deviations of the parameter's prior
+
+
+def readings_of(path: TipPath, rows: np.ndarray | None = None) -> PathReadings:
+    """Where tip and slope were read, in the rows that are compared or others."""
+    rows = path.compared if rows is None else rows
+    return PathReadings(np.maximum(path.depth[rows], 0.0), path.slope is not None)
+
+
+def residuals_of(simulated: SimulatedPath, path: TipPath, rows: np.ndarray | None = None) -> np.ndarray:
+    """What was read less what is simulated, (n, 2), or (2 n, 2) with the slopes below [m], [1].
+
+    Positions begin at 0 in the first row, as the frame of a tracker need not be that of the base.
+    """
+    rows = path.compared if rows is None else rows
+    position = (path.tip[:, :2] - simulated.tip - _start(simulated, path))[rows]
+    return position if path.slope is None else np.vstack([position, (path.slope - simulated.slope)[rows]])
+
+
+def _start(simulated: SimulatedPath, path: TipPath) -> np.ndarray:
+    return path.tip[0, :2] - simulated.tip[0]
+
+
+@dataclass(frozen=True)
+class PathPredictor:
+    """Predicts other insertions of the same tissue.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        The identified parameters.
+    needle : Needle
+        With which they were identified.
+    insertions : tuple of TipPath
+        From which.
+    parameters : tuple of Parameter
+        Their priors.
+    """
+
+    values: dict[str, float]
+    needle: core.Needle
+    insertions: tuple[TipPath, ...]
+    parameters: Sequence[Parameter]
+
+    def tip(self, path: TipPath) -> np.ndarray:
+        """Position of the tip (n, 3) [m] for the motion of the base and the entry."""
+        simulated = simulated_path(self.values, self.needle, path)
+        rows = path.compared[: path.entry_rows]
+        seen = residuals_of(simulated, path, rows)
+        errors = self._errors.expected(self._residuals, readings_of(path, rows), seen, np.maximum(path.depth, 0.0))
+        return np.column_stack([simulated.tip + _start(simulated, path) + errors, path.tip[:, 2]])
+
+    def uncertainty(self, path: TipPath) -> np.ndarray:
+        """Standard deviation of ``tip`` in each lateral direction, (n,) [m]."""
+        depth = np.maximum(path.depth, 0.0)
+        _, sd = self._expected(self._known, self._linearised(path), path)
+        return np.interp(depth, depth[path.compared], sd.mean(axis=1)) * self.error_scale
+
+    def rms(self, path: TipPath) -> float:
+        """Root mean square of the lateral error of the prediction [m]."""
+        return float(np.sqrt(np.mean(np.sum((self.tip(path) - path.tip)[:, :2] ** 2, axis=1))))
+
+    @cached_property
+    def left_out(self) -> dict[str, tuple[float, float]]:
+        """Insertion -> root mean square lateral error [m], and mean square over the expected one, of its prediction
+        from the other insertions and its entry; linear in the parameters."""
+        return {path.name: self._left_out(k) for k, path in enumerate(self.insertions) if len(self.insertions) > 1}
+
+    @cached_property
+    def error_scale(self) -> float:
+        """Factor by which errors of left-out insertions exceed the expected ones, at least 1; of the steered ones, if
+        there are several."""
+        steered = [path.name for path in self.insertions if path.steered]
+        names = steered if len(steered) > 1 else list(self.left_out)
+        return math.sqrt(max([1.0, *([np.mean([self.left_out[name][1] for name in names])] if names else [])]))
+
+    def _left_out(self, k: int) -> tuple[float, float]:
+        here, path = self._known[k], self.insertions[k]
+        mean, sd = self._expected(self._known[:k] + self._known[k + 1 :], here, path)
+        error = here.positions().residuals - mean
+        ratio = np.mean(error**2 / (sd**2 + POSITION_NOISE**2))
+        return float(np.sqrt(np.mean(np.sum(error**2, axis=1)))), float(ratio)
+
+    def _expected(self, known: Sequence[Sensitive], here: Sensitive, path: TipPath) -> tuple[np.ndarray, np.ndarray]:
+        entry = here.rows(np.arange(path.entry_rows))
+        return expected_errors(known, entry, here.positions(), deviations_of(self.parameters, self.values))
+
+    @cached_property
+    def _errors(self) -> PathErrors:
+        return PathErrors([readings_of(path) for path in self.insertions])
+
+    @cached_property
+    def _residuals(self) -> list[np.ndarray]:
+        return [each.residuals for each in self._known]
+
+    @cached_property
+    def _known(self) -> list[Sensitive]:
+        return [self._linearised(path) for path in self.insertions]
+
+    def _linearised(self, path: TipPath) -> Sensitive:
+        here = self._residuals_with(self.values, path)
+        slopes = []
+        for parameter in self.parameters:
+            number, step = parameter.inside(self.values[parameter.name]), STEP * parameter.spread
+            step = step if parameter.outside(number + step) <= parameter.high else -step
+            moved = self.values | search_values([parameter], np.array([number + step]))
+            slopes.append((self._residuals_with(moved, path) - here) * (parameter.spread / step))
+        return Sensitive(readings_of(path), here, np.array(slopes))
+
+    def _residuals_with(self, values: dict[str, float], path: TipPath) -> np.ndarray:
+        return residuals_of(simulated_path(values, self.needle, path), path)

@@ -1,0 +1,195 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tables of steered insertions: which column is which, and from the tracker's frame to that of the tissue."""
+
+import re
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..recording.columns import Column
+from ..recording.file_table import FileTable
+from ..recording.formats.detect import tables_of
+from ..recording.formats.rows import is_unit
+from ..units import parse
+from .tip_paths import TipPath
+
+AXES = ("x", "y", "z")
+_QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
+_LABELS = ("file", "insertion", "trial", "run")
+_WANTED = "tip_x, tip_y, tip_z, and base_x, base_y, base_z without the one along the insertion"
+
+
+def read(file: str | PathLike, *, unit: str | None = None) -> list[TipPath]:
+    """Read insertions from a table with a row a step or a sample.
+
+    Parameters
+    ----------
+    file : path
+        A table of any format that ``nf.read`` opens, with the columns ``tip_x``, ``tip_y``, ``tip_z`` and the two of
+        ``base_x``, ``base_y``, ``base_z`` across, each with its unit (``tip_x_mm``, ``tip x [mm]``); optionally the
+        tip's orientation ``tip_qw`` to ``tip_qz``, the nominal ``depth``, and the needle's ``roll``. A column ``file``,
+        ``insertion``, ``trial`` or ``run`` separates insertions. Without columns of the base it is at rest.
+    unit : str, optional
+        Of all lengths, where the table states none.
+
+    Returns
+    -------
+    list of TipPath
+        In the order of the file. The insertion axis is the one without a base column, or along which the tip goes
+        farthest; its direction is that in which the tip goes. Rows in which the tip stays the same to the last digit
+        while the base moves are those of a lost sensor, and left out.
+
+    Raises
+    ------
+    InputError
+        If a column or unit is missing, a value is not a number, or the tip does not advance.
+    """
+    tables = tables_of(Path(file))
+    table = max(tables, key=lambda each: len(_columns(each)))
+    columns = _columns(table)
+    _check(table, columns)
+    series = {name: _series(table, columns[name], unit) for name in columns}
+    rows = len(series["tip_x"])
+    if not rows:
+        raise InputError("rows", 0, "an empty table", str(file), "Give a table with a header and a row a step.")
+    labels = _labels(table, rows)
+    groups = {label: np.array([i for i, each in enumerate(labels) if each == label]) for label in dict.fromkeys(labels)}
+    return [_path(label, series, group, table) for label, group in groups.items()]
+
+
+@dataclass(frozen=True)
+class _Source:
+    """The column of a quantity: index, header and stated unit."""
+
+    index: int
+    header: str
+    unit: str
+
+
+def _columns(table: FileTable) -> dict[str, _Source]:
+    """Quantity -> column, for tip, base, orientation, roll and depth."""
+    found: dict[str, _Source] = {}
+    for index, header in enumerate(table.headers):
+        name, unit = _split(header)
+        match = re.fullmatch(r"(?:needle_)?(tip|base|guide|hub)_(q[wxyz]|[xyz])|(?:base_|step_)?(depth|roll)", name)
+        if not match:
+            continue
+        body = match[1] and ("tip" if match[1] == "tip" else "base")
+        stated = (table.units[index] if index < len(table.units) else "") or unit
+        found.setdefault(match[3] or f"{body}_{match[2]}", _Source(index, header, stated))
+    return found
+
+
+def _split(header: str) -> tuple[str, str]:
+    """Name in words joined by underscores, and unit: ``tip_x_mm``, ``Tip x [mm]``, ``tip.x (mm)``."""
+    bracketed = re.fullmatch(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]", header.strip())
+    if bracketed:
+        return "_".join(_words(bracketed[1])), bracketed[2]
+    words = _words(header)
+    has_unit = len(words) > 1 and words[-1] not in AXES and is_unit(words[-1])
+    return ("_".join(words[:-1]), words[-1]) if has_unit else ("_".join(words), "")
+
+
+def _words(text: str) -> list[str]:
+    return [word for word in re.split(r"[\W_]+", text.casefold()) if word]
+
+
+def _check(table: FileTable, columns: dict[str, _Source]) -> None:
+    missing = [f"tip_{axis}" for axis in AXES if f"tip_{axis}" not in columns]
+    across = [axis for axis in AXES if f"base_{axis}" in columns]
+    if missing or len(across) == 1:
+        given, step = ", ".join(table.headers), f"Name them {_WANTED}, with units as suffixes (tip_x_mm)."
+        raise InputError("columns", given, "not those of a tip path", str(table.path), step)
+
+
+def _labels(table: FileTable, rows: int) -> list[str]:
+    """The insertion of each row."""
+    names = [_split(header)[0] for header in table.headers]
+    label = next((names.index(name) for name in _LABELS if name in names), None)
+    return [table.path.stem] * rows if label is None else table.texts(label)[:rows]
+
+
+def _series(table: FileTable, source: _Source, unit: str | None) -> np.ndarray:
+    try:
+        values = table.numbers({"tip": Column("tip", source.header, source.index, None)})[0]["tip"]
+    except InputError as error:
+        column = f"column {source.header}"
+        raise InputError(column, error.value, error.limit, error.place, error.next_step) from None
+    bad = ~np.isfinite(values)
+    if bad.any():
+        row = int(np.argmax(bad))
+        limit = "not a number in each row"
+        raise InputError(source.header, f"{values[row]:g}", limit, table.place(row), "Leave the row out.")
+    name = _split(source.header)[0]
+    if "_q" in name:
+        return values
+    if name.endswith("roll"):
+        return parse(source.unit or "rad", "angle", source.header, str(table.path)).to_si(values)
+    if not (source.unit or unit):
+        step = "Name the column with its unit (tip_x_mm), or give unit='mm'."
+        raise InputError(source.header, "no unit", "a unit is needed", str(table.path), step)
+    return parse(source.unit or unit or "", "length", source.header, str(table.path)).to_si(values)
+
+
+def _path(name: str, series: dict[str, np.ndarray], rows: np.ndarray, table: FileTable) -> TipPath:
+    place = f"{table.path}, {name}"
+    one = {key: values[rows] for key, values in series.items()}
+    along = _along(one)
+    across = [axis for axis in AXES if axis != along]
+    sign = _direction(one[f"tip_{along}"], place)
+    base = np.column_stack([one.get(f"base_{axis}", np.zeros(len(rows))) for axis in across])
+    tip = np.column_stack([*(one[f"tip_{axis}"] for axis in across), sign * one[f"tip_{along}"]])
+    slope = _slopes(one, [AXES.index(axis) for axis in (*across, along)], sign)
+    n = _tracked(tip, base)
+    notes = [f"insertion along {'+' if sign > 0 else '-'}{along}"]
+    if n < len(rows):
+        notes.append(f"the last {len(rows) - n} rows are left out: the tip is the same to the last digit")
+    start = tip[0, 2] - (one["depth"][0] if "depth" in one else 0.0)
+    roll = one["roll"][:n] if "roll" in one else np.zeros(n)
+    slope = None if slope is None else slope[:n]
+    return TipPath(name, base[:n], tip[:n], slope, float(start), note="; ".join(notes), roll=roll)
+
+
+def _along(series: dict[str, np.ndarray]) -> str:
+    """The axis of the insertion."""
+    without = [axis for axis in AXES if f"base_{axis}" not in series]
+    return without[0] if len(without) == 1 else max(AXES, key=lambda axis: float(np.ptp(series[f"tip_{axis}"])))
+
+
+def _direction(along: np.ndarray, place: str) -> float:
+    """+1 or -1, so that the tip goes inwards along the axis."""
+    travel = along[-1] - along[0]
+    if len(along) < 2 or not abs(travel) > 0.5 * np.ptp(along):
+        raise InputError(
+            "tip along the insertion", f"{travel:.4g} m", "does not advance", place, "Give whole insertions."
+        )
+    return float(np.sign(travel))
+
+
+def _slopes(series: dict[str, np.ndarray], order: list[int], sign: float) -> np.ndarray | None:
+    """Slopes across from the orientation: of the sensor's axis that is closest to the insertion."""
+    if not all(name in series for name in _QUATERNION):
+        return None
+    w, x, y, z = (series[name] for name in _QUATERNION)
+    axes = np.stack(
+        [
+            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=1),
+            np.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], axis=1),
+            np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1),
+        ]
+    )[:, :, order]
+    needle = axes[int(np.argmax(np.abs(axes[:, :, 2]).mean(axis=1)))]
+    inwards = sign * needle[:, 2]
+    return needle[:, :2] / inwards[:, None]
+
+
+def _tracked(tip: np.ndarray, base: np.ndarray) -> int:
+    """Rows before the tip is frozen: the same in three rows or more up to the end while the base moves."""
+    same = np.all(tip[1:] == tip[-1], axis=1)
+    moving = np.where(same)[0]
+    frozen = len(tip) - int(np.argmin(same[::-1])) if not same.all() and same[-1] else len(tip)
+    lasts = len(tip) - frozen
+    return frozen if lasts >= 2 and len(moving) and np.any(base[frozen:] != base[frozen - 1]) else len(tip)
