@@ -236,25 +236,27 @@ class FlexibleInsertion {
   /// Tissue whose strength the shaft exceeds is pushed aside, until it is no longer exceeded.
   void yield() noexcept {
     const BeamProperties& beam = settings_.beam;
-    std::size_t layer = 0;
-    for (std::size_t e = 0; e < mesh().embedded(); ++e) {
-      const double from = mesh().h() * static_cast<double>(e), to = from + mesh().h();
-      while (layer + 1 < beam.layer_count && beam.layers[layer + 1].top <= from) ++layer;
-      if (beam.layers[layer].yields()) yield(e, from, to, beam.layers[layer].yield_offset());
+    std::size_t k = 0;
+    for (std::size_t layer = 0; layer < beam.layer_count; ++layer) {
+      const bool below = layer + 1 < beam.layer_count;
+      const std::size_t end =
+          std::min(path_.nodes(), below ? path_.first_node(beam.layers[layer + 1].top) : path_.nodes());
+      if (!beam.layers[layer].yields()) k = std::max(k, end);
+      const double limit = beam.layers[layer].yield_offset();
+      for (; k < end && path_.spacing * static_cast<double>(k) < mesh().tip().travel; ++k) yield(k, limit);
     }
   }
-  void yield(std::size_t e, double from, double to, double limit) noexcept {
-    const auto first = static_cast<std::size_t>(std::ceil(from / path_.spacing));
-    for (std::size_t k = first; k < path_.nodes() && path_.spacing * static_cast<double>(k) < to; ++k) {
-      const double xi = (path_.spacing * static_cast<double>(k) - from) / mesh().h();
-      const Place shaft = mesh().place_in(e, hermite(xi));
-      Place& yielded = path_.yielded_node(k);
-      double square = 0.0;
-      for (std::size_t d = 0; d < dimension; ++d) square += (shaft[d] - yielded[d]) * (shaft[d] - yielded[d]);
-      if (!(square > limit * limit)) continue;
-      const double share = 1.0 - limit / std::sqrt(square);
-      for (std::size_t d = 0; d < dimension; ++d) yielded[d] += share * (shaft[d] - yielded[d]);
-    }
+  /// A node of the tissue, whose shaft may be off by a limit [m].
+  void yield(std::size_t k, double limit) noexcept {
+    const double place = path_.spacing * static_cast<double>(k) / mesh().h();
+    const std::size_t e = std::min(static_cast<std::size_t>(place), mesh().embedded() - 1);
+    const Place shaft = mesh().place_in(e, hermite(place - static_cast<double>(e)));
+    Place& yielded = path_.yielded_node(k);
+    double square = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) square += (shaft[d] - yielded[d]) * (shaft[d] - yielded[d]);
+    if (!(square > limit * limit)) return;
+    const double share = 1.0 - limit / std::sqrt(square);
+    for (std::size_t d = 0; d < dimension; ++d) yielded[d] += share * (shaft[d] - yielded[d]);
   }
   /// Out of the tissue: a needle that comes back elsewhere makes a hole of its own.
   void leave() noexcept {
