@@ -2,21 +2,31 @@
 """Steering a needle: tip paths read and identified, insertions planned, kinematic models of a bevel-tip needle."""
 
 from .base_motion import BaseMotion
+from .base_wrenches import BaseWrench, base_wrench
+from .identification import identify
 from .kinematics import Bicycle, KinematicSample, Unicycle
+from .needle_shapes import NeedleShape, read_shapes
 from .obstacles import Box, Sphere
+from .parameter_search import SteeringEstimate
 from .plan_problem import SteeringLimits
 from .planning import Plan, plan
+from .shape_fit import ShapeFit, needle_shape
 from .steering_model import SteeringModel
-from .tip_path_fit import SteeringEstimate, SteeringFit, identify
+from .tip_path_fit import SteeringFit
 from .tip_path_tables import read
 from .tip_paths import TipPath
+from .wrench_fit import WrenchFit
+from .wrench_sensor import WrenchSensor
 
 __all__ = [
     "BaseMotion",
+    "BaseWrench",
     "Bicycle",
     "Box",
     "KinematicSample",
+    "NeedleShape",
     "Plan",
+    "ShapeFit",
     "Sphere",
     "SteeringEstimate",
     "SteeringFit",
@@ -24,7 +34,12 @@ __all__ = [
     "SteeringModel",
     "TipPath",
     "Unicycle",
+    "WrenchFit",
+    "WrenchSensor",
+    "base_wrench",
     "identify",
+    "needle_shape",
     "plan",
     "read",
+    "read_shapes",
 ]

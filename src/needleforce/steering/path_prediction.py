@@ -8,13 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
+from .parameter_search import STEP
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings
 from .path_posterior import Sensitive, expected_errors
 from .path_simulation import SimulatedPath, Simulation
 from .steering_parameters import Parameter, deviations_of, search_values
 from .tip_paths import TipPath
-
-STEP = 2e-3  # of a derivative, in standard deviations of the parameter's prior
 
 
 def readings_of(path: TipPath, rows: np.ndarray | None = None) -> PathReadings:

@@ -63,11 +63,17 @@ def lateral_layers(values: dict[str, float], tip_force: float) -> list[core.Late
 
 
 def guide_of(values: dict[str, float], needle: core.Needle) -> dict[str, float]:
-    """Guide, limits, and the length over which the tip's force builds up: a bevel of 27 degrees where none is known."""
-    bevel = {} if isinstance(needle.tip, core.tips.LancetBevel) else {"bevel_length": 2.0 * needle.outer_diameter}
+    """Guide, bevel and limits as options of ``FlexibleInsertion``."""
     names = ("guide_distance", "rotational_compliance", "pivot_stiffness", "tip_memory")
     given = {name: values[name] for name in names if name in values}
-    return given | bevel | {"max_speed": math.inf, "max_travel": 0.3}
+    return given | {"bevel_length": bevel_length_of(needle), "max_speed": math.inf, "max_travel": 0.3}
+
+
+def bevel_length_of(needle: core.Needle) -> float:
+    """Travel over which the tip's force builds up [m]: of a bevel of 27 degrees where none is known."""
+    tip = needle.tip
+    slope = math.tan(tip.half_angle) if isinstance(tip, core.tips.LancetBevel) else 0.5
+    return needle.outer_diameter / slope
 
 
 def bevel_direction(values: dict[str, float]) -> float:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import InputError
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -78,3 +80,31 @@ def search_values(parameters: Sequence[Parameter], numbers: np.ndarray) -> dict[
 def deviations_of(parameters: Sequence[Parameter], values: dict[str, float]) -> np.ndarray:
     """Values as deviations from the means of their priors, in standard deviations, (p,)."""
     return np.array([(p.inside(values[p.name]) - p.inside(p.center)) / p.spread for p in parameters])
+
+
+_SENSOR = _parameters(
+    ("lever", "m", 0.0, 5e-3, False, -0.1, 0.1, "of the sensor behind the base, beyond its stated position"),
+)
+_TIP = _parameters(("tip_force", "N", 0.2, 1.5, True, 1e-4, 5.0, "lateral force on the tip, in the plane of a shape"))
+WRENCH_MODELS = {
+    "linear": (*_TISSUE, *_GUIDE, *_PIVOT, *_SENSOR),
+    "yielding": (*_TISSUE, *_YIELDING, *_SKIN, *_GUIDE, *_SENSOR),
+}
+"""Name of a model -> the parameters that are identified from base wrenches."""
+SHAPE_MODELS = {"linear": (*_TISSUE[:1], *_TIP, *_GUIDE)}
+"""Name of a model -> the parameters that are identified from shapes."""
+ALIGNED = {"lead": 0.0, "axis_x": 0.0, "axis_y": 0.0, "sensor_x": 0.0, "sensor_y": 0.0}
+"""A tracker whose frame is that of the base, for needles that were identified without one."""
+
+
+def held_at(parameters: Sequence[Parameter], held: str) -> tuple[Parameter, ...]:
+    """The parameters of a needle that is held by a ``"guide"``, or at its ``"hub"``, which has no distance.
+
+    Raises
+    ------
+    InputError
+        If it is held otherwise.
+    """
+    if held not in ("guide", "hub"):
+        raise InputError("held", repr(held), "unknown", next_step="Give guide or hub.")
+    return tuple(p for p in parameters if held == "guide" or p.name != "guide_distance")
