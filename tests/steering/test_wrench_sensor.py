@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a six-axis sensor reads: statics of a rigid holder, frames, weight, and the way back."""
+"""What a six-axis sensor reads: levers, frames, weight, and the way back."""
 
 import math
 

@@ -2,20 +2,19 @@
 """Steering a needle: tip paths read and identified, insertions planned, kinematic models of a bevel-tip needle."""
 
 from .base_motion import BaseMotion
-from .base_wrenches import BaseWrench, base_wrench
 from .identification import identify
 from .kinematics import Bicycle, KinematicSample, Unicycle
 from .needle_shapes import NeedleShape, read_shapes
 from .obstacles import Box, Sphere
-from .parameter_search import SteeringEstimate
 from .plan_problem import SteeringLimits
 from .planning import Plan, plan
 from .shape_fit import ShapeFit, needle_shape
 from .steering_model import SteeringModel
+from .steering_parameters import SteeringEstimate
 from .tip_path_fit import SteeringFit
 from .tip_path_tables import read
 from .tip_paths import TipPath
-from .wrench_fit import WrenchFit
+from .wrench_fit import BaseWrench, WrenchFit, base_wrench
 from .wrench_sensor import WrenchSensor
 
 __all__ = [

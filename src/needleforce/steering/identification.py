@@ -7,12 +7,11 @@ from typing import Any
 
 from .. import core
 from ..errors import InputError
-from .base_wrenches import BaseWrench
 from .needle_shapes import NeedleShape
 from .shape_fit import ShapeFit, identify_shapes
 from .tip_path_fit import SteeringFit, identify_paths
 from .tip_paths import TipPath
-from .wrench_fit import WrenchFit, identify_wrenches
+from .wrench_fit import BaseWrench, WrenchFit, identify_wrenches
 
 _KINDS: dict[type, Any] = {TipPath: identify_paths, BaseWrench: identify_wrenches, NeedleShape: identify_shapes}
 

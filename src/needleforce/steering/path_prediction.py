@@ -8,11 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
-from .parameter_search import STEP
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings
 from .path_posterior import Sensitive, expected_errors
 from .path_simulation import SimulatedPath, Simulation
-from .steering_parameters import Parameter, deviations_of, search_values
+from .steering_parameters import STEP, Parameter, deviations_of, search_values
 from .tip_paths import TipPath
 
 

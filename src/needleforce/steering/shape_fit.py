@@ -13,12 +13,11 @@ from .. import core
 from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from .needle_shapes import NeedleShape
-from .parameter_search import Progress, SteeringEstimate, search
 from .path_errors import OFFSET_SPREAD, POSITION_NOISE, TILT_SPREAD, UNEVENNESS, integrated_wiener
 from .path_prediction import PathPredictor
 from .path_simulation import bevel_length_of, simulated_path
 from .steering_model import SteeringModel
-from .steering_parameters import ALIGNED, SHAPE_MODELS
+from .steering_parameters import ALIGNED, SHAPE_MODELS, Progress, SteeringEstimate, search
 
 _POINTS = 20  # of a shape that are compared
 _ELEMENTS = 40

@@ -9,12 +9,11 @@ import numpy as np
 
 from .. import core
 from ..errors import InputError
-from .parameter_search import Progress, SteeringEstimate, search
 from .path_errors import PathErrors
 from .path_prediction import PathPredictor, readings_of, residuals_of
 from .path_simulation import simulated_path
 from .steering_model import SteeringModel
-from .steering_parameters import MODELS, held_at
+from .steering_parameters import MODELS, Progress, SteeringEstimate, held_at, search
 from .tip_paths import TipPath
 
 
