@@ -11,6 +11,7 @@ from .planning import Plan, plan
 from .shape_fit import ShapeFit, needle_shape
 from .steering_model import SteeringModel
 from .steering_parameters import SteeringEstimate
+from .tip_estimator import TipEstimate, TipEstimator
 from .tip_path_fit import SteeringFit
 from .tip_path_tables import read
 from .tip_paths import TipPath
@@ -31,6 +32,8 @@ __all__ = [
     "SteeringFit",
     "SteeringLimits",
     "SteeringModel",
+    "TipEstimate",
+    "TipEstimator",
     "TipPath",
     "Unicycle",
     "WrenchFit",

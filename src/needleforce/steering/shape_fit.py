@@ -180,9 +180,10 @@ def identify_shapes(
             parts.append(np.linalg.solve(factor, residuals))
         return np.concatenate(parts)
 
-    found = search(SHAPE_MODELS[model], misfit, progress)
-    values = found.values | ALIGNED | {"tip_force_x": found.values["tip_force"], "tip_force_y": 0.0}
-    predictor = PathPredictor(partial(simulated_path, needle=needle), values)
+    parameters = SHAPE_MODELS[model]
+    found = search(parameters, misfit, progress)
+    values = found.values | ALIGNED
+    predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)
     fit = ShapeFit(SteeringModel(model, values, needle, predictor), found.estimates, found.trade_offs, {})
     for each in shapes:
         off = fit.predict(each)[:, :2] - each.points[:, :2]

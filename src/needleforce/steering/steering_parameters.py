@@ -152,11 +152,14 @@ class Found:
         The same with intervals.
     trade_offs : tuple of (str, str, float)
         Pairs whose errors have a correlation beyond 0.9.
+    covariance : ndarray, shape (p, p)
+        Of the errors, in standard deviations of the priors.
     """
 
     values: dict[str, float]
     estimates: tuple[SteeringEstimate, ...]
     trade_offs: tuple[tuple[str, str, float], ...]
+    covariance: np.ndarray
 
 
 def search(
@@ -216,7 +219,8 @@ def _found(parameters: Sequence[Parameter], numbers: np.ndarray, jacobian: np.nd
     covariance = np.linalg.inv(jacobian.T @ jacobian)  # least_squares gives the Jacobian with the weights of the loss
     sd = np.sqrt(np.diag(covariance))
     estimates = tuple(_estimate(p, x, each) for p, x, each in zip(parameters, numbers, sd))
-    return Found(search_values(parameters, numbers), estimates, _trade_offs(parameters, covariance / np.outer(sd, sd)))
+    trade_offs = _trade_offs(parameters, covariance / np.outer(sd, sd))
+    return Found(search_values(parameters, numbers), estimates, trade_offs, covariance)
 
 
 def _estimate(parameter: Parameter, number: float, sd: float) -> SteeringEstimate:

@@ -110,7 +110,8 @@ def identify_paths(
 
     parameters = held_at(MODELS[model], held)
     found = search(parameters, misfit, progress)
-    predictor = PathPredictor(partial(simulated_path, needle=needle), found.values, tuple(insertions), parameters)
+    simulate = partial(simulated_path, needle=needle)
+    predictor = PathPredictor(simulate, found.values, tuple(insertions), parameters, found.covariance)
     return SteeringFit(
         model=SteeringModel(model, found.values, needle, predictor),
         parameters=found.estimates,

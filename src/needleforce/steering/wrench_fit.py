@@ -214,9 +214,10 @@ def identify_wrenches(
             parts += [np.linalg.solve(block, column) for block, column in zip(blocks, residuals.T)]
         return np.concatenate(parts)
 
-    found = search(held_at(WRENCH_MODELS[model], held), misfit, progress)
+    parameters = held_at(WRENCH_MODELS[model], held)
+    found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
-    predictor = PathPredictor(partial(simulated_path, needle=needle), values)
+    predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)
     fit = WrenchFit(SteeringModel(model, values, needle, predictor), found.estimates, found.trade_offs, {})
     for each in insertions:
         fit.rms[each.name] = np.sqrt(np.mean((fit.predict(each) - each.lateral) ** 2, axis=0))
