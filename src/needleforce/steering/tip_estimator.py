@@ -227,7 +227,7 @@ class TipEstimator:
         return directions
 
     def _effects(self) -> np.ndarray:
-        """Change of the tip by each parameter in a steered insertion, (p, n): the base goes to and fro."""
+        """Change of the tip by each parameter in a steered insertion, (p, n): the base goes back and forth."""
         depth = np.linspace(0.0, 0.1, 21)
         base = 3e-3 * np.column_stack([np.sin(depth / 0.02), np.sin(depth / 0.03)])
         path = TipPath("probe", base, np.column_stack([base, depth]), None)
