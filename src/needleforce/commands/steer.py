@@ -242,21 +242,21 @@ def _obstacles(spheres: list[str], boxes: list[str]) -> "list[Obstacle]":
 
 def _document(found: "Plan") -> dict:
     keys, motion = ("x_m", "y_m", "z_m"), found.motion
-    steps = [
+    steps = zip(motion.depth, motion.lateral, motion.roll)
+    ends, loads = zip(found.path, found.tube()), zip(found.force, found.wrench)
+    rows = [
         {
             "depth_m": depth, "base_x_m": base[0], "base_y_m": base[1], "roll_rad": roll,
             "tip": dict(zip(keys, tip)), "tube_m": radius, "force_N": force, "wrench": list(wrench),
         }
-        for (depth, base, roll), (tip, radius), (force, wrench) in zip(
-            zip(motion.depth, motion.lateral, motion.roll), zip(found.path, found.tube()), zip(found.force, found.wrench)
-        )
+        for (depth, base, roll), (tip, radius), (force, wrench) in zip(steps, ends, loads)
     ]  # fmt: skip
     return {
         "target": dict(zip(keys, found.target)),
         "miss_m": found.miss,
         "clearance_m": found.clearance if math.isfinite(found.clearance) else None,
         "faults": list(found.faults),
-        "steps": steps,
+        "steps": rows,
     }
 
 
