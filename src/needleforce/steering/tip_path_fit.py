@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import core
 from ..errors import InputError
+from .frame_check import check_frame
 from .path_errors import PathErrors
 from .path_prediction import PathPredictor, readings_of, residuals_of
 from .path_simulation import simulated_path
@@ -87,13 +88,15 @@ def identify_paths(
     Raises
     ------
     InputError
-        If the model is unknown, there is no insertion, or the tip is not tracked for three rows.
+        If the model is unknown, there is no insertion, the tip is not tracked for three rows, or it was recorded in
+        another frame than the base.
     """
     if model not in MODELS:
         raise InputError("model", repr(model), "unknown", next_step=f"Give one of {', '.join(MODELS)}.")
     if not insertions or any(len(path) < 3 for path in insertions):
         limit = "needed with a tip in at least three rows each"
         raise InputError("insertions", len(insertions), limit, next_step="Give nf.steering.read(file).")
+    check_frame(insertions)
     errors = PathErrors([readings_of(path) for path in insertions])
 
     def misfit(values: dict[str, float]) -> np.ndarray:
