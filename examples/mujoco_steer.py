@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A planar arm in MuJoCo steers a needle that bends to a target beside its straight path; mujoco_steer.svg.
+"""A planar arm in MuJoCo steers a needle that bends to a target off its straight path; mujoco_steer.svg.
 
 pip install "needleforce[mujoco]"
 """
@@ -38,8 +38,8 @@ def joints_for(depth: float, aside: float) -> np.ndarray:
     x, down = np.array([aside, NEEDLE - depth]) - BASE
     reach = np.hypot(x, down)
     bend = np.arccos(reach / (2.0 * LINK))
-    first, second = -np.arctan2(down, x) - bend, 2.0 * bend
-    return np.array([first, second, -first - second])
+    first = -np.arctan2(down, x) - bend
+    return np.array([first, 2.0 * bend, -first - 2.0 * bend])
 
 
 gel = [nf.LateralLayer(modulus=20e3, tip_force=0.1)]
@@ -68,5 +68,4 @@ print(f"target {1e3 * plan.target[0]:.2f} mm, tip {1e3 * tip[0]:.2f} mm aside at
 print(f"axial force {attached.sample.force:.3f} N, moment at the hub {1e3 * wrench[4]:.1f} mN m")
 x, _, z = 1e3 * attached.shape(data).T
 plt.plot(x, -z), plt.plot(1e3 * plan.target[0], 60.0, "x"), plt.axhline(0.0, color="gray")
-plt.gca().set(xlabel="aside [mm]", ylabel="depth [mm]"), plt.gca().invert_yaxis()
-plt.savefig("mujoco_steer.svg")
+plt.gca().set(xlabel="aside [mm]", ylabel="depth [mm]"), plt.gca().invert_yaxis(), plt.savefig("mujoco_steer.svg")

@@ -12,7 +12,7 @@ from .tip_paths import TipPath
 MIN_STEPS = 12  # in which the base moved
 SIGNIFICANT = 5.0  # standard errors; one false alarm in more than 100 000 insertions of a needle that answers alike
 MAX_ANGLE = np.radians(30.0)
-_FADES = 0.03  # [m] of depth over which the answer of the tip falls
+_ANSWER_LENGTH = 0.03  # [m] of depth over which the answer of the tip falls
 
 
 class Response(NamedTuple):
@@ -84,6 +84,6 @@ def _steps(path: TipPath) -> tuple[np.ndarray, np.ndarray]:
     """Motion of the base in each step and in the next one (n, 4), and what the tip does (n, 2)."""
     rows = path.compared
     base, depth = path.base[rows], path.depth[rows]
-    moved = np.diff(base, axis=0) * np.exp(-np.maximum(depth[1:], 0.0) / _FADES)[:, None]
+    moved = np.diff(base, axis=0) * np.exp(-np.maximum(depth[1:], 0.0) / _ANSWER_LENGTH)[:, None]
     answer = path.tip[rows, :2] if path.slope is None else path.slope[rows]
     return np.hstack([moved, np.vstack([moved[1:], np.zeros((1, 2))])]), np.diff(answer, axis=0)
