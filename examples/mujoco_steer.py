@@ -66,6 +66,9 @@ for target_depth, (target_aside, _) in zip(plan.motion.depth, plan.motion.latera
 tip, wrench = np.asarray(attached.sample.tip), np.asarray(attached.sample.wrench)
 print(f"target {1e3 * plan.target[0]:.2f} mm, tip {1e3 * tip[0]:.2f} mm aside at {1e3 * tip[2]:.2f} mm")
 print(f"axial force {attached.sample.force:.3f} N, moment at the hub {1e3 * wrench[4]:.1f} mN m")
-x, _, z = 1e3 * attached.shape(data).T
-plt.plot(x, -z), plt.plot(1e3 * plan.target[0], 60.0, "x"), plt.axhline(0.0, color="gray")
+(
+    plt.plot(*(np.array([[1e3], [-1e3]]) * attached.shape(data).T[[0, 2]])),
+    plt.plot(1e3 * plan.target[0], 60.0, "x"),
+    plt.axhline(0.0, color="gray"),
+)
 plt.gca().set(xlabel="aside [mm]", ylabel="depth [mm]"), plt.gca().invert_yaxis(), plt.savefig("mujoco_steer.svg")
