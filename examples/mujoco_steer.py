@@ -13,7 +13,8 @@ from needleforce.mujoco import attach_bending, step
 
 XML = """<mujoco>
   <option timestep="0.001" integrator="implicitfast" gravity="0 0 0"/>
-  <default><joint type="hinge" axis="0 1 0" armature="0.01"/><geom type="capsule" size="0.02" contype="0"/></default>
+  <default><joint type="hinge" axis="0 1 0" armature="0.01"/><geom type="capsule" size="0.02" contype="0"/>
+    <default class="a"><position kp="4000" kv="80"/></default></default>
   <worldbody>
     <site name="skin"/>
     <body pos="-0.25 0 0.25"><joint name="shoulder"/><geom fromto="0 0 0 0.2 0 0" mass="0.6"/>
@@ -25,8 +26,7 @@ XML = """<mujoco>
     </body>
   </worldbody>
   <actuator>
-    <position joint="shoulder" kp="4000" kv="80"/><position joint="elbow" kp="4000" kv="80"/>
-    <position joint="wrist" kp="4000" kv="80"/>
+    <position joint="shoulder" class="a"/><position joint="elbow" class="a"/><position joint="wrist" class="a"/>
   </actuator>
 </mujoco>"""
 BASE, LINK, NEEDLE = np.array([-0.25, 0.25]), 0.2, 0.12
@@ -57,8 +57,8 @@ attached = attach_bending(insertion, model, site="hub", surface_site="skin")
 depth, aside = -2e-3, 0.0
 for target_depth, (target_aside, _) in zip(plan.motion.depth, plan.motion.lateral):
     for end in ((depth, target_aside), (target_depth, target_aside)):  # across at rest, then along
-        length = max(abs(end[0] - depth), abs(end[1] - aside))
-        for share in np.linspace(0.0, 1.0, max(2, round(length / SPEED / model.opt.timestep))):
+        steps = round(max(abs(end[0] - depth), abs(end[1] - aside)) / SPEED / model.opt.timestep)
+        for share in np.linspace(0.0, 1.0, max(2, steps)):
             data.ctrl[:] = joints_for(depth + share * (end[0] - depth), aside + share * (end[1] - aside))
             step(model, data, attached)
         depth, aside = end
@@ -66,9 +66,6 @@ for target_depth, (target_aside, _) in zip(plan.motion.depth, plan.motion.latera
 tip, wrench = np.asarray(attached.sample.tip), np.asarray(attached.sample.wrench)
 print(f"target {1e3 * plan.target[0]:.2f} mm, tip {1e3 * tip[0]:.2f} mm aside at {1e3 * tip[2]:.2f} mm")
 print(f"axial force {attached.sample.force:.3f} N, moment at the hub {1e3 * wrench[4]:.1f} mN m")
-(
-    plt.plot(*(np.array([[1e3], [-1e3]]) * attached.shape(data).T[[0, 2]])),
-    plt.plot(1e3 * plan.target[0], 60.0, "x"),
-    plt.axhline(0.0, color="gray"),
-)
+line = 1e3 * attached.shape(data)
+plt.plot(line[:, 0], -line[:, 2]), plt.plot(1e3 * plan.target[0], 60.0, "x"), plt.axhline(0.0, color="gray")
 plt.gca().set(xlabel="aside [mm]", ylabel="depth [mm]"), plt.gca().invert_yaxis(), plt.savefig("mujoco_steer.svg")

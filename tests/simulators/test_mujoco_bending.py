@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A needle that bends on a site of MuJoCo: statics of its base, roll, a tilted world, and the example of an arm."""
+"""A needle that bends on a site of MuJoCo: forces of its base, roll, a tilted world, and the example of an arm."""
 
 import math
 
