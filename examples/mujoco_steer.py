@@ -52,7 +52,6 @@ plan = nf.steering.plan(insertion, (-2e-3, 0.0, 0.06))
 model = mujoco.MjModel.from_xml_string(XML)
 data = mujoco.MjData(model)
 data.qpos[:] = joints_for(-2e-3, 0.0)
-insertion.reset()
 attached = attach_bending(insertion, model, site="hub", surface_site="skin")
 depth, aside = -2e-3, 0.0
 for target_depth, (target_aside, _) in zip(plan.motion.depth, plan.motion.lateral):

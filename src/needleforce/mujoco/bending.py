@@ -93,7 +93,7 @@ def attach_bending(needle: FlexibleInsertion, mj_model: Any, *, site: str, surfa
     Parameters
     ----------
     needle : FlexibleInsertion
-        In space, held at its hub.
+        In space, held at its hub; it is reset to intact tissue.
     mj_model : mujoco.MjModel
         MuJoCo's model.
     site : str
@@ -125,5 +125,6 @@ def attach_bending(needle: FlexibleInsertion, mj_model: Any, *, site: str, surfa
     number, surface = named(mj_model, "SITE", site), named(mj_model, "SITE", surface_site)
     if mj_model.body_weldid[mj_model.site_bodyid[surface]] != 0:
         raise InputError("surface_site", surface_site, "on a moving body", next_step="Fix it to the world.")
+    needle.reset()
     tree = mj_model.body_treeid[mj_model.site_bodyid[number]]
     return AttachedBending(needle, BaseSite(number, surface, tree, needle.needle.length))
