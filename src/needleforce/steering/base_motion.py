@@ -4,6 +4,7 @@
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from ..files import atomic_write
 from ..recording.columns import Column
 from ..recording.file_table import FileTable
 from ..recording.formats.detect import tables_of
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 COLUMNS = ("depth_mm", "base_x_mm", "base_y_mm", "roll_deg")
 
@@ -50,6 +54,12 @@ class BaseMotion:
         """Rows with units in the names: ``depth_mm``, ``base_x_mm``, ``base_y_mm``, ``roll_deg``."""
         columns = np.column_stack([1e3 * self.depth, 1e3 * self.lateral, np.degrees(self.roll)])
         return [dict(zip(COLUMNS, map(float, row), strict=True)) for row in columns]
+
+    def to_dataframe(self) -> "pd.DataFrame":
+        """The rows as a pandas table, with units in the names of its columns."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows(), columns=list(COLUMNS))
 
     def write(self, path: str | os.PathLike) -> None:
         """Write the rows as CSV. Raises InputError if the file cannot be written."""
