@@ -236,4 +236,33 @@ class BeamFoundation {
   std::size_t layer_ = 0;
 };
 
+/// The yielded path between two travels [m] of element e follows the shaft to within `limit` [m].
+template <std::size_t dimension>
+void push_aside(const BeamMesh<dimension>& mesh, std::size_t e, double from, double to, double limit,
+                TissuePath<dimension>& path) noexcept {
+  const auto first = static_cast<std::size_t>(std::ceil(from / path.spacing));
+  for (std::size_t k = first; k < path.nodes() && path.spacing * static_cast<double>(k) < to; ++k) {
+    const double xi = (path.spacing * static_cast<double>(k) - from) / mesh.h();
+    const auto shaft = mesh.place_in(e, hermite(xi));
+    auto& yielded = path.yielded_node(k);
+    double square = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) square += (shaft[d] - yielded[d]) * (shaft[d] - yielded[d]);
+    if (!(square > limit * limit)) continue;
+    const double share = 1.0 - limit / std::sqrt(square);
+    for (std::size_t d = 0; d < dimension; ++d) yielded[d] += share * (shaft[d] - yielded[d]);
+  }
+}
+
+/// Tissue whose strength the shaft exceeds is pushed aside, until it is no longer exceeded. Wait-free.
+template <std::size_t dimension>
+void push_aside(const BeamProperties& beam, const BeamMesh<dimension>& mesh,
+                TissuePath<dimension>& path) noexcept {
+  std::size_t layer = 0;
+  for (std::size_t e = 0; e < mesh.embedded(); ++e) {
+    const double from = mesh.h() * static_cast<double>(e), to = from + mesh.h();
+    while (layer + 1 < beam.layer_count && beam.layers[layer + 1].top <= from) ++layer;
+    if (beam.layers[layer].yields()) push_aside(mesh, e, from, to, beam.layers[layer].yield_offset(), path);
+  }
+}
+
 }  // namespace needleforce::bending
