@@ -243,6 +243,49 @@ TEST(BendingBalance, YieldingDoesNotDependOnTheNumberOfStepsOfTheBase) {
   EXPECT_NEAR(tips[1] / tips[2], 1.0, 1e-4);
 }
 
+/// A skin of 2 mm, fifty times stronger than what is below.
+FlexibleSettings with_skin(FlexibleSettings settings, double interface) {
+  LateralLayer &skin = settings.beam.layers[0], &below = settings.beam.layers[1];
+  skin.yielding_modulus = 8e5, skin.yield_force = 900.0;
+  below = skin;
+  below.top = interface, below.yielding_modulus = 8e4, below.yield_force = 18.0;
+  settings.beam.layer_count = 2;
+  return settings;
+}
+
+TEST(BendingBalance, EachLayerYieldsByItsOwnStrength) {
+  // an interface inside an element, at a node of the path and between two
+  for (const double interface : {2e-3, 2.05e-3}) {
+    const FlexibleSettings settings = with_skin(bending_tests::settings(1e4, 0.0, 0.0, 0.0, 0.01), interface);
+    PlanarInsertion needle = forceless_insertion<1>(settings);
+    const double depth = RigidNeedle::depth;
+    needle.step({.depth = depth}, 1.0);
+    const auto force = [&](double aside) {
+      return needle.step({.depth = depth, .lateral = {aside, 0.0}}, 1.0).wrench[0];
+    };
+    const double skin = 900.0 * interface, below = 18.0 * (depth - interface);
+    EXPECT_NEAR(force(0.5e-3), -(8e5 * interface * 0.5e-3 + below), 0.01 * (skin + below));
+    EXPECT_NEAR(force(6e-3), -(skin + below), 0.01 * (skin + below));
+  }
+}
+
+TEST(BendingBalance, StrongSkinConvergesWithTheSpacingOfThePath) {
+  std::vector<double> tips;
+  for (const double spacing : {5e-5, 1e-4, 5e-4}) {
+    FlexibleSettings settings = with_skin(guided(), 2e-3);
+    settings.lengths.path_spacing = spacing;
+    PlanarInsertion needle = forceless_insertion<1>(settings);
+    insert(needle, 0.012, 12);
+    // while it is pushed in: a tip that is moved aside at rest leaves a step in its path, of the width of a
+    // spacing
+    const Base aside{.depth = 0.02, .lateral = {3e-3, 0.0}};
+    move(needle, {.depth = 0.012}, aside, 10);
+    tips.push_back(move(needle, aside, {.depth = 0.06, .lateral = {3e-3, 0.0}}, 48).tip[0]);
+  }
+  EXPECT_NEAR(tips[1], tips[0], 2e-6);
+  EXPECT_NEAR(tips[2], tips[0], 10e-6);
+}
+
 TEST(BendingBalance, TissueAheadHoldsATipAtRest) {
   for (const double stiffness : {0.0, 1e3}) {
     FlexibleSettings settings = bending_tests::settings(1e2, 0.0, 0.0, 0.0, 0.01);

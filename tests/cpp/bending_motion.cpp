@@ -116,6 +116,16 @@ TEST(BendingMotion, NeedleLongerThanItsGuideAllowsIsRefused) {
   EXPECT_EQ(needle.step({.depth = -0.04}, 1.0).status, Status::outside_range);  // the tip is in it
 }
 
+TEST(BendingMotion, TiltThatMovesTheShaftFarIsRefused) {
+  // the cost of a step is bounded: tissue that yields takes a solution each tenth of a millimetre across
+  FlexibleSettings settings = guided();
+  settings.beam.support.guide_distance = Support::no_guide;
+  SpatialInsertion needle = forceless_insertion<2>(settings);
+  needle.step({.depth = 0.02}, 1.0);
+  EXPECT_EQ(needle.step({.depth = 0.02, .tilt = {0.5, 0.0}}, 1.0).status, Status::outside_range);
+  EXPECT_EQ(needle.step({.depth = 0.02, .tilt = {0.02, 0.0}}, 1.0).status, Status::ok);
+}
+
 TEST(BendingMotion, BadInputIsRefusedAndChangesNothing) {
   SpatialInsertion needle = with_axial_force();
   move(needle, {.depth = -1e-3}, {.depth = 0.03}, 31);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "beam_load.hpp"
 #include "beam_mesh.hpp"
@@ -100,7 +101,7 @@ class BeamFoundation {
     for (std::size_t g = 0; g < gauss_count; ++g) {
       const double travel = from + mesh_.h() * gauss_points[g];
       Place place = path_.at(travel);
-      factor[g] = mesh_.h() * linearise(properties_.layers[layer_], e, shapes[g], travel, place);
+      factor[g] = mesh_.h() * linearise(layer_, e, shapes[g], travel, place);
       add_force(equations, mesh_.surface() + e, factor[g], weighted[g], place);
     }
     std::array<double, 10> sum{};
@@ -115,7 +116,7 @@ class BeamFoundation {
 
   /// A part of an element in one layer, behind the last node of the path or in front of it.
   struct Piece {
-    std::size_t element;
+    std::size_t element, layer;
     double begin, end;
     bool newest;  ///< between the last node of the path and the tip, which writes it
   };
@@ -137,13 +138,13 @@ class BeamFoundation {
         }
         end = std::min(end, next);
       }
-      add_piece(equations, matrix, properties_.layers[layer], {e, begin, end, newest});
+      add_piece(equations, matrix, {e, layer, begin, end, newest});
       begin = end;
     }
   }
 
-  void add_piece(Equations& equations, ElementMatrix& matrix, const LateralLayer& layer,
-                 const Piece& piece) const noexcept {
+  void add_piece(Equations& equations, ElementMatrix& matrix, const Piece& piece) const noexcept {
+    const LateralLayer& layer = properties_.layers[piece.layer];
     const double from = mesh_.h() * static_cast<double>(piece.element), length = piece.end - piece.begin;
     for (std::size_t g = 0; g < gauss_count; ++g) {
       const double travel = piece.begin + length * gauss_points[g];
@@ -151,7 +152,8 @@ class BeamFoundation {
       double by_tip = 0.0;  // derivative of the path by the deflection of the tip
       Place place = piece.newest ? newest_place(travel, by_tip) : path_.at(travel);
       double stiffness = layer.modulus + layer.yielding_modulus;  // ahead of the last node nothing yields
-      if (!layer.linear() && !piece.newest) stiffness = linearise(layer, piece.element, shape, travel, place);
+      if (!layer.linear() && !piece.newest)
+        stiffness = linearise(piece.layer, piece.element, shape, travel, place);
       const double factor = gauss_weights[g] * length * stiffness;
       add_product(matrix, factor, shape, {shape[0], shape[1], shape[2] - by_tip, shape[3]});
       add_force(equations, mesh_.surface() + piece.element, factor, shape, place);
@@ -170,13 +172,14 @@ class BeamFoundation {
   }
   /// The stiffness of the foundation at the offset of the last solution; `place` becomes the place of the
   /// path that gives its force with that stiffness.
-  double linearise(const LateralLayer& layer, std::size_t e, const std::array<double, 4>& shape,
-                   double travel, Place& place) const noexcept {
+  double linearise(std::size_t number, std::size_t e, const std::array<double, 4>& shape, double travel,
+                   Place& place) const noexcept {
+    const LateralLayer& layer = properties_.layers[number];
     const Place shaft = mesh_.place_in(e, shape);
     const double first = linearised(
         shaft, place, [&](double offset) { return stiffness_at(layer, offset); }, 1e-9 * layer.modulus);
     if (!layer.yields()) return first;
-    Place yielded = path_.yielded(travel);
+    Place yielded = path_.yielded(travel, layer.top, bottom_of(number));
     const double modulus = layer.yielding_modulus, limit = layer.yield_offset();
     const double second = linearised(
         shaft, yielded,
@@ -187,6 +190,10 @@ class BeamFoundation {
     const double sum = first + second;
     for (std::size_t d = 0; d < dimension; ++d) place[d] = (first * place[d] + second * yielded[d]) / sum;
     return sum;
+  }
+  double bottom_of(std::size_t layer) const noexcept {
+    return layer + 1 < properties_.layer_count ? properties_.layers[layer + 1].top
+                                               : std::numeric_limits<double>::infinity();
   }
   /// One of them, with a stiffness of no less than `least`. In space it is the mean of those along and across
   /// the offset; after many iterations the secant, with which any that softens converges.
@@ -236,32 +243,35 @@ class BeamFoundation {
   std::size_t layer_ = 0;
 };
 
-/// The yielded path between two travels [m] of element e follows the shaft to within `limit` [m].
+/// A node of the tissue that yields follows the shaft to within a limit [m].
 template <std::size_t dimension>
-void push_aside(const BeamMesh<dimension>& mesh, std::size_t e, double from, double to, double limit,
+void push_aside(const BeamMesh<dimension>& mesh, std::size_t k, double limit,
                 TissuePath<dimension>& path) noexcept {
-  const auto first = static_cast<std::size_t>(std::ceil(from / path.spacing));
-  for (std::size_t k = first; k < path.nodes() && path.spacing * static_cast<double>(k) < to; ++k) {
-    const double xi = (path.spacing * static_cast<double>(k) - from) / mesh.h();
-    const auto shaft = mesh.place_in(e, hermite(xi));
-    auto& yielded = path.yielded_node(k);
-    double square = 0.0;
-    for (std::size_t d = 0; d < dimension; ++d) square += (shaft[d] - yielded[d]) * (shaft[d] - yielded[d]);
-    if (!(square > limit * limit)) continue;
-    const double share = 1.0 - limit / std::sqrt(square);
-    for (std::size_t d = 0; d < dimension; ++d) yielded[d] += share * (shaft[d] - yielded[d]);
-  }
+  const double place = path.spacing * static_cast<double>(k) / mesh.h();
+  const std::size_t e = std::min(static_cast<std::size_t>(place), mesh.embedded() - 1);
+  const auto shaft = mesh.place_in(e, hermite(place - static_cast<double>(e)));
+  auto& yielded = path.yielded_node(k);
+  double square = 0.0;
+  for (std::size_t d = 0; d < dimension; ++d) square += (shaft[d] - yielded[d]) * (shaft[d] - yielded[d]);
+  if (!(square > limit * limit)) return;
+  const double share = 1.0 - limit / std::sqrt(square);
+  for (std::size_t d = 0; d < dimension; ++d) yielded[d] += share * (shaft[d] - yielded[d]);
 }
 
 /// Tissue whose strength the shaft exceeds is pushed aside, until it is no longer exceeded. Wait-free.
 template <std::size_t dimension>
 void push_aside(const BeamProperties& beam, const BeamMesh<dimension>& mesh,
                 TissuePath<dimension>& path) noexcept {
-  std::size_t layer = 0;
-  for (std::size_t e = 0; e < mesh.embedded(); ++e) {
-    const double from = mesh.h() * static_cast<double>(e), to = from + mesh.h();
-    while (layer + 1 < beam.layer_count && beam.layers[layer + 1].top <= from) ++layer;
-    if (beam.layers[layer].yields()) push_aside(mesh, e, from, to, beam.layers[layer].yield_offset(), path);
+  if (mesh.embedded() == 0) return;
+  std::size_t k = 0;
+  for (std::size_t layer = 0; layer < beam.layer_count; ++layer) {
+    const bool below = layer + 1 < beam.layer_count;
+    const std::size_t end =
+        std::min(path.nodes(), below ? path.first_node(beam.layers[layer + 1].top) : path.nodes());
+    if (!beam.layers[layer].yields()) k = std::max(k, end);
+    const double limit = beam.layers[layer].yield_offset();
+    for (; k < end && path.spacing * static_cast<double>(k) < mesh.tip().travel; ++k)
+      push_aside(mesh, k, limit, path);
   }
 }
 

@@ -70,10 +70,21 @@ class CutPath {
   }
   /// The path [m] at a travel between the surface and the last node. Wait-free.
   Place between_nodes(double travel) const noexcept { return between(nodes_, travel); }
-  /// The same for the tissue that yields: it is where the tip cut it until the shaft pushes it aside.
-  Place yielded(double travel) const noexcept {
-    const double last = last_node();
-    return travel < last ? between(yielded_, std::max(0.0, travel)) : at(travel);
+  /// The same for the tissue that yields, in a layer from `top` to `bottom` [m]: it is where the tip cut it
+  /// until the shaft pushes it aside. Layers yield by different offsets: each has its own nodes alone.
+  Place yielded(double travel, double top, double bottom) const noexcept {
+    if (!(travel < last_node())) return at(travel);
+    const std::size_t first = first_node(top), end = std::min(first_node(bottom), count_);
+    if (first + 1 >= end) return first < end ? yielded_[first] : at(travel);
+    const double place = std::max(0.0, travel) * per_spacing_;
+    const std::size_t k = std::clamp(static_cast<std::size_t>(place), first, end - 2);
+    return along(yielded_, k, place - static_cast<double>(k));
+  }
+  /// Number of the first node at or below a travel [m]. Wait-free.
+  std::size_t first_node(double travel) const noexcept {
+    const double place = std::max(0.0, travel) * per_spacing_ - 1e-6;
+    return place < static_cast<double>(capacity) ? static_cast<std::size_t>(std::max(0.0, place + 1.0))
+                                                 : capacity;
   }
   Place& yielded_node(std::size_t number) noexcept { return yielded_[number]; }
   /// The path [m] at a travel between the surface and the front. Wait-free.
@@ -88,7 +99,9 @@ class CutPath {
   Place between(const Nodes& nodes, double travel) const noexcept {
     const double place = travel * per_spacing_;
     const std::size_t k = static_cast<std::size_t>(static_cast<long>(place));
-    const double t = place - static_cast<double>(static_cast<long>(place));
+    return along(nodes, k, place - static_cast<double>(static_cast<long>(place)));
+  }
+  static Place along(const Nodes& nodes, std::size_t k, double t) noexcept {
     Place result;
     for (std::size_t d = 0; d < dimension; ++d) result[d] = nodes[k][d] + t * (nodes[k + 1][d] - nodes[k][d]);
     return result;

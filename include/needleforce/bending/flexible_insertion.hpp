@@ -120,7 +120,7 @@ class FlexibleInsertion {
     for (std::size_t d = 0; d < dimension; ++d)
       possible &= std::abs(base.lateral[d] - state_.base.lateral[d]) <= settings_.lengths.max_travel &&
                   consistent(axial_.limits(), base.lateral[d] - state_.base.lateral[d], no_velocity, elapsed);
-    return possible;
+    return possible && across_of(state_.base, base) <= 2.0 * settings_.lengths.max_travel;
   }
 
   /// The last force for a bounded time, then none; the needle stays where it was.

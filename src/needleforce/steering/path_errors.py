@@ -57,13 +57,21 @@ class PathErrors:
     def __init__(self, readings: Sequence[PathReadings]):
         self._readings = list(readings)
         blocks = [[between(a, b, a is b, noise=a is b) for b in self._readings] for a in self._readings]
-        self._factor = np.linalg.cholesky(np.block(blocks))
+        self._factor = np.linalg.cholesky(np.block(blocks)) if blocks else np.zeros((0, 0))
 
     def whitened(self, residuals: Sequence[np.ndarray]) -> np.ndarray:
         """Residuals of all insertions, (n, 2) or (2 n, 2) with the slopes below, as independent ones of spread 1."""
+        return self._solved(np.vstack([np.zeros((0, 2)), *residuals]))
+
+    def _solved(self, columns: np.ndarray) -> np.ndarray:
         from scipy.linalg import solve_triangular
 
-        return solve_triangular(self._factor, np.vstack(residuals), lower=True, check_finite=False)
+        return solve_triangular(self._factor, columns, lower=True, check_finite=False) if columns.size else columns
+
+    def _with(self, other: PathReadings) -> np.ndarray:
+        """Covariance of what was read with another insertion."""
+        blocks = [between(each, other, False) for each in self._readings]
+        return np.vstack([np.zeros((0, len(other))), *blocks])
 
     def expected(
         self, residuals: Sequence[np.ndarray], entry: PathReadings, seen: np.ndarray, depth: np.ndarray
@@ -88,8 +96,8 @@ class PathErrors:
         """
         grid = np.linspace(0.0, max(depth.max(), _SHORTEST), _GRID)
         there = PathReadings(grid, sloped=False)
-        common = self.whitened([np.vstack([between(each, there, False) for each in self._readings])])
-        known = self.whitened([np.vstack([between(each, entry, False) for each in self._readings])])
+        common = self._solved(self._with(there))
+        known = self._solved(self._with(entry))
         white = self.whitened(residuals)
         gram = between(entry, entry, True, noise=True) - known.T @ known
         cross = between(entry, there, True) - known.T @ common

@@ -8,10 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from .. import core
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings
 from .path_posterior import Sensitive, expected_errors
-from .path_simulation import SimulatedPath, simulated_path
+from .path_simulation import SimulatedPath, Simulation
 from .steering_parameters import Parameter, deviations_of, search_values
 from .tip_paths import TipPath
 
@@ -44,33 +43,39 @@ class PathPredictor:
 
     Attributes
     ----------
+    simulate : callable
+        Parameters and the motion of an insertion -> what the mechanics say.
     values : dict of str to float
         The identified parameters.
-    needle : Needle
-        With which they were identified.
     insertions : tuple of TipPath
-        From which.
+        From which; none for a needle whose parameters are given.
     parameters : tuple of Parameter
         Their priors.
     """
 
+    simulate: Simulation
     values: dict[str, float]
-    needle: core.Needle
-    insertions: tuple[TipPath, ...]
-    parameters: Sequence[Parameter]
+    insertions: tuple[TipPath, ...] = ()
+    parameters: Sequence[Parameter] = ()
 
     def tip(self, path: TipPath) -> np.ndarray:
         """Position of the tip (n, 3) [m] for the motion of the base and the entry."""
-        simulated = simulated_path(self.values, self.needle, path)
-        rows = path.compared[: path.entry_rows]
-        seen = residuals_of(simulated, path, rows)
-        errors = self._errors.expected(self._residuals, readings_of(path, rows), seen, np.maximum(path.depth, 0.0))
+        simulated = self.simulate(self.values, path)
+        errors = self.expected_error(simulated, path, path.entry_rows)
         return np.column_stack([simulated.tip + _start(simulated, path) + errors, path.tip[:, 2]])
 
-    def uncertainty(self, path: TipPath) -> np.ndarray:
-        """Standard deviation of ``tip`` in each lateral direction, (n,) [m]."""
+    def expected_error(self, simulated: SimulatedPath, path: TipPath, count: int) -> np.ndarray:
+        """What the first ``count`` compared rows of an insertion, and those of the fit, say of the difference between
+        its tip and the simulated one from the first row on, (n, 2) [m]."""
+        rows = path.compared[:count]
+        seen = residuals_of(simulated, path, rows)
+        return self._errors.expected(self._residuals, readings_of(path, rows), seen, np.maximum(path.depth, 0.0))
+
+    def uncertainty(self, path: TipPath, count: int | None = None) -> np.ndarray:
+        """Standard deviation of ``tip`` in each lateral direction if ``count`` compared rows are known, by default
+        those of the entry, (n,) [m]."""
         depth = np.maximum(path.depth, 0.0)
-        _, sd = self._expected(self._known, self._linearised(path), path)
+        _, sd = self._expected(self._known, self._linearised(path), path.entry_rows if count is None else count)
         return np.interp(depth, depth[path.compared], sd.mean(axis=1)) * self.error_scale
 
     def rms(self, path: TipPath) -> float:
@@ -93,14 +98,14 @@ class PathPredictor:
 
     def _left_out(self, k: int) -> tuple[float, float]:
         here, path = self._known[k], self.insertions[k]
-        mean, sd = self._expected(self._known[:k] + self._known[k + 1 :], here, path)
+        mean, sd = self._expected(self._known[:k] + self._known[k + 1 :], here, path.entry_rows)
         error = here.positions().residuals - mean
         ratio = np.mean(error**2 / (sd**2 + POSITION_NOISE**2))
         return float(np.sqrt(np.mean(np.sum(error**2, axis=1)))), float(ratio)
 
-    def _expected(self, known: Sequence[Sensitive], here: Sensitive, path: TipPath) -> tuple[np.ndarray, np.ndarray]:
-        entry = here.rows(np.arange(path.entry_rows))
-        return expected_errors(known, entry, here.positions(), deviations_of(self.parameters, self.values))
+    def _expected(self, known: Sequence[Sensitive], here: Sensitive, count: int) -> tuple[np.ndarray, np.ndarray]:
+        deviations = deviations_of(self.parameters, self.values)
+        return expected_errors(known, here.rows(np.arange(count)), here.positions(), deviations)
 
     @cached_property
     def _errors(self) -> PathErrors:
@@ -122,7 +127,7 @@ class PathPredictor:
             step = step if parameter.outside(number + step) <= parameter.high else -step
             moved = self.values | search_values([parameter], np.array([number + step]))
             slopes.append((self._residuals_with(moved, path) - here) * (parameter.spread / step))
-        return Sensitive(readings_of(path), here, np.array(slopes))
+        return Sensitive(readings_of(path), here, np.array(slopes).reshape(len(slopes), *here.shape))
 
     def _residuals_with(self, values: dict[str, float], path: TipPath) -> np.ndarray:
-        return residuals_of(simulated_path(values, self.needle, path), path)
+        return residuals_of(self.simulate(values, path), path)

@@ -1,23 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tip of one insertion for the motion of its base, as the mechanics say, before its own pose."""
+"""One insertion for the motion of its base, as the mechanics say: tip, slope and base wrench, before its own pose."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .. import core
 from ..models.flexible_insertion import FlexibleInsertion
+from ..models.model import Model
+from .replay import BaseMoves, Replays, base_moves, replay_of, rows_of
 from .tip_paths import TipPath
 
-PATH_SPACING = 5e-4  # [m]; the tip differs by less than 1 um from that with 0.1 mm
+PATH_SPACING = (
+    5e-4  # [m]; the tip differs by some 10 um from that with 0.05 mm, where 3 mm of base motion make 1 mm of it
+)
 SKIN_THICKNESS = 2e-3  # [m]; tip paths do not tell it from the strength of the skin
 ELEMENTS = 30
+Simulation = Callable[..., "SimulatedPath"]
+"""Parameters and the motion of an insertion -> what the mechanics say; with ``replays``, faster."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class SimulatedPath:
-    """Tip and slope of one insertion for given parameters, before its own pose.
+    """One insertion for given parameters, before its own pose.
 
     Attributes
     ----------
@@ -25,11 +32,23 @@ class SimulatedPath:
         Lateral position of the tip [m] and slope that its sensor shows [1].
     depth : ndarray, shape (n,)
         Travel in tissue [m].
+    along : ndarray, shape (n,)
+        Position of the tip along the insertion [m].
+    wrench : ndarray, shape (n, 6)
+        Of the tissue on the needle at the base [N], [N m].
+    force : ndarray, shape (n,)
+        Along the axis [N]; 0 without a model of the axial force.
+    lost : ndarray of bool, shape (n,)
+        Where the needle buckled, or a step was impossible.
     """
 
     tip: np.ndarray
     slope: np.ndarray
     depth: np.ndarray
+    along: np.ndarray
+    wrench: np.ndarray
+    force: np.ndarray
+    lost: np.ndarray
 
 
 def lateral_layers(values: dict[str, float], tip_force: float) -> list[core.LateralLayer]:
@@ -51,55 +70,82 @@ def guide_of(values: dict[str, float], needle: core.Needle) -> dict[str, float]:
     return given | bevel | {"max_speed": math.inf, "max_travel": 0.3}
 
 
-def simulated_path(values: dict[str, float], needle: core.Needle, path: TipPath) -> SimulatedPath:
-    """The tip that the parameters predict for the motion of the base: it moves across and rolls at rest, then the
-    needle is pushed in, then the next motion begins and the tip is read."""
-    depth = np.maximum.accumulate(np.maximum(path.depth - values["surface"], 0.0))
-    moved = path.base - path.base[0]
-    seen = moved + values["lead"] * (np.vstack([moved[1:], moved[-1:]]) - moved)
-    depths = np.column_stack([np.append(0.0, depth[:-1]), depth, depth]).ravel()
-    base = np.stack([moved, moved, seen], axis=1).reshape(-1, 2)
-    if path.rolls:
-        rows = _in_space(values, needle).run(depths, base, roll=np.repeat(_near(path.roll + _bevel(values)), 3))
-        tip, slope = rows["tip"][2::3, :2], rows["tangent"][2::3, :2] / rows["tangent"][2::3, 2:]
-    else:
-        tip, slope = _by_planes(values, needle, depths, base, float(path.roll[0]))
-    axis, sensor = (np.array([values[f"{name}_x"], values[f"{name}_y"]]) for name in ("axis", "sensor"))
-    return SimulatedPath(tip + np.outer(depth, axis), slope + axis + sensor, depth)
-
-
-def _by_planes(
-    values: dict[str, float], needle: core.Needle, depths: np.ndarray, base: np.ndarray, roll: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Tip and slope, (n, 2) each, of a needle that does not roll, plane by plane."""
-    forces = math.hypot(values["tip_force_x"], values["tip_force_y"]) * np.exp(1j * (_bevel(values) + roll))
-    tips, slopes = [], []
-    for across, force in enumerate((forces.real, forces.imag)):
-        flex = _fine_enough(values, needle, lateral_layers(values, float(force)), planar=True)
-        rows = flex.run(depths, np.column_stack([base[:, across], np.zeros(len(depths))]))
-        tips.append(rows["tip"][2::3, 0])
-        slopes.append(rows["tangent"][2::3, 0])
-    return np.column_stack(tips), np.column_stack(slopes)
-
-
-def _in_space(values: dict[str, float], needle: core.Needle) -> FlexibleInsertion:
-    force = math.hypot(values["tip_force_x"], values["tip_force_y"])
-    return _fine_enough(values, needle, lateral_layers(values, force), planar=False)
-
-
-def _fine_enough(
-    values: dict[str, float], needle: core.Needle, layers: list[core.LateralLayer], *, planar: bool
-) -> FlexibleInsertion:
-    """The insertion as finely as a search needs it."""
-    fineness = {"elements": ELEMENTS, "path_spacing": PATH_SPACING, "small_slopes": True, "max_slope": 1.5}
-    return FlexibleInsertion(None, needle, lateral=layers, planar=planar, **fineness, **guide_of(values, needle))
-
-
-def _bevel(values: dict[str, float]) -> float:
-    """Direction of the tip's force where the roll is 0 [rad]."""
+def bevel_direction(values: dict[str, float]) -> float:
+    """Direction of the tip's force where the roll of the insertions is 0 [rad], from x towards y."""
     return math.atan2(values["tip_force_y"], values["tip_force_x"])
 
 
-def _near(roll: np.ndarray) -> np.ndarray:
-    """The same angles by turns of at most half a turn: what the tip is turned by at rest leaves no trace."""
-    return np.unwrap(np.asarray(roll))
+def simulated_path(
+    values: dict[str, float],
+    path: TipPath,
+    *,
+    needle: core.Needle,
+    axial: Model | None = None,
+    replays: Replays | None = None,
+) -> SimulatedPath:
+    """What the parameters predict: the base moves across and the needle rolls at rest, then it is pushed in, then the
+    next motion begins and the tip is read. Plane by plane for a needle that does not roll and has no axial force.
+    ``replays`` is what a search with the same parameters keeps from one call to the next."""
+    depth = np.maximum.accumulate(np.maximum(path.depth - values["surface"], 0.0))
+    moves = base_moves(depth, path, values["lead"])
+    if path.rolls or axial is not None:
+        simulated = _in_space(values, needle, axial, moves, replays)
+    else:
+        simulated = _by_planes(values, needle, moves, replays)
+    axis, sensor = (np.array([values[f"{name}_x"], values[f"{name}_y"]]) for name in ("axis", "sensor"))
+    return SimulatedPath(
+        tip=simulated["tip"] + np.outer(depth, axis),
+        slope=simulated["slope"] + axis + sensor,
+        depth=depth,
+        along=depth,
+        wrench=simulated["wrench"],
+        force=simulated["force"],
+        lost=simulated["lost"],
+    )
+
+
+def _in_space(
+    values: dict[str, float], needle: core.Needle, axial: Model | None, moves: BaseMoves, replays: Replays | None
+) -> dict[str, np.ndarray]:
+    layers = lateral_layers(values, math.hypot(values["tip_force_x"], values["tip_force_y"]))
+    replay = replay_of(replays, "space", lambda: _fine_enough(values, needle, layers, axial=axial, planar=False))
+    return rows_of(replay, replace(moves, roll=moves.roll + bevel_direction(values)))
+
+
+def _by_planes(
+    values: dict[str, float], needle: core.Needle, moves: BaseMoves, replays: Replays | None
+) -> dict[str, np.ndarray]:
+    """The same of a needle that does not roll, plane by plane."""
+    force = math.hypot(values["tip_force_x"], values["tip_force_y"])
+    angle = bevel_direction(values) + moves.roll[0]
+    planes = []
+    for across, share in enumerate((math.cos(angle), math.sin(angle))):
+        layers = lateral_layers(values, force * share)
+        replay = replay_of(
+            replays, "xy"[across], lambda layers=layers: _fine_enough(values, needle, layers, planar=True)
+        )
+        aside = np.column_stack([moves.lateral[:, across], np.zeros(len(moves.depth))])
+        planes.append(rows_of(replay, replace(moves, lateral=aside, roll=np.zeros_like(moves.roll))))
+    x, y = planes
+    wrench = x["wrench"].copy()
+    wrench[:, 1], wrench[:, 3] = y["wrench"][:, 0], -y["wrench"][:, 4]
+    return {
+        "tip": np.column_stack([x["tip"][:, 0], y["tip"][:, 0]]),
+        "slope": np.column_stack([x["slope"][:, 0], y["slope"][:, 0]]),
+        "wrench": wrench,
+        "force": x["force"],
+        "lost": x["lost"] | y["lost"],
+    }
+
+
+def _fine_enough(
+    values: dict[str, float],
+    needle: core.Needle,
+    layers: list[core.LateralLayer],
+    *,
+    planar: bool,
+    axial: Model | None = None,
+) -> FlexibleInsertion:
+    """The insertion as finely as a search needs it."""
+    fineness = {"elements": ELEMENTS, "path_spacing": PATH_SPACING, "small_slopes": True, "max_slope": 1.5}
+    return FlexibleInsertion(axial, needle, lateral=layers, planar=planar, **fineness, **guide_of(values, needle))

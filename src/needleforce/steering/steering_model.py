@@ -1,14 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""An identified steered needle: what simulates it, and what predicts its tip."""
+"""A steered needle, identified or given: what simulates it, and what predicts its tip."""
 
 import math
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
+import numpy as np
+
 from .. import core
+from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
+from ..models.model import Model
 from .path_prediction import PathPredictor
-from .path_simulation import SimulatedPath, guide_of, lateral_layers, simulated_path
+from .path_simulation import SimulatedPath, bevel_direction, guide_of, lateral_layers, simulated_path
+from .replay import Replays, base_moves, replay_of, rows_of
 from .tip_paths import TipPath
 
 
@@ -19,30 +25,32 @@ class SteeringModel:
     Attributes
     ----------
     form : str
-        ``"linear"`` or ``"yielding"``.
+        ``"linear"`` or ``"yielding"``; ``"given"`` for a ``FlexibleInsertion`` that was not identified.
     values : dict of str to float
         Value of each identified parameter, in SI.
     needle : Needle
         The needle with which it was identified.
-    predictor : PathPredictor, optional
+    predictor : PathPredictor
         What predicts other insertions, with what the mechanics leave unexplained.
     """
 
     form: str
     values: dict[str, float]
     needle: core.Needle
-    predictor: PathPredictor | None = field(default=None, repr=False, compare=False)
+    predictor: PathPredictor = field(repr=False, compare=False)
 
     @property
     def roll(self) -> float:
         """Direction of the tip's lateral force at the roll of the insertions [rad], from x towards y."""
-        return math.atan2(self.values["tip_force_y"], self.values["tip_force_x"])
+        return bevel_direction(self.values) if self.values else 0.0
 
-    def insertion(self, **options: Any) -> FlexibleInsertion:
+    def insertion(self, axial: Model | None = None, **options: Any) -> FlexibleInsertion:
         """A needle in space with the identified tissue and guide; ``roll`` is the roll at which it was inserted.
 
         Parameters
         ----------
+        axial : Model, optional
+            Laws of the axial force.
         **options : object
             Of ``FlexibleInsertion``, such as ``elements``.
 
@@ -52,8 +60,38 @@ class SteeringModel:
         """
         force = math.hypot(self.values["tip_force_x"], self.values["tip_force_y"])
         layers = lateral_layers(self.values, force)
-        return FlexibleInsertion(None, self.needle, lateral=layers, **(guide_of(self.values, self.needle) | options))
+        return FlexibleInsertion(axial, self.needle, lateral=layers, **(guide_of(self.values, self.needle) | options))
 
-    def simulated(self, path: TipPath) -> SimulatedPath:
-        """Tip and slope for the motion of the base of an insertion, before its pose."""
-        return simulated_path(self.values, self.needle, path)
+    def simulated(self, path: TipPath, axial: Model | None = None, replays: Replays | None = None) -> SimulatedPath:
+        """Tip, slope and wrench for the motion of the base of an insertion, before its pose; with the axial force of
+        a model, if one is given. ``replays``, an empty dictionary at first, makes similar motions faster."""
+        if axial is None:
+            return self.predictor.simulate(self.values, path, replays=replays)
+        if self.form == "given":
+            step = "Give nf.FlexibleInsertion(model, …) instead."
+            raise InputError("axial", axial.name, "a given insertion has its own", next_step=step)
+        return simulated_path(self.values, path, needle=self.needle, axial=axial, replays=replays)
+
+
+def steering_model(model: SteeringModel | FlexibleInsertion) -> SteeringModel:
+    """The model itself, or one around an insertion whose parameters are given; its unexplained errors are those of
+    gels, and its state is lost.
+
+    Raises
+    ------
+    InputError
+        If the model is neither.
+    """
+    if isinstance(model, SteeringModel):
+        return model
+    if not isinstance(model, FlexibleInsertion):
+        step = "Give found.model of nf.steering.identify, or nf.FlexibleInsertion(…)."
+        raise InputError("model", type(model).__name__, "not a steering model", next_step=step)
+    return SteeringModel("given", {}, model.needle, PathPredictor(partial(_given_path, flex=model), {}))
+
+
+def _given_path(
+    values: dict[str, float], path: TipPath, *, flex: FlexibleInsertion, replays: Replays | None = None
+) -> SimulatedPath:
+    depth = np.maximum.accumulate(np.maximum(path.depth, 0.0))
+    return SimulatedPath(depth=depth, **rows_of(replay_of(replays, "given", lambda: flex), base_moves(depth, path)))

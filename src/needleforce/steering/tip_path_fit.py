@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -79,23 +80,18 @@ class SteeringFit:
         ndarray, shape (n, 3)
             Position of the tip [m].
         """
-        return self._predictor.tip(path)
+        return self.model.predictor.tip(path)
 
     def uncertainty(self, path: TipPath) -> np.ndarray:
         """Standard deviation of ``predict`` in each lateral direction, (n,) [m]: of the parameters, the pose and what
         the mechanics leave unexplained."""
-        return self._predictor.uncertainty(path)
+        return self.model.predictor.uncertainty(path)
 
     @property
     def left_out(self) -> dict[str, float]:
         """Insertion -> root mean square lateral error of its prediction when it is left out of the fit [m]; linear in
         the parameters. Empty for one insertion."""
-        return {name: error for name, (error, _) in self._predictor.left_out.items()}
-
-    @property
-    def _predictor(self) -> PathPredictor:
-        assert self.model.predictor is not None
-        return self.model.predictor
+        return {name: error for name, (error, _) in self.model.predictor.left_out.items()}
 
 
 def identify(
@@ -139,7 +135,7 @@ def identify(
     values = search_values(parameters, numbers)
     # least_squares gives the Jacobian with the weights of the loss
     covariance = np.linalg.inv(solution.jac.T @ solution.jac)
-    predictor = PathPredictor(values, needle, tuple(insertions), parameters)
+    predictor = PathPredictor(partial(simulated_path, needle=needle), values, tuple(insertions), parameters)
     return SteeringFit(
         model=SteeringModel(model, values, needle, predictor),
         parameters=tuple(_estimate(p, x, sd) for p, x, sd in zip(parameters, numbers, np.sqrt(np.diag(covariance)))),
@@ -169,7 +165,7 @@ def _search(
     def residuals(deviations: np.ndarray) -> np.ndarray:
         nonlocal calls
         values = search_values(parameters, center + spread * deviations)
-        parts = [residuals_of(simulated_path(values, needle, path), path) for path in insertions]
+        parts = [residuals_of(simulated_path(values, path, needle=needle), path) for path in insertions]
         joined = np.concatenate([errors.whitened(parts).ravel(), deviations])
         calls += 1
         if progress:

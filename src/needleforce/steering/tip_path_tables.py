@@ -30,8 +30,9 @@ def read(file: str | PathLike, *, unit: str | None = None) -> list[TipPath]:
     file : path
         A table of any format that ``nf.read`` opens, with the columns ``tip_x``, ``tip_y``, ``tip_z`` and the two of
         ``base_x``, ``base_y``, ``base_z`` across, each with its unit (``tip_x_mm``, ``tip x [mm]``); optionally the
-        tip's orientation ``tip_qw`` to ``tip_qz``, the nominal ``depth``, and the needle's ``roll``. A column ``file``,
-        ``insertion``, ``trial`` or ``run`` separates insertions. Without columns of the base it is at rest.
+        tip's orientation ``tip_qw`` to ``tip_qz`` or its slopes ``tip_slope_x`` and so on, the nominal ``depth``, and
+        the needle's ``roll``. A column ``file``, ``insertion``, ``trial`` or ``run`` separates insertions. Without
+        columns of the base it is at rest.
     unit : str, optional
         Of all lengths, where the table states none.
 
@@ -70,11 +71,13 @@ class _Source:
 
 
 def _columns(table: FileTable) -> dict[str, _Source]:
-    """Quantity -> column, for tip, base, orientation, roll and depth."""
+    """Quantity -> column, for tip, base, orientation or slope, roll and depth."""
     found: dict[str, _Source] = {}
     for index, header in enumerate(table.headers):
         name, unit = _split(header)
-        match = re.fullmatch(r"(?:needle_)?(tip|base|guide|hub)_(q[wxyz]|[xyz])|(?:base_|step_)?(depth|roll)", name)
+        match = re.fullmatch(
+            r"(?:needle_)?(tip|base|guide|hub)_(q[wxyz]|(?:slope_)?[xyz])|(?:base_|step_)?(depth|roll)", name
+        )
         if not match:
             continue
         body = match[1] and ("tip" if match[1] == "tip" else "base")
@@ -124,7 +127,7 @@ def _series(table: FileTable, source: _Source, unit: str | None) -> np.ndarray:
         limit = "not a number in each row"
         raise InputError(source.header, f"{values[row]:g}", limit, table.place(row), "Leave the row out.")
     name = _split(source.header)[0]
-    if "_q" in name:
+    if "_q" in name or "slope" in name:
         return values
     if name.endswith("roll"):
         return parse(source.unit or "rad", "angle", source.header, str(table.path)).to_si(values)
@@ -142,7 +145,7 @@ def _path(name: str, series: dict[str, np.ndarray], rows: np.ndarray, table: Fil
     sign = _direction(one[f"tip_{along}"], place)
     base = np.column_stack([one.get(f"base_{axis}", np.zeros(len(rows))) for axis in across])
     tip = np.column_stack([*(one[f"tip_{axis}"] for axis in across), sign * one[f"tip_{along}"]])
-    slope = _slopes(one, [AXES.index(axis) for axis in (*across, along)], sign)
+    slope = _slopes(one, across, along, sign)
     n = _tracked(tip, base)
     notes = [f"insertion along {'+' if sign > 0 else '-'}{along}"]
     if n < len(rows):
@@ -169,8 +172,12 @@ def _direction(along: np.ndarray, place: str) -> float:
     return float(np.sign(travel))
 
 
-def _slopes(series: dict[str, np.ndarray], order: list[int], sign: float) -> np.ndarray | None:
-    """Slopes across from the orientation: of the sensor's axis that is closest to the insertion."""
+def _slopes(series: dict[str, np.ndarray], across: list[str], along: str, sign: float) -> np.ndarray | None:
+    """Slopes across, as they are given or from the orientation: of the sensor's axis that is closest to the
+    insertion."""
+    given = [f"tip_slope_{axis}" for axis in across]
+    if all(name in series for name in given):
+        return np.column_stack([series[name] for name in given])
     if not all(name in series for name in _QUATERNION):
         return None
     w, x, y, z = (series[name] for name in _QUATERNION)
@@ -180,7 +187,7 @@ def _slopes(series: dict[str, np.ndarray], order: list[int], sign: float) -> np.
             np.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], axis=1),
             np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1),
         ]
-    )[:, :, order]
+    )[:, :, [AXES.index(axis) for axis in (*across, along)]]
     needle = axes[int(np.argmax(np.abs(axes[:, :, 2]).mean(axis=1)))]
     inwards = sign * needle[:, 2]
     return needle[:, :2] / inwards[:, None]

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a needle must not touch: spheres, boxes, or any signed distance."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A ball in the frame of the target.
+
+    Parameters
+    ----------
+    center : (float, float, float)
+        [m]
+    radius : float
+        [m], above 0.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite or the radius is not above 0.
+    """
+
+    center: tuple[float, float, float]
+    radius: float
+
+    def __post_init__(self) -> None:
+        _three(self.center, "center of a sphere")
+        if not (np.isfinite(self.radius) and self.radius > 0.0):
+            raise InputError("radius of a sphere", f"{self.radius} m", "must be above 0", next_step="Give it in m.")
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Signed distance of points (n, 3) from its surface, negative inside, (n,) [m]."""
+        return np.linalg.norm(points - np.asarray(self.center), axis=-1) - self.radius
+
+
+@dataclass(frozen=True)
+class Box:
+    """A box along the axes of the frame of the target.
+
+    Parameters
+    ----------
+    low, high : (float, float, float)
+        Opposite corners [m]; each of ``low`` is below that of ``high``.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite or the corners are not ordered.
+    """
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        _three(self.low, "low corner of a box")
+        _three(self.high, "high corner of a box")
+        if not np.all(np.asarray(self.low) < np.asarray(self.high)):
+            limit = "must be below the high corner along each axis"
+            raise InputError("low corner of a box", str(tuple(self.low)), limit, next_step="Exchange the values.")
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Signed distance of points (n, 3) from its surface, negative inside, (n,) [m]."""
+        outside = np.maximum(np.asarray(self.low) - points, points - np.asarray(self.high))
+        beyond = np.linalg.norm(np.maximum(outside, 0.0), axis=-1)
+        return beyond + np.minimum(outside.max(axis=-1), 0.0)
+
+
+Obstacle = Sphere | Box | Callable[[np.ndarray], np.ndarray]
+"""A sphere, a box, or a function of points (n, 3) [m] that returns their signed distance (n,) [m]."""
+
+
+def distance_to(obstacles: Sequence[Obstacle], points: np.ndarray) -> np.ndarray:
+    """Signed distance of points (n, 3) from the nearest obstacle, (n,) [m]; infinity if there is none.
+
+    Raises
+    ------
+    InputError
+        If a function returns another shape or a value that is not a number.
+    """
+    nearest = np.full(len(points), np.inf)
+    for obstacle in obstacles:
+        if isinstance(obstacle, Sphere | Box):
+            nearest = np.minimum(nearest, obstacle.distance(points))
+        else:
+            nearest = np.minimum(nearest, _checked(obstacle(points), len(points)))
+    return nearest
+
+
+def _checked(found: np.ndarray, count: int) -> np.ndarray:
+    values = np.asarray(found, dtype=float)
+    if values.shape != (count,) or np.isnan(values).any():
+        limit = f"must be {count} numbers for {count} points"
+        raise InputError("signed distance", f"an array of shape {values.shape}", limit, next_step="Return (n,) [m].")
+    return values
+
+
+def _three(values: tuple[float, float, float], quantity: str) -> None:
+    if np.shape(values) != (3,) or not np.all(np.isfinite(values)):
+        raise InputError(quantity, repr(values), "must be three finite numbers", next_step="Give x, y, z in m.")

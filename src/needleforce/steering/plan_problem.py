@@ -1,0 +1,261 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Planning as least squares: knots of base motion in, distances from target, obstacles and limits out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import InputError
+from ..models.model import Model
+from .base_motion import BaseMotion
+from .obstacles import Obstacle, distance_to
+from .path_simulation import SimulatedPath
+from .replay import Replays
+from .steering_model import SteeringModel
+from .tip_paths import TipPath
+
+# residuals are in units of these
+TARGET = 2e-5  # [m]
+CLEARANCE = 1e-4  # [m]
+OVER_LIMIT = 1e-2  # share of a limit
+EFFORT = 5.0  # of a base at its limit; a tip 0.1 mm off counts as much
+UNSMOOTH = 2.0  # of two knots that differ by the limit
+_KNOTS = 8
+_BETWEEN = 3  # points between two rows that are compared with obstacles
+
+
+@dataclass(frozen=True, kw_only=True)
+class SteeringLimits:
+    """What the robot and the tissue allow.
+
+    Parameters
+    ----------
+    max_lateral : float
+        Motion of the base across from its start, along x and along y [m]; 0: the base does not move.
+    max_lateral_step : float
+        Motion across in one step, along x and along y [m].
+    rolls : bool
+        Whether the needle may be turned about its axis between the steps.
+    max_force : float
+        Axial force [N]; it needs a model of the axial force.
+    max_lateral_force : float
+        Lateral force at the base [N].
+    max_moment : float
+        Bending moment at the base [N m].
+
+    Raises
+    ------
+    InputError
+        If a limit is negative or not a number, or neither motion is allowed.
+    """
+
+    max_lateral: float = 6e-3
+    max_lateral_step: float = 6e-3
+    rolls: bool = False
+    max_force: float = np.inf
+    max_lateral_force: float = np.inf
+    max_moment: float = np.inf
+
+    def __post_init__(self) -> None:
+        for quantity in ("max_lateral", "max_lateral_step", "max_force", "max_lateral_force", "max_moment"):
+            value = getattr(self, quantity)
+            if not value >= 0.0:
+                raise InputError(quantity, value, "must be at least 0", next_step="Give it in SI units.")
+        if not (self.rolls or self.moves):
+            step = "Allow max_lateral above 0, or rolls=True."
+            raise InputError("limits", "no motion", "a needle is steered by one", next_step=step)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the base may move across."""
+        return self.max_lateral > 0.0 and self.max_lateral_step > 0.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlanProblem:
+    """What is planned: rows of base motion from the executed ones to the target's depth.
+
+    Attributes
+    ----------
+    model : SteeringModel
+        The needle.
+    target : ndarray, shape (3,)
+        From the point of entry [m].
+    depths : ndarray, shape (n,)
+        Depth of each row [m]; the last is that of the target.
+    executed : BaseMotion
+        The rows that were executed, at least the first.
+    readings : TipPath, optional
+        Tip and base of the executed rows; without it the tip is at the origin in the first row.
+    limits : SteeringLimits
+        Of base motion and forces.
+    obstacles : sequence
+        To be avoided.
+    clearance : float
+        Distance to be kept from them [m].
+    axial : Model, optional
+        Laws of the axial force.
+    """
+
+    model: SteeringModel
+    target: np.ndarray
+    depths: np.ndarray
+    executed: BaseMotion
+    limits: SteeringLimits
+    readings: TipPath | None = None
+    obstacles: Sequence[Obstacle] = ()
+    clearance: float = 0.0
+    axial: Model | None = None
+    effort: float = EFFORT
+    replays: Replays = field(default_factory=dict)
+
+    @property
+    def free(self) -> int:
+        """Rows that are still to be planned."""
+        return len(self.depths) - len(self.executed)
+
+    @property
+    def knots(self) -> np.ndarray:
+        """Indices, among the free rows, at which the motion is sought; between them it is linear."""
+        return np.unique(np.linspace(0, self.free - 1, min(_KNOTS, self.free)).round().astype(int))
+
+    def motion(self, sought: np.ndarray) -> BaseMotion:
+        """Base motion of all rows for the sought numbers: x and y at the knots as shares of the limit, then rolls."""
+        lateral, roll = self._split(sought)
+        n, rows = len(self.knots), np.arange(self.free)
+        across = np.tile(self.executed.lateral[-1], (self.free, 1))
+        if self.limits.moves:
+            columns = [np.interp(rows, self.knots, column) for column in lateral.reshape(n, 2).T]
+            across = self.limits.max_lateral * np.column_stack(columns)
+        turned = np.full(self.free, self.executed.roll[-1])
+        if self.limits.rolls:
+            turned = roll[np.searchsorted(self.knots, rows, side="right") - 1]
+        return BaseMotion(
+            self.depths, np.vstack([self.executed.lateral, across]), np.append(self.executed.roll, turned)
+        )
+
+    def start(self, direction: float | None = None, share: float = 0.0) -> np.ndarray:
+        """Numbers to begin with: the base where it is, or towards a direction [rad] by a share of its limit."""
+        n = len(self.knots)
+        aside = np.zeros(2) if direction is None else share * np.array([np.cos(direction), np.sin(direction)])
+        numbers = []
+        if self.limits.moves:
+            here = self.executed.lateral[-1] / self.limits.max_lateral
+            numbers.append(np.clip(np.tile(here + aside, n), -1.0, 1.0))
+        if self.limits.rolls:
+            to_target = np.arctan2(self.target[1], self.target[0]) - self.model.roll
+            towards = to_target if direction is None else direction - self.model.roll
+            spread = 0.25 * np.pi * (-1.0) ** np.arange(n)  # equal rolls would stay equal in the search
+            numbers.append(towards + spread)
+        return np.concatenate(numbers)
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Of the sought numbers."""
+        n = len(self.knots)
+        high = np.concatenate([np.ones(2 * n * self.limits.moves), np.full(n * self.limits.rolls, np.inf)])
+        return -high, high
+
+    def path(self, motion: BaseMotion) -> TipPath:
+        """The rows as a tip path: what was read, and behind it straight on."""
+        n = len(motion.depth)
+        tip = np.column_stack([np.zeros((n, 2)), motion.depth])
+        slope = None
+        if self.readings is not None:
+            done = len(self.executed)
+            tip[:done] = self.readings.tip[:done] - self.readings.tip[0]
+            tip[:, 2] = np.append(self.readings.depth[:done], motion.depth[done:])
+            slope = self._slopes(n)
+        return TipPath("plan", motion.lateral, tip, slope, roll=motion.roll)
+
+    def _slopes(self, n: int) -> np.ndarray | None:
+        assert self.readings is not None
+        if self.readings.slope is None:
+            return None
+        return np.vstack([self.readings.slope, np.zeros((n - len(self.readings.slope), 2))])
+
+    @cached_property
+    def _error(self) -> np.ndarray:
+        """What the executed rows and the fit report of the difference between the tip and the simulated one in all
+        rows, (n, 2) [m]; the motion to come has no part in it."""
+        still = np.tile(self.executed.lateral[-1], (self.free, 1))
+        turned = np.full(self.free, self.executed.roll[-1])
+        motion = BaseMotion(
+            self.depths, np.vstack([self.executed.lateral, still]), np.append(self.executed.roll, turned)
+        )
+        path = self.path(motion)
+        simulated = self.model.simulated(path, self.axial, self.replays)
+        return self.model.predictor.expected_error(simulated, path, len(self.executed))
+
+    def predicted(self, motion: BaseMotion) -> tuple[np.ndarray, SimulatedPath]:
+        """Tip (n, 3) from the point of entry [m], with its expected error, and the simulation."""
+        simulated = self.model.simulated(self.path(motion), self.axial, self.replays)
+        across = simulated.tip - simulated.tip[0] + self._error
+        return np.column_stack([across, simulated.along - simulated.along[0]]), simulated
+
+    @property
+    def by_planes(self) -> bool:
+        """Whether motion along x has no effect along y, and the reverse."""
+        return not self.limits.rolls and self.axial is None and self.model.form != "given"
+
+    def residuals(self, sought: np.ndarray) -> np.ndarray:
+        """What least squares makes small."""
+        return self.residuals_of(sought, *self.predicted(self.motion(sought)))
+
+    def residuals_of(self, sought: np.ndarray, tip: np.ndarray, simulated: SimulatedPath) -> np.ndarray:
+        """The same for a predicted tip."""
+        motion = self.motion(sought)
+        miss = (tip[-1, :2] - self.target[:2]) / TARGET
+        return np.concatenate(
+            [miss, self._near_obstacles(tip), self._over_limits(simulated), self._effort(motion), self._turns(sought)]
+        )
+
+    def distances(self, tip: np.ndarray) -> np.ndarray:
+        """Distance of the path that is still to be cut from the nearest obstacle [m], at its rows and between them."""
+        rows = np.arange(len(tip))
+        dense = np.linspace(len(self.executed) - 1, len(tip) - 1, (_BETWEEN + 1) * self.free + 1)
+        points = np.column_stack([np.interp(dense, rows, column) for column in tip.T])
+        return distance_to(self.obstacles, points)
+
+    def _near_obstacles(self, tip: np.ndarray) -> np.ndarray:
+        if not len(self.obstacles):
+            return np.zeros(0)
+        return np.maximum(self.clearance + CLEARANCE - self.distances(tip), 0.0) / CLEARANCE
+
+    def _over_limits(self, simulated: SimulatedPath) -> np.ndarray:
+        loads = loads_of(simulated, self.limits)
+        parts = [np.maximum(load / limit - (1.0 - OVER_LIMIT), 0.0) / OVER_LIMIT for load, limit in loads.values()]
+        return np.concatenate([np.zeros(0), *(part[len(self.executed) :] for part in parts)])
+
+    def _effort(self, motion: BaseMotion) -> np.ndarray:
+        if not self.limits.moves:
+            return np.zeros(0)
+        done = len(self.executed)
+        share = motion.lateral[done:] / self.limits.max_lateral
+        steps = np.diff(motion.lateral[done - 1 :], axis=0)
+        over = np.maximum(np.abs(steps) / self.limits.max_lateral_step - 1.0, 0.0) / OVER_LIMIT
+        weight = self.effort / np.sqrt(self.free)
+        parts = [weight * share, UNSMOOTH * weight / EFFORT * steps / self.limits.max_lateral_step, over]
+        return np.concatenate([part.ravel() for part in parts])
+
+    def _turns(self, sought: np.ndarray) -> np.ndarray:
+        """A little of each turn, so that a roll without effect stays where it is."""
+        if not self.limits.rolls:
+            return np.zeros(0)
+        roll = np.append(self.executed.roll[-1], self._split(sought)[1])
+        return 1e-2 * self.effort * np.sin(0.5 * np.diff(roll))
+
+    def _split(self, sought: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        n = 2 * len(self.knots) * self.limits.moves
+        return sought[:n], sought[n:]
+
+
+def loads_of(simulated: SimulatedPath, limits: SteeringLimits) -> dict[str, tuple[np.ndarray, float]]:
+    """Quantity -> its size in each row, and its limit; of the limited ones."""
+    loads = {
+        "axial force": (np.abs(simulated.force), limits.max_force),
+        "lateral force at the base": (np.hypot(*simulated.wrench[:, :2].T), limits.max_lateral_force),
+        "moment at the base": (np.hypot(*simulated.wrench[:, 3:5].T), limits.max_moment),
+    }
+    return {name: (load, limit) for name, (load, limit) in loads.items() if np.isfinite(limit)}

@@ -1,0 +1,245 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Base motion so that the tip reaches a target: past obstacles, within limits, with its force and its uncertainty."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import InputError
+from ..models.flexible_insertion import FlexibleInsertion
+from ..models.model import Model
+from .base_motion import BaseMotion
+from .obstacles import Obstacle, distance_to
+from .plan_problem import OVER_LIMIT, PlanProblem, SteeringLimits, loads_of
+from .plan_search import Search, best
+from .steering_model import SteeringModel, steering_model
+from .tip_paths import TipPath
+
+TOLERANCE = 1e-4  # [m] of a target that is reached
+MAX_ROWS = 400
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Plan:
+    """A planned insertion.
+
+    Attributes
+    ----------
+    motion : BaseMotion
+        What the base does, step by step.
+    path : ndarray, shape (n, 3)
+        Predicted tip after each step, from the point of entry [m].
+    force : ndarray, shape (n,)
+        Axial force [N]; 0 without a model of it.
+    wrench : ndarray, shape (n, 6)
+        Of the tissue on the needle at the base [N], [N m].
+    miss : float
+        Distance of the predicted tip from the target at the end [m].
+    clearance : float
+        Smallest distance of the predicted path from an obstacle [m]; infinity without obstacles.
+    faults : tuple of str
+        What is not as asked: a target out of reach, an obstacle that is touched, a limit that is exceeded, each with
+        value and limit. Empty for a plan that can be executed.
+    """
+
+    motion: BaseMotion
+    path: np.ndarray
+    force: np.ndarray
+    wrench: np.ndarray
+    miss: float
+    clearance: float
+    faults: tuple[str, ...]
+    problem: PlanProblem
+
+    @property
+    def target(self) -> np.ndarray:
+        """The target, (3,) from the point of entry [m]."""
+        return self.problem.target
+
+    @property
+    def reached(self) -> bool:
+        """Whether the target is reached within 0.1 mm and nothing else is wrong."""
+        return not self.faults
+
+    @cached_property
+    def sd(self) -> np.ndarray:
+        """Standard deviation of the tip in each lateral direction, (n,) [m]."""
+        return self.problem.model.predictor.uncertainty(self.problem.path(self.motion), len(self.problem.executed))
+
+    def tube(self, level: float = 0.95) -> np.ndarray:
+        """Radius around the path in which the tip is with a probability, (n,) [m]."""
+        return self.sd * math.sqrt(-2.0 * math.log(1.0 - level))
+
+    def replan(self, readings: TipPath, *, progress: Callable[[int, float], None] | None = None) -> "Plan":
+        """Plan the rest anew from the tips that were measured so far.
+
+        Parameters
+        ----------
+        readings : TipPath
+            Base, roll and tip of the executed steps, of which the first is the entry, as in ``motion``.
+        progress : callable, optional
+            Called with the number of evaluations and the cost.
+
+        Returns
+        -------
+        Plan
+
+        Raises
+        ------
+        InputError
+            If more steps were executed than planned, or none.
+        """
+        done, rows = len(readings), len(self.motion)
+        if not 0 < done < rows:
+            limit = f"must be 1 to {rows - 1}, as {rows} rows are planned"
+            raise InputError("executed rows", done, limit, next_step="Give the rows that were executed.")
+        executed = BaseMotion(self.motion.depth[:done], readings.base - readings.base[0], readings.roll)
+        problem = replace(self.problem, executed=executed, readings=readings)
+        return _planned(problem, self.motion, progress)
+
+
+def plan(
+    model: SteeringModel | FlexibleInsertion,
+    target: ArrayLike,
+    *,
+    obstacles: Sequence[Obstacle] = (),
+    clearance: float = 0.0,
+    limits: SteeringLimits | None = None,
+    step: float = 5e-3,
+    axial: Model | None = None,
+    readings: TipPath | None = None,
+    progress: Callable[[int, float], None] | None = None,
+) -> Plan:
+    """Plan the motion of the base that brings the tip to a target.
+
+    Parameters
+    ----------
+    model : SteeringModel or FlexibleInsertion
+        ``found.model`` of an identified needle; or an insertion whose parameters are given, which is reset.
+    target : array_like, shape (3,)
+        From the point of entry: x and y across, z along the insertion [m], in the frame of the tip paths with which
+        the model was identified.
+    obstacles : sequence
+        ``Sphere``, ``Box``, or functions that return the signed distance of points.
+    clearance : float
+        Distance that the path keeps from them [m].
+    limits : SteeringLimits, optional
+        Default: a base that moves by 6 mm at most and does not roll.
+    step : float
+        Travel between two motions of the base [m].
+    axial : Model, optional
+        Laws of the axial force, for an identified needle.
+    readings : TipPath, optional
+        Steps that were executed, of which the first is the entry.
+    progress : callable, optional
+        Called with the number of evaluations and the cost.
+
+    Returns
+    -------
+    Plan
+        Also where the target cannot be reached: ``plan.faults`` states by how much.
+
+    Raises
+    ------
+    InputError
+        If the target is not in front of the surface or in an obstacle, deeper than the needle reaches, or a value is
+        no number.
+    """
+    steered, aim = steering_model(model), _target(target)
+    _check(steered, aim, obstacles, clearance, step)
+    count = len(readings) if readings is not None else 1
+    begin = readings.depth[count - 1] if readings is not None else 0.0
+    depths = _depths(readings, begin, aim[2], step)
+    executed = BaseMotion(np.zeros(1), np.zeros((1, 2)), np.zeros(1))
+    if readings is not None:
+        executed = BaseMotion(depths[:count], readings.base - readings.base[0], readings.roll)
+    problem = PlanProblem(
+        model=steered,
+        target=aim,
+        depths=depths,
+        executed=executed,
+        readings=readings,
+        limits=limits or SteeringLimits(),
+        obstacles=tuple(obstacles),
+        clearance=clearance,
+        axial=axial,
+    )
+    return _planned(problem, None, progress)
+
+
+def _planned(problem: PlanProblem, before: BaseMotion | None, progress: Callable[[int, float], None] | None) -> Plan:
+    problem, motion = best(problem, Search(before=before, progress=progress))
+    tip, simulated = problem.predicted(motion)
+    miss = float(np.linalg.norm(tip[-1] - problem.target))
+    distance = float(problem.distances(tip).min())
+    return Plan(
+        motion=motion,
+        path=tip,
+        force=simulated.force,
+        wrench=simulated.wrench,
+        miss=miss,
+        clearance=distance,
+        faults=tuple(_faults(problem, simulated, motion, miss, distance)),
+        problem=problem,
+    )
+
+
+def _faults(problem, simulated, motion, miss, distance):  # type: ignore[no-untyped-def]
+    if miss > TOLERANCE:
+        yield f"the target is out of reach by {1e3 * miss:.2f} mm"
+    if distance < problem.clearance:
+        yield f"an obstacle is {1e3 * distance:.2f} mm away, where {1e3 * problem.clearance:.2f} mm are asked"
+    for quantity, (load, limit) in loads_of(simulated, problem.limits).items():
+        if load.max() > limit * (1.0 + OVER_LIMIT):
+            row = int(np.argmax(load))
+            yield f"{quantity} is {load[row]:.3g} at {1e3 * motion.depth[row]:.1f} mm, limit {limit:.3g}"
+    if simulated.lost.any():
+        yield f"the needle buckles or cannot be moved so at {1e3 * motion.depth[int(np.argmax(simulated.lost))]:.1f} mm"
+
+
+def _target(target: ArrayLike) -> np.ndarray:
+    aim = np.asarray(target, dtype=float)
+    if aim.shape != (3,) or not np.all(np.isfinite(aim)):
+        step = "Give x, y, z in m from the point of entry."
+        raise InputError("target", repr(target), "must be three finite numbers", next_step=step)
+    if not aim[2] > 0.0:
+        limit = "must be below the surface"
+        raise InputError("depth of the target", f"{1e3 * aim[2]:g} mm", limit, next_step="z is positive inwards.")
+    return aim
+
+
+def _check(
+    model: SteeringModel, target: np.ndarray, obstacles: Sequence[Obstacle], clearance: float, step: float
+) -> None:
+    if not (np.isfinite(step) and step > 0.0):
+        raise InputError("step", f"{step} m", "must be above 0", next_step="Give it in m.")
+    if target[2] / step > MAX_ROWS:
+        limit = f"more than {MAX_ROWS} steps to the target"
+        raise InputError("step", f"{1e3 * step:g} mm", limit, next_step="Give longer steps.")
+    reach = model.needle.length - model.values.get("guide_distance", 0.0)
+    if target[2] > reach:
+        step_back = "Give a longer needle or a nearer target."
+        raise InputError(
+            "depth of the target",
+            f"{1e3 * target[2]:g} mm",
+            f"the needle reaches {1e3 * reach:g} mm",
+            next_step=step_back,
+        )
+    if not (np.isfinite(clearance) and clearance >= 0.0):
+        raise InputError("clearance", f"{clearance} m", "must be at least 0", next_step="Give it in m.")
+    for name, point in (("target", target), ("point of entry", np.zeros(3))):
+        distance = float(distance_to(obstacles, point[None])[0])
+        if distance < clearance:
+            limit = f"{1e3 * distance:.2f} mm from an obstacle, where {1e3 * clearance:.2f} mm are asked"
+            raise InputError(name, "too close", limit, next_step="Move it, or ask for less clearance.")
+
+
+def _depths(readings: TipPath | None, begin: float, end: float, step: float) -> np.ndarray:
+    """Depths of the executed rows, then evenly to the target."""
+    count = max(1, math.ceil((end - begin) / step - 1e-9))
+    ahead = begin + (end - begin) * np.arange(1, count + 1) / count
+    return np.append(readings.depth if readings is not None else 0.0, ahead)
