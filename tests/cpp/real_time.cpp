@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <memory>
 #include <new>
 #include <random>
 
@@ -11,6 +12,7 @@
 #include "../proof/c_layers.hpp"
 #include "bending.hpp"
 #include "every_model.hpp"
+#include "needleforce/bending/tip_estimator.hpp"
 #include "needleforce/flight_recorder.hpp"
 
 namespace {
@@ -340,6 +342,29 @@ TEST(RealTime, NeedleThatBendsAllocatesNothingOnAnyFoundation) {
     expect_sound(bent(bending::SpatialInsertion(with_bevel(), bevelled(form)), 10000), "in space");
     expect_sound(bent(bending::PlanarInsertion(with_bevel(), bevelled(form)), 20000), "in a plane");
   }
+}
+
+TEST(RealTime, EstimatorAllocatesNothingAndStaysFiniteForAnyReading) {
+  const bending::SpatialInsertion needle(with_bevel(), bevelled(FoundationForm::linear));
+  const std::array varied{needle, needle};
+  const auto estimator = std::make_unique<bending::TipEstimator>(needle, varied, bending::PathUncertainty{});
+  RandomInput input(2e-5), aside(1e-6);
+  bool finite = true;
+  armed = true;
+  for (int i = 0; i < 20000; ++i) {
+    bending::Base base{.depth = input.depth(), .lateral = {0.1 * aside.depth(), 0.0}};
+    const bending::TipEstimate estimate = estimator->step(base, input.dt());
+    if (i % 7 == 0) estimator->tip({aside.depth(), aside.depth()}, input.dt());
+    if (i % 11 == 0) estimator->wrench({aside.depth(), 0.0, 0.0, aside.depth(), 0.0, 0.0});
+    estimator->shape(
+        [&](const bending::Vector& point) noexcept { finite &= std::isfinite(point[0] + point[1]); });
+    finite &=
+        std::isfinite(estimate.tip[0] + estimate.tip[1] + estimate.covariance[0] + estimate.covariance[2]);
+  }
+  armed = false;
+  EXPECT_TRUE(finite);
+  EXPECT_EQ(allocations, 0);
+  allocations = 0;
 }
 
 TEST(RealTime, AllocationCounterDetectsAnAllocation) {

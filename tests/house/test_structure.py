@@ -9,7 +9,7 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 300,
+    "Python files": 312,
     "modules imported by one other alone": 88,
     "files that run in `nf.read(file)`": 28,
     "files that run in `nf.identify(recording)`": 40,

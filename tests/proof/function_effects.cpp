@@ -5,6 +5,7 @@
 #include "../../bindings/c/needleforce_bend.cpp"
 #include "../../bindings/c/needleforce_guard.cpp"
 #include "needleforce/bending/flexible_insertion.hpp"
+#include "needleforce/bending/tip_estimator.hpp"
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/guard.hpp"
 #include "needleforce/live.hpp"
@@ -71,6 +72,16 @@ double bend(needleforce::bending::FlexibleInsertion<dimension>& needle) noexcept
                                   needleforce::bending::SpatialInsertion& space) noexcept
     [[clang::nonblocking]] {
   return bend(plane) + bend(space);
+}
+
+[[maybe_unused]] double estimated(needleforce::bending::TipEstimator& estimator) noexcept
+    [[clang::nonblocking]] {
+  double sum = estimator.step({}, 1e-3).tip[0];
+  const std::array<double, 2> slopes{};
+  sum += estimator.tip({0.0, 0.0}, 1e-2, &slopes) + estimator.wrench({}) + estimator.estimate().tip[0];
+  estimator.shape([&](const needleforce::bending::Vector& point) noexcept { sum += point[0]; });
+  estimator.reset();
+  return sum;
 }
 
 // what the loop calls while another thread replaces the model

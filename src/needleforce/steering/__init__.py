@@ -2,29 +2,46 @@
 """Steering a needle: tip paths read and identified, insertions planned, kinematic models of a bevel-tip needle."""
 
 from .base_motion import BaseMotion
+from .identification import identify
 from .kinematics import Bicycle, KinematicSample, Unicycle
+from .needle_shapes import NeedleShape, read_shapes
 from .obstacles import Box, Sphere
 from .plan_problem import SteeringLimits
 from .planning import Plan, plan
+from .shape_fit import ShapeFit, needle_shape
 from .steering_model import SteeringModel
-from .tip_path_fit import SteeringEstimate, SteeringFit, identify
+from .steering_parameters import SteeringEstimate
+from .tip_estimator import TipEstimate, TipEstimator
+from .tip_path_fit import SteeringFit
 from .tip_path_tables import read
 from .tip_paths import TipPath
+from .wrench_fit import BaseWrench, WrenchFit, base_wrench
+from .wrench_sensor import WrenchSensor
 
 __all__ = [
     "BaseMotion",
+    "BaseWrench",
     "Bicycle",
     "Box",
     "KinematicSample",
+    "NeedleShape",
     "Plan",
+    "ShapeFit",
     "Sphere",
     "SteeringEstimate",
     "SteeringFit",
     "SteeringLimits",
     "SteeringModel",
+    "TipEstimate",
+    "TipEstimator",
     "TipPath",
     "Unicycle",
+    "WrenchFit",
+    "WrenchSensor",
+    "base_wrench",
     "identify",
+    "needle_shape",
     "plan",
     "read",
+    "read_shapes",
 ]

@@ -125,10 +125,15 @@ def _pose(s: np.ndarray, t: np.ndarray) -> list[list[np.ndarray]]:
 
 
 def _uneven(s: np.ndarray, t: np.ndarray) -> list[list[np.ndarray]]:
-    less, more = np.minimum(s, t), np.maximum(s, t)
-    position = less**2 * (3.0 * more - less) / 6.0
-    parts = [[position, s * less - 0.5 * less**2], [t * less - 0.5 * less**2, less]]
+    less = np.minimum(s, t)
+    parts = [[integrated_wiener(s, t), s * less - 0.5 * less**2], [t * less - 0.5 * less**2, less]]
     return [[UNEVENNESS * part for part in row] for row in parts]
+
+
+def integrated_wiener(s: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """Covariance of positions whose curvature is a white noise of spectral density 1."""
+    less, more = np.minimum(s, t), np.maximum(s, t)
+    return less**2 * (3.0 * more - less) / 6.0
 
 
 def _common(s: np.ndarray, t: np.ndarray) -> list[list[np.ndarray]]:

@@ -11,10 +11,8 @@ import numpy as np
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings
 from .path_posterior import Sensitive, expected_errors
 from .path_simulation import SimulatedPath, Simulation
-from .steering_parameters import Parameter, deviations_of, search_values
+from .steering_parameters import STEP, Parameter, deviations_of, search_values
 from .tip_paths import TipPath
-
-STEP = 2e-3  # of a derivative, in standard deviations of the parameter's prior
 
 
 def readings_of(path: TipPath, rows: np.ndarray | None = None) -> PathReadings:
@@ -51,12 +49,15 @@ class PathPredictor:
         From which; none for a needle whose parameters are given.
     parameters : tuple of Parameter
         Their priors.
+    covariance : ndarray, shape (p, p), optional
+        Of the errors of the values, in standard deviations of the priors.
     """
 
     simulate: Simulation
     values: dict[str, float]
     insertions: tuple[TipPath, ...] = ()
     parameters: Sequence[Parameter] = ()
+    covariance: np.ndarray | None = None
 
     def tip(self, path: TipPath) -> np.ndarray:
         """Position of the tip (n, 3) [m] for the motion of the base and the entry."""
@@ -70,6 +71,10 @@ class PathPredictor:
         rows = path.compared[:count]
         seen = residuals_of(simulated, path, rows)
         return self._errors.expected(self._residuals, readings_of(path, rows), seen, np.maximum(path.depth, 0.0))
+
+    def common_error(self, entry: PathReadings, depth: np.ndarray) -> np.ndarray:
+        """What the insertions of the fit say of the error of another one that enters at 0, (n, 2) [m]."""
+        return self._errors.expected(self._residuals, entry, np.zeros((len(entry), 2)), depth)
 
     def uncertainty(self, path: TipPath, count: int | None = None) -> np.ndarray:
         """Standard deviation of ``tip`` in each lateral direction if ``count`` compared rows are known, by default
@@ -104,7 +109,8 @@ class PathPredictor:
         return float(np.sqrt(np.mean(np.sum(error**2, axis=1)))), float(ratio)
 
     def _expected(self, known: Sequence[Sensitive], here: Sensitive, count: int) -> tuple[np.ndarray, np.ndarray]:
-        deviations = deviations_of(self.parameters, self.values)
+        # without insertions that state it again, what was identified is in the covariance
+        deviations = deviations_of(self.parameters, self.values) if self.insertions else np.zeros(len(self.parameters))
         return expected_errors(known, here.rows(np.arange(count)), here.positions(), deviations)
 
     @cached_property
@@ -127,7 +133,10 @@ class PathPredictor:
             step = step if parameter.outside(number + step) <= parameter.high else -step
             moved = self.values | search_values([parameter], np.array([number + step]))
             slopes.append((self._residuals_with(moved, path) - here) * (parameter.spread / step))
-        return Sensitive(readings_of(path), here, np.array(slopes).reshape(len(slopes), *here.shape))
+        stacked = np.array(slopes).reshape(len(slopes), *here.shape)
+        if not self.insertions and self.covariance is not None:
+            stacked = np.einsum("jk,jmd->kmd", np.linalg.cholesky(self.covariance), stacked)
+        return Sensitive(readings_of(path), here, stacked)
 
     def _residuals_with(self, values: dict[str, float], path: TipPath) -> np.ndarray:
         return residuals_of(self.simulate(values, path), path)

@@ -63,16 +63,27 @@ def lateral_layers(values: dict[str, float], tip_force: float) -> list[core.Late
 
 
 def guide_of(values: dict[str, float], needle: core.Needle) -> dict[str, float]:
-    """Guide, limits, and the length over which the tip's force builds up: a bevel of 27 degrees where none is known."""
-    bevel = {} if isinstance(needle.tip, core.tips.LancetBevel) else {"bevel_length": 2.0 * needle.outer_diameter}
+    """Guide, bevel and limits as options of ``FlexibleInsertion``."""
     names = ("guide_distance", "rotational_compliance", "pivot_stiffness", "tip_memory")
     given = {name: values[name] for name in names if name in values}
-    return given | bevel | {"max_speed": math.inf, "max_travel": 0.3}
+    return given | {"bevel_length": bevel_length_of(needle), "max_speed": math.inf, "max_travel": 0.3}
+
+
+def bevel_length_of(needle: core.Needle) -> float:
+    """Travel over which the tip's force builds up [m]: of a bevel of 27 degrees where none is known."""
+    tip = needle.tip
+    slope = math.tan(tip.half_angle) if isinstance(tip, core.tips.LancetBevel) else 0.5
+    return needle.outer_diameter / slope
+
+
+def tip_force_of(values: dict[str, float]) -> float:
+    """Size of the lateral force on the tip [N]."""
+    return values["tip_force"] if "tip_force" in values else math.hypot(values["tip_force_x"], values["tip_force_y"])
 
 
 def bevel_direction(values: dict[str, float]) -> float:
-    """Direction of the tip's force where the roll of the insertions is 0 [rad], from x towards y."""
-    return math.atan2(values["tip_force_y"], values["tip_force_x"])
+    """Direction of the tip's force where the roll of the insertions is 0 [rad], from x towards y; x if unknown."""
+    return 0.0 if "tip_force" in values else math.atan2(values["tip_force_y"], values["tip_force_x"])
 
 
 def simulated_path(
@@ -107,7 +118,7 @@ def simulated_path(
 def _in_space(
     values: dict[str, float], needle: core.Needle, axial: Model | None, moves: BaseMoves, replays: Replays | None
 ) -> dict[str, np.ndarray]:
-    layers = lateral_layers(values, math.hypot(values["tip_force_x"], values["tip_force_y"]))
+    layers = lateral_layers(values, tip_force_of(values))
     replay = replay_of(replays, "space", lambda: _fine_enough(values, needle, layers, axial=axial, planar=False))
     return rows_of(replay, replace(moves, roll=moves.roll + bevel_direction(values)))
 
@@ -116,7 +127,7 @@ def _by_planes(
     values: dict[str, float], needle: core.Needle, moves: BaseMoves, replays: Replays | None
 ) -> dict[str, np.ndarray]:
     """The same of a needle that does not roll, plane by plane."""
-    force = math.hypot(values["tip_force_x"], values["tip_force_y"])
+    force = tip_force_of(values)
     angle = bevel_direction(values) + moves.roll[0]
     planes = []
     for across, share in enumerate((math.cos(angle), math.sin(angle))):

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A steered needle, identified or given: what simulates it, and what predicts its tip."""
 
-import math
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -13,7 +12,7 @@ from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
 from .path_prediction import PathPredictor
-from .path_simulation import SimulatedPath, bevel_direction, guide_of, lateral_layers, simulated_path
+from .path_simulation import SimulatedPath, bevel_direction, guide_of, lateral_layers, simulated_path, tip_force_of
 from .replay import Replays, base_moves, replay_of, rows_of
 from .tip_paths import TipPath
 
@@ -58,8 +57,7 @@ class SteeringModel:
         -------
         FlexibleInsertion
         """
-        force = math.hypot(self.values["tip_force_x"], self.values["tip_force_y"])
-        layers = lateral_layers(self.values, force)
+        layers = lateral_layers(self.values, tip_force_of(self.values))
         return FlexibleInsertion(axial, self.needle, lateral=layers, **(guide_of(self.values, self.needle) | options))
 
     def simulated(self, path: TipPath, axial: Model | None = None, replays: Replays | None = None) -> SimulatedPath:

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The parameters of a steered insertion that are identified: tissue, tip, guide, and how tip and base were measured."""
+"""The parameters of a steered insertion that are identified, their priors, and the search for them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+
+from ..errors import InputError
 
 
 @dataclass(frozen=True)
@@ -78,3 +80,162 @@ def search_values(parameters: Sequence[Parameter], numbers: np.ndarray) -> dict[
 def deviations_of(parameters: Sequence[Parameter], values: dict[str, float]) -> np.ndarray:
     """Values as deviations from the means of their priors, in standard deviations, (p,)."""
     return np.array([(p.inside(values[p.name]) - p.inside(p.center)) / p.spread for p in parameters])
+
+
+_SENSOR = _parameters(
+    ("lever", "m", 0.0, 5e-3, False, -0.1, 0.1, "of the sensor behind the base, beyond its stated position"),
+)
+_TIP = _parameters(("tip_force", "N", 0.2, 1.5, True, 1e-4, 5.0, "lateral force on the tip, in the plane of a shape"))
+WRENCH_MODELS = {
+    "linear": (*_TISSUE, *_GUIDE, *_PIVOT, *_SENSOR),
+    "yielding": (*_TISSUE, *_YIELDING, *_SKIN, *_GUIDE, *_SENSOR),
+}
+"""Name of a model -> the parameters that are identified from base wrenches."""
+SHAPE_MODELS = {"linear": (*_TISSUE[:1], *_TIP, *_GUIDE)}
+"""Name of a model -> the parameters that are identified from shapes."""
+ALIGNED = {"lead": 0.0, "axis_x": 0.0, "axis_y": 0.0, "sensor_x": 0.0, "sensor_y": 0.0}
+"""A tracker whose frame is that of the base, for needles that were identified without one."""
+
+
+def held_at(parameters: Sequence[Parameter], held: str) -> tuple[Parameter, ...]:
+    """The parameters of a needle that is held by a ``"guide"``, or at its ``"hub"``, which has no distance.
+
+    Raises
+    ------
+    InputError
+        If it is held otherwise.
+    """
+    if held not in ("guide", "hub"):
+        raise InputError("held", repr(held), "unknown", next_step="Give guide or hub.")
+    return tuple(p for p in parameters if held == "guide" or p.name != "guide_distance")
+
+
+STEP = 2e-3  # of a derivative, in standard deviations of the prior
+ROBUST_FROM = 2.0  # standard deviations
+
+Progress = Callable[[int, float], None]
+"""Called with the number of evaluations and the cost."""
+
+
+@dataclass(frozen=True)
+class SteeringEstimate:
+    """One identified parameter.
+
+    Attributes
+    ----------
+    name, unit, meaning : str
+        What it is.
+    value, low, high : float
+        Estimate and 95 % interval; from the curvature of the objective, so that they assume that the model is right.
+    identifiable : bool
+        Whether the data narrow the prior to less than half of it.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    value: float
+    low: float
+    high: float
+    identifiable: bool
+
+
+@dataclass(frozen=True)
+class Found:
+    """The outcome of a search.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        Name -> value.
+    estimates : tuple of SteeringEstimate
+        The same with intervals.
+    trade_offs : tuple of (str, str, float)
+        Pairs whose errors have a correlation beyond 0.9.
+    covariance : ndarray, shape (p, p)
+        Of the errors, in standard deviations of the priors.
+    """
+
+    values: dict[str, float]
+    estimates: tuple[SteeringEstimate, ...]
+    trade_offs: tuple[tuple[str, str, float], ...]
+    covariance: np.ndarray
+
+
+def search(
+    parameters: Sequence[Parameter],
+    misfit: Callable[[dict[str, float]], np.ndarray],
+    progress: Progress | None = None,
+) -> Found:
+    """Minimise the misfit and the deviations from the priors.
+
+    Parameters
+    ----------
+    parameters : sequence of Parameter
+        What is sought.
+    misfit : callable
+        Values by name -> residuals in units of their standard deviations. Large ones count linearly.
+    progress : callable, optional
+        Called with the number of evaluations and the cost.
+
+    Returns
+    -------
+    Found
+    """
+    from scipy.optimize import least_squares
+
+    center, spread = np.array([p.inside(p.center) for p in parameters]), np.array([p.spread for p in parameters])
+    low, high = (
+        (np.array([p.inside(edge) for p, edge in edges]) - center) / spread
+        for edges in ([(p, p.low) for p in parameters], [(p, p.high) for p in parameters])
+    )
+    calls = 0
+
+    def residuals(deviations: np.ndarray) -> np.ndarray:
+        nonlocal calls
+        calls += 1
+        joined = np.concatenate([misfit(search_values(parameters, center + spread * deviations)), deviations])
+        if progress:
+            progress(calls, 0.5 * float(joined @ joined))
+        return joined
+
+    def slopes(deviations: np.ndarray) -> np.ndarray:
+        columns, here = [], residuals(deviations)
+        for i in range(len(deviations)):
+            step = STEP if deviations[i] + STEP <= high[i] else -STEP
+            aside = deviations.copy()
+            aside[i] += step
+            columns.append((residuals(aside) - here) / step)
+        return np.column_stack(columns)
+
+    # the last rows before a lost sensor, and whatever else is no noise, count linearly
+    robust = {"loss": "soft_l1", "f_scale": ROBUST_FROM}
+    start = np.zeros(len(parameters))
+    solution = least_squares(residuals, start, slopes, (low, high), xtol=1e-5, ftol=1e-5, max_nfev=100, **robust)
+    return _found(parameters, center + spread * solution.x, solution.jac)
+
+
+def _found(parameters: Sequence[Parameter], numbers: np.ndarray, jacobian: np.ndarray) -> Found:
+    covariance = np.linalg.inv(jacobian.T @ jacobian)  # least_squares gives the Jacobian with the weights of the loss
+    sd = np.sqrt(np.diag(covariance))
+    estimates = tuple(_estimate(p, x, each) for p, x, each in zip(parameters, numbers, sd))
+    trade_offs = _trade_offs(parameters, covariance / np.outer(sd, sd))
+    return Found(search_values(parameters, numbers), estimates, trade_offs, covariance)
+
+
+def _estimate(parameter: Parameter, number: float, sd: float) -> SteeringEstimate:
+    low, high = (parameter.outside(number + side * 1.96 * sd * parameter.spread) for side in (-1, 1))
+    return SteeringEstimate(
+        name=parameter.name,
+        unit=parameter.unit,
+        meaning=parameter.meaning,
+        value=parameter.outside(number),
+        low=max(low, parameter.low),
+        high=min(high, parameter.high),
+        identifiable=bool(sd < 0.5),
+    )
+
+
+def _trade_offs(parameters: Sequence[Parameter], correlation: np.ndarray) -> tuple[tuple[str, str, float], ...]:
+    pairs = zip(*np.where(np.triu(np.abs(correlation) > 0.9, k=1)))
+    return tuple((parameters[i].name, parameters[j].name, round(float(correlation[i, j]), 2)) for i, j in pairs)

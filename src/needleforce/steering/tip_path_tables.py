@@ -74,7 +74,7 @@ def _columns(table: FileTable) -> dict[str, _Source]:
     """Quantity -> column, for tip, base, orientation or slope, roll and depth."""
     found: dict[str, _Source] = {}
     for index, header in enumerate(table.headers):
-        name, unit = _split(header)
+        name, unit = split_header(header)
         match = re.fullmatch(
             r"(?:needle_)?(tip|base|guide|hub)_(q[wxyz]|(?:slope_)?[xyz])|(?:base_|step_)?(depth|roll)", name
         )
@@ -86,7 +86,7 @@ def _columns(table: FileTable) -> dict[str, _Source]:
     return found
 
 
-def _split(header: str) -> tuple[str, str]:
+def split_header(header: str) -> tuple[str, str]:
     """Name in words joined by underscores, and unit: ``tip_x_mm``, ``Tip x [mm]``, ``tip.x (mm)``."""
     bracketed = re.fullmatch(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]", header.strip())
     if bracketed:
@@ -110,7 +110,7 @@ def _check(table: FileTable, columns: dict[str, _Source]) -> None:
 
 def _labels(table: FileTable, rows: int) -> list[str]:
     """The insertion of each row."""
-    names = [_split(header)[0] for header in table.headers]
+    names = [split_header(header)[0] for header in table.headers]
     label = next((names.index(name) for name in _LABELS if name in names), None)
     return [table.path.stem] * rows if label is None else table.texts(label)[:rows]
 
@@ -126,7 +126,7 @@ def _series(table: FileTable, source: _Source, unit: str | None) -> np.ndarray:
         row = int(np.argmax(bad))
         limit = "not a number in each row"
         raise InputError(source.header, f"{values[row]:g}", limit, table.place(row), "Leave the row out.")
-    name = _split(source.header)[0]
+    name = split_header(source.header)[0]
     if "_q" in name or "slope" in name:
         return values
     if name.endswith("roll"):

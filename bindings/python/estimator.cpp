@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "module.hpp"
+#include "needleforce/bending/tip_estimator.hpp"
+#include "parameters.hpp"
+
+namespace needleforce::python {
+
+namespace {
+
+using bending::PathUncertainty;
+using bending::SpatialInsertion;
+using bending::TipEstimate;
+using bending::TipEstimator;
+
+using Rows = nb::ndarray<const double, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+
+template <std::size_t n>
+Output as_array(const std::array<double, n>& values) {
+  double* data;
+  Output array = new_array(n, data);
+  std::copy(values.begin(), values.end(), data);
+  return array;
+}
+
+void expect(TipEstimator& self, const Rows& errors, double spacing) {
+  std::vector<TipEstimator::Plane> nodes(errors.shape(0));
+  for (std::size_t k = 0; k < nodes.size(); ++k) nodes[k] = {errors.data()[2 * k], errors.data()[2 * k + 1]};
+  self.expect(nodes, spacing);
+}
+
+Output modes_of(const TipEstimator& self) {
+  double* data;
+  Output array = new_array(self.modes(), data);
+  for (std::size_t m = 0; m < self.modes(); ++m) data[m] = self.mode(m);
+  return array;
+}
+
+nb::ndarray<nb::numpy, double, nb::ndim<2>> shape_of(const TipEstimator& self) {
+  std::vector<double> points;
+  self.shape([&](const bending::Vector& point) { points.insert(points.end(), point.begin(), point.end()); });
+  double* data = new double[points.size()];
+  std::copy(points.begin(), points.end(), data);
+  nb::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
+  return nb::ndarray<nb::numpy, double, nb::ndim<2>>(data, {points.size() / 3, 3}, owner);
+}
+
+}  // namespace
+
+void bind_estimator(nb::module_& module) {
+  bind_parameters<PathUncertainty>(module, "PathUncertainty");
+  nb::class_<TipEstimate>(module, "TipEstimate", "Where the tip is, and how sure that is.")
+      .def_prop_ro(
+          "tip", [](const TipEstimate& self) { return as_array(self.tip); }, nb::rv_policy::move)
+      .def_prop_ro(
+          "slope", [](const TipEstimate& self) { return as_array(self.slope); }, nb::rv_policy::move)
+      .def_ro("covariance", &TipEstimate::covariance, "xx, xy, yy [m^2]")
+      .def_ro("sample", &TipEstimate::sample, "of the likeliest needle");
+  nb::class_<TipEstimator>(module, "TipEstimator", "Tip and shape estimated in the loop.")
+      .def(
+          "__init__",
+          [](TipEstimator* self, const SpatialInsertion& likely, const std::vector<SpatialInsertion>& varied,
+             const PathUncertainty& uncertainty) { new (self) TipEstimator(likely, varied, uncertainty); },
+          nb::arg("likely"), nb::arg("varied"), nb::arg("uncertainty"))
+      .def("expect", &expect, nb::arg("errors"), nb::arg("spacing"))
+      .def(
+          "step",
+          [](TipEstimator& self, double depth, const std::array<double, 2>& lateral,
+             const std::array<double, 2>& tilt, double roll,
+             double dt) { return self.step(bending::Base{depth, lateral, tilt, roll}, dt); },
+          nb::arg("depth"), nb::arg("lateral"), nb::arg("tilt"), nb::arg("roll"), nb::arg("dt"))
+      .def(
+          "tip",
+          [](TipEstimator& self, const std::array<double, 2>& across, double age,
+             const std::vector<double>& slopes) {
+            if (slopes.size() != 2) return self.tip(across, age);
+            const TipEstimator::Plane both{slopes[0], slopes[1]};
+            return self.tip(across, age, &both);
+          },
+          nb::arg("across"), nb::arg("age"), nb::arg("slopes"))
+      .def("wrench", &TipEstimator::wrench, nb::arg("reading"))
+      .def("estimate", &TipEstimator::estimate)
+      .def("shape", &shape_of, "(n, 3) points of the needle from the base to the tip [m]")
+      .def("modes", &modes_of, "(k,) in standard deviations")
+      .def("rejected", &TipEstimator::rejected)
+      .def("reset", &TipEstimator::reset);
+}
+
+}  // namespace needleforce::python

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Identification of a steered needle from whatever was measured: tip paths, base wrenches or shapes."""
+
+import inspect
+from collections.abc import Sequence
+from typing import Any
+
+from .. import core
+from ..errors import InputError
+from .needle_shapes import NeedleShape
+from .shape_fit import ShapeFit, identify_shapes
+from .tip_path_fit import SteeringFit, identify_paths
+from .tip_paths import TipPath
+from .wrench_fit import BaseWrench, WrenchFit, identify_wrenches
+
+_KINDS: dict[type, Any] = {TipPath: identify_paths, BaseWrench: identify_wrenches, NeedleShape: identify_shapes}
+
+
+def identify(
+    insertions: Sequence[TipPath] | Sequence[BaseWrench] | Sequence[NeedleShape], needle: core.Needle, **options: Any
+) -> SteeringFit | WrenchFit | ShapeFit:
+    """Identify tissue, tip and guide of a steered needle.
+
+    Parameters
+    ----------
+    insertions : sequence of TipPath, BaseWrench or NeedleShape
+        Measurements of one kind, of one tissue: of ``nf.steering.read``, ``base_wrench`` or ``read_shapes``. Steered
+        and unsteered insertions together.
+    needle : Needle
+        Its bending stiffness scales all forces and stiffnesses that follow from tip paths and shapes.
+    **options : object
+        ``model``: ``"yielding"`` (the default for tip paths) or ``"linear"``; ``held``: ``"guide"`` or ``"hub"``;
+        ``progress``: called with the number of evaluations and the cost.
+
+    Returns
+    -------
+    SteeringFit, WrenchFit or ShapeFit
+        Each with ``model``, ``parameters``, ``trade_offs``, ``rms`` and ``predict``.
+
+    Raises
+    ------
+    InputError
+        If there is nothing, or the measurements are of several kinds, too short, or an option is unknown.
+    """
+    kinds = {type(each) for each in insertions}
+    if len(kinds) != 1 or not kinds <= set(_KINDS):
+        given = ", ".join(sorted(kind.__name__ for kind in kinds)) or "nothing"
+        limit = "one of TipPath, BaseWrench, NeedleShape is needed, in at least three rows each"
+        raise InputError("insertions", given, limit, next_step="Give nf.steering.read(file).")
+    method = _KINDS[kinds.pop()]
+    known = set(inspect.signature(method).parameters) - {"insertions", "shapes", "needle"}
+    if unknown := set(options) - known:
+        raise InputError("option", ", ".join(unknown), "unknown", next_step=f"Known are {', '.join(sorted(known))}.")
+    return method(insertions, needle, **options)

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Shapes of a needle in tissue as cameras, fibre gratings or images give them, and their tables."""
+
+import re
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..recording.columns import Column
+from ..recording.file_table import FileTable
+from ..recording.formats.detect import tables_of
+from ..units import parse
+from .tip_path_tables import AXES, split_header
+
+_LABELS = ("insertion", "insertion_hole", "hole", "needle", "trial", "run", "file", "source", "sensor")
+
+
+@dataclass(frozen=True, eq=False)
+class NeedleShape:
+    """The part of a needle that is in tissue, from the surface to the tip.
+
+    Attributes
+    ----------
+    name : str
+        Of the insertion, with its depth.
+    depth : float
+        Travel of the needle in tissue [m].
+    points : ndarray, shape (n, 3)
+        Along the needle, from the surface to the tip: across, and along the insertion, positive inwards [m].
+    """
+
+    name: str
+    depth: float
+    points: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def tip(self) -> np.ndarray:
+        """Position of the tip, (3,) [m]."""
+        return self.points[-1]
+
+    def at(self, along: np.ndarray) -> np.ndarray:
+        """Position across at places along the insertion (m,) [m], (m, 2)."""
+        return np.column_stack([np.interp(along, self.points[:, 2], column) for column in self.points[:, :2].T])
+
+
+def read_shapes(file: str | PathLike, *, unit: str | None = None) -> list[NeedleShape]:
+    """Read shapes from a table with a row a point.
+
+    Parameters
+    ----------
+    file : path
+        A table with the columns ``x``, ``y``, ``z`` and ``depth``, each with its unit (``x_mm``); columns such as
+        ``insertion``, ``hole`` and ``source`` separate shapes, as does each depth.
+    unit : str, optional
+        Of all lengths, where the table states none.
+
+    Returns
+    -------
+    list of NeedleShape
+        In the order of the file. z is the axis along which the points extend farthest.
+
+    Raises
+    ------
+    InputError
+        If a column or unit is missing, a value is not a number, or a shape has less than four points.
+    """
+    table = tables_of(Path(file))[0]
+    names = [split_header(header) for header in table.headers]
+    wanted = {name: k for k, (name, _) in enumerate(names) if name in (*AXES, "depth")}
+    if missing := [name for name in (*AXES, "depth") if name not in wanted]:
+        step = "Name them x_mm, y_mm, z_mm and depth_mm."
+        raise InputError("columns", ", ".join(table.headers), f"{missing[0]} is missing", str(file), step)
+    series = {name: _lengths(table, k, names[k][1] or unit) for name, k in wanted.items()}
+    labels = [table.texts(k) for k, (name, _) in enumerate(names) if name in _LABELS]
+    keys = list(zip(*labels, series["depth"])) if labels else [(depth,) for depth in series["depth"]]
+    return [_shape(key, series, keys, str(file)) for key in dict.fromkeys(keys)]
+
+
+def _lengths(table: FileTable, index: int, unit: str | None) -> np.ndarray:
+    header = table.headers[index]
+    if not unit:
+        step = "Name the column with its unit (x_mm), or give unit='mm'."
+        raise InputError(header, "no unit", "a unit is needed", str(table.path), step)
+    values = table.numbers({"x": Column("x", header, index, None)})[0]["x"]
+    if not np.all(np.isfinite(values)):
+        row = int(np.argmax(~np.isfinite(values)))
+        raise InputError(header, "empty or no number", "in one row", table.place(row), "Leave the row out.")
+    return parse(unit, "length", header, str(table.path)).to_si(values)
+
+
+def _shape(key: tuple, series: dict[str, np.ndarray], keys: list[tuple], file: str) -> NeedleShape:
+    rows = np.array([k for k, each in enumerate(keys) if each == key])
+    points = np.column_stack([series[axis][rows] for axis in AXES])
+    depth = float(series["depth"][rows[0]])
+    name = re.sub(r"\s+", " ", f"{' '.join(map(str, key[:-1]))} {1e3 * depth:g} mm").strip()
+    if len(points) < 4:
+        raise InputError(f"points of shape {name}", len(points), "needs four at least", file, "Give all points.")
+    along = int(np.argmax(np.ptp(points, axis=0)))
+    points = points[:, [*(k for k in range(3) if k != along), along]]
+    return NeedleShape(name, depth, points[np.argsort(points[:, 2], kind="stable")])

@@ -1,0 +1,242 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Wrenches at the base of an insertion, and tissue, tip and guide from them alone."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from .. import core
+from ..errors import InputError
+from ..recording import Recording
+from .path_prediction import PathPredictor
+from .path_simulation import simulated_path
+from .steering_model import SteeringModel
+from .steering_parameters import ALIGNED, WRENCH_MODELS, Progress, SteeringEstimate, held_at, search
+from .tip_paths import MAX_COMPARED, TipPath
+from .wrench_sensor import WrenchSensor
+
+AXES = ("fx", "fy", "tx", "ty")
+_LATERAL = [0, 1, 3, 4]  # of a wrench: the lateral forces and the bending moments
+
+
+@dataclass(frozen=True, eq=False)
+class BaseWrench:
+    """One insertion whose lateral forces and bending moments were recorded.
+
+    Attributes
+    ----------
+    name : str
+        Of the insertion.
+    depth : ndarray, shape (n,)
+        Travel of the needle in tissue [m].
+    base : ndarray, shape (n, 2)
+        Lateral position of the guide or hub [m].
+    roll : ndarray, shape (n,)
+        Rotation of the needle [rad].
+    lateral : ndarray, shape (n, 4)
+        fx, fy [N], tx, ty [N m] of the tissue on the needle at the base, in its frame.
+    sensor : WrenchSensor
+        What read them.
+    """
+
+    name: str
+    depth: np.ndarray
+    base: np.ndarray
+    roll: np.ndarray
+    lateral: np.ndarray
+    sensor: WrenchSensor = field(default_factory=WrenchSensor)
+
+    def __post_init__(self) -> None:
+        n = len(self.depth)
+        for quantity, shape in (("base", (n, 2)), ("roll", (n,)), ("lateral", (n, 4))):
+            if np.shape(getattr(self, quantity)) != shape:
+                raise InputError(f"shape of {quantity}", np.shape(getattr(self, quantity)), f"must be {shape}")
+        for quantity in ("depth", "base", "roll", "lateral"):
+            if not np.all(np.isfinite(getattr(self, quantity))):
+                step = "Leave these rows out."
+                raise InputError(f"{quantity} of {self.name}", "not finite", "must be numbers", next_step=step)
+
+    def __len__(self) -> int:
+        return len(self.depth)
+
+    @property
+    def path(self) -> TipPath:
+        """The motion of the base, with a tip that goes straight."""
+        tip = np.column_stack([np.zeros((len(self), 2)), self.depth])
+        return TipPath(self.name, self.base, tip, None, roll=self.roll)
+
+    @property
+    def noise(self) -> np.ndarray:
+        """Standard deviations of the four components at the base [N], [N m]: a lever turns noise of the force into
+        noise of the moment."""
+        lever = float(np.linalg.norm(self.sensor.position))
+        moment = np.hypot(self.sensor.moment_noise, lever * self.sensor.force_noise)
+        return np.array([self.sensor.force_noise] * 2 + [moment] * 2)
+
+    def rows(self, index: np.ndarray) -> "BaseWrench":
+        """Some of its rows."""
+        columns = (values[index] for values in (self.depth, self.base, self.roll, self.lateral))
+        return BaseWrench(self.name, *columns, sensor=self.sensor)
+
+
+def base_wrench(
+    recording: Recording,
+    *,
+    entry: float,
+    sensor: WrenchSensor | None = None,
+    roll: float = 0.0,
+    lateral: Sequence[np.ndarray] | None = None,
+) -> BaseWrench:
+    """Lateral forces and moments of a recording, from its entry into the tissue to its deepest point.
+
+    Parameters
+    ----------
+    recording : Recording
+        With the axes fx, fy [N], tx, ty [N m]; units of torques are given when it is read (``units={"tx": "Nmm"}``).
+    entry : float
+        Depth at which the tip enters the tissue, in the recording's own zero [m], such as that of the first puncture.
+    sensor : WrenchSensor, optional
+        Frame, lever and noise; the default is a sensor at the base in its frame.
+    roll : float
+        Rotation at which the needle was mounted [rad].
+    lateral : sequence of two ndarray, shape (n,), optional
+        Position of the base across [m]; the default is at rest.
+
+    Returns
+    -------
+    BaseWrench
+
+    Raises
+    ------
+    InputError
+        If an axis is missing, or the recording does not reach the entry.
+    """
+    missing = [axis for axis in AXES if axis not in recording.axes]
+    if missing:
+        step = "Give their units when the file is read: units={'tx': 'Nmm', 'ty': 'Nmm'}."
+        raise InputError(
+            "axes of the recording", ", ".join(recording.axes) or "none", f"{missing[0]} is missing", next_step=step
+        )
+    deepest = int(np.argmax(recording.depth))
+    inside = np.flatnonzero(recording.depth[: deepest + 1] >= entry)
+    if len(inside) < 3:
+        limit = f"is not passed; the deepest point is {1e3 * recording.depth[deepest]:.2f} mm"
+        raise InputError("entry", f"{1e3 * entry:.2f} mm", limit, next_step="Give a depth of the recording.")
+    readings = np.zeros((len(inside), 6))
+    readings[:, _LATERAL] = np.column_stack([recording.axes[axis][inside] for axis in AXES])
+    readings[:, 2] = recording.force[inside]
+    rolls, sensor = np.full(len(inside), roll), sensor or WrenchSensor()
+    base = np.zeros((len(inside), 2)) if lateral is None else np.column_stack([each[inside] for each in lateral])
+    at_base = sensor.wrench(readings, rolls)[:, _LATERAL]
+    depth = np.maximum.accumulate(recording.depth[inside]) - entry
+    name = recording.card.source or "recording"
+    return BaseWrench(name, depth, base, rolls, at_base, sensor=sensor)
+
+
+# what the mechanics get wrong: a share of the largest force and moment, which varies along this length
+MODEL_ERROR = 0.05
+MODEL_LENGTH = 0.01  # [m]
+_BIAS = 10.0  # of the sensor, in standard deviations of its noise
+
+
+@dataclass(frozen=True)
+class WrenchFit:
+    """A needle identified from base wrenches.
+
+    Attributes
+    ----------
+    model : SteeringModel
+        What simulates it and plans; its tip is predicted without any tip having been measured.
+    parameters : tuple of SteeringEstimate
+        With intervals.
+    trade_offs : tuple of (str, str, float)
+        Pairs of parameters whose errors have a correlation beyond 0.9.
+    rms : dict of str to ndarray, shape (4,)
+        Insertion -> root mean square residual of fx, fy [N], tx, ty [N m].
+    """
+
+    model: SteeringModel
+    parameters: tuple[SteeringEstimate, ...]
+    trade_offs: tuple[tuple[str, str, float], ...]
+    rms: dict[str, np.ndarray]
+
+    def predict(self, insertion: BaseWrench) -> np.ndarray:
+        """fx, fy [N], tx, ty [N m] at the base for the motion of an insertion, (n, 4)."""
+        return _simulated(self.model.values, insertion, self.model.needle)
+
+
+def identify_wrenches(
+    insertions: Sequence[BaseWrench],
+    needle: core.Needle,
+    *,
+    model: str = "linear",
+    held: str = "guide",
+    progress: Progress | None = None,
+) -> WrenchFit:
+    """Identify tissue, tip and guide from base wrenches. ``nf.steering.identify`` calls it for ``BaseWrench``.
+
+    Parameters
+    ----------
+    insertions : sequence of BaseWrench
+        Of one tissue; more than 60 rows are thinned evenly.
+    needle : Needle
+        Its bending stiffness turns wrenches into deflections: an error of it is one of the predicted tip.
+    model : str
+        ``"linear"`` or ``"yielding"``.
+    held : str
+        By a ``"guide"`` at a fixed distance, or at its ``"hub"``, which comes down with it.
+    progress : callable, optional
+        Called with the number of evaluations and the cost.
+
+    Returns
+    -------
+    WrenchFit
+
+    Raises
+    ------
+    InputError
+        If the model is unknown, or an insertion has less than three rows.
+    """
+    if model not in WRENCH_MODELS:
+        raise InputError("model", repr(model), "unknown", next_step=f"Give one of {', '.join(WRENCH_MODELS)}.")
+    if not insertions or any(len(each) < 3 for each in insertions):
+        limit = "needed with at least three rows each"
+        raise InputError("insertions", len(insertions), limit, next_step="Give nf.steering.base_wrench(…).")
+    thinned = [each.rows(np.unique(np.linspace(0, len(each) - 1, MAX_COMPARED).astype(int))) for each in insertions]
+    factors = [[np.linalg.cholesky(block) for block in _covariances(each)] for each in thinned]
+
+    def misfit(values: dict[str, float]) -> np.ndarray:
+        parts = []
+        for each, blocks in zip(thinned, factors):
+            residuals = each.lateral - _simulated(values, each, needle)
+            parts += [np.linalg.solve(block, column) for block, column in zip(blocks, residuals.T)]
+        return np.concatenate(parts)
+
+    parameters = held_at(WRENCH_MODELS[model], held)
+    found = search(parameters, misfit, progress)
+    values = found.values | ALIGNED
+    predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)
+    fit = WrenchFit(SteeringModel(model, values, needle, predictor), found.estimates, found.trade_offs, {})
+    for each in insertions:
+        fit.rms[each.name] = np.sqrt(np.mean((fit.predict(each) - each.lateral) ** 2, axis=0))
+    return fit
+
+
+def _simulated(values: dict[str, float], insertion: BaseWrench, needle: core.Needle) -> np.ndarray:
+    """Lateral forces and moments (n, 4) about a sensor that is further behind the base by the lever."""
+    wrench = simulated_path(values | ALIGNED, insertion.path, needle=needle).wrench
+    force, moment, lever = wrench[:, :2], wrench[:, 3:5], values["lever"]
+    return np.column_stack([force, moment + lever * np.column_stack([-force[:, 1], force[:, 0]])])
+
+
+def _covariances(insertion: BaseWrench) -> list[np.ndarray]:
+    """Of the errors of each component: noise and bias of the sensor, and what the mechanics get wrong."""
+    apart = insertion.depth[:, None] - insertion.depth
+    similar = np.exp(-0.5 * (apart / MODEL_LENGTH) ** 2)
+    largest = np.abs(insertion.lateral).reshape(-1, 2, 2).max(axis=(0, 2))  # of the forces and of the moments
+    return [
+        noise**2 * (np.eye(len(insertion)) + _BIAS**2) + (MODEL_ERROR * size) ** 2 * similar
+        for noise, size in zip(insertion.noise, np.repeat(largest, 2))
+    ]
