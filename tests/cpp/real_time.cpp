@@ -51,6 +51,12 @@ static_assert(noexcept(std::declval<Insertion&>().reset()));
 static_assert(noexcept(std::declval<const Insertion&>().snapshot()));
 static_assert(noexcept(std::declval<const Insertion&>().save()));
 static_assert(noexcept(std::declval<Insertion&>().restore(std::declval<const Insertion::Saved&>())));
+static_assert(all_trivially_copyable<bending::SpatialInsertion, bending::FlexibleState<2>,
+                                     bending::SpatialInsertion::Saved, bending::BentSample>);
+static_assert(all_plain<bending::PlanarInsertion::Saved, bending::SpatialInsertion::Saved>);
+static_assert(noexcept(std::declval<const bending::SpatialInsertion&>().save()));
+static_assert(noexcept(std::declval<bending::SpatialInsertion&>().restore(
+    std::declval<const bending::SpatialInsertion::Saved&>())));
 static_assert(std::is_nothrow_copy_assignable_v<Insertion>);
 static_assert(std::is_nothrow_constructible_v<Insertion, const Model&>);
 static_assert(std::is_nothrow_constructible_v<Insertion, std::span<const Layer>>);

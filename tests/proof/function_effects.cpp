@@ -65,8 +65,9 @@ double bend(needleforce::bending::FlexibleInsertion<dimension>& needle) noexcept
   const needleforce::bending::FlexibleInsertion<dimension> copy = needle.snapshot();
   double sum = needle.step({}, 1e-3).force;
   copy.shape([&](const needleforce::bending::Vector& point) noexcept { sum += point[0]; });
+  const auto saved = needle.save();
   needle.reset();
-  return sum;
+  return needle.restore(saved) ? sum : 0.0;
 }
 [[maybe_unused]] double bend_both(needleforce::bending::PlanarInsertion& plane,
                                   needleforce::bending::SpatialInsertion& space) noexcept

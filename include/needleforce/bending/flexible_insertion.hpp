@@ -117,10 +117,12 @@ class FlexibleInsertion {
     bool possible = std::abs(travel) <= settings_.lengths.max_travel &&
                     std::abs(base.roll - state_.base.roll) <= std::numbers::pi * (1.0 + 1e-9) &&
                     consistent(axial_.limits(), travel, no_velocity, elapsed);
+    const double above = settings_.beam.support.free_length(base.depth);
     for (std::size_t d = 0; d < dimension; ++d)
       possible &= std::abs(base.lateral[d] - state_.base.lateral[d]) <= settings_.lengths.max_travel &&
+                  above * std::abs(base.tilt[d] - state_.base.tilt[d]) <= settings_.lengths.max_travel &&
                   consistent(axial_.limits(), base.lateral[d] - state_.base.lateral[d], no_velocity, elapsed);
-    return possible && across_of(state_.base, base) <= 2.0 * settings_.lengths.max_travel;
+    return possible;
   }
 
   /// The last force for a bounded time, then none; the needle stays where it was.
