@@ -307,6 +307,7 @@ Seen bent(bending::FlexibleInsertion<dimension> needle, int n) {
     for (std::size_t d = 0; d < dimension; ++d) base.lateral[d] = 0.1 * aside.depth();
     const double dt = input.dt();
     const bending::BentSample sample = needle.step(base, dt);
+    if (i % 500 == 0) seen.finite = seen.finite && needle.restore(needle.save());
     double sum = sample.force + sample.tip[0] + sample.tip[1] + sample.tip[2];
     for (const double component : sample.wrench) sum += component;
     const bool bad = !std::isfinite(base.depth + base.lateral[0] + base.lateral[1] + dt) || !(dt > 0.0);
