@@ -2,7 +2,7 @@
    A needle that bends: motion of the base in; tip, shape, axial force and base wrench out. Frame of the
    tissue: z along the insertion, its undeformed surface at 0, x and y across. The caller owns all memory, of
    which a copy is a snapshot within one process; nf_bend_step, _shape, _reset, _snapshot, _restore are
-   wait-free, the last two with 350 kB of stack. */
+   wait-free, the last two with 250 kB of stack. */
 #ifndef NEEDLEFORCE_BEND_H
 #define NEEDLEFORCE_BEND_H
 #include "needleforce.h"
