@@ -127,8 +127,9 @@ class Insertion {
 
   /// The last force for a bounded time, then zero; depth and memory do not change.
   [[gnu::noinline]] Sample refuse(Status status, double dt) noexcept {
-    if (dt > 0.0 && std::isfinite(dt)) state_.waited += dt;
-    const bool holding = valid_ && dt > 0.0 && state_.waited <= limits_.hold_time;
+    const bool waits = dt > 0.0 && std::isfinite(dt);
+    if (waits) state_.waited += dt;
+    const bool holding = valid_ && waits && state_.waited <= limits_.hold_time;
     Sample sample = holding ? state_.last : Sample{};
     sample.depth = state_.depth;
     sample.velocity = 0.0;

@@ -127,9 +127,10 @@ class FlexibleInsertion {
 
   /// The last force for a bounded time, then none; the needle stays where it was.
   BentSample refuse(Status status, double dt) noexcept {
-    if (dt > 0.0 && std::isfinite(dt)) state_.waited += dt;
+    const bool waits = dt > 0.0 && std::isfinite(dt);
+    if (waits) state_.waited += dt;
     BentSample sample = state_.last;
-    if (!(valid_ && state_.waited <= axial_.limits().hold_time)) {
+    if (!(valid_ && waits && state_.waited <= axial_.limits().hold_time)) {
       sample.force = sample.lateral = 0.0;
       sample.wrench = {};
       sample.axial = Sample{};
