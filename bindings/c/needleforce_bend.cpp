@@ -55,7 +55,8 @@ bool read_sections(const nf_bending& given, bending::BeamProperties& beam, nf_fa
     list[i] = {given.sections[i].end, given.sections[i].stiffness, given.sections[i].curvature};
   beam.sections = bending::Sections(std::span<const bending::Section>(list.data(), given.section_count));
   return beam.sections.valid() ||
-         c::refuse(why, "bending", "sections", "have ends that do not increase or stiffnesses not above 0");
+         c::refuse(why, "bending", "sections",
+                   "have ends that do not increase, or stiffnesses outside 1e-15 to 1e9");
 }
 
 /// The parameters of both tables, each to its own.

@@ -56,7 +56,7 @@ bending::FlexibleSettings settings_of(const std::vector<bending::LateralLayer>& 
     raise_input(
         quantity, nb::str("refused"), "outside its range or out of order",
         "Tops of lateral layers start at 0 and increase; ends of sections increase from the tip, with "
-        "bending stiffnesses above 0; elements are 1 to 100.");
+        "bending stiffnesses of 1e-15 to 1e9 N m^2; elements are 1 to 100.");
   return settings;
 }
 
