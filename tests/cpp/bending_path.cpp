@@ -139,8 +139,7 @@ TEST(BendingPath, SectionsOfOneStiffnessAreOneNeedle) {
 }
 
 TEST(BendingPath, ShortSectionsAreDoneWhateverTheRounding) {
-  // the distance of a section's end from the tip, by way of the depth, is not exact: the step once did not
-  // end
+  // where a section ends, by way of the depth, is not exact: the step once did not end
   FlexibleSettings settings = guided();
   const double one = guided_tip(settings, 1e-3);
   const double stiffness = settings.beam.sections.list[0].stiffness;
