@@ -23,6 +23,7 @@ from .commands import (
     rest,
     rig,
     simulate,
+    steer,
 )
 
 app = typer.Typer(
@@ -49,6 +50,7 @@ for command in (
     presets,
 ):
     app.command(name=command.NAME)(command.run)
+app.add_typer(steer.app, name=steer.NAME)
 app.command(name="tension")(bench_tests.tension)
 app.command(name="bending")(bench_tests.bending)
 

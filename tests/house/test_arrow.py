@@ -30,14 +30,14 @@ ALLOWED = {
     "protocol": MODELS | {"recording", "wire", "acquisition"},
     "mujoco": MODELS,
     "campaign": MODELS | {"recording", "segmentation", "identification"},
-    "report": MODELS | {"recording", "segmentation", "identification", "campaign"},
+    "report": MODELS | {"recording", "segmentation", "identification", "campaign", "steering"},
     "control": MODELS,
-    "steering": MODELS | {"recording"},
+    "steering": MODELS | {"display", "recording"},
     "references": set(),
     "export": MODELS,
 }
-# the one step back: a fit and a campaign write their own report when they are asked to
-EXCEPTIONS = {("identification", "report"), ("campaign", "report")}
+# the one step back: a fit, a campaign, a plan write their own report when they are asked to
+EXCEPTIONS = {("identification", "report"), ("campaign", "report"), ("steering", "report")}
 # what may not be imported when needleforce is
 SLOW = {"pandas", "scipy", "matplotlib", "typer", "rich"}
 

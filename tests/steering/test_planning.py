@@ -158,6 +158,7 @@ def test_a_plan_is_written_as_a_table(tmp_path):
     found = plan(needle(), (1e-3, 0.0, 0.05))
     found.motion.write(tmp_path / "plan.csv")
     columns = np.genfromtxt(tmp_path / "plan.csv", delimiter=",", names=True)
+    np.testing.assert_allclose(found.motion.to_dataframe()["base_x_mm"], 1e3 * found.motion.lateral[:, 0])
     np.testing.assert_allclose(1e-3 * columns["depth_mm"], found.motion.depth, rtol=1e-5)
     np.testing.assert_allclose(1e-3 * columns["base_x_mm"], found.motion.lateral[:, 0], rtol=1e-5, atol=1e-9)
 

@@ -57,6 +57,9 @@ def test_bad_shapes_are_named(tmp_path):
     file.write_text("hole,depth_mm,x_mm,y_mm\n1,100,0,0\n", encoding="utf-8")
     with pytest.raises(nf.InputError, match="z is missing"):
         read_shapes(file)
+    file.write_text("hole,depth_mm,x_mm,y_mm,z_mm\n1,100,0,0,0\n", encoding="utf-8")
+    with pytest.raises(nf.InputError, match="read_shapes"):
+        nf.steering.read(file)
     file.write_text("hole,depth,x,y,z\n1,100,0,0,0\n", encoding="utf-8")
     with pytest.raises(nf.InputError, match="unit='mm'"):
         read_shapes(file)

@@ -122,3 +122,13 @@ def test_real_table_agrees_with_the_csv_module(recordings):
     path = paths["phantomB_openloop_02"]
     for name, values in (("tip_x_mm", path.tip[:, 0]), ("tip_z_mm", path.tip[:, 1]), ("tip_y_mm", -path.tip[:, 2])):
         np.testing.assert_allclose([1e-3 * float(row[name]) for row in rows], values, rtol=1e-12)
+
+
+def test_tip_paths_of_other_shapes_or_without_numbers_are_named():
+    good = {"base": np.zeros((4, 2)), "tip": np.zeros((4, 3)), "slope": None}
+    with pytest.raises(nf.InputError, match="tip of x"):
+        nf.steering.TipPath("x", **(good | {"tip": np.zeros((3, 3))}))
+    with pytest.raises(nf.InputError, match="roll of x"):
+        nf.steering.TipPath("x", **good, roll=np.zeros(3))
+    with pytest.raises(nf.InputError, match="not finite"):
+        nf.steering.TipPath("x", **(good | {"base": np.full((4, 2), math.nan)}))

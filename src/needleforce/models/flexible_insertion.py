@@ -102,7 +102,7 @@ class FlexibleInsertion:
             raise InputError("needle", type(needle).__name__, "not a Needle", next_step="Give nf.Needle(…).")
         if model is not None and not isinstance(model, Model):
             raise InputError("model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or None.")
-        self.model, self.needle, self.planar = model, needle, planar
+        self.model, self.needle, self.planar, self.guide_distance = model, needle, planar, guide_distance
         self.lateral = _lateral_layers(lateral, model, needle)
         support = core.Support(
             guide_distance=guide_distance,

@@ -5,6 +5,7 @@
 """
 
 from .attached import Attached, attach, step
+from .bending import AttachedBending, attach_bending
 from .elements import plugin_xml
 
-__all__ = ["Attached", "attach", "plugin_xml", "step"]
+__all__ = ["Attached", "AttachedBending", "attach", "attach_bending", "plugin_xml", "step"]

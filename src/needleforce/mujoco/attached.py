@@ -121,7 +121,7 @@ def place_of(
     normal = np.array([0.0, 0.0, 1.0] if surface_normal is None else surface_normal, dtype=float)
     if normal.shape != (3,) or not np.linalg.norm(normal) > 1e-6:
         raise InputError("surface_normal", surface_normal, "not a direction", next_step="Give x, y and z, not all 0.")
-    tip, surface = _named(m, "SITE", site), -1 if surface_site is None else _named(m, "SITE", surface_site)
+    tip, surface = named(m, "SITE", site), -1 if surface_site is None else named(m, "SITE", surface_site)
     if surface >= 0 and m.body_weldid[m.site_bodyid[surface]] != 0:
         raise InputError("surface_site", surface_site, "on a moving body", next_step="Fix it to the world.")
     return AtSite(tip, m.body_treeid[m.site_bodyid[tip]], surface, surface_height, normal / np.linalg.norm(normal))
@@ -132,14 +132,15 @@ def _on_joint(
 ) -> OnJoint:
     if surface_site is not None or surface_normal is not None:
         raise InputError("surface", "a site or normal", "not possible for a joint", next_step="Give surface_height.")
-    number = _named(m, "JOINT", joint)
+    number = named(m, "JOINT", joint)
     if m.jnt_type[number] != library().mjtJoint.mjJNT_SLIDE:
         raise InputError("joint", joint, "not a slide joint", next_step="Give the site of the tip.")
     dof = m.jnt_dofadr[number]
     return OnJoint(number, dof, m.dof_treeid[dof], surface_height)
 
 
-def _named(m: Any, kind: str, name: str) -> int:
+def named(m: Any, kind: str, name: str) -> int:
+    """Number of an object of MuJoCo's model. Raises InputError for an unknown name."""
     number = library().mj_name2id(m, getattr(library().mjtObj, f"mjOBJ_{kind}"), name)
     if number < 0:
         raise InputError(kind.lower(), name, "not a name in the model", next_step="Give it this name in the XML.")

@@ -25,7 +25,7 @@ def as_toml(model: Model) -> str:
         f"doubts = {_list(model.doubts)}",
         f"unverified = {_list(model.unverified)}",
     ]
-    sections = [_needle(model.needle)] if model.needle is not None else []
+    sections = [needle_lines(model.needle)] if model.needle is not None else []
     if model.tissue is not None:
         sections.append(["[tissue]", *_numbers(model.tissue)])
     sections += _laws(model, "")
@@ -48,7 +48,8 @@ def _list(texts: tuple[str, ...]) -> str:
     return "[" + "".join(f"\n  {_text(text)}," for text in texts) + ("\n]" if texts else "]")
 
 
-def _needle(needle: Any) -> list[str]:
+def needle_lines(needle: Any) -> list[str]:
+    """The section ``[needle]`` of a file, line by line."""
     lines = ["[needle]", *_numbers(needle)]
     if needle.tip is not None:
         lines += ["", *_tip(needle.tip, "needle")]

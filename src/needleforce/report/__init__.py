@@ -11,12 +11,16 @@ if TYPE_CHECKING:
     from ..identification.bench_tests.penetration_statistics import PenetrationTests
     from ..identification.compare import ModelRow
     from ..identification.result import Fit
+    from ..steering import Plan, SteeredRun, SteeringResult
 
 __all__ = [
     "write_campaign_report",
     "write_comparison",
     "write_penetration_report",
+    "write_plan_report",
     "write_report",
+    "write_run_report",
+    "write_steering_report",
     "write_stress_report",
 ]
 
@@ -128,5 +132,59 @@ def write_penetration_report(tests: "PenetrationTests", path: str | os.PathLike,
     from .penetration_page import penetration_page
 
     text = penetration_page(tests, title)
+    with atomic_write(path) as file:
+        file.write(text)
+
+
+def write_steering_report(result: "SteeringResult", path: str | os.PathLike) -> None:
+    """Write the report of an identified steered needle as one HTML file that opens offline.
+
+    Parameters
+    ----------
+    result : SteeringResult
+        Result of ``nf.steering.identify``.
+    path : path-like
+        File to write.
+    """
+    from ..files import atomic_write
+    from .steering_page import steering_page
+
+    text = steering_page(result)
+    with atomic_write(path) as file:
+        file.write(text)
+
+
+def write_plan_report(plan: "Plan", path: str | os.PathLike) -> None:
+    """Write the report of a planned insertion as one HTML file that opens offline.
+
+    Parameters
+    ----------
+    plan : Plan
+        Result of ``nf.steering.plan``.
+    path : path-like
+        File to write.
+    """
+    from ..files import atomic_write
+    from .steering_page import plan_page
+
+    text = plan_page(plan)
+    with atomic_write(path) as file:
+        file.write(text)
+
+
+def write_run_report(run: "SteeredRun", path: str | os.PathLike) -> None:
+    """Write the report of a simulated insertion of a steered needle as one HTML file that opens offline.
+
+    Parameters
+    ----------
+    run : SteeredRun
+        Result of ``nf.steering.simulate``.
+    path : path-like
+        File to write.
+    """
+    from ..files import atomic_write
+    from .steering_page import run_page
+
+    text = run_page(run)
     with atomic_write(path) as file:
         file.write(text)

@@ -8,7 +8,10 @@ from .needle_shapes import NeedleShape, read_shapes
 from .obstacles import Box, Sphere
 from .plan_problem import SteeringLimits
 from .planning import Plan, plan
+from .result import SteeringResult
 from .shape_fit import ShapeFit, needle_shape
+from .steered_run import SteeredRun, simulate
+from .steering_files import load
 from .steering_model import SteeringModel
 from .steering_parameters import SteeringEstimate
 from .tip_estimator import TipEstimate, TipEstimator
@@ -28,10 +31,12 @@ __all__ = [
     "Plan",
     "ShapeFit",
     "Sphere",
+    "SteeredRun",
     "SteeringEstimate",
     "SteeringFit",
     "SteeringLimits",
     "SteeringModel",
+    "SteeringResult",
     "TipEstimate",
     "TipEstimator",
     "TipPath",
@@ -40,8 +45,10 @@ __all__ = [
     "WrenchSensor",
     "base_wrench",
     "identify",
+    "load",
     "needle_shape",
     "plan",
     "read",
     "read_shapes",
+    "simulate",
 ]

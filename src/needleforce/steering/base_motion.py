@@ -3,11 +3,19 @@
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InputError
 from ..files import atomic_write
+from ..recording.columns import Column
+from ..recording.file_table import FileTable
+from ..recording.formats.detect import tables_of
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 COLUMNS = ("depth_mm", "base_x_mm", "base_y_mm", "roll_deg")
 
@@ -47,6 +55,12 @@ class BaseMotion:
         columns = np.column_stack([1e3 * self.depth, 1e3 * self.lateral, np.degrees(self.roll)])
         return [dict(zip(COLUMNS, map(float, row), strict=True)) for row in columns]
 
+    def to_dataframe(self) -> "pd.DataFrame":
+        """The rows as a pandas table, with units in the names of its columns."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows(), columns=list(COLUMNS))
+
     def write(self, path: str | os.PathLike) -> None:
         """Write the rows as CSV. Raises InputError if the file cannot be written."""
         with atomic_write(path) as file:
@@ -54,6 +68,21 @@ class BaseMotion:
             for row in self.rows():
                 file.write(",".join(f"{value:.6g}" for value in row.values()) + "\n")
 
-    def until(self, count: int) -> "BaseMotion":
-        """The first ``count`` steps."""
-        return BaseMotion(self.depth[:count], self.lateral[:count], self.roll[:count])
+    @classmethod
+    def read(cls, path: str | os.PathLike) -> "BaseMotion":
+        """Read the rows that ``write`` wrote. Raises InputError if a column is missing or a cell is no number."""
+        (table,) = tables_of(Path(path))[:1]
+        if missing := [name for name in COLUMNS if name not in table.headers]:
+            step = f"Give the columns {', '.join(COLUMNS)}."
+            raise InputError("columns", ", ".join(table.headers), f"{missing[0]} is missing", str(path), step)
+        series = [_numbers(table, name) for name in COLUMNS]
+        depth, x, y, roll = (np.asarray(each) for each in series)
+        return cls(1e-3 * depth, 1e-3 * np.column_stack([x, y]), np.radians(roll))
+
+
+def _numbers(table: FileTable, name: str) -> np.ndarray:
+    values = table.numbers({name: Column(name, name, table.headers.index(name), None)})[0][name]
+    if not np.all(np.isfinite(values)):
+        row = int(np.argmax(~np.isfinite(values)))
+        raise InputError(name, "empty or no number", "in one row", table.place(row), "Correct the cell.")
+    return values

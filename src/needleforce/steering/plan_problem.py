@@ -36,6 +36,8 @@ class SteeringLimits:
         Motion of the base across from its start, along x and along y [m]; 0: the base does not move.
     max_lateral_step : float
         Motion across in one step, along x and along y [m].
+    steer_from : float
+        Depth up to which the base does not move, so that the point of entry stays where it is [m].
     rolls : bool
         Whether the needle may be turned about its axis between the steps.
     max_force : float
@@ -53,13 +55,21 @@ class SteeringLimits:
 
     max_lateral: float = 6e-3
     max_lateral_step: float = 6e-3
+    steer_from: float = 5e-3
     rolls: bool = False
     max_force: float = np.inf
     max_lateral_force: float = np.inf
     max_moment: float = np.inf
 
     def __post_init__(self) -> None:
-        for quantity in ("max_lateral", "max_lateral_step", "max_force", "max_lateral_force", "max_moment"):
+        for quantity in (
+            "max_lateral",
+            "max_lateral_step",
+            "steer_from",
+            "max_force",
+            "max_lateral_force",
+            "max_moment",
+        ):
             value = getattr(self, quantity)
             if not value >= 0.0:
                 raise InputError(quantity, value, "must be at least 0", next_step="Give it in SI units.")
@@ -119,7 +129,9 @@ class PlanProblem:
     @property
     def knots(self) -> np.ndarray:
         """Indices, among the free rows, at which the motion is sought; between them it is linear."""
-        return np.unique(np.linspace(0, self.free - 1, min(_KNOTS, self.free)).round().astype(int))
+        before = self.depths[len(self.executed) - 1 : -1]  # where the base moves
+        first = min(int(np.sum(before < self.limits.steer_from - 1e-9)), self.free - 1)
+        return np.unique(np.linspace(first, self.free - 1, min(_KNOTS, self.free - first)).round().astype(int))
 
     def motion(self, sought: np.ndarray) -> BaseMotion:
         """Base motion of all rows for the sought numbers: x and y at the knots as shares of the limit, then rolls."""
@@ -128,10 +140,10 @@ class PlanProblem:
         across = np.tile(self.executed.lateral[-1], (self.free, 1))
         if self.limits.moves:
             columns = [np.interp(rows, self.knots, column) for column in lateral.reshape(n, 2).T]
-            across = self.limits.max_lateral * np.column_stack(columns)
+            across[self.knots[0] :] = self.limits.max_lateral * np.column_stack(columns)[self.knots[0] :]
         turned = np.full(self.free, self.executed.roll[-1])
         if self.limits.rolls:
-            turned = roll[np.searchsorted(self.knots, rows, side="right") - 1]
+            turned = roll[np.maximum(np.searchsorted(self.knots, rows, side="right") - 1, 0)]
         return BaseMotion(
             self.depths, np.vstack([self.executed.lateral, across]), np.append(self.executed.roll, turned)
         )

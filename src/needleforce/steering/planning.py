@@ -2,6 +2,7 @@
 """Base motion so that the tip reaches a target: past obstacles, within limits, with its force and its uncertainty."""
 
 import math
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -70,9 +71,21 @@ class Plan:
         """Standard deviation of the tip in each lateral direction, (n,) [m]."""
         return self.problem.model.predictor.uncertainty(self.problem.path(self.motion), len(self.problem.executed))
 
+    @property
+    def uncertain_clearance(self) -> float:
+        """Smallest distance of the 95 % tube from an obstacle [m]; infinity without obstacles."""
+        distance = distance_to(self.problem.obstacles, self.path) - self.tube()
+        return float(distance[len(self.problem.executed) :].min())
+
     def tube(self, level: float = 0.95) -> np.ndarray:
         """Radius around the path in which the tip is with a probability, (n,) [m]."""
         return self.sd * math.sqrt(-2.0 * math.log(1.0 - level))
+
+    def report(self, path: str | os.PathLike) -> None:
+        """Write a report as one HTML file that opens offline."""
+        from ..report import write_plan_report
+
+        write_plan_report(self, path)
 
     def replan(self, readings: TipPath, *, progress: Callable[[int, float], None] | None = None) -> "Plan":
         """Plan the rest anew from the tips that were measured so far.

@@ -3,8 +3,8 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,33 +16,23 @@ from .needle_shapes import NeedleShape
 from .path_errors import OFFSET_SPREAD, POSITION_NOISE, TILT_SPREAD, UNEVENNESS, integrated_wiener
 from .path_prediction import PathPredictor
 from .path_simulation import bevel_length_of, simulated_path
+from .result import SteeringResult
 from .steering_model import SteeringModel
-from .steering_parameters import ALIGNED, SHAPE_MODELS, Progress, SteeringEstimate, search
+from .steering_parameters import ALIGNED, SHAPE_MODELS, Progress, search
 
 _POINTS = 20  # of a shape that are compared
 _ELEMENTS = 40
 
 
-@dataclass(frozen=True)
-class ShapeFit:
-    """A needle identified from shapes.
+class ShapeFit(SteeringResult):
+    """A needle identified from shapes, which alone give forces and stiffnesses over its bending stiffness; ``rms`` is
+    the distance across of each shape from that of its base and tip [m]."""
 
-    Attributes
-    ----------
-    model : SteeringModel
-        What simulates it and plans.
-    parameters : tuple of SteeringEstimate
-        With intervals; shapes alone give forces and stiffnesses over the bending stiffness of the needle.
-    trade_offs : tuple of (str, str, float)
-        Pairs of parameters whose errors have a correlation beyond 0.9.
-    rms : dict of str to float
-        Shape -> root mean square distance across from that of its base and tip [m].
-    """
+    measured = "shapes"
 
-    model: SteeringModel
-    parameters: tuple[SteeringEstimate, ...]
-    trade_offs: tuple[tuple[str, str, float], ...]
-    rms: dict[str, float]
+    def by_insertion(self) -> dict[str, dict[str, Any]]:
+        """Shape -> distance from that of its base and tip [m]."""
+        return {name: {"rms_m": value} for name, value in self.rms.items()}
 
     def predict(self, shape: NeedleShape) -> np.ndarray:
         """The shape that follows from base and tip of a measured one, at its points, (n, 3) [m]."""

@@ -1,42 +1,28 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tissue, tip and guide from tip paths: least squares with priors, whatever the mechanics leave unexplained aside."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from .. import core
 from ..errors import InputError
+from .frame_check import check_frame
 from .path_errors import PathErrors
 from .path_prediction import PathPredictor, readings_of, residuals_of
 from .path_simulation import simulated_path
+from .result import SteeringResult
 from .steering_model import SteeringModel
-from .steering_parameters import MODELS, Progress, SteeringEstimate, held_at, search
+from .steering_parameters import MODELS, Progress, held_at, search
 from .tip_paths import TipPath
 
 
-@dataclass(frozen=True)
-class SteeringFit:
-    """An identified model of steered insertions.
-
-    Attributes
-    ----------
-    model : SteeringModel
-        What ``nf.FlexibleInsertion`` needs, and its motion for a base.
-    parameters : tuple of SteeringEstimate
-        With intervals.
-    trade_offs : tuple of (str, str, float)
-        Pairs of parameters whose errors have a correlation beyond 0.9.
-    rms : dict of str to float
-        Insertion -> root mean square of the lateral error of its prediction from the entry [m]; it is in the fit.
-    """
-
-    model: SteeringModel
-    parameters: tuple[SteeringEstimate, ...]
-    trade_offs: tuple[tuple[str, str, float], ...]
-    rms: dict[str, float]
+class SteeringFit(SteeringResult):
+    """A needle identified from tip paths; ``rms`` is the lateral error of each insertion's prediction from its entry
+    [m], while it is in the fit."""
 
     def predict(self, path: TipPath) -> np.ndarray:
         """The tip for the base's motion of an insertion, whose pose is taken from its rows before the base moves.
@@ -57,6 +43,13 @@ class SteeringFit:
         """Standard deviation of ``predict`` in each lateral direction, (n,) [m]: of the parameters, the pose and what
         the mechanics leave unexplained."""
         return self.model.predictor.uncertainty(path)
+
+    def by_insertion(self) -> dict[str, dict[str, Any]]:
+        """Insertion -> lateral error in the fit and left out of it [m]."""
+        left_out = self.left_out
+        return {
+            name: {"rms_m": value, "left_out_rms_m": left_out.get(name, math.nan)} for name, value in self.rms.items()
+        }
 
     @property
     def left_out(self) -> dict[str, float]:
@@ -95,13 +88,15 @@ def identify_paths(
     Raises
     ------
     InputError
-        If the model is unknown, there is no insertion, or the tip is not tracked for three rows.
+        If the model is unknown, there is no insertion, the tip is not tracked for three rows, or it was recorded in
+        another frame than the base.
     """
     if model not in MODELS:
         raise InputError("model", repr(model), "unknown", next_step=f"Give one of {', '.join(MODELS)}.")
     if not insertions or any(len(path) < 3 for path in insertions):
         limit = "needed with a tip in at least three rows each"
         raise InputError("insertions", len(insertions), limit, next_step="Give nf.steering.read(file).")
+    check_frame(insertions)
     errors = PathErrors([readings_of(path) for path in insertions])
 
     def misfit(values: dict[str, float]) -> np.ndarray:

@@ -105,6 +105,8 @@ def _check(table: FileTable, columns: dict[str, _Source]) -> None:
     across = [axis for axis in AXES if f"base_{axis}" in columns]
     if missing or len(across) == 1:
         given, step = ", ".join(table.headers), f"Name them {_WANTED}, with units as suffixes (tip_x_mm)."
+        if all(axis in (split_header(header)[0] for header in table.headers) for axis in AXES):
+            step = "For points along needles, x_mm, y_mm, z_mm and depth_mm, call nf.steering.read_shapes."
         raise InputError("columns", given, "not those of a tip path", str(table.path), step)
 
 

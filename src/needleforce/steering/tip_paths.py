@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..errors import InputError
+
 ENTRY = 6e-3  # [m] of travel that count as the entry
 MAX_COMPARED = 60  # rows of an insertion that a fit compares
 
@@ -43,6 +45,16 @@ class TipPath:
     def __post_init__(self) -> None:
         if self.roll is None:
             object.__setattr__(self, "roll", np.zeros(len(self.base)))
+        n = len(self.base)
+        for quantity, shape in (("base", (n, 2)), ("tip", (n, 3)), ("slope", (n, 2)), ("roll", (n,))):
+            values = getattr(self, quantity)
+            if values is None:
+                continue
+            if np.shape(values) != shape:
+                raise InputError(f"{quantity} of {self.name}", f"shape {np.shape(values)}", f"must be {shape}")
+            if not np.all(np.isfinite(values)):
+                step = "Leave out rows without a reading."
+                raise InputError(f"{quantity} of {self.name}", "not finite", "must be numbers", next_step=step)
 
     def __len__(self) -> int:
         return len(self.base)

@@ -12,8 +12,9 @@ from ..errors import InputError
 from ..recording import Recording
 from .path_prediction import PathPredictor
 from .path_simulation import simulated_path
+from .result import SteeringResult
 from .steering_model import SteeringModel
-from .steering_parameters import ALIGNED, WRENCH_MODELS, Progress, SteeringEstimate, held_at, search
+from .steering_parameters import ALIGNED, WRENCH_MODELS, Progress, held_at, search
 from .tip_paths import MAX_COMPARED, TipPath
 from .wrench_sensor import WrenchSensor
 
@@ -141,26 +142,11 @@ MODEL_LENGTH = 0.01  # [m]
 _BIAS = 10.0  # of the sensor, in standard deviations of its noise
 
 
-@dataclass(frozen=True)
-class WrenchFit:
-    """A needle identified from base wrenches.
+class WrenchFit(SteeringResult):
+    """A needle identified from base wrenches, whose tip is predicted without any tip having been measured; ``rms`` is
+    the residual of fx, fy [N], tx, ty [N m] of each insertion."""
 
-    Attributes
-    ----------
-    model : SteeringModel
-        What simulates it and plans; its tip is predicted without any tip having been measured.
-    parameters : tuple of SteeringEstimate
-        With intervals.
-    trade_offs : tuple of (str, str, float)
-        Pairs of parameters whose errors have a correlation beyond 0.9.
-    rms : dict of str to ndarray, shape (4,)
-        Insertion -> root mean square residual of fx, fy [N], tx, ty [N m].
-    """
-
-    model: SteeringModel
-    parameters: tuple[SteeringEstimate, ...]
-    trade_offs: tuple[tuple[str, str, float], ...]
-    rms: dict[str, np.ndarray]
+    measured = "recorded base wrenches"
 
     def predict(self, insertion: BaseWrench) -> np.ndarray:
         """fx, fy [N], tx, ty [N m] at the base for the motion of an insertion, (n, 4)."""

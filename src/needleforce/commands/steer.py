@@ -1,0 +1,297 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``needleforce steer``: simulate, identify and plan insertions of a needle that bends and is steered."""
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ..errors import InputError
+from .files import NEEDLE_HELP, PRESET_HELP
+from .output import JSON_HELP, REPORT_HELP, check_outputs, say, show, table, write_json
+
+if TYPE_CHECKING:
+    from ..steering import Plan
+    from ..steering.base_motion import BaseMotion
+    from ..steering.obstacles import Obstacle
+
+NAME = "steer"
+app = typer.Typer(help="Needles that bend and are steered: simulate, identify, plan.", no_args_is_help=True)
+MODEL_HELP = "An identified needle: a file that steer identify --save wrote."
+AXIAL_HELP = f"Laws of the axial force. {PRESET_HELP}"
+
+
+@app.command()
+def simulate(
+    output: Annotated[Path, typer.Option("--output", "-o", help="Table to write (CSV), a row a step.")],
+    model: Annotated[Path | None, typer.Option(help=f"{MODEL_HELP} Default: the steering rig.")] = None,
+    motion: Annotated[
+        Path | None, typer.Option(help="Motion of the base: a table that steer plan wrote. Default: straight in.")
+    ] = None,
+    depth_mm: Annotated[float, typer.Option(help="Depth of an insertion without --motion.")] = 100.0,
+    step_mm: Annotated[float, typer.Option(help="Travel between two motions of the base.")] = 5.0,
+    roll_deg: Annotated[float, typer.Option(help="Rotation of the needle without --motion.")] = 0.0,
+    insertions: Annotated[
+        int, typer.Option(help="Of the rig: number of insertions, half of them steered at random.")
+    ] = 6,
+    seed: Annotated[int, typer.Option(help="Of the rig: the same seed gives the same phantom and noise.")] = 1,
+    axial: Annotated[str | None, typer.Option(help=AXIAL_HELP)] = None,
+    report: Annotated[Path | None, typer.Option(help=f"{REPORT_HELP} Of a model.")] = None,
+) -> None:
+    """Simulate insertions: of an identified needle, or tracked tips of the steering rig, to be identified."""
+    import needleforce as nf
+
+    check_outputs([output, report], [model, motion])
+    laws = nf.preset(axial) if axial else None
+    if model is None:
+        if report:
+            raise InputError("--report", str(report), "needs --model", next_step="Identify the rig's table first.")
+        _simulate_rig(output, motion, insertions=insertions, seed=seed, depths=_depths(depth_mm, step_mm), axial=laws)
+        return
+    moves = _motion(motion, _depths(depth_mm, step_mm), roll_deg)
+    run = nf.steering.simulate(nf.steering.load(model), moves, axial=laws)
+    run.write(output)
+    if report:
+        run.report(report)
+    if run.lost.any():
+        say("warning: the needle buckles, or a step is impossible; see the column status")
+    x, y, z = 1e3 * run.tip[-1]
+    show(f"{output}: {len(moves)} steps, tip at ({x:.2f}, {y:.2f}, {z:.2f}) mm, axial force {run.force[-1]:.3f} N")
+
+
+@app.command()
+def identify(
+    file: Annotated[Path, typer.Argument(help="Tip paths or shapes, a row a step or a point.", show_default=False)],
+    needle: Annotated[str, typer.Option(help=NEEDLE_HELP)],
+    only: Annotated[
+        list[str], typer.Option("--only", help="Insertions of one tissue: those whose name begins so. Default: all.")
+    ] = [],  # noqa: B006
+    model: Annotated[str | None, typer.Option(help="linear, or yielding (the default for tip paths).")] = None,
+    held: Annotated[str, typer.Option(help="guide at a fixed distance from the surface, or hub.")] = "guide",
+    length_unit: Annotated[str | None, typer.Option(help="Of all lengths, where the table states none.")] = None,
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
+    save: Annotated[Path | None, typer.Option(help="Write the identified needle, for steer plan.")] = None,
+) -> None:
+    """Identify tissue, tip force and guide of a steered needle from tracked tips or from shapes."""
+    import needleforce as nf
+
+    from ..preset_files.presets import needle_of
+    from ..report.steering_page import insertion_table
+    from ..steering.result import HEAD
+
+    check_outputs([json, report, save], [file])
+    measured = _named(_measured(file, length_unit), only)
+    options: dict[str, Any] = {"model": model} if model else {}
+    if isinstance(measured[0], nf.steering.TipPath):
+        options["held"] = held
+    with _watched("identifying") as progress:
+        fit = nf.steering.identify(measured, needle_of(needle), progress=progress, **options)
+    write_json(fit.to_json(), json)
+    if json != "-":
+        table(fit.heading(), list(HEAD), [list(row) for row in fit.rows()])
+        heads, rows = insertion_table(fit)
+        table("what is left of each", heads, rows)
+    for remark in fit.remarks():
+        say(remark)
+    if report:
+        fit.report(report)
+        say(f"report: {report}")
+    if save:
+        fit.save(save)
+        say(f"model: {save}")
+
+
+@app.command()
+def plan(
+    model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=False)],
+    target_mm: Annotated[str, typer.Option(help="x,y,z of the target from the point of entry, such as 2,-1,80.")],
+    sphere_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z,radius. Repeat it for more.")] = [],  # noqa: B006
+    box_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z of two opposite corners.")] = [],  # noqa: B006
+    clearance_mm: Annotated[float, typer.Option(help="Distance to keep from obstacles.")] = 0.0,
+    max_lateral_mm: Annotated[float, typer.Option(help="Motion of the base across, along x and along y.")] = 6.0,
+    max_lateral_step_mm: Annotated[float, typer.Option(help="The same in one step.")] = 6.0,
+    rolls: Annotated[bool, typer.Option("--rolls", help="The needle may be turned between the steps.")] = False,
+    max_force_n: Annotated[float, typer.Option(help="Axial force; needs --axial.")] = math.inf,
+    max_lateral_force_n: Annotated[float, typer.Option(help="Lateral force at the base.")] = math.inf,
+    max_moment_nmm: Annotated[float, typer.Option(help="Bending moment at the base.")] = math.inf,
+    step_mm: Annotated[float, typer.Option(help="Travel between two motions of the base.")] = 5.0,
+    axial: Annotated[str | None, typer.Option(help=AXIAL_HELP)] = None,
+    measured: Annotated[
+        Path | None, typer.Option(help="Tips of the steps that were executed; the rest is planned anew.")
+    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of base motions to write (CSV).")] = None,
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
+) -> None:
+    """Plan the motion of the base that brings the tip to a target. Exit code 1: it cannot be had as asked."""
+    import needleforce as nf
+
+    from ..steering import SteeringLimits
+
+    check_outputs([output, json, report], [model, measured])
+    limits = SteeringLimits(
+        max_lateral=1e-3 * max_lateral_mm, max_lateral_step=1e-3 * max_lateral_step_mm, rolls=rolls,
+        max_force=max_force_n, max_lateral_force=max_lateral_force_n, max_moment=1e-3 * max_moment_nmm,
+    )  # fmt: skip
+    readings = None if measured is None else nf.steering.read(measured)[-1]
+    with _watched("planning") as progress:
+        found = nf.steering.plan(
+            nf.steering.load(model), _numbers(target_mm, 3, "--target-mm"), obstacles=_obstacles(sphere_mm, box_mm),
+            clearance=1e-3 * clearance_mm, limits=limits, step=1e-3 * step_mm, readings=readings,
+            axial=nf.preset(axial) if axial else None, progress=progress,
+        )  # fmt: skip
+    write_json(_document(found), json)
+    if output:
+        found.motion.write(output)
+    if report:
+        found.report(report)
+    _show_plan(found, quiet=json == "-")
+    if found.faults:
+        raise typer.Exit(1)
+
+
+def _simulate_rig(output: Path, motion: Path | None, *, insertions: int, seed: int, depths: Any, axial: Any) -> None:
+    """Tracked tips of insertions of the steering rig: along a motion, or half of them steered at random."""
+    import numpy as np
+
+    from ..rig import SteeringPhantom, steering_insertion, write_steering
+
+    if not 1 <= insertions <= 1000:
+        raise InputError("--insertions", insertions, "must be 1 to 1000", next_step="Give 6.")
+    rng, made = np.random.default_rng(seed), []
+    for number in range(insertions):
+        moves = _motion(motion, depths, 0.0)
+        insertion, base = steering_insertion(seed, number, SteeringPhantom(), axial=axial), np.zeros(2)
+        for row, (depth, lateral, roll) in enumerate(zip(moves.depth, moves.lateral, moves.roll)):
+            if motion is None and number >= insertions // 2 and row >= 2:
+                base = np.clip(base + rng.normal(0.0, 1.2e-3, 2), -6e-3, 6e-3)
+            insertion.advance(float(depth), lateral + base, float(roll))
+        made.append(insertion)
+    write_steering(made, output)
+    show(f"{output}: {insertions} insertions of the steering rig, seed {seed}")
+
+
+def _depths(depth_mm: float, step_mm: float) -> Any:
+    import numpy as np
+
+    if not (step_mm > 0.0 and 0.0 < depth_mm / step_mm <= 1000.0):
+        raise InputError("--step-mm", f"{step_mm:g}", "must be above 0, at most 1000 steps", next_step="Give 5.")
+    return 1e-3 * step_mm * np.arange(math.floor(depth_mm / step_mm + 1e-9) + 1)
+
+
+def _motion(file: Path | None, depths: Any, roll_deg: float) -> "BaseMotion":
+    import numpy as np
+
+    from ..steering.base_motion import BaseMotion
+
+    if file is not None:
+        return BaseMotion.read(file)
+    return BaseMotion(depths, np.zeros((len(depths), 2)), np.full(len(depths), math.radians(roll_deg)))
+
+
+def _measured(file: Path, unit: str | None) -> list:
+    """Tip paths or shapes of a file, by its columns."""
+    from ..steering import read, read_shapes
+
+    try:
+        return read(file, unit=unit)
+    except InputError as paths:
+        try:
+            return read_shapes(file, unit=unit)
+        except InputError:
+            raise paths from None
+
+
+def _named(measured: list, names: list[str]) -> list:
+    chosen = [each for each in measured if not names or any(each.name.startswith(name) for name in names)]
+    if not chosen:
+        given = ", ".join(each.name for each in measured[:8]) + ", …" * (len(measured) > 8)
+        raise InputError("--only", ", ".join(names), "no insertion begins so", next_step=f"There are {given}.")
+    return chosen
+
+
+def _numbers(text: str, count: int, option: str) -> tuple[float, ...]:
+    """Lengths in mm as m."""
+    try:
+        values = tuple(1e-3 * float(part) for part in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) != count:
+        limit = f"must be {count} numbers with commas"
+        raise InputError(
+            option, repr(text), limit, next_step=f"Write for example {option} {','.join('123456'[:count])}."
+        )
+    return values
+
+
+def _obstacles(spheres: list[str], boxes: list[str]) -> "list[Obstacle]":
+    from ..steering import Box, Sphere
+
+    found: list[Obstacle] = []
+    for text in spheres:
+        x, y, z, radius = _numbers(text, 4, "--sphere-mm")
+        found.append(Sphere((x, y, z), radius))
+    for text in boxes:
+        corners = _numbers(text, 6, "--box-mm")
+        low, high = (tuple(f(pair) for pair in zip(corners[:3], corners[3:])) for f in (min, max))
+        found.append(Box(low, high))  # type: ignore[arg-type]
+    return found
+
+
+def _document(found: "Plan") -> dict:
+    keys, motion = ("x_m", "y_m", "z_m"), found.motion
+    steps = zip(motion.depth, motion.lateral, motion.roll)
+    ends, loads = zip(found.path, found.tube()), zip(found.force, found.wrench)
+    rows = [
+        {
+            "depth_m": depth, "base_x_m": base[0], "base_y_m": base[1], "roll_rad": roll,
+            "tip": dict(zip(keys, tip)), "tube_m": radius, "force_N": force, "wrench": list(wrench),
+        }
+        for (depth, base, roll), (tip, radius), (force, wrench) in zip(steps, ends, loads)
+    ]  # fmt: skip
+    return {
+        "target": dict(zip(keys, found.target)),
+        "miss_m": found.miss,
+        "clearance_m": found.clearance if math.isfinite(found.clearance) else None,
+        "faults": list(found.faults),
+        "steps": rows,
+    }
+
+
+def _show_plan(found: "Plan", quiet: bool) -> None:
+    from ..report.steering_page import outcome
+
+    if not quiet:
+        heads = ["depth [mm]", "base x [mm]", "base y [mm]", "roll [°]", "tip x [mm]", "tip y [mm]", "95 % within [mm]"]
+        rows = [
+            [*(f"{value:.2f}" for value in row.values()), *(f"{1e3 * value:.2f}" for value in (*tip[:2], radius))]
+            for row, tip, radius in zip(found.motion.rows(), found.path, found.tube())
+        ]
+        table("motion of the base", heads, rows)
+    say(outcome(found))
+    for fault in found.faults:
+        say(f"not as asked: {fault}")
+
+
+class _watched:
+    """Progress on standard error while something is sought: a line in a terminal, nothing otherwise."""
+
+    def __init__(self, what: str):
+        self.what = what
+
+    def __enter__(self) -> Any:
+        import sys
+
+        if not sys.stderr.isatty():
+            return None
+        from rich.console import Console
+
+        self.status = Console(stderr=True).status(self.what)
+        self.status.start()
+        return lambda calls, cost: self.status.update(f"{self.what}: {calls} simulations, cost {cost:.4g}")
+
+    def __exit__(self, *_: object) -> None:
+        if hasattr(self, "status"):
+            self.status.stop()

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A simulated insertion of a steered needle, for a motion of its base."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..files import atomic_write
+from ..models.flexible_insertion import FlexibleInsertion
+from ..models.model import Model
+from .base_motion import BaseMotion
+from .path_errors import PathReadings
+from .replay import base_moves
+from .steering_model import SteeringModel, steering_model
+from .tip_paths import TipPath
+
+COLUMNS = (
+    "depth_mm", "base_x_mm", "base_y_mm", "roll_deg", "tip_x_mm", "tip_y_mm", "tip_z_mm", "force_N", "fx_N", "fy_N",
+    "fz_N", "tx_Nmm", "ty_Nmm", "tz_Nmm", "status",
+)  # fmt: skip
+_SHAPES = 5
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SteeredRun:
+    """What a needle does in the steps of a base motion.
+
+    Attributes
+    ----------
+    motion : BaseMotion
+        Of the base.
+    tip : ndarray, shape (n, 3)
+        After each step [m], in the frame of the tissue; of an identified needle from its point of entry, in the frame
+        of its tip paths and with the error that they had in common.
+    force : ndarray, shape (n,)
+        Axial force [N]; 0 without a model of it.
+    wrench : ndarray, shape (n, 6)
+        Of the tissue on the needle at the base [N], [N m].
+    shapes : tuple of ndarray, shape (m, 3)
+        The needle at some of the steps, the last of which is the end [m].
+    layers : tuple of float
+        Depths at which the tissue changes [m].
+    lost : ndarray of bool, shape (n,)
+        Where the needle buckled, or a step was impossible.
+    """
+
+    motion: BaseMotion
+    tip: np.ndarray
+    force: np.ndarray
+    wrench: np.ndarray
+    shapes: tuple[np.ndarray, ...]
+    layers: tuple[float, ...]
+    lost: np.ndarray
+
+    def write(self, path: str | os.PathLike) -> None:
+        """Write a row a step as CSV. Raises InputError if the file cannot be written."""
+        units = np.array([1.0] * 3 + [1e3] * 3)
+        with atomic_write(path) as file:
+            file.write(",".join(COLUMNS) + "\n")
+            for k, row in enumerate(self.motion.rows()):
+                numbers = [*row.values(), *(1e3 * self.tip[k]), self.force[k], *(units * self.wrench[k])]
+                status = "lost" if self.lost[k] else "ok"
+                file.write(",".join([*(f"{value:.6g}" for value in numbers), status]) + "\n")
+
+    def report(self, path: str | os.PathLike) -> None:
+        """Write a report as one HTML file that opens offline."""
+        from ..report import write_run_report
+
+        write_run_report(self, path)
+
+
+def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, axial: Model | None = None) -> SteeredRun:
+    """Simulate an insertion step by step: in each, base and bevel move at rest, then the needle is pushed in.
+
+    Parameters
+    ----------
+    model : SteeringModel or FlexibleInsertion
+        An identified needle, or one whose parameters are given, which is reset.
+    motion : BaseMotion
+        Of the base.
+    axial : Model, optional
+        Laws of the axial force, for an identified needle.
+
+    Returns
+    -------
+    SteeredRun
+    """
+    steered = steering_model(model)
+    flex = model if isinstance(model, FlexibleInsertion) else steered.insertion(axial, small_slopes=True)
+    flex.reset()
+    depth = np.maximum.accumulate(np.maximum(motion.depth - steered.values.get("surface", 0.0), 0.0))
+    path = TipPath("run", motion.lateral, np.column_stack([0.0 * motion.lateral, depth]), None, roll=motion.roll)
+    moves = base_moves(depth, path)
+    rows, shapes = _stepped(flex, moves, steered.roll, len(motion))
+    added = np.zeros((len(motion), 3))
+    if steered.form != "given":
+        added = _in_tracker(steered, motion.depth, depth, rows["tip"][0])
+    return SteeredRun(
+        motion=motion,
+        tip=rows["tip"] + added,
+        force=rows["force"],
+        wrench=rows["wrench"],
+        shapes=tuple(_moved(shape, depth, added) for shape in shapes),
+        layers=tuple(float(layer.top) for layer in flex.lateral),
+        lost=rows["status"] != 0,
+    )
+
+
+def _in_tracker(model: SteeringModel, depth: np.ndarray, travel: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """What is added to the tips of the engine, (n, 3) [m]: axis in the tracker's frame, entry, common errors."""
+    axis = np.array([model.values.get(f"axis_{across}", 0.0) for across in "xy"])
+    error = model.predictor.common_error(PathReadings(np.zeros(1), sloped=False), np.maximum(depth, 0.0))
+    across = np.outer(travel - travel[0], axis) - first[:2] + error
+    return np.column_stack([across, depth - travel])
+
+
+def _moved(shape: np.ndarray, travel: np.ndarray, added: np.ndarray) -> np.ndarray:
+    """A shape in the frame of the tips; above the surface as at the surface."""
+    return shape + np.column_stack([np.interp(shape[:, 2], travel, column) for column in added.T])
+
+
+def _stepped(flex: FlexibleInsertion, moves, roll: float, steps: int) -> tuple[dict[str, np.ndarray], Sequence]:  # type: ignore[no-untyped-def]
+    """Rows at the end of each step, and the shapes of some."""
+    drawn = set(np.linspace(0, steps - 1, _SHAPES).astype(int)[1:])
+    found: list[dict[str, np.ndarray]] = []
+    shapes = []
+    each = len(moves.depth) // steps
+    for step in range(steps):
+        part = slice(step * each, (step + 1) * each)
+        rows = flex.run(moves.depth[part], moves.lateral[part], roll=moves.roll[part] + roll, dt=moves.dt[part])
+        worst = rows["status"].max()
+        found.append({name: values[-1] for name, values in rows.items()} | {"status": worst})
+        if step in drawn:
+            shapes.append(flex.shape())
+    return {name: np.array([row[name] for row in found]) for name in found[0]}, shapes

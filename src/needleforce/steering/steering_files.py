@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: Apache-2.0
+"""An identified steered needle as a TOML file: parameters, covariance, and the insertions that predictions weigh."""
+
+import os
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ..errors import InputError
+from ..files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
+from ..preset_files.build import make_needle
+from ..preset_files.schema import NeedleSection
+from ..preset_files.writing import needle_lines
+from .path_prediction import PathPredictor
+from .path_simulation import simulated_path
+from .steering_model import SteeringModel
+from .steering_parameters import ALIGNED, MODELS, SHAPE_MODELS, WRENCH_MODELS, Parameter
+from .tip_paths import TipPath
+
+_KNOWN = {p.name: p for models in (MODELS, WRENCH_MODELS, SHAPE_MODELS) for group in models.values() for p in group}
+_NEXT = "Give a file that fit.save or needleforce steer identify --save wrote."
+
+
+class InsertionRows(msgspec.Struct, forbid_unknown_fields=True):
+    """One insertion of the fit, its compared rows: base (n, 2), tip (n, 3) [m], slope (n, 2), roll (n,) [rad]."""
+
+    name: str
+    start: float
+    base: list[list[float]]
+    tip: list[list[float]]
+    roll: list[float]
+    slope: list[list[float]] = []
+
+
+class SteeringFile(msgspec.Struct, forbid_unknown_fields=True):
+    """The sections of a steering file, all in SI units."""
+
+    steering: str
+    needle: NeedleSection
+    values: dict[str, float]
+    identified: list[str]
+    covariance: list[list[float]]
+    insertions: list[InsertionRows] = []
+
+
+def save(model: SteeringModel, path: str | os.PathLike) -> None:
+    """Write an identified model as a file that ``load`` reads as an equal one.
+
+    Raises
+    ------
+    InputError
+        If the model was not identified, or the file cannot be written.
+    """
+    if model.form == "given" or model.predictor.covariance is None:
+        raise InputError("model", model.form, "not identified", next_step="Save the values of your insertion yourself.")
+    names = [parameter.name for parameter in model.predictor.parameters]
+    head = [
+        f'steering = "{model.form}"',
+        f"identified = {_texts(names)}",
+        f"covariance = {_rows(model.predictor.covariance)}",
+    ]
+    values = ["[values]", *(f"{name} = {float(value)!r}" for name, value in model.values.items())]
+    sections = [head, needle_lines(model.needle), values]
+    sections += [_insertion(path) for path in model.predictor.insertions]
+    with atomic_write(path) as file:
+        file.write("\n\n".join("\n".join(lines) for lines in sections) + "\n")
+
+
+def load(path: str | os.PathLike) -> SteeringModel:
+    """Read an identified model.
+
+    Parameters
+    ----------
+    path : path
+        As ``save`` wrote it.
+
+    Returns
+    -------
+    SteeringModel
+
+    Raises
+    ------
+    InputError
+        With the place in the file, if a section is missing, unknown or has values of another shape.
+    """
+    what, file = "steering file", Path(path)
+    text = read_bytes(file, what, MAX_RESULT_BYTES)
+    try:
+        found: SteeringFile = as_type(decode_toml(text, what, next_step=_NEXT), SteeringFile, what, _NEXT)
+        return _model(found)
+    except InputError as error:
+        raise error.at(file.name) from None
+
+
+def _model(found: SteeringFile) -> SteeringModel:
+    parameters = tuple(_parameter(name, found.values) for name in found.identified)
+    needle = make_needle(found.needle)
+    assert needle is not None
+    covariance = _array(found.covariance, (len(parameters), len(parameters)), "covariance")
+    insertions = tuple(_tip_path(each) for each in found.insertions)
+    values = ALIGNED | found.values
+    predictor = PathPredictor(partial(simulated_path, needle=needle), values, insertions, parameters, covariance)
+    return SteeringModel(found.steering, values, needle, predictor)
+
+
+def _parameter(name: str, values: dict[str, float]) -> Parameter:
+    if name not in _KNOWN or name not in values:
+        limit = "not a parameter" if name not in _KNOWN else "has no value"
+        raise InputError("identified", name, limit, "$.identified", _NEXT)
+    parameter, value = _KNOWN[name], values[name]
+    if not parameter.low <= value <= parameter.high:
+        limit = f"outside {parameter.low:g} to {parameter.high:g} {parameter.unit}"
+        raise InputError(name, f"{value:g} {parameter.unit}", limit, "$.values", "Correct the value.")
+    return parameter
+
+
+def _tip_path(rows: InsertionRows) -> TipPath:
+    n = len(rows.roll)
+    place = f"insertion {rows.name}"
+    slope = _array(rows.slope, (n, 2), f"slope of {place}") if rows.slope else None
+    base, tip = _array(rows.base, (n, 2), f"base of {place}"), _array(rows.tip, (n, 3), f"tip of {place}")
+    return TipPath(rows.name, base, tip, slope, rows.start, roll=_array(rows.roll, (n,), f"roll of {place}"))
+
+
+def _array(rows: Sequence, shape: tuple[int, ...], quantity: str) -> np.ndarray:
+    try:
+        values = np.array(rows, dtype=float)
+    except ValueError:
+        values = np.zeros(0)
+    if values.shape != shape or not np.all(np.isfinite(values)):
+        raise InputError(quantity, f"shape {values.shape}", f"must be {shape} finite numbers", next_step=_NEXT)
+    return values
+
+
+def _insertion(path: TipPath) -> list[str]:
+    rows = path.compared
+    lines = [
+        "[[insertions]]", f"name = {_texts([path.name])[1:-1]}", f"start = {float(path.start)!r}",
+        f"base = {_rows(path.base[rows])}", f"tip = {_rows(path.tip[rows])}", f"roll = {_row(path.roll[rows])}",
+    ]  # fmt: skip
+    return lines if path.slope is None else [*lines, f"slope = {_rows(path.slope[rows])}"]
+
+
+def _rows(values: np.ndarray) -> str:
+    return "[" + ", ".join(_row(row) for row in values) + "]"
+
+
+def _row(values: np.ndarray) -> str:
+    return "[" + ", ".join(repr(float(value)) for value in values) + "]"
+
+
+def _texts(texts: Sequence[str]) -> str:
+    return msgspec.json.encode(list(texts)).decode()
