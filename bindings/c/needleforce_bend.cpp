@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <new>
 
 #include "in_memory.hpp"
@@ -10,6 +11,7 @@
 
 using namespace needleforce;
 using bending::LateralLayer;
+using Saved = bending::SpatialInsertion::Saved;
 
 struct nf_bend {
   bending::SpatialInsertion needle;
@@ -53,7 +55,8 @@ bool read_sections(const nf_bending& given, bending::BeamProperties& beam, nf_fa
     list[i] = {given.sections[i].end, given.sections[i].stiffness, given.sections[i].curvature};
   beam.sections = bending::Sections(std::span<const bending::Section>(list.data(), given.section_count));
   return beam.sections.valid() ||
-         c::refuse(why, "bending", "sections", "have ends that do not increase or stiffnesses not above 0");
+         c::refuse(why, "bending", "sections",
+                   "have ends that do not increase, or stiffnesses outside 1e-15 to 1e9");
 }
 
 /// The parameters of both tables, each to its own.
@@ -123,5 +126,21 @@ size_t nf_bend_shape(const nf_bend* self, double* points, size_t count) {
 }
 
 void nf_bend_reset(nf_bend* self) { self->needle.reset(); }
+
+size_t nf_bend_snapshot_size(void) { return sizeof(Saved); }
+
+int nf_bend_snapshot(const nf_bend* self, void* bytes, size_t size) {
+  if (!bytes || size < sizeof(Saved)) return 0;
+  const Saved saved = self->needle.save();
+  std::memcpy(bytes, &saved, sizeof saved);
+  return 1;
+}
+
+int nf_bend_restore(nf_bend* self, const void* bytes, size_t size) {
+  if (!bytes || size < sizeof(Saved)) return 0;
+  Saved saved;
+  std::memcpy(&saved, bytes, sizeof saved);
+  return self->needle.restore(saved);
+}
 
 }  // extern "C"

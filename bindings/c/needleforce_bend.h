@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
    A needle that bends: motion of the base in; tip, shape, axial force and base wrench out. Frame of the
    tissue: z along the insertion, its undeformed surface at 0, x and y across. The caller owns all memory, of
-   which a copy is a snapshot; nf_bend_step, _shape, _reset are wait-free. */
+   which a copy is a snapshot within one process; nf_bend_step, _shape, _reset, _snapshot, _restore are
+   wait-free, the last two with 250 kB of stack. */
 #ifndef NEEDLEFORCE_BEND_H
 #define NEEDLEFORCE_BEND_H
 #include "needleforce.h"
@@ -41,6 +42,11 @@ void nf_bend_step(nf_bend* needle, const nf_base* base, double dt, nf_bent* samp
 /* Writes x, y, z of up to `count` points from the base to the tip; returns how many there are. */
 size_t nf_bend_shape(const nf_bend* needle, double* points, size_t count);
 void nf_bend_reset(nf_bend* needle);
+
+size_t nf_bend_snapshot_size(void); /* about 105 kB, most of it the path of the tip */
+/* 1, or 0 and nothing changes: too small a buffer, bytes of another version, model or settings, altered bytes. */
+int nf_bend_snapshot(const nf_bend* needle, void* bytes, size_t size);
+int nf_bend_restore(nf_bend* needle, const void* bytes, size_t size);
 
 /* clang-format on */
 #ifdef __cplusplus

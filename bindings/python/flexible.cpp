@@ -7,6 +7,8 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <cstring>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,7 +56,7 @@ bending::FlexibleSettings settings_of(const std::vector<bending::LateralLayer>& 
     raise_input(
         quantity, nb::str("refused"), "outside its range or out of order",
         "Tops of lateral layers start at 0 and increase; ends of sections increase from the tip, with "
-        "bending stiffnesses above 0; elements are 1 to 100.");
+        "bending stiffnesses of 1e-15 to 1e9 N m^2; elements are 1 to 100.");
   return settings;
 }
 
@@ -115,6 +117,23 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> path(const Bent<dimension>& self) {
     rows[3 * k + 2] = cut.spacing * static_cast<double>(k);
   }
   return array;
+}
+
+template <std::size_t dimension>
+nb::bytes saved_bytes(const Bent<dimension>& self) {
+  const auto saved = std::make_unique<typename Bent<dimension>::Saved>(self.save());
+  return nb::bytes(saved.get(), sizeof *saved);
+}
+
+template <std::size_t dimension>
+void restore_bytes(Bent<dimension>& self, const nb::bytes& bytes) {
+  const auto saved = std::make_unique<typename Bent<dimension>::Saved>();
+  const bool fits = bytes.size() == sizeof *saved;
+  if (fits) std::memcpy(saved.get(), bytes.data(), sizeof *saved);
+  if (!fits || !self.restore(*saved))
+    raise_input("snapshot", nb::str((std::to_string(bytes.size()) + " bytes").c_str()),
+                "not of this version, this model and these settings, or altered",
+                "Give what save() of a FlexibleInsertion with the same model and settings gave.");
 }
 
 template <std::size_t n>
@@ -179,7 +198,11 @@ void bind_flexible(nb::module_& module, const char* name, const char* doc) {
       .def("reset", &Self::reset, "Back to before the first contact.")
       .def(
           "restore", [](Self& self, const Self& saved) { self = saved; }, nb::arg("snapshot"),
-          "Back to a snapshot, state and model.");
+          "Back to a snapshot, state and model.")
+      .def("save", &saved_bytes<dimension>, "The memory alone, as bytes that any process may keep.")
+      .def("restore", &restore_bytes<dimension>, nb::arg("snapshot"),
+           "The memory from bytes of save(); raises InputError for those of another version, model or "
+           "settings, or altered ones.");
 }
 
 }  // namespace

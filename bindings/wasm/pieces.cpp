@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The C face for JavaScript, without structs: a model is given piece by piece, a sample read as
 // parameters. One instance of the module holds one insertion; its memory only grows, before the loop.
+#include "pieces.hpp"
+
 #include <__verbose_abort>
 #include <cstddef>
 #include <cstring>
-
-#include "../c/needleforce.h"
 
 // the library's own prints, for which it would import files; what cannot happen traps instead
 _LIBCPP_BEGIN_NAMESPACE_STD
@@ -26,9 +26,7 @@ std::size_t count;
 nf_parameter* parameters;  // of the law or tip given last
 std::size_t given, room_left;
 nf_settings settings;
-nf_fault fault;
 nf_sample sample;
-nf_insertion* insertion;
 unsigned char* snapshot;
 
 struct Setting {
@@ -44,26 +42,31 @@ constexpr Setting known[] = {{"max_speed", &nf_settings::max_speed},
                              {"bevel_friction_coefficient", &nf_settings::bevel_friction_coefficient},
                              {"bevel_face_share", &nf_settings::bevel_face_share}};
 
-template <std::size_t most>
-void open(nf_parameter (&list)[most]) {
-  parameters = list;
-  given = 0;
-  room_left = most - 1;  // the last stays without a name
-}
-
 nf_layer& layer() { return layers[count - 1]; }
 nf_tip& tip() { return tips[count - 1]; }
 
 }  // namespace
 
+namespace pieces {
+
+nf_insertion* insertion;
+nf_fault fault;
+
+void open(nf_parameter* list, std::size_t most) {
+  parameters = list;
+  given = 0;
+  room_left = most - 1;
+}
+
+}  // namespace pieces
+
+using namespace pieces;
+
 // needleforce.mjs reads samples so: nine doubles, then five integers
 static_assert(offsetof(nf_sample, phase) == 9 * sizeof(double) && sizeof(int) == 4);
 
-#define EXPORT(name) __attribute__((export_name(#name))) name
-
 extern "C" {
 
-/// Bytes that stay, aligned as a double.
 void* EXPORT(room)(std::size_t bytes) {
   static unsigned char* next = &__heap_base;
   next += -reinterpret_cast<std::size_t>(next) % alignof(double);

@@ -42,8 +42,8 @@ class Insertion {
     if (!valid_) return;
     lateral_ratio_ = bevel.lateral_ratio();
     model_ = fingerprint(layers);
-    for (std::size_t i = 0; i < count_; ++i) layers_[i] = PreparedLayer(layers[i]);
-    for (std::size_t i = 1; i < count_; ++i) {
+    for (std::size_t i = 0; i < layers.size(); ++i) layers_[i] = PreparedLayer(layers[i]);
+    for (std::size_t i = 1; i < layers.size(); ++i) {
       // a law that stands alone has a spring of its own in each layer
       same_friction_[i] = !layers_[i].resists() && !detail::adds(layers[i].laws) &&
                           same_law(layers[i].laws.friction, layers[i - 1].laws.friction);
@@ -71,11 +71,13 @@ class Insertion {
   /// The memory without the model, as bytes that may leave the process. Wait-free.
   using Saved = StateBytes<InsertionState>;
   Saved save() const noexcept { return state_bytes(state_, model_); }
-  /// Restores a memory; returns false and changes nothing for bytes of another version or model, or altered
-  /// bytes. Wait-free.
+  /// Restores a memory; returns false and changes nothing for bytes of another version or model, altered
+  /// bytes, or a state that no insertion can have. Wait-free.
   bool restore(const Saved& bytes) noexcept {
     if (!valid_ || !belongs(bytes, model_)) return false;
-    state_ = bytes.state();
+    const InsertionState state = bytes.state();
+    if (!possible(state, count_)) return false;
+    state_ = state;
     return true;
   }
 
@@ -93,6 +95,13 @@ class Insertion {
   /// False if the model or a limit was refused: then no step has a force.
   bool accepted() const noexcept { return valid_; }
   const Limits& limits() const noexcept { return limits_; }
+  /// A number that distinguishes models, with the lateral force of the bevel.
+  std::uint64_t model_fingerprint() const noexcept {
+    Fingerprint print;
+    print.add(model_);
+    print.add(lateral_ratio_);
+    return print.value();
+  }
   /// Friction [N] along the shaft in one layer, and where the shaft is embedded in it [m].
   struct ShaftFriction {
     double force, from, length;
@@ -118,8 +127,9 @@ class Insertion {
 
   /// The last force for a bounded time, then zero; depth and memory do not change.
   [[gnu::noinline]] Sample refuse(Status status, double dt) noexcept {
-    if (dt > 0.0 && std::isfinite(dt)) state_.waited += dt;
-    const bool holding = valid_ && dt > 0.0 && state_.waited <= limits_.hold_time;
+    const bool waits = dt > 0.0 && std::isfinite(dt);
+    if (waits) state_.waited += dt;
+    const bool holding = valid_ && waits && state_.waited <= limits_.hold_time;
     Sample sample = holding ? state_.last : Sample{};
     sample.depth = state_.depth;
     sample.velocity = 0.0;

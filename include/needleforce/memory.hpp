@@ -17,6 +17,9 @@
 
 namespace needleforce {
 
+/// True if a flag that came from outside as a byte is one: to read another byte as a flag is undefined.
+inline bool is_flag(const bool& flag) noexcept { return reinterpret_cast<const unsigned char&>(flag) < 2; }
+
 /// The extent of a layer along the shaft [m]; the bottom is the surface of the next layer, or infinity.
 struct LayerExtent {
   double top;
@@ -173,6 +176,15 @@ inline Slip slip_along(const Shaft& shaft, double traction, double travel, doubl
   return {travel, traction * std::max(0.0, shaft.embedded - straining), traction * shaft.embedded_by_depth};
 }
 
+/// True for a memory from outside whose flags are ones; a memory with flags has `possible()`.
+template <class M>
+bool possible(const M& memory) noexcept {
+  if constexpr (requires { memory.possible(); })
+    return memory.possible();
+  else
+    return true;
+}
+
 /// One memory of each type. A law that another law replaces, in a deeper layer or in another model, keeps
 /// its memory for the time when it is used again: docs/decisions/0012-memory-of-laws.md.
 template <class M>
@@ -194,6 +206,7 @@ struct Memories : MemorySlot<M>... {
   void each(Visit visit) noexcept {
     (visit(of<M>()), ...);
   }
+  bool possible() const noexcept { return (needleforce::possible(of<M>()) && ...); }
 };
 
 /// The memory of the law that used it last: another kind of law finds a new one. A quarter of the bytes of
@@ -220,6 +233,7 @@ class OneMemory {
     return number_ == number<Wanted> ? *std::launder(reinterpret_cast<const Wanted*>(bytes_.data()))
                                      : unused<Wanted>;
   }
+  bool possible() const noexcept { return (needleforce::possible(of<M>()) && ...); }
 
  private:
   template <class Wanted>

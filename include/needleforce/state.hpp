@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include "limits.hpp"
@@ -41,5 +42,26 @@ struct InsertionState {
   bool started = false;
   std::array<LayerState, max_layers> layers{};
 };
+
+/// True for a sample from outside whose words and flags are ones.
+inline bool possible(const Sample& sample) noexcept {
+  return sample.phase >= Phase::free && sample.phase <= Phase::extraction && sample.status >= Status::ok &&
+         sample.status <= Status::not_finite && is_flag(sample.contact) && is_flag(sample.punctured) &&
+         is_flag(sample.exit);
+}
+inline bool possible(const LayerState& layer) noexcept {
+  const Relaxing& relaxing = layer.relaxing;
+  return is_flag(layer.pierced) && is_flag(relaxing.relaxes) && is_flag(relaxing.only_at_rest) &&
+         is_flag(relaxing.restores) && layer.friction.possible();
+}
+/// True for a state from outside that a stack of so many layers can have, as far as the loop relies on it:
+/// numbers of layers, words, flags, where the tip is and how long it waited. Wait-free.
+inline bool possible(const InsertionState& state, std::size_t layers) noexcept {
+  bool result = state.pierced <= layers && state.phase >= Phase::free && state.phase <= Phase::extraction &&
+                is_flag(state.started) && std::abs(state.depth) <= farthest && state.waited >= 0.0 &&
+                possible(state.last) && state.cutting.possible();
+  for (const LayerState& layer : state.layers) result = result && possible(layer);
+  return result;
+}
 
 }  // namespace needleforce

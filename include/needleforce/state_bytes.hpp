@@ -72,23 +72,32 @@ class Checksum {
   std::array<Lane, 4> lanes_{};
 };
 
-/// Plain bytes of a state: version and size of the program that wrote it, its model, checksums.
+/// Plain bytes of a state: version and size of the program that wrote it, its model, checksums. One of these
+/// is of at most `stretch` words, so that what they find does not depend on the size of the state.
 template <class State>
 struct StateBytes {
   static_assert(std::is_trivially_copyable_v<State> && sizeof(State) % sizeof(std::uint64_t) == 0);
-  std::uint64_t version, size, model;
-  std::array<std::uint64_t, sizeof(State) / sizeof(std::uint64_t)> words;
-  std::array<std::uint64_t, 4> checksum;
+  static constexpr std::size_t count = sizeof(State) / sizeof(std::uint64_t);
+  static constexpr std::size_t stretch = Checksum::max_words - Checksum::block;  // a block is the head's
+  static constexpr std::size_t stretches = (count + stretch - 1) / stretch;
+  using Sums = std::array<std::array<std::uint64_t, 4>, stretches>;
 
-  static_assert(sizeof(words) / sizeof(std::uint64_t) + Checksum::block <= Checksum::max_words);
+  std::uint64_t version, size, model;
+  std::array<std::uint64_t, count> words;
+  Sums checksum;
 
   State state() const noexcept { return std::bit_cast<State>(words); }
-  /// Of everything before the checksum.
-  std::array<std::uint64_t, 4> sum() const noexcept {
-    Checksum sum;
-    sum.add(std::array{version, size, model});
-    sum.add(words);
-    return sum.value();
+  /// Of everything before the checksums; the first includes the head.
+  Sums sum() const noexcept {
+    Sums sums;
+    const std::span<const std::uint64_t> all(words);
+    for (std::size_t i = 0; i < stretches; ++i) {
+      Checksum sum;
+      if (i == 0) sum.add(std::array{version, size, model});
+      sum.add(all.subspan(i * stretch, std::min(stretch, count - i * stretch)));
+      sums[i] = sum.value();
+    }
+    return sums;
   }
 };
 
@@ -111,10 +120,12 @@ StateBytes<State> state_bytes(const State& state, std::uint64_t model) noexcept 
 }
 
 /// True if both are the same. Word by word: `==` of an array may call a function of the C library.
-constexpr bool same_sums(const std::array<std::uint64_t, 4>& a,
-                         const std::array<std::uint64_t, 4>& b) noexcept {
+template <std::size_t stretches>
+constexpr bool same_sums(const std::array<std::array<std::uint64_t, 4>, stretches>& a,
+                         const std::array<std::array<std::uint64_t, 4>, stretches>& b) noexcept {
   std::uint64_t different = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) different |= a[i] ^ b[i];
+  for (std::size_t i = 0; i < stretches; ++i)
+    for (std::size_t k = 0; k < 4; ++k) different |= a[i][k] ^ b[i][k];
   return different == 0;
 }
 

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../bindings/c/needleforce.h"
+#include "../../bindings/c/needleforce_bend.h"
 
-enum { MAX_LAYERS = 16, MOST_KNOTS = 32, MOST_WORDS = 64 };
+enum { MAX_LAYERS = 16, MOST_KNOTS = 32, MOST_WORDS = 64, MOST_POINTS = 200 };
 
 typedef struct {
   nf_layer layers[MAX_LAYERS];
@@ -17,8 +17,14 @@ typedef struct {
   nf_settings settings;
   void *memory, *kept;
   nf_insertion* insertion;
+  nf_lateral_layer lateral[MAX_LAYERS];
+  nf_section sections[MAX_LAYERS];
+  nf_parameter lengths[MAX_LAYERS];
+  nf_bending bending;
+  nf_bend* needle;
   int made;
   long ticks;
+  long base[6]; /* of a needle that bends, the same; [0] is not used */
 } Case;
 
 typedef struct {
@@ -80,6 +86,29 @@ static void add_knot(Case* c, const Words* w) {
   c->heights[c->count - 1][tip->knots++] = number(w->word[2]);
 }
 
+static void add_lateral(Case* c, const Words* w) {
+  nf_lateral_layer* layer = &c->lateral[c->bending.layer_count++];
+  const Words numbers = {{NULL}, 0};
+  Words given = numbers;
+  for (int i = 0; i < w->n; ++i) {
+    if (!strcmp(w->word[i], "form"))
+      layer->form = copy_of(w->word[++i]);
+    else
+      given.word[given.n++] = w->word[i];
+  }
+  given.word[0] = "top";
+  name_parameters(layer->parameters, &given, 0);
+}
+
+static void set_bending(Case* c, const char* name, const char* value) {
+  if (!strcmp(name, "elements")) {
+    c->bending.elements = atoi(value);
+  } else {
+    c->lengths[c->bending.parameter_count].name = copy_of(name);
+    c->lengths[c->bending.parameter_count++].value = number(value);
+  }
+}
+
 /* 1 for a line of the model */
 static int describe(Case* c, const Words* w) {
   nf_law* law = law_of(c, w->word[0]);
@@ -94,19 +123,29 @@ static int describe(Case* c, const Words* w) {
     choose_tip(c, w);
   } else if (!strcmp(w->word[0], "knot")) {
     add_knot(c, w);
+  } else if (!strcmp(w->word[0], "lateral")) {
+    add_lateral(c, w);
+  } else if (!strcmp(w->word[0], "section")) {
+    const nf_section section = {number(w->word[1]), number(w->word[2]), number(w->word[3])};
+    c->sections[c->bending.section_count++] = section;
+  } else if (!strcmp(w->word[0], "bending")) {
+    set_bending(c, w->word[1], w->word[2]);
   } else {
     return 0;
   }
   return 1;
 }
 
-static void step(Case* c, double depth, double velocity, double dt) {
-  nf_sample s;
-  nf_step(c->insertion, depth, velocity, dt, &s);
+static void print(nf_sample s) {
   printf("%.17g %.17g %.17g %.17g %.17g ", s.depth, s.velocity, s.force, s.stiffness, s.friction);
   printf("%.17g %.17g %.17g %.17g ", s.cutting, s.lateral, s.force_by_depth, s.force_by_velocity);
   printf("%s %s %d %d %d\n", nf_phase_name(s.phase), nf_status_name(s.status), s.contact, s.punctured,
          s.exit);
+}
+static void step(Case* c, double depth, double velocity, double dt) {
+  nf_sample s;
+  nf_step(c->insertion, depth, velocity, dt, &s);
+  print(s);
 }
 
 static void go(Case* c, const Words* w) {
@@ -116,15 +155,66 @@ static void go(Case* c, const Words* w) {
   }
 }
 
+static void bend(Case* c, nf_base base, double dt) {
+  nf_bent s;
+  nf_bend_step(c->needle, &base, dt, &s);
+  print(s.axial);
+  printf("bent");
+  for (int i = 0; i < 3; ++i) printf(" %.17g", s.tip[i]);
+  for (int i = 0; i < 3; ++i) printf(" %.17g", s.tangent[i]);
+  for (int i = 0; i < 6; ++i) printf(" %.17g", s.wrench[i]);
+  printf(" %.17g %.17g %.17g %s %d\n", s.force, s.lateral, s.unsupported, nf_status_name(s.status),
+         s.buckled);
+}
+
+static void carry(Case* c, const Words* w) {
+  for (int i = 0, n = atoi(w->word[1]); i < n; ++i) {
+    double at[6];
+    c->ticks += atol(w->word[3]);
+    for (int k = 1; k < 6; ++k) c->base[k] += atol(w->word[3 + k]);
+    for (int k = 0; k < 6; ++k) at[k] = ldexp((double)(k ? c->base[k] : c->ticks), -30);
+    const nf_base base = {at[0], {at[1], at[2]}, {at[3], at[4]}, at[5]};
+    bend(c, base, number(w->word[2]));
+  }
+}
+
+static void one_base(Case* c, const Words* w) {
+  double at[7];
+  for (int k = 0; k < 7; ++k) at[k] = number(w->word[1 + k]);
+  const nf_base base = {at[0], {at[1], at[2]}, {at[3], at[4]}, at[5]};
+  bend(c, base, at[6]);
+}
+
+static void shape(const Case* c) {
+  double points[3 * MOST_POINTS];
+  for (size_t i = 0, n = nf_bend_shape(c->needle, points, MOST_POINTS); i < n; ++i)
+    printf("point %.17g %.17g %.17g\n", points[3 * i], points[3 * i + 1], points[3 * i + 2]);
+}
+
+static size_t kept_size(const Case* c) { return c->needle ? nf_bend_snapshot_size() : nf_snapshot_size(); }
+static void reset(Case* c) { c->needle ? nf_bend_reset(c->needle) : nf_reset(c->insertion); }
+static void keep(Case* c) {
+  if (c->needle)
+    nf_bend_snapshot(c->needle, c->kept, kept_size(c));
+  else
+    nf_snapshot(c->insertion, c->kept, kept_size(c));
+}
 static void restore(Case* c) {
-  puts(nf_restore(c->insertion, c->kept, nf_snapshot_size()) ? "taken" : "refused");
+  const int taken = c->needle ? nf_bend_restore(c->needle, c->kept, kept_size(c))
+                              : nf_restore(c->insertion, c->kept, kept_size(c));
+  puts(taken ? "taken" : "refused");
 }
 
 static void make(Case* c) {
   c->made = 1;
   c->memory = malloc(nf_size());
-  c->kept = malloc(nf_snapshot_size());
   c->insertion = nf_init(c->memory, nf_size(), c->layers, c->count, &c->settings, NULL);
+  if (c->insertion && c->bending.layer_count) {
+    c->bending.layers = c->lateral, c->bending.sections = c->sections, c->bending.parameters = c->lengths;
+    c->needle = nf_bend_init(malloc(nf_bend_size()), nf_bend_size(), c->insertion, &c->bending, NULL);
+    if (!c->needle) c->insertion = NULL;
+  }
+  c->kept = malloc(kept_size(c));
   if (!c->insertion) puts("refused");
 }
 
@@ -135,8 +225,11 @@ static void move(Case* c, const Words* w) {
   if (!strcmp(what, "at")) c->ticks = atol(w->word[1]);
   if (!strcmp(what, "go")) go(c, w);
   if (!strcmp(what, "step")) step(c, number(w->word[1]), velocity_of(w->word[2]), number(w->word[3]));
-  if (!strcmp(what, "reset")) nf_reset(c->insertion);
-  if (!strcmp(what, "keep")) nf_snapshot(c->insertion, c->kept, nf_snapshot_size());
+  if (!strcmp(what, "carry")) carry(c, w);
+  if (!strcmp(what, "base")) one_base(c, w);
+  if (!strcmp(what, "shape")) shape(c);
+  if (!strcmp(what, "reset")) reset(c);
+  if (!strcmp(what, "keep")) keep(c);
   if (!strcmp(what, "restore")) restore(c);
   if (!strcmp(what, "alter")) {
     unsigned char* byte = (unsigned char*)c->kept + atol(w->word[1]);

@@ -10,11 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "needleforce/insertion.hpp"
+#include "needleforce/bending/flexible_insertion.hpp"
 
 namespace {
 
 using namespace needleforce;
+using bending::SpatialInsertion;
 
 struct Words : std::istringstream {
   using std::istringstream::istringstream;
@@ -56,6 +57,58 @@ bool choose(std::variant<T...>& chosen, Words& words) {
   return ((name == T::name && (chosen = filled<T>(words), true)) || ...);
 }
 
+template <class T>
+void set_defaults(T& value) {
+  for (const auto& parameter : T::table) value.*parameter.member = parameter.initial;
+}
+template <class T>
+void set_named(T& value, const std::string& name, double number) {
+  for (const auto& parameter : T::table)
+    if (name == parameter.name) value.*parameter.member = number;
+}
+
+/// What a needle that bends is made of; there is none without a lateral layer.
+struct Flexible {
+  bending::FlexibleSettings settings{};
+  std::vector<bending::Section> sections{};
+
+  Flexible() { set_defaults(settings.beam.support), set_defaults(settings.lengths); }
+  bool given() const { return settings.beam.layer_count > 0; }
+  bool describe(const std::string& what, Words& words) {
+    if (what == "lateral") return add_lateral(words), true;
+    if (what == "section") {
+      const double end = words.number(), stiffness = words.number();
+      return sections.push_back({end, stiffness, words.number()}), true;
+    }
+    if (what != "bending") return false;
+    const std::string name = words.word();
+    const double value = words.number();
+    if (name == "elements") settings.beam.elements = std::size_t(value);
+    set_named(settings.beam.support, name, value);
+    set_named(settings.lengths, name, value);
+    return true;
+  }
+  void add_lateral(Words& words) {
+    bending::LateralLayer& layer = settings.beam.layers[settings.beam.layer_count++];
+    set_defaults(layer);
+    layer.top = words.number();
+    for (std::string name = words.word(); !name.empty(); name = words.word()) {
+      if (name != "form") {
+        set_named(layer, name, words.number());
+        continue;
+      }
+      const std::string form = words.word();
+      for (int i = 0; i < 4; ++i)
+        if (form == foundation_form_names[i]) layer.form = FoundationForm(i);
+    }
+  }
+  /// Whether the settings are valid.
+  bool accepted() {
+    settings.beam.sections = bending::Sections(std::span<const bending::Section>(sections));
+    return !fault(settings);
+  }
+};
+
 class Case {
  public:
   void read(const std::string& line) {
@@ -70,6 +123,7 @@ class Case {
   bool describe(const std::string& what, Words& words) {
     if (what == "layer") return layers_.push_back({words.number(), {}}), true;
     if (what == "set") return set(words), true;
+    if (flexible_.describe(what, words)) return true;
     if (layers_.empty()) return false;
     Model& laws = layers_.back().laws;
     if (what == "stiffness") return known_ &= choose(laws.stiffness, words), true;
@@ -104,14 +158,27 @@ class Case {
       const double depth = words.number(), velocity = words.velocity();
       step(depth, velocity, words.number());
     }
-    if (what == "reset") insertion_->reset();
-    if (what == "keep") kept_ = insertion_->save();
-    if (what == "restore") std::puts(insertion_->restore(kept_) ? "taken" : "refused");
-    if (what == "alter") alter(std::size_t(words.number()));
+    if (what == "carry") carry(words);
+    if (what == "base") base(words);
+    if (what == "shape")
+      needle_->shape(
+          [](const bending::Vector& p) { std::printf("point %.17g %.17g %.17g\n", p[0], p[1], p[2]); });
+    needle_ ? remember(what, words, *needle_, kept_needle_) : remember(what, words, *insertion_, kept_);
+  }
+  template <class Engine>
+  void remember(const std::string& what, Words& words, Engine& engine, typename Engine::Saved& kept) {
+    if (what == "reset") engine.reset();
+    if (what == "keep") kept = engine.save();
+    if (what != "restore" && what != "alter") return;
+    typename Engine::Saved bytes = kept;
+    if (what == "alter") reinterpret_cast<unsigned char*>(&bytes)[std::size_t(words.number())] ^= 1;
+    std::puts(engine.restore(bytes) ? "taken" : "refused");
   }
   void make() {
     accepted_ = known_ && !first_fault(layers_).reason && valid(limits_);
+    accepted_ = accepted_ && (!flexible_.given() || flexible_.accepted());
     insertion_.emplace(layers_, limits_, bevel_);
+    if (accepted_ && flexible_.given()) needle_.emplace(*insertion_, flexible_.settings);
     if (!accepted_) std::puts("refused");
   }
   void go(Words& words) {
@@ -123,18 +190,40 @@ class Case {
     for (int i = 0; i < n; ++i)
       step(std::ldexp(double(ticks_ += travels[i % travels.size()]), -30), velocity, dt);
   }
-  void alter(std::size_t where) {
-    Insertion::Saved altered = kept_;
-    reinterpret_cast<unsigned char*>(&altered)[where] ^= 1;
-    std::puts(insertion_->restore(altered) ? "taken" : "refused");
-  }
-  void step(double depth, double velocity, double dt) {
-    const Sample s = insertion_->step(depth, velocity, dt);
+  void step(double depth, double velocity, double dt) { print(insertion_->step(depth, velocity, dt)); }
+  static void print(const Sample& s) {
     for (const double number : {s.depth, s.velocity, s.force, s.stiffness, s.friction, s.cutting, s.lateral,
                                 s.force_by_depth, s.force_by_velocity})
       std::printf("%.17g ", number);
     std::printf("%s %s %d %d %d\n", phase_names[int(s.phase)], status_names[int(s.status)], s.contact,
                 s.punctured, s.exit);
+  }
+  void carry(Words& words) {
+    const int n = std::atoi(words.word().c_str());
+    const double dt = words.number();
+    std::array<long, 6> travel;
+    for (long& each : travel) each = std::atol(words.word().c_str());
+    for (int i = 0; i < n; ++i) {
+      ticks_ += travel[0];
+      std::array<double, 6> at{std::ldexp(double(ticks_), -30)};
+      for (std::size_t k = 1; k < 6; ++k) at[k] = std::ldexp(double(base_[k] += travel[k]), -30);
+      bend(at, dt);
+    }
+  }
+  void base(Words& words) {
+    std::array<double, 6> at;
+    for (double& each : at) each = words.number();
+    bend(at, words.number());
+  }
+  void bend(const std::array<double, 6>& at, double dt) {
+    const bending::BentSample s = needle_->step({at[0], {at[1], at[2]}, {at[3], at[4]}, at[5]}, dt);
+    print(s.axial);
+    std::printf("bent");
+    for (const double number : s.tip) std::printf(" %.17g", number);
+    for (const double number : s.tangent) std::printf(" %.17g", number);
+    for (const double number : s.wrench) std::printf(" %.17g", number);
+    std::printf(" %.17g %.17g %.17g %s %d\n", s.force, s.lateral, s.unsupported, status_names[int(s.status)],
+                s.buckled);
   }
 
   std::vector<Layer> layers_;
@@ -142,8 +231,12 @@ class Case {
   Bevel bevel_;
   std::optional<Insertion> insertion_;
   Insertion::Saved kept_{};
+  Flexible flexible_;
+  std::optional<SpatialInsertion> needle_;
+  SpatialInsertion::Saved kept_needle_{};
   bool known_ = true, accepted_ = false;
   long ticks_ = 0;
+  std::array<long, 6> base_{};  // of a needle that bends, the same; the first is not used
 };
 
 }  // namespace

@@ -5,7 +5,7 @@ import { pathToFileURL } from "node:url";
 
 const [module, ...paths] = process.argv.slice(2);
 const { load } = await import(pathToFileURL(module));
-const { Insertion } = await load();
+const { Insertion, FlexibleInsertion } = await load();
 const FAMILIES = ["stiffness", "puncture", "friction", "cutting", "relaxation"];
 const PARTS = ["depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth",
   "force_by_velocity"];
@@ -24,10 +24,20 @@ function named([name, ...words]) {
   return one;
 }
 
+/** A lateral layer: `TOP {NUMBER VALUE} form NAME`. */
+function lateral([top, ...words]) {
+  const layer = { top: number(top) };
+  for (let i = 0; i < words.length; i += 2)
+    layer[words[i]] = words[i] === "form" ? words[i + 1] : number(words[i + 1]);
+  return layer;
+}
+
 class Case {
   layers = [];
   settings = {};
+  bending = { lateral: [], sections: [] };
   ticks = 0;
+  base = [0, 0, 0, 0, 0]; // of a needle that bends: x, y, tilts, roll
 
   /** True for a line of the model. */
   describe(what, words) {
@@ -37,6 +47,9 @@ class Case {
     else if (FAMILIES.includes(what)) layer[what] = named(words);
     else if (what === "tip") layer.stiffness.tip = named(words);
     else if (what === "knot") this.knot(layer.stiffness.tip, ...words.map(number));
+    else if (what === "lateral") this.bending.lateral.push(lateral(words));
+    else if (what === "section") this.section(...words.map(number));
+    else if (what === "bending") this.bending[words[0]] = number(words[1]);
     else return false;
     return true;
   }
@@ -44,9 +57,15 @@ class Case {
     tip.radii = [...(tip.radii ?? []), radius];
     tip.heights = [...(tip.heights ?? []), height];
   }
+  section(end, stiffness, curvature) {
+    this.bending.sections.push({ end, stiffness, curvature });
+  }
   make() {
+    const bends = this.bending.lateral.length > 0;
     try {
-      this.insertion = new Insertion(this.layers, this.settings);
+      this.insertion = bends
+        ? new FlexibleInsertion(this.layers, this.bending, this.settings)
+        : new Insertion(this.layers, this.settings);
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
       this.insertion = null;
@@ -59,6 +78,9 @@ class Case {
     if (what === "at") this.ticks = Number(words[0]);
     if (what === "go") this.go(...words);
     if (what === "step") this.step(number(words[0]), velocityOf(words[1]), number(words[2]));
+    if (what === "carry") this.carry(...words);
+    if (what === "base") this.bend(words.map(number));
+    if (what === "shape") this.insertion.shape().forEach((point) => said.push(["point", ...point.map(text)].join(" ")));
     if (what === "reset") this.insertion.reset();
     if (what === "keep") this.kept = this.insertion.snapshot();
     if (what === "restore") this.restore(this.kept);
@@ -73,8 +95,23 @@ class Case {
       this.step(this.ticks * 2 ** -30, velocityOf(velocity), number(dt));
     }
   }
+  carry(n, dt, ...travels) {
+    for (let i = 0; i < Number(n); ++i) {
+      this.ticks += Number(travels[0]);
+      this.base = this.base.map((ticks, k) => ticks + Number(travels[k + 1]));
+      this.bend([...[this.ticks, ...this.base].map((ticks) => ticks * 2 ** -30), number(dt)]);
+    }
+  }
+  bend([depth, x, y, tiltX, tiltY, roll, dt]) {
+    const s = this.insertion.step({ depth, lateral: [x, y], tilt: [tiltX, tiltY], roll }, dt);
+    this.print(s.axial);
+    const numbers = [...s.tip, ...s.tangent, ...s.wrench, s.force, s.lateral, s.unsupported];
+    said.push(["bent", ...numbers.map(text), s.status, Number(s.buckled)].join(" "));
+  }
   step(depth, velocity, dt) {
-    const sample = this.insertion.step(depth, velocity, dt);
+    this.print(this.insertion.step(depth, velocity, dt));
+  }
+  print(sample) {
     const events = [sample.contact, sample.punctured, sample.exit].map(Number);
     said.push([...PARTS.map((part) => text(sample[part])), sample.phase, sample.status, ...events].join(" "));
   }

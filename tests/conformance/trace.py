@@ -15,7 +15,7 @@ TIPS = {tip.name: tip for tip in vars(nf.tips).values() if hasattr(tip, "name")}
 
 def numbers(words: list[str]) -> dict:
     pairs = zip(words[::2], words[1::2])
-    return {name: value if name == "equivalence" else float(value) for name, value in pairs}
+    return {name: value if name in ("equivalence", "form") else float(value) for name, value in pairs}
 
 
 def velocity_of(word: str) -> float | None:
@@ -25,6 +25,7 @@ def velocity_of(word: str) -> float | None:
 class Case:
     def __init__(self):
         self.layers, self.settings, self.ticks, self.insertion, self.made = [], {}, 0, None, False
+        self.lateral, self.sections, self.bending, self.base_ticks = [], [], {}, [0] * 5
 
     def describe(self, what: str, words: list[str]) -> bool:
         """True for a line of the model."""
@@ -36,6 +37,12 @@ class Case:
             self.layers[-1][what] = words
         elif what in ("tip", "knot"):
             self.layers[-1].setdefault(what, []).append(words)
+        elif what == "lateral":
+            self.lateral.append(words)
+        elif what == "section":
+            self.sections.append(tuple(map(float, words)))
+        elif what == "bending":
+            self.bending[words[0]] = float(words[1])
         else:
             return False
         return True
@@ -57,9 +64,19 @@ class Case:
             stack = [nf.Layer(layer["top"], *(self.law(layer, family) for family in FAMILIES)) for layer in self.layers]
             first, deeper = dict(zip(FAMILIES, stack[0].parts)), tuple(stack[1:])
             model = nf.Model(**first, deeper=deeper)
-            self.insertion = nf.Insertion(model, **limits, bevel=nf.core.Bevel(**bevel))
+            self.insertion = self.engine(model, limits, nf.core.Bevel(**bevel))
         except nf.InputError:
             print("refused")
+
+    def engine(self, model, limits: dict, bevel):
+        if not self.lateral:
+            return nf.Insertion(model, **limits, bevel=bevel)
+        lateral = [nf.LateralLayer(top=float(top), **numbers(words)) for top, *words in self.lateral]
+        lengths = {name: int(value) if name == "elements" else value for name, value in self.bending.items()}
+        needle = nf.Needle(1e-3, 0.0, lengths.pop("needle_length", float("nan")), 1e11, 0.3)
+        return nf.FlexibleInsertion(
+            model, needle, lateral=lateral, sections=self.sections, bevel=bevel, **limits, **lengths
+        )
 
     def move(self, what: str, words: list[str]):
         if not self.made:
@@ -77,6 +94,26 @@ class Case:
 
     def step(self, depth, velocity, dt):
         self.advance(float(depth), velocity_of(velocity), float(dt))
+
+    def carry(self, n, dt, depth, *across):
+        for _ in range(int(n)):
+            self.ticks += int(depth)
+            self.base_ticks = [ticks + int(travel) for ticks, travel in zip(self.base_ticks, across)]
+            self.bend(*(ldexp(ticks, -30) for ticks in (self.ticks, *self.base_ticks)), float(dt))
+
+    def base(self, *words):
+        self.bend(*map(float, words))
+
+    def bend(self, depth, x, y, tilt_x, tilt_y, roll, dt):
+        sample = self.insertion.step(depth, (x, y), tilt=(tilt_x, tilt_y), roll=roll, dt=dt)
+        self.print(sample.axial)
+        vectors = [*sample.tip, *sample.tangent, *sample.wrench]
+        scalars = [sample.force, sample.lateral, sample.unsupported_length, sample.status, int(sample.buckled)]
+        print("bent", *map(float, vectors), *scalars)
+
+    def shape(self):
+        for point in self.insertion.shape():
+            print("point", *map(float, point))
 
     def reset(self):
         self.insertion.reset()
@@ -100,7 +137,9 @@ class Case:
             print("refused")
 
     def advance(self, depth, velocity, dt):
-        sample = self.insertion.step(depth, velocity, dt)
+        self.print(self.insertion.step(depth, velocity, dt))
+
+    def print(self, sample):
         events = (sample.contact, sample.punctured, sample.exit)
         print(*(getattr(sample, part) for part in PARTS), *(int(event) for event in events))
 

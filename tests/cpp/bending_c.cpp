@@ -62,6 +62,31 @@ TEST(BendingC, GivesTheValuesOfTheEngine) {
   EXPECT_EQ(out.force, 0.0);
 }
 
+TEST(BendingC, SnapshotsAreRestoredOrRefused) {
+  CNeedle c(usual), other(usual);
+  nf_bent out{}, expected{};
+  const auto go_to = [](CNeedle& needle, int i, nf_bent& sample) {
+    const nf_base base{1e-3 * i, {0.0, 1e-5 * i}, {0.0, 0.0}, 0.02 * i};
+    nf_bend_step(needle.needle, &base, 0.1, &sample);
+  };
+  for (int i = 0; i <= 30; ++i) go_to(c, i, expected);
+  std::vector<unsigned char> bytes(nf_bend_snapshot_size());
+  EXPECT_EQ(nf_bend_snapshot(c.needle, bytes.data(), bytes.size() - 1), 0);
+  EXPECT_EQ(nf_bend_snapshot(c.needle, nullptr, bytes.size()), 0);
+  ASSERT_EQ(nf_bend_snapshot(c.needle, bytes.data(), bytes.size()), 1);
+  go_to(c, 31, expected);
+  ASSERT_EQ(nf_bend_restore(other.needle, bytes.data(), bytes.size()), 1);
+  go_to(other, 31, out);
+  EXPECT_EQ(std::memcmp(&out, &expected, offsetof(nf_bent, buckled)), 0);
+  std::vector<unsigned char> altered = bytes;
+  altered[bytes.size() / 2] ^= 1;
+  EXPECT_EQ(nf_bend_restore(other.needle, altered.data(), bytes.size()), 0);
+  EXPECT_EQ(nf_bend_restore(other.needle, bytes.data(), bytes.size() - 1), 0);
+  nf_bending fewer = usual;
+  fewer.elements = 20;
+  EXPECT_EQ(nf_bend_restore(CNeedle(fewer).needle, bytes.data(), bytes.size()), 0);
+}
+
 TEST(BendingC, NamesWhatItRefuses) {
   const auto refused = [](nf_bending bending, const char* quantity) {
     CNeedle c(bending);

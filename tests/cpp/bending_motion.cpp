@@ -116,6 +116,16 @@ TEST(BendingMotion, NeedleLongerThanItsGuideAllowsIsRefused) {
   EXPECT_EQ(needle.step({.depth = -0.04}, 1.0).status, Status::outside_range);  // the tip is in it
 }
 
+TEST(BendingMotion, TiltThatMovesTheShaftFarIsRefused) {
+  // the cost of a step is bounded: tissue that yields takes a solution each tenth of a millimetre across
+  FlexibleSettings settings = guided();
+  settings.beam.support.guide_distance = Support::no_guide;
+  SpatialInsertion needle = forceless_insertion<2>(settings);
+  needle.step({.depth = 0.02}, 1.0);
+  EXPECT_EQ(needle.step({.depth = 0.02, .tilt = {0.5, 0.0}}, 1.0).status, Status::outside_range);
+  EXPECT_EQ(needle.step({.depth = 0.02, .tilt = {0.02, 0.0}}, 1.0).status, Status::ok);
+}
+
 TEST(BendingMotion, BadInputIsRefusedAndChangesNothing) {
   SpatialInsertion needle = with_axial_force();
   move(needle, {.depth = -1e-3}, {.depth = 0.03}, 31);
@@ -153,13 +163,27 @@ TEST(BendingMotion, RefusedStepHoldsForItsTimeAndNoLonger) {
   EXPECT_EQ(needle.step({.depth = nan}, 5e-3).wrench[4], 0.0);
 }
 
+TEST(BendingMotion, FaultOfTheClockHoldsNothing) {
+  for (const double dt : {0.0, -1.0, nan, 1.0 / 0.0})
+    for (const double hold_time : {0.0, 0.5}) {
+      Limits limits = any_speed;
+      limits.hold_time = hold_time;
+      SpatialInsertion needle(Insertion(paper::model(), limits), guided());
+      insert(needle, 0.05, 50);
+      const BentSample sample = needle.step({.depth = 0.05}, dt);
+      EXPECT_EQ(sample.force, 0.0) << dt;
+      EXPECT_EQ(sample.wrench[4], 0.0) << dt;
+    }
+}
+
 TEST(BendingMotion, InvalidSettingsGiveNoForce) {
-  FlexibleSettings none = guided(), steep = guided(), order = guided();
+  FlexibleSettings none = guided(), steep = guided(), order = guided(), thin = guided();
   none.beam.layer_count = 0;
   steep.beam.layers[0].modulus = -1.0;
   order.beam.layer_count = 2;
   order.beam.layers[1] = order.beam.layers[0];
-  for (const FlexibleSettings& settings : {none, steep, order}) {
+  thin.beam.sections.list[0].stiffness = 1e-310;  // its square is 0
+  for (const FlexibleSettings& settings : {none, steep, order, thin}) {
     EXPECT_NE(fault(settings), nullptr);
     SpatialInsertion needle = forceless_insertion<2>(settings);
     EXPECT_EQ(needle.step({.depth = 0.01}, 1.0).status, Status::invalid_parameter);
@@ -167,7 +191,7 @@ TEST(BendingMotion, InvalidSettingsGiveNoForce) {
 }
 
 TEST(BendingMotion, WiresAndRodsInAirAndStoneStayFinite) {
-  for (const double stiffness : {1e-7, 1e-4, 1.0, 1e3})
+  for (const double stiffness : {min_stiffness, 1e-7, 1e-4, 1.0, 1e3, max_stiffness})
     for (const double modulus : {0.0, 1.0, 1e4, 1e7}) {
       FlexibleSettings wire = settings(stiffness, modulus, 1e-3, 1e-3, 0.02);
       wire.small_slopes = false;

@@ -239,6 +239,15 @@ TEST(Insertion, FaultHoldsTheForceForAtMostHoldTime) {
   EXPECT_EQ(held, 3);
 }
 
+TEST(Insertion, FaultOfTheClockHoldsNothing) {
+  // a step without a length has no time for which it could hold
+  for (const double dt : {0.0, -1e-3, std::numeric_limits<double>::infinity()}) {
+    Insertion insertion(paper::model(), Limits{.hold_time = 3.5e-3});
+    paper::move(insertion, -1e-3, 6e-3);
+    EXPECT_EQ(insertion.step(6e-3, no_velocity, dt).force, 0.0) << dt;
+  }
+}
+
 TEST(Insertion, VelocityAfterAFaultUsesTheElapsedTime) {
   Insertion insertion(paper::model());
   paper::move(insertion, -1e-3, 6e-3);

@@ -51,6 +51,12 @@ static_assert(noexcept(std::declval<Insertion&>().reset()));
 static_assert(noexcept(std::declval<const Insertion&>().snapshot()));
 static_assert(noexcept(std::declval<const Insertion&>().save()));
 static_assert(noexcept(std::declval<Insertion&>().restore(std::declval<const Insertion::Saved&>())));
+static_assert(all_trivially_copyable<bending::SpatialInsertion, bending::FlexibleState<2>,
+                                     bending::SpatialInsertion::Saved, bending::BentSample>);
+static_assert(all_plain<bending::PlanarInsertion::Saved, bending::SpatialInsertion::Saved>);
+static_assert(noexcept(std::declval<const bending::SpatialInsertion&>().save()));
+static_assert(noexcept(std::declval<bending::SpatialInsertion&>().restore(
+    std::declval<const bending::SpatialInsertion::Saved&>())));
 static_assert(std::is_nothrow_copy_assignable_v<Insertion>);
 static_assert(std::is_nothrow_constructible_v<Insertion, const Model&>);
 static_assert(std::is_nothrow_constructible_v<Insertion, std::span<const Layer>>);
@@ -301,6 +307,7 @@ Seen bent(bending::FlexibleInsertion<dimension> needle, int n) {
     for (std::size_t d = 0; d < dimension; ++d) base.lateral[d] = 0.1 * aside.depth();
     const double dt = input.dt();
     const bending::BentSample sample = needle.step(base, dt);
+    if (i % 500 == 0) seen.finite = seen.finite && needle.restore(needle.save());
     double sum = sample.force + sample.tip[0] + sample.tip[1] + sample.tip[2];
     for (const double component : sample.wrench) sum += component;
     const bool bad = !std::isfinite(base.depth + base.lateral[0] + base.lateral[1] + dt) || !(dt > 0.0);

@@ -18,6 +18,12 @@ TOLERANCE = 1e-12
 FACES = ("c++", "c", "python", "wasm")
 # columns of a step: numbers, then words
 NUMBERS, FORCES = 9, slice(2, 7)
+# of a needle that bends: tip, tangent, wrench, force, lateral, unsupported length; columns of one unit
+BENT, POINT = 15, 3
+# relative to the largest of a unit: a linear foundation is solved once; others are iterated until no node moves by more
+# than 1e-9 m, with matrices whose rounding moves a tip by 1e-11 m, so that the wrench at the base differs most
+LINEAR, ITERATED = 1e-11, 1e-6
+BENT_UNITS = ([0, 1, 2], [3, 4, 5], [6, 7, 8, 12, 13], [9, 10, 11], [14])
 
 
 def compiled(root, folder, compiler: list, source: str, *more):
@@ -28,12 +34,13 @@ def compiled(root, folder, compiler: list, source: str, *more):
 
 
 def c_trace(root, folder):
-    """Built as a C program: one object from C++, everything else from C, without the C++ library."""
-    core_object = folder / "needleforce.o"
+    """Built as a C program: two objects from C++, everything else from C, without the C++ library."""
     as_c_needs_it = ["-std=c++20", "-O1", "-fno-exceptions", "-fno-rtti", f"-I{root / 'include'}"]
-    source = root / "bindings" / "c" / "needleforce.cpp"
-    subprocess.run(["g++", *as_c_needs_it, "-c", source, "-o", core_object], check=True)
-    return compiled(root, folder, ["gcc", "-std=c11", "-Wall", "-Werror"], "trace.c", core_object, "-lm")
+    objects = [folder / "needleforce.o", folder / "needleforce_bend.o"]
+    for each in objects:
+        source = root / "bindings" / "c" / f"{each.stem}.cpp"
+        subprocess.run(["g++", *as_c_needs_it, "-c", source, "-o", each], check=True)
+    return compiled(root, folder, ["gcc", "-std=c11", "-Wall", "-Werror"], "trace.c", *objects, "-lm")
 
 
 def wasm_trace(root, folder):
@@ -67,9 +74,16 @@ def trace(root, tmp_path_factory):
     return of
 
 
+def rows_of(lines: list[str], kind: str, count: int) -> tuple[np.ndarray, list]:
+    """Numbers (n, count) of the rows of a kind, and their words."""
+    rows = [line.split()[1:] for line in lines if line.startswith(f"{kind} ")]
+    numbers = np.array([row[:count] for row in rows], float).reshape(-1, count)
+    return numbers, [row[count:] for row in rows]
+
+
 def steps(lines: list[str]) -> tuple[np.ndarray, list]:
     """Numbers (n, 9) of the steps, and the words of every line."""
-    rows = [line.split() for line in lines]
+    rows = [line.split() for line in lines if not line.startswith(("bent ", "point "))]
     numbers = [row[:NUMBERS] for row in rows if len(row) > NUMBERS]
     return np.array(numbers, float).reshape(-1, NUMBERS), [row[NUMBERS:] or row for row in rows]
 
@@ -78,6 +92,14 @@ def units(numbers: np.ndarray) -> np.ndarray:
     """Scale of each column: its largest value; for the parts of the force, the largest force."""
     unit = np.abs(numbers).max(axis=0, initial=0.0)
     unit[FORCES] = unit[2]
+    return unit
+
+
+def bent_units(numbers: np.ndarray) -> np.ndarray:
+    """Scale of each column: the largest value of those with its unit."""
+    unit = np.abs(numbers).max(axis=0, initial=0.0)
+    for columns in BENT_UNITS:
+        unit[columns] = unit[columns].max()
     return unit
 
 
@@ -93,6 +115,22 @@ def test_every_face_gives_the_same_insertion(trace, face):
         assert np.all(error <= TOLERANCE * units(numbers)), f"{face}, {case}: {error.max(axis=0)}"
 
 
+@pytest.mark.parametrize("face", FACES[1:])
+def test_every_face_bends_the_needle_in_the_same_way(root, trace, face):
+    for case, lines in trace("c++").items():
+        text = (root / "tests" / "conformance" / "cases" / f"{case}.txt").read_text(encoding="utf-8")
+        tolerance = ITERATED if re.search(r"^lateral .*(form|yielding_modulus)", text, re.M) else LINEAR
+        numbers, words = rows_of(lines, "bent", BENT)
+        others, other_words = rows_of(trace(face)[case], "bent", BENT)
+        assert words == other_words, f"{face}, {case}: status or buckling differ"
+        error = np.abs(others - numbers)
+        assert np.all(error <= tolerance * bent_units(numbers)), f"{face}, {case}: {error.max(axis=0)}"
+        points, other_points = (rows_of(each, "point", POINT)[0] for each in (lines, trace(face)[case]))
+        assert points.shape == other_points.shape, f"{face}, {case}: shapes have other numbers of points"
+        error = np.abs(other_points - points)
+        assert np.all(error <= tolerance * np.abs(points).max(initial=0.0)), f"{face}, {case}: {error.max(axis=0)}"
+
+
 def test_the_cases_include_every_law_and_tip(root):
     text = "\n".join(path.read_text(encoding="utf-8") for path in root.glob("tests/conformance/cases/*.txt"))
     for family in FAMILIES:
@@ -102,9 +140,25 @@ def test_the_cases_include_every_law_and_tip(root):
         assert re.search(rf"^tip {tip.name}\b", text, re.M), tip.name
 
 
+def test_the_cases_include_every_parameter_and_form_of_a_needle_that_bends(root):
+    text = "\n".join(path.read_text(encoding="utf-8") for path in root.glob("tests/conformance/cases/bend_*.txt"))
+    lateral = "\n".join(re.findall(r"^lateral .*", text, re.M))
+    names = {table: [row["name"] for row in table.table()] for table in (core.LateralLayer, core.Support, core.Bending)}
+    for name in names[core.LateralLayer]:
+        assert name == "top" or re.search(rf" {name} ", lateral), name
+    for name in (*names[core.Support], *names[core.Bending], "elements"):
+        assert re.search(rf"^bending {name} ", text, re.M), name
+    assert set(re.findall(r"form (\w+)", lateral)) == {"cubic", "hyperbolic", "tanh"}
+
+
+def test_the_cases_bend_buckle_and_refuse(trace):
+    words = {tuple(row) for lines in trace("c++").values() for row in rows_of(lines, "bent", BENT)[1]}
+    assert {("ok", "0"), ("outside_range", "0"), ("outside_range", "1"), ("not_finite", "0")} == words
+
+
 def test_the_cases_include_every_phase_status_event_and_refusal(trace):
     rows = [line.split() for lines in trace("c++").values() for line in lines]
-    steps_taken = [row for row in rows if len(row) > NUMBERS]
+    steps_taken = [row for row in rows if len(row) > NUMBERS and row[0] != "bent"]
     assert {row[9] for row in steps_taken} == set(core.phase_names())
     assert {row[10] for row in steps_taken} == set(core.status_names()) - {
         "invalid_parameter"

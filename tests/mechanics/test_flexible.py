@@ -79,6 +79,38 @@ def test_snapshot_restores():
     np.testing.assert_array_equal(first["tip"], second["tip"])
 
 
+@pytest.mark.parametrize("planar", [True, False])
+def test_a_state_can_be_saved_as_bytes_and_continues_to_the_bit(planar):
+    needle, other = (insertion(model=PAPER, planar=planar) for _ in range(2))
+    needle.run(np.linspace(-1e-3, 0.02, 22))
+    saved = needle.save()
+    first = needle.run(np.linspace(0.02, 0.03, 11), roll=1.0)
+    other.restore(saved)
+    second = other.run(np.linspace(0.02, 0.03, 11), roll=1.0)
+    for part in first:
+        np.testing.assert_array_equal(first[part], second[part])
+
+
+def test_bytes_of_another_needle_or_altered_ones_are_refused_and_change_nothing():
+    needle, twin = insertion(model=PAPER), insertion(model=PAPER)
+    for each in (needle, twin):
+        each.run(np.linspace(-1e-3, 0.02, 22))
+    saved = needle.save()
+    others = [
+        insertion(model=PAPER, elements=20).save(),
+        insertion().save(),
+        insertion(model=PAPER, planar=True).save(),
+    ]
+    for bad in (*others, saved[:-1], saved[:50_000] + bytes([saved[50_000] ^ 1]) + saved[50_001:], b""):
+        with pytest.raises(nf.InputError, match="or altered"):
+            needle.restore(bad)
+    np.testing.assert_array_equal(needle.step(0.021, dt=1.0).wrench, twin.step(0.021, dt=1.0).wrench)
+
+
+def test_a_needle_has_no_shape_before_its_first_step():
+    assert insertion().shape().shape == (0, 3)
+
+
 def test_foundation_of_the_models_tissue_is_the_default():
     physical = nf.preset("physical")
     needle = nf.FlexibleInsertion(physical, NEEDLE)

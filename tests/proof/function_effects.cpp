@@ -45,10 +45,12 @@ using needleforce::Sample;
   nf_guard_reset(guard);
 }
 
-[[maybe_unused]] size_t c_bend(nf_bend* needle, const nf_base* base, nf_bent* sample, double* points) noexcept
-    [[clang::nonblocking]] {
+[[maybe_unused]] size_t c_bend(nf_bend* needle, const nf_base* base, nf_bent* sample, double* points,
+                               void* bytes, size_t size) noexcept [[clang::nonblocking]] {
   nf_bend_step(needle, base, 1e-3, sample);
   nf_bend_reset(needle);
+  nf_bend_snapshot(needle, bytes, size);
+  nf_bend_restore(needle, bytes, size);
   return nf_bend_shape(needle, points, 10);
 }
 
@@ -65,8 +67,9 @@ double bend(needleforce::bending::FlexibleInsertion<dimension>& needle) noexcept
   const needleforce::bending::FlexibleInsertion<dimension> copy = needle.snapshot();
   double sum = needle.step({}, 1e-3).force;
   copy.shape([&](const needleforce::bending::Vector& point) noexcept { sum += point[0]; });
+  const auto saved = needle.save();
   needle.reset();
-  return sum;
+  return needle.restore(saved) ? sum : 0.0;
 }
 [[maybe_unused]] double bend_both(needleforce::bending::PlanarInsertion& plane,
                                   needleforce::bending::SpatialInsertion& space) noexcept

@@ -1,41 +1,57 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# fuzz.sh SECONDS [SEED]: first a planted fault that the seeds alone must find, then the fuzzer from them on; then, for a third
-# of the time, models that are replaced while the loop runs. What it found useful stays in build/fuzz/corpus; an input
-# that breaks a property is kept in build/fuzz.
+# fuzz.sh SECONDS [SEED]: first a planted fault that the seeds alone must find, then the fuzzer from them on for half of the
+# time; for a third of it needles that bend, for the rest models that are replaced while the loop runs. What it found useful
+# stays in build/fuzz/corpus; an input that breaks a property is kept in build/fuzz.
 set -eu
 cd "$(dirname "$0")/../.."
 folder=build/fuzz
 chance=${2:-0}  # 0: another each time
-seeds=$folder/seeds
-mkdir -p $folder/corpus $folder/corpus_live $seeds
-# one input a line, its bytes as hexadecimal digits; the last five once broke a property, the six before them take NaN
-n=0
-sed 's/../\\x&/g' tests/proof/seeds.txt | while read -r seed; do printf %b "$seed" > "$seeds/$((n += 1))"; done
-# division by zero is defined for floating-point numbers; what comes of it is checked at every step
-build() {
-  clang++-19 -std=c++20 -O2 -g1 -fsanitize=fuzzer,address,undefined,float-cast-overflow -fno-sanitize-recover=all \
-    "-I$1/include" "$1/tests/proof/$3.cpp" "$1/bindings/c/needleforce.cpp" -o "$2"
+# plant FILE FOLDER: one input a line, its bytes as hexadecimal digits
+plant() {
+  mkdir -p "$2"
+  local n=0
+  sed 's/../\\x&/g' "$1" | while read -r seed; do printf %b "$seed" > "$2/$((n += 1))"; done
 }
-
+# the last five of the seeds once broke a property, the six before them take NaN
+seeds=$folder/seeds
+plant tests/proof/seeds.txt $seeds
+plant tests/proof/seeds_bend.txt ${seeds}_bend
+mkdir -p $folder/corpus $folder/corpus_live $folder/corpus_bend
 planted=$folder/planted
 rm -rf $planted && mkdir -p $planted/tests $planted/bindings
 cp -r include $planted/ && cp -r tests/proof $planted/tests/ && cp -r bindings/c $planted/bindings/
 sed -i 's|if (!ordinary(depth, velocity, dt)) return refusal|if (depth > 1e308) return refusal|' \
   $planted/include/needleforce/insertion.hpp
 cmp -s include/needleforce/insertion.hpp $planted/include/needleforce/insertion.hpp && echo "nothing was planted" && exit 1
-build $planted $planted/fuzz fuzz &
-build . $folder/fuzz fuzz
-build . $folder/fuzz_live fuzz_live
-wait $!
+
+# division by zero is defined for floating-point numbers; what comes of it is checked at every step
+export compiler="clang++-19 -std=c++20 -O2 -g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
+# of each source the place it is taken from and where its object goes, two at a time, the longest first
+objects=$folder/objects
+mkdir -p $objects
+xargs -P 2 -L 1 bash -c '$compiler -fsanitize=fuzzer-no-link "-I$1/include" -c "$1/$0.cpp" -o "$2/$(basename "$0").o"' << END
+tests/proof/fuzz_bend . $objects
+bindings/c/needleforce $planted $planted
+bindings/c/needleforce . $objects
+tests/proof/fuzz $planted $planted
+tests/proof/fuzz . $objects
+tests/proof/fuzz_live . $objects
+bindings/c/needleforce_bend . $objects
+END
+link() { $compiler -fsanitize=fuzzer "$@"; }
+link $planted/fuzz.o $planted/needleforce.o -o $planted/fuzz
+link $objects/fuzz.o $objects/needleforce.o -o $folder/fuzz
+link $objects/fuzz_live.o $objects/needleforce.o -o $folder/fuzz_live
+link $objects/fuzz_bend.o $objects/needleforce.o $objects/needleforce_bend.o -o $folder/fuzz_bend
 if $planted/fuzz -artifact_prefix=$planted/ $seeds/* > $folder/planted.log 2>&1; then
   echo "a step that takes NaN was not seen from the seeds"
   exit 1
 fi
 
-# hunt NAME SECONDS CORPUS WHAT
+# hunt NAME SECONDS CORPUS WHAT SEEDS
 hunt() {
-  if ! $folder/$1 -seed="$chance" -max_total_time="$2" -max_len=3000 -len_control=0 -artifact_prefix=$folder/ "$3" $seeds > $folder/log 2>&1; then
+  if ! $folder/$1 -seed="$chance" -max_total_time="$2" -max_len=3000 -len_control=0 -artifact_prefix=$folder/ "$3" "$5" > $folder/log 2>&1; then
     grep -E 'property broken|runtime error|ERROR|SUMMARY|Test unit' $folder/log
     exit 1
   fi
@@ -44,5 +60,6 @@ hunt() {
     /^Done/ {print "fuzz, " what ": " $2 " inputs in " $5 " s, " seen " of " total " edges, nothing found"}' $folder/log
 }
 echo "fuzz: a planted fault was seen"
-hunt fuzz "$1" $folder/corpus "engine, C face and guard"
-hunt fuzz_live $(($1 / 3)) $folder/corpus_live "replaced models"
+hunt fuzz $(($1 / 2)) $folder/corpus "engine, C face and guard" $seeds
+hunt fuzz_bend $(($1 / 3)) $folder/corpus_bend "needles that bend" ${seeds}_bend
+hunt fuzz_live $(($1 / 6)) $folder/corpus_live "replaced models" $seeds

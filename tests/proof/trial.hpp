@@ -58,6 +58,7 @@ class CFace {
     keep();
   }
   bool made() const { return insertion_; }
+  const nf_insertion* get() const { return insertion_; }
   nf_sample step(double depth, double velocity, double dt) {
     nf_sample sample;
     nf_step(insertion_, depth, velocity, dt, &sample);

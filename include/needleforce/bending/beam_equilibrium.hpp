@@ -131,21 +131,16 @@ class BeamEquilibrium {
   void add_sections(Equations& equations, ElementMatrix& matrix, std::size_t i, double from,
                     const Sections& sections, const Load& load) const noexcept {
     const double h = mesh_.h();
-    double begin = from;
-    while (begin < from + h * (1.0 - 1e-12)) {
-      // towards the tip the distance falls: a section begins where the one nearer to the base ends
-      const double distance = load.embedded - begin;
-      std::size_t k = sections.at(distance);
-      if (k > 0 && distance <= sections.list[k - 1].end * (1.0 + 1e-12)) --k;
-      const double end =
-          std::min(from + h, k > 0 ? load.embedded - sections.list[k - 1].end : load.embedded + h);
+    for (std::size_t k = sections.count; k-- > 0;) {  // from the base on
+      const double begin = std::max(from, load.embedded - sections.list[k].end);
+      const double end = k > 0 ? std::min(from + h, load.embedded - sections.list[k - 1].end) : from + h;
+      if (!(begin < end)) continue;
       const double first = (begin - from) / h, second = (end - from) / h;
       add_bending(matrix, sections.list[k].stiffness, h, first, second);
       const auto before = hermite_slope(first), after = hermite_slope(second);
       std::array<double, 4> change;
       for (std::size_t n = 0; n < 4; ++n) change[n] = (after[n] - before[n]) / h;
       add_bend(equations, i, sections.list[k], load, change);
-      begin = end;
     }
   }
 

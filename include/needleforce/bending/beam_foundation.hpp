@@ -243,4 +243,36 @@ class BeamFoundation {
   std::size_t layer_ = 0;
 };
 
+/// A node of the tissue that yields follows the shaft to within a limit [m].
+template <std::size_t dimension>
+void push_aside(const BeamMesh<dimension>& mesh, std::size_t k, double limit,
+                TissuePath<dimension>& path) noexcept {
+  const double place = path.spacing * static_cast<double>(k) / mesh.h();
+  const std::size_t e = std::min(static_cast<std::size_t>(place), mesh.embedded() - 1);
+  const auto shaft = mesh.place_in(e, hermite(place - static_cast<double>(e)));
+  auto& yielded = path.yielded_node(k);
+  double square = 0.0;
+  for (std::size_t d = 0; d < dimension; ++d) square += (shaft[d] - yielded[d]) * (shaft[d] - yielded[d]);
+  if (!(square > limit * limit)) return;
+  const double share = 1.0 - limit / std::sqrt(square);
+  for (std::size_t d = 0; d < dimension; ++d) yielded[d] += share * (shaft[d] - yielded[d]);
+}
+
+/// Tissue whose strength the shaft exceeds is pushed aside, until it is no longer exceeded. Wait-free.
+template <std::size_t dimension>
+void push_aside(const BeamProperties& beam, const BeamMesh<dimension>& mesh,
+                TissuePath<dimension>& path) noexcept {
+  if (mesh.embedded() == 0) return;
+  std::size_t k = 0;
+  for (std::size_t layer = 0; layer < beam.layer_count; ++layer) {
+    const bool below = layer + 1 < beam.layer_count;
+    const std::size_t end =
+        std::min(path.nodes(), below ? path.first_node(beam.layers[layer + 1].top) : path.nodes());
+    if (!beam.layers[layer].yields()) k = std::max(k, end);
+    const double limit = beam.layers[layer].yield_offset();
+    for (; k < end && path.spacing * static_cast<double>(k) < mesh.tip().travel; ++k)
+      push_aside(mesh, k, limit, path);
+  }
+}
+
 }  // namespace needleforce::bending

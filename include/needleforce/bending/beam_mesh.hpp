@@ -74,6 +74,12 @@ class BeamMesh {
   std::size_t count() const noexcept { return count_; }
   std::size_t surface() const noexcept { return surface_; }    ///< number of the node at the surface
   std::size_t embedded() const noexcept { return embedded_; }  ///< number of elements in the tissue
+  /// True for a mesh from outside whose numbers of nodes agree and whose elements are no longer than a
+  /// needle.
+  bool possible() const noexcept {
+    return surface_ <= max_sections + 1 && embedded_ <= max_elements && h_ >= shortest_free && h_ <= 10.0 &&
+           (count_ == 0 ? surface_ + embedded_ == 0 : count_ == surface_ + embedded_ + 1);
+  }
   double h() const noexcept { return h_; }  ///< length of an element in the tissue; scale of rotations [m]
 
  private:

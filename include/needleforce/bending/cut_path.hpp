@@ -43,6 +43,12 @@ class CutPath {
 
   void clear() noexcept { count_ = 0, front_ = 0.0; }
 
+  /// True for a path from outside that has these nodes and ends after the last of them. Wait-free.
+  bool possible(double apart) const noexcept {
+    if (!(spacing == apart && per_spacing_ == 1.0 / apart && count_ <= capacity)) return false;
+    return count_ == 0 ? front_ == 0.0 : front_ >= last_node() - spacing && front_ <= next_node() + spacing;
+  }
+
   /// Writes the front, and a node where it comes to the next one. Wait-free.
   void write(double travel, const Place& place) noexcept {
     if (count_ < capacity && travel >= next_node() - 1e-9 * spacing) {

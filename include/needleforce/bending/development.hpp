@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "beam_mesh.hpp"
+
 namespace needleforce::bending {
 
 using Vector = std::array<double, 3>;
@@ -98,5 +100,62 @@ class Development<2> {
   Slope slope_{0.0, 0.0};
   std::array<double, 4> rotation_{1.0, 0.0, 0.0, 0.0};
 };
+
+/// In how many pieces an element above the surface is followed: it is long.
+inline constexpr std::size_t free_pieces = 6;
+
+/// Number of points of the needle's curve, none before the first step. Wait-free.
+template <std::size_t dimension>
+std::size_t curve_points(const BeamMesh<dimension>& mesh) noexcept {
+  return mesh.count() + mesh.surface() * (free_pieces - 1);
+}
+
+/// Mean slope of a cubic element between xi and xi + share.
+template <std::size_t dimension>
+double cubic_chord(const BeamNode<dimension>& a, const BeamNode<dimension>& b, std::size_t d, double length,
+                   double xi, double share) noexcept {
+  const auto before = hermite(xi), after = hermite(xi + share);
+  const std::array<double, 4> value{a.place[d], length * a.slope[d], b.place[d], length * b.slope[d]};
+  double change = 0.0;
+  for (std::size_t n = 0; n < 4; ++n) change += (after[n] - before[n]) * value[n];
+  return change / (length * share);
+}
+
+/// Follows piece k of `count` of element i. A chord is shorter than its arc.
+template <std::size_t dimension>
+void follow_piece(const BeamMesh<dimension>& mesh, Development<dimension>& curve, std::size_t i,
+                  std::size_t k, std::size_t count) noexcept {
+  const auto &a = mesh[i], &b = mesh[i + 1];
+  const double whole = i < mesh.surface() ? b.travel - a.travel : mesh.h();
+  const double share = 1.0 / static_cast<double>(count), length = whole * share;
+  std::array<double, dimension> chord;
+  double square = 0.0;
+  for (std::size_t d = 0; d < dimension; ++d) {
+    const double change = (b.slope[d] - a.slope[d]) * share;
+    chord[d] = (b.place[d] - a.place[d]) / whole;
+    if (count > 1) chord[d] = cubic_chord(a, b, d, whole, static_cast<double>(k) * share, share);
+    square += change * change;
+  }
+  curve.advance(square < 1.0 ? length * (1.0 - square * (1.0 / 24.0)) : length, chord);
+}
+
+/// Follows the needle from the base to the tip, chord by chord, and calls `visit` with each point [m].
+/// Wait-free.
+template <std::size_t dimension, class Visit>
+Development<dimension> follow(const BeamMesh<dimension>& mesh, Visit visit) noexcept {
+  const auto& first = mesh.base();
+  Development<dimension> curve(
+      {first.place[0], dimension > 1 ? first.place[dimension - 1] : 0.0, first.travel});
+  if (mesh.count() == 0) return curve;
+  visit(curve.position());
+  for (std::size_t i = 0; i + 1 < mesh.count(); ++i) {
+    const std::size_t count = i < mesh.surface() ? free_pieces : 1;
+    for (std::size_t k = 0; k < count; ++k) {
+      follow_piece(mesh, curve, i, k, count);
+      visit(curve.position());
+    }
+  }
+  return curve;
+}
 
 }  // namespace needleforce::bending

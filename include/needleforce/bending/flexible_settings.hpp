@@ -2,6 +2,10 @@
 // What a needle that bends meets, how it is held and how finely it is computed; checked before the loop.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
+#include "../fingerprint.hpp"
 #include "beam_load.hpp"
 #include "bending.hpp"
 
@@ -28,6 +32,24 @@ inline const char* fault(const FlexibleSettings& settings) noexcept {
   }
   if (beam.elements < 1 || beam.elements > max_elements) return "elements";
   return nullptr;
+}
+
+/// A number that distinguishes settings. For use before the loop.
+inline std::uint64_t fingerprint(const FlexibleSettings& settings) noexcept {
+  const BeamProperties& beam = settings.beam;
+  Fingerprint print;
+  for (std::size_t i = 0; i < beam.layer_count; ++i) needleforce::detail::add_numbers(print, beam.layers[i]);
+  for (std::size_t i = 0; i < beam.sections.count; ++i) {
+    const auto& [end, stiffness, curvature] = beam.sections.list[i];
+    for (const double number : {end, stiffness, curvature}) print.add(number);
+  }
+  needleforce::detail::add_numbers(print, beam.support);
+  needleforce::detail::add_numbers(print, settings.lengths);
+  for (const std::size_t count : {beam.layer_count, beam.sections.count, beam.elements, beam.max_iterations})
+    print.add(std::uint64_t{count});
+  print.add(beam.tolerance);
+  print.add(std::uint64_t{settings.small_slopes});
+  return print.value();
 }
 
 }  // namespace needleforce::bending

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -20,6 +21,8 @@ struct Section {
 };
 
 inline constexpr std::size_t max_sections = 4;
+/// Range of E I [N m^2]: a glass fibre of a micrometre has 3e-15; of denormal numbers the square is 0.
+inline constexpr double min_stiffness = 1e-15, max_stiffness = 1e9;
 
 /// The stretches from the tip on. Plain values.
 struct Sections {
@@ -35,11 +38,12 @@ struct Sections {
     std::copy_n(sections.begin(), count, list.begin());
     if (count > 0) list[count - 1].end = std::numeric_limits<double>::infinity();
   }
-  /// True for stiffnesses above 0, finite curvatures and ends that increase.
+  /// True for stiffnesses and curvatures in their ranges and ends that increase.
   bool valid() const noexcept {
     for (std::size_t i = 0; i < count; ++i) {
       const auto& [end, stiffness, curvature] = list[i];
-      if (!(stiffness > 0.0 && stiffness < 1e9 && curvature >= -1e4 && curvature <= 1e4)) return false;
+      if (!(stiffness >= min_stiffness && stiffness <= max_stiffness)) return false;
+      if (!(std::abs(curvature) <= 1e4)) return false;
       if (!(end > (i ? list[i - 1].end : 0.0))) return false;
     }
     return count > 0;

@@ -76,6 +76,7 @@ struct Karnopp::Prepared {
       TractionMemory::release();
       slides = false;
     }
+    bool possible() const noexcept { return is_flag(slides); }
   };
 
   Karnopp law;

@@ -66,6 +66,7 @@ struct StickSlip::Prepared {
   struct Memory {
     bool running = false;  ///< the crack runs; false while it sticks
     void stop() noexcept { running = false; }
+    bool possible() const noexcept { return is_flag(running); }
   };
 
   StickSlip law;

@@ -198,11 +198,26 @@ class FlexibleInsertion:
         self._core.reset()
 
     def snapshot(self) -> Any:
-        """Its state, for ``restore`` of this insertion or one of the same kind."""
+        """A copy of state, model and settings, for ``restore`` in this process."""
         return self._core.copy()
 
+    def save(self) -> bytes:
+        """The state alone, as bytes for ``restore`` of any ``FlexibleInsertion`` with this model and these settings."""
+        return self._core.save()
+
     def restore(self, snapshot: Any) -> None:
-        """Back to a snapshot."""
+        """Back to a snapshot, or to the bytes of ``save``; the insertion then continues to the bit.
+
+        Parameters
+        ----------
+        snapshot : object or bytes
+            What ``snapshot`` or ``save`` returned.
+
+        Raises
+        ------
+        InputError
+            If the bytes are of another version, model or settings, or altered; then nothing changes.
+        """
         self._core.restore(snapshot)
 
     def __repr__(self) -> str:
