@@ -13,7 +13,7 @@ constexpr FrictionReading consistent[] = {FrictionReading::paper_width, Friction
                                           FrictionReading::beam_width, FrictionReading::lame};
 
 /// Friction per length after lengths are scaled by s and moduli by m, over the original.
-double scaled(FrictionReading reading, double s, double m) {
+double friction_ratio(FrictionReading reading, double s, double m) {
   Needle needle = paper_needle;
   const Tissue tissue{116e3, 0.45};
   const double before = friction_per_length(reading, needle, tissue);
@@ -23,11 +23,11 @@ double scaled(FrictionReading reading, double s, double m) {
 }
 
 TEST(Foundation, ForcesPerLengthScaleWithLengthAndModulus) {
-  for (const auto reading : consistent) EXPECT_NEAR(scaled(reading, 3.0, 7.0), 21.0, 1e-11);
+  for (const auto reading : consistent) EXPECT_NEAR(friction_ratio(reading, 3.0, 7.0), 21.0, 1e-11);
 }
 
 TEST(Foundation, PrintedFormulaDoesNotScale) {
-  EXPECT_NEAR(scaled(FrictionReading::literal_mm, 3.0, 7.0), 63.0, 1e-10);
+  EXPECT_NEAR(friction_ratio(FrictionReading::literal_mm, 3.0, 7.0), 63.0, 1e-10);
 }
 
 TEST(Foundation, TissueModulusEntersToThePowerThirteenTwelfths) {

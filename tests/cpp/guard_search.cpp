@@ -11,8 +11,6 @@ using namespace guard_search;
 
 namespace {
 
-constexpr double ms = 1e-3;
-
 TEST(GuardSearch, NoSequenceGetsMoreThanIsPromised) {
   for (const Kind& kind : kinds) {
     const Found found = search(kind, 200000, 7);
@@ -29,7 +27,7 @@ TEST(GuardSearch, DelayThatIsNotStatedIsFound) {
 /// Cycles of up to a millisecond, and no energy lent.
 GuardSettings nothing_lent(double delay) {
   return {.stale_after = 1.0,
-          .longest_cycle = ms,
+          .longest_cycle = hands::cycle,
           .max_speed = 0.3,
           .max_acceleration = 20.0,
           .delay = delay,
@@ -38,10 +36,10 @@ GuardSettings nothing_lent(double delay) {
 
 TEST(GuardSearch, TravelOverAnUntimedCycleIsNoSpeed) {
   // once divided by the length of the cycle before, a microsecond: 10 m/s inwards, which cannot be reversed
-  for (const double failed : {0.0, -ms, not_a_number, unlimited}) {
+  for (const double failed : {0.0, -hands::cycle, not_a_number, unlimited}) {
     Wish wish{20.0};
     Guard<Wish&> guard(wish, nothing_lent(0.0));
-    guard.step(0.0, no_velocity, ms);
+    guard.step(0.0, no_velocity, hands::cycle);
     guard.step(0.0, no_velocity, 1e-6);
     EXPECT_EQ(guard.step(1e-5, no_velocity, failed).force, 0.0);
     EXPECT_EQ(guard.step(2e-5, no_velocity, 1e-6).force, 0.0);
@@ -52,8 +50,8 @@ TEST(GuardSearch, TravelOverACycleReportedTooShortIsNoSpeed) {
   for (const double reported : {1e-300, 1e-12, 1e-6}) {
     Wish wish{20.0};
     Guard<Wish&> guard(wish, nothing_lent(0.0));
-    guard.step(0.0, no_velocity, ms);
-    guard.step(0.0, no_velocity, ms);
+    guard.step(0.0, no_velocity, hands::cycle);
+    guard.step(0.0, no_velocity, hands::cycle);
     EXPECT_EQ(guard.step(1e-5, no_velocity, reported).force, 0.0) << reported;
   }
 }
@@ -61,18 +59,19 @@ TEST(GuardSearch, TravelOverACycleReportedTooShortIsNoSpeed) {
 TEST(GuardSearch, SpeedThatContradictsTheOneBeforeIsNotReliedUpon) {
   Wish wish{20.0};
   Guard<Wish&> guard(wish, nothing_lent(0.0));
-  for (int i = 0; i < 3; ++i) guard.step(0.0, no_velocity, ms);
-  const Output contradicted = guard.step(2e-4, no_velocity, ms);  // from rest to 0.2 m/s, 10 times too fast
+  for (int i = 0; i < 3; ++i) guard.step(0.0, no_velocity, hands::cycle);
+  const Output contradicted =
+      guard.step(2e-4, no_velocity, hands::cycle);  // from rest to 0.2 m/s, 10 times too fast
   EXPECT_TRUE(contradicted.did.outside_bounds);
   EXPECT_EQ(contradicted.force, 0.0);
-  EXPECT_EQ(guard.step(4e-4, no_velocity, ms).force, 20.0);  // confirmed
+  EXPECT_EQ(guard.step(4e-4, no_velocity, hands::cycle).force, 20.0);  // confirmed
 }
 
 TEST(GuardSearch, AccountOverdrawnBeyondTheBoundsGivesNoForceUntilReset) {
   Wish wish{20.0};
   Guard<Wish&> guard(wish, nothing_lent(0.0));
   double depth = 0.0;
-  const auto go = [&](double travel) { return guard.step(depth += travel, no_velocity, ms); };
+  const auto go = [&](double travel) { return guard.step(depth += travel, no_velocity, hands::cycle); };
   for (int i = 0; i < 4; ++i) go(1e-4);
   EXPECT_EQ(go(1e-4).force, 20.0);
   EXPECT_LT(go(-0.01).reserve, -0.1);  // 0.2 J taken out by a jump
@@ -89,12 +88,12 @@ TEST(GuardSearch, TravelOfAPauseIsNotCountedAsThatOfCyclesBefore) {
   settings.initial_reserve = 0.01;
   Wish wish{0.0};
   Guard<Wish&> guard(wish, settings);
-  for (int i = 0; i < 5; ++i) guard.step(0.0, no_velocity, ms);
+  for (int i = 0; i < 5; ++i) guard.step(0.0, no_velocity, hands::cycle);
   wish.force = 2.0;
-  EXPECT_EQ(guard.step(0.0, no_velocity, ms).force, 2.0);
+  EXPECT_EQ(guard.step(0.0, no_velocity, hands::cycle).force, 2.0);
   wish.force = 0.0;
   guard.step(-0.05, no_velocity, 0.2);  // paid as of the cycle before, which had no force
-  EXPECT_LT(guard.step(-0.05, no_velocity, ms).reserve, 0.01 - 0.09);
+  EXPECT_LT(guard.step(-0.05, no_velocity, hands::cycle).reserve, 0.01 - 0.09);
 }
 
 TEST(GuardSearch, NoForceBeforeTheFirstDepthThatCounts) {
@@ -102,14 +101,15 @@ TEST(GuardSearch, NoForceBeforeTheFirstDepthThatCounts) {
   settings.initial_reserve = 0.01;
   Wish wish{2.0};
   Guard<Wish&> guard(wish, settings);
-  guard.miss(ms);
+  guard.miss(hands::cycle);
   EXPECT_EQ(guard.step(0.0, no_velocity, 0.2).force, 0.0);  // after a pause a depth is of any moment in it
 }
 
 TEST(GuardSearch, ClockThatStopsAfterAShortCycleDoesNotKeepTheForce) {
   Wish wish{2.0};
-  Guard<Wish&> guard(wish, {.stale_after = 5 * ms, .fall_time = 5 * ms, .longest_cycle = ms});
-  for (int i = 0; i < 3; ++i) guard.step(0.0, no_velocity, ms);
+  Guard<Wish&> guard(
+      wish, {.stale_after = 5 * hands::cycle, .fall_time = 5 * hands::cycle, .longest_cycle = hands::cycle});
+  for (int i = 0; i < 3; ++i) guard.step(0.0, no_velocity, hands::cycle);
   EXPECT_EQ(guard.step(0.0, no_velocity, 1e-12).force, 2.0);
   double force = 2.0;
   for (int i = 0; i < 11; ++i) force = guard.miss(not_a_number).force;

@@ -9,15 +9,15 @@ struct EveryCutting : ::testing::Test {};
 using CuttingLaws = AsTypes<Cutting>::type;
 TYPED_TEST_SUITE(EveryCutting, CuttingLaws);
 
-constexpr double speed = 1e-3;
+constexpr double cutting_speed = 1e-3;
 
 /// The largest force [N] on a way in.
 template <class L>
-double largest_force(const L& law) {
+double largest_cutting(const L& law) {
   Edged<L> walk(law);
   double largest = walk.force();
   for (int i = 0; i < 20000; ++i) {
-    walk.step(1e-6, 1e-6 / speed);
+    walk.step(1e-6, 1e-6 / cutting_speed);
     largest = std::max(largest, walk.force());
   }
   return largest;
@@ -25,12 +25,12 @@ double largest_force(const L& law) {
 
 /// The retreat [m] over which the force falls to half.
 template <class L>
-double elastic_travel(const L& law) {
+double cutting_travel(const L& law) {
   Edged<L> start(law);
-  go(start, 3e-3, speed, 1e-6);
+  go(start, 3e-3, cutting_speed, 1e-6);
   const auto after = [&](double retreat) {
     Edged<L> walk = start;
-    go(walk, -retreat, speed, retreat);
+    go(walk, -retreat, cutting_speed, retreat);
     return walk.force();
   };
   double low = 0.0, high = 5e-3;
@@ -60,7 +60,7 @@ TYPED_TEST(EveryCutting, IsFiniteAndNeverPullsForAnyMotionAndStep) {
 TYPED_TEST(EveryCutting, IsZeroBehindTheCut) {
   for (const TypeParam& given : across<TypeParam>()) {
     Edged<TypeParam> walk(given);
-    go(walk, 5e-3, speed, 1e-5);
+    go(walk, 5e-3, cutting_speed, 1e-5);
     walk.step(-1e6, 1e9);  // the softest tissue springs back from afar
     EXPECT_EQ(walk.force(), 0.0);
     EXPECT_EQ(walk.by_depth(), 0.0);
@@ -70,11 +70,11 @@ TYPED_TEST(EveryCutting, IsZeroBehindTheCut) {
 TYPED_TEST(EveryCutting, DoesNotCutAnExistingHoleAgain) {
   const TypeParam given = middle<TypeParam>();
   Edged<TypeParam> walk(given);
-  go(walk, 10e-3, speed, 1e-6);
-  go(walk, -2e-3, speed, 1e-6);  // a crack that runs comes to rest on the way back
+  go(walk, 10e-3, cutting_speed, 1e-6);
+  go(walk, -2e-3, cutting_speed, 1e-6);  // a crack that runs comes to rest on the way back
   const double front = walk.cut.front;
-  go(walk, -6e-3, speed, 1e-6);
-  go(walk, 6e-3, speed, 1e-6);
+  go(walk, -6e-3, cutting_speed, 1e-6);
+  go(walk, 6e-3, cutting_speed, 1e-6);
   EXPECT_EQ(walk.cut.front, front);
 }
 
@@ -92,10 +92,10 @@ TYPED_TEST(EveryCutting, MeanForceOverLongTravelIsTheSteadyForce) {
 TYPED_TEST(EveryCutting, IsIndependentOfTheStepUnlessDeclaredFirstOrder) {
   if constexpr (steps_exactly<TypeParam>) {
     const TypeParam given = middle<TypeParam>();
-    const double unit = largest_force(given);
+    const double unit = largest_cutting(given);
     Edged<TypeParam> walk(given);
     for (const double travel : random_travels(500)) {
-      const double dt = std::max(1e-6, std::abs(travel) / speed);
+      const double dt = std::max(1e-6, std::abs(travel) / cutting_speed);
       Edged<TypeParam> fine = walk;
       walk.step(travel, dt);
       for (int i = 0; i < 64; ++i) fine.step(travel / 64, dt / 64);
@@ -107,19 +107,19 @@ TYPED_TEST(EveryCutting, IsIndependentOfTheStepUnlessDeclaredFirstOrder) {
 TYPED_TEST(EveryCutting, IsContinuousInDepth) {
   const auto changes = [](int n) {
     Edged<TypeParam> walk(middle<TypeParam>());
-    double largest = largest_change(walk, 4e-3, speed, n);
-    largest = std::max(largest, largest_change(walk, -2e-3, speed, n));
-    return std::max(largest, largest_change(walk, 4e-3, speed, n));
+    double largest = largest_change(walk, 4e-3, cutting_speed, n);
+    largest = std::max(largest, largest_change(walk, -2e-3, cutting_speed, n));
+    return std::max(largest, largest_change(walk, 4e-3, cutting_speed, n));
   };
   EXPECT_LE(changes(80000), 0.3 * changes(20000));
 }
 
 TYPED_TEST(EveryCutting, DerivativeByDepthIsThatOfTheNextStep) {
   const TypeParam given = middle<TypeParam>();
-  const double unit = largest_force(given);
+  const double unit = largest_cutting(given);
   Edged<TypeParam> walk(given);
   for (const double travel : random_travels(500)) {
-    walk.step(travel, std::max(1e-9, std::abs(travel) / speed));
+    walk.step(travel, std::max(1e-9, std::abs(travel) / cutting_speed));
     const auto rise = [&](double dz) {
       Edged<TypeParam> on = walk, further = walk;
       on.step(dz, 1e-15);
@@ -132,27 +132,27 @@ TYPED_TEST(EveryCutting, DerivativeByDepthIsThatOfTheNextStep) {
 }
 
 TYPED_TEST(EveryCutting, ClosedPathReturnsNoEnergy) {
-  const double travel = elastic_travel(middle<TypeParam>());
+  const double travel = cutting_travel(middle<TypeParam>());
   for (const double reach : {20.0 * travel, 2.0 * travel}) {
     Edged<TypeParam> start(middle<TypeParam>());
-    ASSERT_GE(min_closed_work(start, reach, speed), -1e-3) << reach;
-    go(start, 3e-3, speed, 1e-6);  // and from within the cut
-    ASSERT_GE(min_closed_work(start, reach, speed), -1e-3) << reach;
+    ASSERT_GE(min_closed_work(start, reach, cutting_speed), -1e-3) << reach;
+    go(start, 3e-3, cutting_speed, 1e-6);  // and from within the cut
+    ASSERT_GE(min_closed_work(start, reach, cutting_speed), -1e-3) << reach;
   }
 }
 
 TYPED_TEST(EveryCutting, FollowsTheUnitsOfItsTable) {
   const TypeParam given = middle<TypeParam>();
   Edged<TypeParam> walk(given), large(scaled(given, s, m));
-  const double unit = m * s * s * largest_force(given);
+  const double unit = m * s * s * largest_cutting(given);
   for (const double travel : random_travels(500)) {
-    const double dt = std::max(1e-6, std::abs(travel) / speed);
+    const double dt = std::max(1e-6, std::abs(travel) / cutting_speed);
     walk.step(travel, dt);
     large.step(s * travel, dt);
     ASSERT_NEAR(large.force(), m * s * s * walk.force(), 1e-8 * unit);
     ASSERT_NEAR(large.by_depth(), m * s * walk.by_depth(), 1e-8 * std::abs(large.by_depth()));
   }
-  EXPECT_NEAR(large.law.steady(s * speed), m * s * s * walk.law.steady(speed), 1e-12 * unit);
+  EXPECT_NEAR(large.law.steady(s * cutting_speed), m * s * s * walk.law.steady(cutting_speed), 1e-12 * unit);
 }
 
 TEST(ConstantCutting, UnloadsOverTheStatedTravel) {

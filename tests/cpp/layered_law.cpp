@@ -72,7 +72,7 @@ constexpr double angle = 0.2618, radius = 1e-3;
 constexpr double share_1 = 0.31, share_2 = 0.26, time_1 = 0.7, time_2 = 5.0;
 
 /// Two layers near the medians of the recordings, in the text's words and in the project's.
-struct Both {
+struct LayerOfBoth {
   double z0, Er, f, kt, delta, zr, z1;
 
   Transcribed transcribed() const {
@@ -86,8 +86,8 @@ struct Both {
                       laws::PronyAtRest{share_1, time_1, share_2, time_2}}};
   }
 };
-const Both skin{0.0, 176e3, 140.0, 220.0, 0.4e-3, 3.2e-3, 9e-3};
-const Both muscle{7e-3, 90e3, 90.0, 180.0, 0.8e-3, 8.5e-3, 15e-3};
+const LayerOfBoth skin{0.0, 176e3, 140.0, 220.0, 0.4e-3, 3.2e-3, 9e-3};
+const LayerOfBoth muscle{7e-3, 90e3, 90.0, 180.0, 0.8e-3, 8.5e-3, 15e-3};
 
 /// In to 22 mm, hold for 5 s, out and clear of the specimen, at 100 Hz, with the noise of a position sensor.
 std::vector<double> in_hold_out(double speed, double noise) {

@@ -2,6 +2,8 @@
 // The paper's numbers, for the tests.
 #pragma once
 
+#include <array>
+
 #include "needleforce/insertion.hpp"
 
 namespace paper {
@@ -16,6 +18,11 @@ inline needleforce::Model model(double reduced_modulus = 116e3, double dimple_ra
   return {needleforce::laws::Cone{reduced_modulus, half_angle}, needleforce::laws::PunctureDepth{puncture},
           needleforce::laws::Coulomb{friction, 20e-6, dimple_ratio},
           needleforce::laws::ConstantCutting{cutting, 20e-6}};
+}
+
+/// A tissue of one layer.
+inline std::array<needleforce::Layer, 1> one(const needleforce::Model& model) {
+  return {needleforce::Layer{0.0, model}};
 }
 
 /// Moves the tip to `target` in equal steps of at most `step`, calling `visit` with each sample.

@@ -42,15 +42,15 @@ bool within(const Sample& sample) {
   return std::isfinite(f) && f <= most + 150e3 * pressed && f >= -22.0 * z;
 }
 
-struct Seen {
+struct SwapsSeen {
   bool within = true;
   double largest_change = 0.0;
   long steps = 0;
 };
 
 /// 1e6 steps, and as many as it takes for `swaps` models.
-Seen run(LiveInsertion& live, std::atomic<long>& at, std::uint32_t swaps) {
-  Seen seen;
+SwapsSeen run(LiveInsertion& live, std::atomic<long>& at, std::uint32_t swaps) {
+  SwapsSeen seen;
   double force = 0.0;
   for (long i = 0; i < 1000000 || live.taken() < swaps; ++i) {
     if (i % 12000 == 0) live.reset();
@@ -69,16 +69,14 @@ Seen run(LiveInsertion& live, std::atomic<long>& at, std::uint32_t swaps) {
 // friction turns by 22 N/m over 11 mm, and the cut lets go of 0.1 N, in 20 um, of which 3 um are a step
 constexpr double largest_blended = 0.138 * 0.1 + (22.0 * 11e-3 + 0.1) * 3.0 / 20.0;
 
-void expect_sound(const Seen& seen) {
+void expect_sound(const SwapsSeen& seen) {
   EXPECT_TRUE(seen.within);
   EXPECT_LT(seen.largest_change, largest_blended);
   EXPECT_GE(seen.steps, 1000000);
 }
 
-std::array<Layer, 1> one(const Model& model) { return {Layer{0.0, model}}; }
-
 TEST(Swap, EveryForceIsThatOfAValidModelAtPlannerRateWithJitter) {
-  LiveInsertion live(one(between(0.5)));
+  LiveInsertion live(paper::one(between(0.5)));
   std::atomic<long> at{0};
   std::mt19937_64 generator{1};
   std::uniform_real_distribution<double> share{0.0, 1.0}, period{1000.0 / 60.0, 1000.0 / 20.0};
@@ -86,20 +84,20 @@ TEST(Swap, EveryForceIsThatOfAValidModelAtPlannerRateWithJitter) {
     // by the time of the loop, which runs as fast as it can
     if (static_cast<double>(at.load(std::memory_order_relaxed)) < due) return std::this_thread::yield();
     due += period(generator);
-    EXPECT_EQ(live.replace(one(between(share(generator)))).reason, nullptr);
+    EXPECT_EQ(live.replace(paper::one(between(share(generator)))).reason, nullptr);
   });
   expect_sound(run(live, at, 200));
   EXPECT_EQ(live.refused(), 0u);
 }
 
 TEST(Swap, EveryForceIsThatOfAValidModelAtFullRateWithInvalidModels) {
-  LiveInsertion live(one(between(0.5)), 50e-3);
+  LiveInsertion live(paper::one(between(0.5)), 50e-3);
   std::atomic<long> at{0};
   std::atomic<std::uint32_t> kept_out{0};
   {
     const Writing writing([&, n = 0]() mutable {
       const double share = n++ % 3 == 2 ? -10.0 : 0.5 * (n % 3);  // of it, every number is negative
-      kept_out += live.replace(one(between(share))).reason != nullptr;
+      kept_out += live.replace(paper::one(between(share))).reason != nullptr;
     });
     expect_sound(run(live, at, 200));
   }
@@ -109,11 +107,11 @@ TEST(Swap, EveryForceIsThatOfAValidModelAtFullRateWithInvalidModels) {
 
 TEST(Swap, ForceJumpsWithoutABlend) {
   // the measure of the tests above is one that can fail
-  LiveInsertion live(one(between(1.0)), 0.0);
-  Seen seen;
+  LiveInsertion live(paper::one(between(1.0)), 0.0);
+  SwapsSeen seen;
   double force = 0.0;
   for (long i = 0; i < 6000; ++i) {
-    if (i == 4500) live.replace(one(between(0.0)));
+    if (i == 4500) live.replace(paper::one(between(0.0)));
     const Sample sample = live.step(depth_of(i), no_velocity, 1e-3);
     if (!sample.punctured)
       seen.largest_change = std::max(seen.largest_change, std::abs(sample.force - force));

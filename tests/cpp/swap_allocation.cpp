@@ -40,11 +40,11 @@ using namespace needleforce;
 
 namespace {
 
-std::array<Layer, 1> one(double modulus) { return {Layer{0.0, paper::model(modulus)}}; }
-
 TEST(SwapAllocation, LoopDoesNotAllocate) {
-  LiveInsertion live(one(100e3));
-  const Writing writing([&, n = 0]() mutable { live.replace(one(++n % 3 ? 90e3 + 10e3 * (n % 3) : -1.0)); });
+  LiveInsertion live(paper::one(paper::model(100e3)));
+  const Writing writing([&, n = 0]() mutable {
+    live.replace(paper::one(paper::model(++n % 3 ? 90e3 + 10e3 * (n % 3) : -1.0)));
+  });
   double sum = 0.0;
   allocations = 0;
   armed = true;

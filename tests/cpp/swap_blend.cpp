@@ -7,8 +7,6 @@
 
 namespace {
 
-std::array<Layer, 1> one(const Model& model) { return {Layer{0.0, model}}; }
-
 /// Moves the tip in steps of 10 um, or rests, and returns the last sample.
 Sample go(LiveInsertion& live, double from, double to) {
   Sample sample;
@@ -26,9 +24,9 @@ const double pressed = 2.0 / std::numbers::pi * std::tan(paper::half_angle) * 2e
 
 TEST(Blend, ForceRisesLinearlyFromTheOldToTheNewModel) {
   for (const double blend : {5e-3, 10e-3, 80e-3}) {
-    LiveInsertion live(one(paper::model(100e3)), blend);
+    LiveInsertion live(paper::one(paper::model(100e3)), blend);
     EXPECT_NEAR(go(live, -1e-3, 2e-3).force, 100e3 * pressed, 1e-12);
-    live.replace(one(paper::model(160e3)));
+    live.replace(paper::one(paper::model(160e3)));
     for (int i = 1; i < 100; ++i) {
       const double share = std::min(1.0, i * 1e-3 / blend);
       const Sample sample = live.step(2e-3, no_velocity, 1e-3);
@@ -43,20 +41,20 @@ TEST(Blend, ForceRisesLinearlyFromTheOldToTheNewModel) {
 
 TEST(Blend, ZeroBlendTimeSwitchesAtOnce) {
   for (const double blend : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
-    LiveInsertion live(one(paper::model(100e3)), blend);
+    LiveInsertion live(paper::one(paper::model(100e3)), blend);
     go(live, -1e-3, 2e-3);
-    live.replace(one(paper::model(160e3)));
+    live.replace(paper::one(paper::model(160e3)));
     EXPECT_NEAR(live.step(2e-3, no_velocity, 1e-3).force, 160e3 * pressed, 1e-12);
   }
 }
 
 TEST(Blend, NewestWaitingModelFollowsTheBlend) {
-  LiveInsertion live(one(paper::model(100e3)), 10e-3);
+  LiveInsertion live(paper::one(paper::model(100e3)), 10e-3);
   go(live, -1e-3, 2e-3);
-  live.replace(one(paper::model(110e3)));
+  live.replace(paper::one(paper::model(110e3)));
   rest(live, 2e-3, 4e-3);
-  live.replace(one(paper::model(900e3)));
-  live.replace(one(paper::model(120e3)));
+  live.replace(paper::one(paper::model(900e3)));
+  live.replace(paper::one(paper::model(120e3)));
   EXPECT_NEAR(rest(live, 2e-3, 6e-3).force, 110e3 * pressed, 1e-12);
   EXPECT_NEAR(rest(live, 2e-3, 5e-3).force, 115e3 * pressed, 1e-12);
   EXPECT_NEAR(rest(live, 2e-3, 9.0).force, 120e3 * pressed, 1e-12);
@@ -64,9 +62,9 @@ TEST(Blend, NewestWaitingModelFollowsTheBlend) {
 }
 
 TEST(Blend, RefusedStepDoesNotAdvanceTheBlend) {
-  LiveInsertion live(one(paper::model(100e3)), 10e-3, Limits{.hold_time = 1.0});
+  LiveInsertion live(paper::one(paper::model(100e3)), 10e-3, Limits{.hold_time = 1.0});
   const double before = go(live, -1e-3, 2e-3).force;
-  live.replace(one(paper::model(160e3)));
+  live.replace(paper::one(paper::model(160e3)));
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -1.0, 0.0}) {
     const Sample sample = live.step(2e-3, 0.0, bad);
@@ -83,22 +81,22 @@ TEST(Blend, LateralForceFollowsTheCuttingForce) {
   const Bevel bevel{20.0 * tips::degree, 0.1, 0.5};
   Model stronger = paper::model();
   stronger.cutting = laws::ConstantCutting{0.2, 20e-6};
-  LiveInsertion live(one(paper::model()), 10e-3, {}, bevel);
+  LiveInsertion live(paper::one(paper::model()), 10e-3, {}, bevel);
   const double before = go(live, -1e-3, 6e-3).lateral;
-  live.replace(one(stronger));
+  live.replace(paper::one(stronger));
   EXPECT_NEAR(rest(live, 6e-3, 5e-3).lateral, before * (1.0 + 0.5 * (0.2 / paper::cutting - 1.0)), 1e-12);
 }
 
 TEST(Kept, IdenticalModelKeepsEveryBit) {
   for (const Model& model : every_model()) {
-    LiveInsertion live(one(model));
+    LiveInsertion live(paper::one(model));
     Insertion alone(model);
     std::mt19937_64 generator{1};
     double depth = -1e-3, target = 10e-3;
     for (int i = 0; i < 3000; ++i) {
       if (generator() % 200 == 0) target = -2e-3 + 14e-6 * static_cast<double>(generator() % 1000);
       depth += std::clamp(target - depth, -2e-5, 2e-5);
-      if (generator() % 20 == 0) live.replace(one(model));
+      if (generator() % 20 == 0) live.replace(paper::one(model));
       const Sample swapped = live.step(depth, no_velocity, 1e-3),
                    plain = alone.step(depth, no_velocity, 1e-3);
       ASSERT_EQ(swapped.force, plain.force) << name_of(model) << " step " << i;
@@ -115,34 +113,34 @@ TEST(Kept, IdenticalModelKeepsEveryBit) {
 TEST(Kept, RelaxedShareIsKept) {
   Model model = paper::model(100e3);
   model.relaxation = laws::Prony{0.4, 0.5, 0.0, 5.0};
-  LiveInsertion live(one(model), 0.0);
+  LiveInsertion live(paper::one(model), 0.0);
   go(live, -1e-3, 2e-3);
   const double before = rest(live, 2e-3, 1.0).force;
   model.stiffness = laws::Cone{250e3, paper::half_angle};
-  live.replace(one(model));
+  live.replace(paper::one(model));
   const double left = std::exp(-1e-3 / 0.5), lasting = 0.6 * 100e3 * pressed;
   EXPECT_NEAR(rest(live, 2e-3, 1e-3).force, 2.5 * (lasting + (before - lasting) * left), 1e-9);
   EXPECT_NEAR(rest(live, 2e-3, 20.0).force, 2.5 * lasting, 1e-9);
   // a slower or smaller fading goes on from there too, and none at all is the whole contact again
   model.relaxation = laws::Prony{0.2, 3.0, 0.0, 5.0};
-  live.replace(one(model));
+  live.replace(paper::one(model));
   EXPECT_NEAR(rest(live, 2e-3, 1.0).force, 0.8 * 250e3 * pressed, 1e-9);
   model.relaxation = laws::NoRelaxation{};
-  live.replace(one(model));
+  live.replace(paper::one(model));
   EXPECT_NEAR(rest(live, 2e-3, 1.0).force, 250e3 * pressed, 1e-9);
 }
 
 TEST(Kept, FrictionAtRestStaysWithinTheNewLimits) {
   Model model = paper::model();
-  LiveInsertion live(one(model), 0.0);
+  LiveInsertion live(paper::one(model), 0.0);
   const double cut = paper::cutting, held = paper::friction * 8e-3;
   EXPECT_NEAR(go(live, -1e-3, 8e-3).force, held + cut, 1e-9);
   model.friction = laws::Coulomb{30.0, 20e-6, 0.0};  // more may be held, but nothing moved
-  live.replace(one(model));
+  live.replace(paper::one(model));
   EXPECT_NEAR(rest(live, 8e-3, 1.0).force, held + cut, 1e-9);
   EXPECT_NEAR(go(live, 8e-3, 8.1e-3).force, 30.0 * 8.1e-3 + cut, 1e-9);
   model.friction = laws::LuGre{1e6, 0.0, 0.0, 5.0, 5.0, 1e-3, 2.0};  // less is held at once
-  live.replace(one(model));
+  live.replace(paper::one(model));
   EXPECT_NEAR(rest(live, 8.1e-3, 1.0).force, 5.0 * 8.1e-3 + cut, 1e-9);
 }
 
@@ -152,12 +150,12 @@ TEST(Kept, ExistingHoleIsNotCutAgain) {
       Model model = paper::model();
       model.friction = laws::Coulomb{0.0, 20e-6, 0.0};
       model.cutting = first;
-      LiveInsertion live(one(model), 0.0);
+      LiveInsertion live(paper::one(model), 0.0);
       go(live, -1e-3, 8e-3);
       rest(live, go(live, 8e-3, 5e-3).depth, 0.1);
       const double cut = live.deepest_cut();
       model.cutting = second;
-      live.replace(one(model));
+      live.replace(paper::one(model));
       double most = 0.0;
       // a slit that stays spread pushes on the way; an edge does not before it is at the crack's tip
       const double spread =
@@ -172,9 +170,9 @@ TEST(Kept, ExistingHoleIsNotCutAgain) {
 
 TEST(KeptOut, InvalidModelIsRefusedAndReportedAndTheOldOneKept) {
   Insertion alone(paper::model());
-  LiveInsertion live(one(paper::model()));
+  LiveInsertion live(paper::one(paper::model()));
   for (int i = 0; i < 1000; ++i) {
-    const Fault fault = live.replace(one(paper::model(-1.0)));
+    const Fault fault = live.replace(paper::one(paper::model(-1.0)));
     EXPECT_STREQ(fault.quantity, "reduced_modulus");
     EXPECT_STREQ(fault.reason, "outside its range");
     const Layer upside_down[] = {{0.0, paper::model()}, {-2e-3, paper::model()}};
@@ -185,14 +183,14 @@ TEST(KeptOut, InvalidModelIsRefusedAndReportedAndTheOldOneKept) {
   }
   EXPECT_EQ(live.refused(), 3000u);
   EXPECT_EQ(live.taken(), 0u);
-  EXPECT_EQ(live.replace(one(paper::model())).reason, nullptr);
+  EXPECT_EQ(live.replace(paper::one(paper::model())).reason, nullptr);
   EXPECT_FALSE(live.last_refused());
 }
 
 TEST(KeptOut, ValidModelReplacesAnInvalidFirstOne) {
-  LiveInsertion live(one(paper::model(-1.0)), 10e-3);
+  LiveInsertion live(paper::one(paper::model(-1.0)), 10e-3);
   EXPECT_EQ(live.step(-1e-3, no_velocity, 1e-3).status, Status::invalid_parameter);
-  live.replace(one(paper::model(100e3)));
+  live.replace(paper::one(paper::model(100e3)));
   EXPECT_EQ(live.step(2e-3, no_velocity, 1e-3).status, Status::ok);
   EXPECT_NEAR(rest(live, 2e-3, 1.0).force, 100e3 * pressed, 1e-12);
 }

@@ -12,8 +12,6 @@ namespace {
 
 constexpr double blend = 10e-3, dt = 1e-3;
 
-std::array<Layer, 1> one(const Model& model) { return {Layer{0.0, model}}; }
-
 /// In, hold, half out, on, out of the tissue, in again and far out [m]; free space at both ends.
 const std::vector<double>& way() {
   static const std::vector<double> depths = [] {
@@ -37,7 +35,7 @@ double largest(const Model& model) {
   return most;
 }
 
-struct Seen {
+struct LawsSeen {
   bool finite = true, free = true, between = true, even = true;
   double largest = 0.0;
   int contacts = 0, punctures = 0;
@@ -66,16 +64,16 @@ struct Expected {
   }
 };
 
-Seen swapped(const Model& first, const Model& second, int every) {
-  LiveInsertion live(one(first), blend);
-  Seen seen;
+LawsSeen swapped(const Model& first, const Model& second, int every) {
+  LiveInsertion live(paper::one(first), blend);
+  LawsSeen seen;
   Expected expected(live.snapshot(), first, 0.0);
   double force = 0.0;
   int swaps = 0, step = 0;
   for (const double depth : way()) {
     if (step++ % every == every - 1) {
       const Model& other = swaps++ % 2 ? first : second;
-      EXPECT_EQ(live.replace(one(other)).reason, nullptr);
+      EXPECT_EQ(live.replace(paper::one(other)).reason, nullptr);
       expected = Expected(live.snapshot(), other, force);
     }
     const Sample sample = live.step(depth, no_velocity, dt);
@@ -98,7 +96,7 @@ Seen swapped(const Model& first, const Model& second, int every) {
 /// first.
 void expect_sound(const Model& first, const Model& second, double most) {
   const std::string name = name_of(first) + " | " + name_of(second);
-  const Seen seen = swapped(first, second, 47);
+  const LawsSeen seen = swapped(first, second, 47);
   EXPECT_TRUE(seen.finite) << name;
   EXPECT_TRUE(seen.between) << name;
   EXPECT_TRUE(seen.even) << name;

@@ -68,17 +68,17 @@ struct Hand {
   }
 };
 
-struct Seen {
+struct StacksSeen {
   bool finite = true;
   double largest = 0.0;
   std::uint32_t taken = 0;
 };
 
-Seen run(unsigned seed, bool extreme, int steps) {
+StacksSeen run(unsigned seed, bool extreme, int steps) {
   Draw draw(seed, extreme);
   LiveInsertion live(draw.stack(), seed % 3 ? 10e-3 : 0.0);
   Hand hand;
-  Seen seen;
+  StacksSeen seen;
   for (int i = 0; i < steps; ++i) {
     if (draw.among(30) == 0) live.replace(draw.stack());
     hand.move(draw, extreme);
@@ -95,7 +95,7 @@ Seen run(unsigned seed, bool extreme, int steps) {
 
 TEST(RandomStacks, TypicalParametersGiveTypicalForces) {
   for (unsigned seed = 0; seed < 40; ++seed) {
-    const Seen seen = run(seed, false, 5000);
+    const StacksSeen seen = run(seed, false, 5000);
     EXPECT_TRUE(seen.finite) << seed;
     // over 27 mm of 40 N/m, dragged, in some layers, which add up; a cut of 0.1 N and a contact of some
     // tenths
@@ -106,7 +106,7 @@ TEST(RandomStacks, TypicalParametersGiveTypicalForces) {
 
 TEST(RandomStacks, ParametersAtTheEndsOfTheirRangesGiveFiniteForces) {
   for (unsigned seed = 0; seed < 80; ++seed) {
-    const Seen seen = run(seed, true, 5000);
+    const StacksSeen seen = run(seed, true, 5000);
     EXPECT_TRUE(seen.finite) << seed;
     EXPECT_GT(seen.taken, 50u);
   }
