@@ -90,8 +90,9 @@ test-cpp: .venv/.build-packages
 	@$(WATCHED) "compiling the C++ tests" -- $(BIN)/cmake --build $(CXX_TESTS)
 	@$(WATCHED) "C++ tests" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_TESTS) --parallel $$(nproc) --output-on-failure
 
+# as many tests at once as processors: one thread of linear algebra each
 test-python: setup .venv/.test-packages
-	@$(BIN)/python -m pytest -n auto --dist loadfile --lines
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --lines
 
 proof: proof-effects proof-symbols proof-sanitizers proof-threads proof-fuzz  ## the real-time claims, by compiler, sanitizers and fuzzer
 

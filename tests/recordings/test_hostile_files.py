@@ -80,9 +80,9 @@ def refusal(read: str, *arguments) -> str:
         "forms",
     ],
 )
-def test_three_hundred_hostile_files_of_arrays(hostile, kind):
-    found = hostile[0].study(kind, 300, first=1_000_000)
-    assert found["failed"] == {} and found["refused"] > 30 and found["read"] + found["refused"] == 300
+def test_a_hundred_hostile_files_of_arrays(hostile, kind):
+    found = hostile[0].study(kind, 100, first=1_000_000)
+    assert found["failed"] == {} and found["refused"] > 10 and found["read"] + found["refused"] == 100
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the memory of a process is read from /proc")
@@ -105,10 +105,15 @@ EXPANDING += ["npy", "npz", "matlab", "matlab73", "hdf5", "tdms", "records", "ro
 
 @pytest.mark.parametrize("kind", EXPANDING)
 def test_what_expands_is_refused(hostile, tmp_path, kind):
+    sizes = set()
     for seed in range(8):
         folder = tmp_path / f"{seed}"
         folder.mkdir()
         path = hostile[2].bomb(kind, folder, random.Random(seed))
+        size = path.stat().st_size
+        if path.is_file() and size in sizes:
+            continue  # the same kind of file again
+        sizes.add(size)
         assert hostile[0]._outcome(hostile[0].FORMATS[kind][0], path) in ("read", "refused")
 
 
