@@ -158,6 +158,25 @@ def test_progress_is_reported():
     assert len(seen) > 10 and min(seen) < seen[0]
 
 
+def test_insertions_of_the_same_name_are_kept_apart_and_a_needle_reaches_their_depth():
+    rng = np.random.default_rng(11)
+    one, two = (generated("1", motions(rng)[k], rng) for k in (2, 3))
+    fit = identify([one, two], NEEDLE, model="linear")
+    assert set(fit.rms) == {"1", "1 (2)"} == set(fit.left_out)
+    short = nf.Needle(1.27e-3, 0.0, 0.09, NEEDLE.young_modulus)
+    with pytest.raises(nf.InputError, match="the needle is 90 mm long"):
+        identify([one, two], short, model="linear")
+
+
+def test_a_needle_that_does_not_reach_is_not_predicted():
+    rng = np.random.default_rng(12)
+    paths = [generated(str(i), base[:8], rng) for i, base in enumerate(motions(rng)[:3])]
+    short = nf.Needle(1.27e-3, 0.0, 0.06, NEEDLE.young_modulus)
+    fit = identify(paths, short, model="linear")
+    with pytest.raises(nf.InputError, match="does not reach"):
+        fit.predict(generated("deeper", motions(rng)[2], rng))
+
+
 @pytest.mark.parametrize("tissue, training, allowed", [("phantomA", ("01", "02"), 1.0), ("phantomB", ("01",), 1.0)])
 def test_held_out_steered_insertions_are_predicted(recordings, tissue, training, allowed):
     # the figures over all choices are in docs/steering.md; a straight line from the entry is off by 3 to 5 mm

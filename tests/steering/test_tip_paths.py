@@ -132,3 +132,22 @@ def test_tip_paths_of_other_shapes_or_without_numbers_are_named():
         nf.steering.TipPath("x", **good, roll=np.zeros(3))
     with pytest.raises(nf.InputError, match="not finite"):
         nf.steering.TipPath("x", **(good | {"base": np.full((4, 2), math.nan)}))
+
+
+def test_slopes_as_angles_are_slopes_and_a_roll_needs_a_unit(tmp_path):
+    header = [*HEADER[:4], "tip_slope_x_deg", "tip_slope_z_deg"]
+    rows = [[*row[:4], 45.0, 0.0] for row in straight()]
+    (path,) = read(written(tmp_path, rows, header))
+    np.testing.assert_allclose(path.slope[:, 0], 1.0, rtol=1e-12)
+    with pytest.raises(nf.InputError, match="roll_deg"):
+        read(written(tmp_path, [[*row, 90.0] for row in straight()], [*HEADER, "roll"]))
+
+
+def test_quaternions_are_normalised_and_must_be_rotations(tmp_path):
+    header = [*HEADER[:4], "tip_qw", "tip_qx", "tip_qy", "tip_qz"]
+    half = 0.5 * math.radians(10.0)
+    turned = np.array([math.cos(half), 0.0, 0.0, math.sin(half)])
+    (path,) = read(written(tmp_path, [[*row[:4], *(1.04 * turned)] for row in straight()], header))
+    np.testing.assert_allclose(path.slope[:, 0], math.tan(math.radians(10.0)), rtol=1e-9)
+    with pytest.raises(nf.InputError, match="norm of tip_qw to tip_qz is 0"):
+        read(written(tmp_path, [[*row[:4], 0.0, 0.0, 0.0, 0.0] for row in straight()], header))

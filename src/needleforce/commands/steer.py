@@ -65,7 +65,8 @@ def identify(
     file: Annotated[Path, typer.Argument(help="Tip paths or shapes, a row a step or a point.", show_default=False)],
     needle: Annotated[str, typer.Option(help=NEEDLE_HELP)],
     only: Annotated[
-        list[str], typer.Option("--only", help="Insertions of one tissue: those whose name begins so. Default: all.")
+        list[str],
+        typer.Option("--only", help="Insertions of one tissue: whose name begins with this. Default: all."),
     ] = [],  # noqa: B006
     model: Annotated[str | None, typer.Option(help="linear, or yielding (the default for tip paths).")] = None,
     held: Annotated[str, typer.Option(help="guide at a fixed distance from the surface, or hub.")] = "guide",
@@ -86,13 +87,16 @@ def identify(
     options: dict[str, Any] = {"model": model} if model else {}
     if isinstance(measured[0], nf.steering.TipPath):
         options["held"] = held
-    with _watched("identifying") as progress:
+    elif held != "guide":
+        step = "Leave --held out: the shapes begin where the needle is held."
+        raise InputError("--held", held, "not for a table of shapes", next_step=step)
+    with _ProgressLine("identifying") as progress:
         fit = nf.steering.identify(measured, needle_of(needle), progress=progress, **options)
     write_json(fit.to_json(), json)
     if json != "-":
         table(fit.heading(), list(HEAD), [list(row) for row in fit.rows()])
         heads, rows = insertion_table(fit)
-        table("what is left of each", heads, rows)
+        table("residual of each insertion", heads, rows)
     for remark in fit.remarks():
         say(remark)
     if report:
@@ -125,7 +129,7 @@ def plan(
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
 ) -> None:
-    """Plan the motion of the base that brings the tip to a target. Exit code 1: it cannot be had as asked."""
+    """Plan the motion of the base that brings the tip to a target. Exit code 1: it is missed, or a limit exceeded."""
     import needleforce as nf
 
     from ..steering import SteeringLimits
@@ -136,7 +140,7 @@ def plan(
         max_force=max_force_n, max_lateral_force=max_lateral_force_n, max_moment=1e-3 * max_moment_nmm,
     )  # fmt: skip
     readings = None if measured is None else nf.steering.read(measured)[-1]
-    with _watched("planning") as progress:
+    with _ProgressLine("planning") as progress:
         found = nf.steering.plan(
             nf.steering.load(model), _numbers(target_mm, 3, "--target-mm"), obstacles=_obstacles(sphere_mm, box_mm),
             clearance=1e-3 * clearance_mm, limits=limits, step=1e-3 * step_mm, readings=readings,
@@ -208,7 +212,9 @@ def _named(measured: list, names: list[str]) -> list:
     chosen = [each for each in measured if not names or any(each.name.startswith(name) for name in names)]
     if not chosen:
         given = ", ".join(each.name for each in measured[:8]) + ", …" * (len(measured) > 8)
-        raise InputError("--only", ", ".join(names), "no insertion begins so", next_step=f"There are {given}.")
+        raise InputError(
+            "--only", ", ".join(names), "no insertion has a name that begins with it", next_step=f"There are {given}."
+        )
     return chosen
 
 
@@ -247,7 +253,7 @@ def _document(found: "Plan") -> dict:
     rows = [
         {
             "depth_m": depth, "base_x_m": base[0], "base_y_m": base[1], "roll_rad": roll,
-            "tip": dict(zip(keys, tip)), "tube_m": radius, "force_N": force, "wrench": list(wrench),
+            "tip": dict(zip(keys, tip)), "radius_95_m": radius, "force_N": force, "wrench": list(wrench),
         }
         for (depth, base, roll), (tip, radius), (force, wrench) in zip(steps, ends, loads)
     ]  # fmt: skip
@@ -264,7 +270,7 @@ def _show_plan(found: "Plan", quiet: bool) -> None:
     from ..report.steering_page import outcome
 
     if not quiet:
-        heads = ["depth [mm]", "base x [mm]", "base y [mm]", "roll [°]", "tip x [mm]", "tip y [mm]", "95 % within [mm]"]
+        heads = ["depth [mm]", "base x [mm]", "base y [mm]", "roll [°]", "tip x [mm]", "tip y [mm]", "95 % radius [mm]"]
         rows = [
             [*(f"{value:.2f}" for value in row.values()), *(f"{1e3 * value:.2f}" for value in (*tip[:2], radius))]
             for row, tip, radius in zip(found.motion.rows(), found.path, found.tube())
@@ -272,10 +278,10 @@ def _show_plan(found: "Plan", quiet: bool) -> None:
         table("motion of the base", heads, rows)
     say(outcome(found))
     for fault in found.faults:
-        say(f"not as asked: {fault}")
+        say(f"fault: {fault}")
 
 
-class _watched:
+class _ProgressLine:
     """Progress on standard error while something is sought: a line in a terminal, nothing otherwise."""
 
     def __init__(self, what: str):

@@ -14,7 +14,6 @@ from ..mechanics.foundation import foundation_modulus
 from .model import Model
 
 LateralLayer = core.LateralLayer
-MAX_SECTIONS = 4
 
 # an axial law without force: for a needle whose deflection alone is of interest
 _NO_FORCE = core.Laws(

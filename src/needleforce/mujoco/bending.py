@@ -54,13 +54,20 @@ class AttachedBending:
         Returns
         -------
         BentSample
+
+        Raises
+        ------
+        InputError
+            If the needle is turned away from the tissue by more than 60 degrees.
         """
         origin, axes = self.place.tissue(d)
         place = axes @ (d.site_xpos[self.place.site] - origin)
         frame = axes @ d.site_xmat[self.place.site].reshape(3, 3)  # columns: the site's axes in the tissue's frame
         along = frame[:, 2]
         if along[2] < 0.5:
-            raise InputError("axis of the needle", along.tolist(), "turned away from the tissue by over 60 degrees")
+            limit = "must be within 60 degrees of the tissue's normal"
+            step = "Point the z axis of the site into the tissue."
+            raise InputError("axis of the needle", along.tolist(), limit, next_step=step)
         slope = along[:2] / along[2]
         self._roll = self._turned(math.atan2(frame[1, 0], frame[0, 0]))
         depth = place[2] + self.place.from_surface
@@ -119,9 +126,8 @@ def attach_bending(needle: FlexibleInsertion, mj_model: Any, *, site: str, surfa
     library()
     if needle.planar or math.isfinite(needle.guide_distance):
         limit = "must be in space and held at its hub, which the robot moves"
-        raise InputError(
-            "needle", "planar" if needle.planar else "guided", limit, next_step="Leave out guide_distance."
-        )
+        kind, step = ("planar", "Give planar=False.") if needle.planar else ("guided", "Leave out guide_distance.")
+        raise InputError("needle", kind, limit, next_step=step)
     number, surface = named(mj_model, "SITE", site), named(mj_model, "SITE", surface_site)
     if mj_model.body_weldid[mj_model.site_bodyid[surface]] != 0:
         raise InputError("surface_site", surface_site, "on a moving body", next_step="Fix it to the world.")

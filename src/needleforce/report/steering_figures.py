@@ -11,9 +11,8 @@ from matplotlib.patches import Circle, Rectangle
 from ..steering import Box, Plan, Sphere, SteeringFit, TipPath
 from .canvas import INK, MEASURED, MODEL, QUIET, SECOND, SLATE, THICK, THIN, Labels, Sheet, axis_names, panels
 
-DEPTH, ALONG = "depth [mm]", "along the insertion, z [mm]"
+DEPTH = "depth [mm]"
 BLOCKED = "#b23b3b"
-MAX_SHAPES = 4
 _VIEWS = ((2, 0), (2, 1), (0, 1))  # horizontal and vertical axis of each projection
 _NAMES = ("x", "y", "z")
 
@@ -106,7 +105,7 @@ def motion_figure(figure: Figure, sheet: Sheet, *, depth: np.ndarray, lateral: n
 
 def tips_figure(figure: Figure, sheet: Sheet, *, fit: SteeringFit) -> None:
     """Measured and predicted tips of each insertion over depth, and what is left of both."""
-    made = panels(figure, sheet, 2, 2, {"left": 46.0, "across": 46.0, "down": 50.0})
+    made = panels(figure, sheet, 2, 2, {"left": 46.0, "across": 46.0, "down": 50.0}, sharex="col")
     for path in fit.model.predictor.insertions:
         predicted, depth = fit.predict(path), 1e3 * path.depth
         for plane in (0, 1):

@@ -17,11 +17,15 @@ from .steering_figures import loads_figure, motion_figure, path_figure, tips_fig
 
 TIPS = (
     "Circles: measured tips. Lines: predicted from the motion of the base and the rows before it moves; orange of "
-    "steered insertions, grey of unsteered ones. Below: what is left."
+    "steered insertions, grey of unsteered ones. Below: measured less predicted."
 )
-PATH = (
-    "The path of the tip from above, from the side and along the insertion. Cross: target. Shade: where the tip is "
-    "with a probability of 95 %. Red: obstacles. Thin lines: the needle at some steps. Dashed: layers. Scales differ."
+PLAN_PATH = (
+    "The path of the tip in three projections. Cross: target. Shade: 95 % region of the tip. Red: obstacles. The "
+    "scales of the axes differ."
+)
+RUN_PATH = (
+    "The path of the tip in three projections. Thin lines: the needle at some steps. Dashed: layer boundaries. The "
+    "scales of the axes differ."
 )
 MOTION = "In each step the base first moves across and the needle rolls at rest, then it is pushed in."
 LOADS = (
@@ -59,11 +63,13 @@ def plan_page(plan: Plan) -> str:
     moved = partial(motion_figure, depth=depth, lateral=motion.lateral, roll=motion.roll)
     path = partial(path_figure, path=plan.path, plan=plan)
     sections = [
-        section("What is not as asked", listing(plan.faults), name="faults") if plan.faults else None,
-        section("Path", _figure("path", path, (230.0, 620.0), PATH), name="path"),
+        section("Faults", listing(plan.faults), name="faults") if plan.faults else None,
+        section("Path", _figure("path", path, (230.0, 620.0), PLAN_PATH), name="path"),
         section("Motion of the base", _figure("motion", moved, (230.0, 260.0), MOTION), name="motion"),
         section("Force and wrench", _figure("loads", loads, (220.0, 600.0), LOADS), name="loads"),
-        section("Table", table((*COLUMNS, "tube_mm", "axial_force_N"), rows, class_="numbers dense"), name="table"),
+        section(
+            "Table", table((*COLUMNS, "radius_95_mm", "axial_force_N"), rows, class_="numbers dense"), name="table"
+        ),
     ]
     return framed("A planned insertion", _kicker("steering plan"), join([outcome(plan)]), sections)
 
@@ -77,7 +83,7 @@ def outcome(plan: Plan) -> str:
     if np.isfinite(plan.clearance):
         touched = ", which it may touch within its uncertainty" * (plan.uncertain_clearance < 0.0)
         clear = f", and stays {1e3 * plan.clearance:.2f} mm away from obstacles{touched}"
-    return f"{end}{clear}." + " Not all is as asked." * bool(plan.faults)
+    return f"{end}{clear}." + " The plan has faults, listed below." * bool(plan.faults)
 
 
 def run_page(run: SteeredRun) -> str:
@@ -87,12 +93,12 @@ def run_page(run: SteeredRun) -> str:
     loads = partial(loads_figure, depth=motion.depth, force=run.force, wrench=run.wrench)
     moved = partial(motion_figure, depth=motion.depth, lateral=motion.lateral, roll=motion.roll)
     sections = [
-        section("Path", _figure("path", drawn, (230.0, 620.0), PATH), name="path"),
+        section("Path", _figure("path", drawn, (230.0, 620.0), RUN_PATH), name="path"),
         section("Force and wrench", _figure("loads", loads, (220.0, 600.0), LOADS), name="loads"),
         section("Motion of the base", _figure("motion", moved, (230.0, 260.0), MOTION), name="motion"),
     ]
     end = ", ".join(f"{1e3 * value:.2f}" for value in run.tip[-1])
-    lost = " It is lost on its way: it buckles, or a step is impossible." * bool(run.lost.any())
+    lost = " Some steps are invalid: the needle buckles, or a step is impossible." * bool(run.lost.any())
     summary = f"The tip ends at ({end}) mm, with an axial force of {run.force[-1]:.3f} N.{lost}"
     return framed("A simulated insertion", _kicker("steering"), join([summary]), sections)
 
@@ -102,7 +108,7 @@ def _kicker(what: str) -> str:
 
 
 def _figure(name: str, draw: Any, heights: tuple[float, float], caption: str) -> Markup:
-    image = drawing(name, draw, heights, f"{caption} The values are in the table.")
+    image = drawing(name, draw, heights, caption)
     return element("figure", element("div", image, class_="drawing"), element("figcaption", caption))
 
 

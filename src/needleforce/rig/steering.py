@@ -21,9 +21,9 @@ _PUSH, _PUSH_S = 1e-3, 0.2  # [m] and [s] of a push
 
 @dataclass(frozen=True, kw_only=True)
 class SteeringPhantom:
-    """A block of gel with a skin, and how the needle is held and tracked; what it has is more than an identified
-    needle has: an uneven tissue in eight layers whose stiffness falls with the offset, a bevel whose force wanders,
-    a guide with play, and a pose that differs between insertions.
+    """A block of gel with a skin, and how the needle is held and tracked; it has effects that the identified model
+    omits: an uneven tissue in eight layers whose stiffness falls with the offset, a bevel whose force wanders, a guide
+    with play, and a pose that differs between insertions.
 
     Parameters
     ----------

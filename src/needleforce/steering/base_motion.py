@@ -42,10 +42,14 @@ class BaseMotion:
         n = len(self.depth)
         if np.shape(self.lateral) != (n, 2) or np.shape(self.roll) != (n,):
             shapes = f"{np.shape(self.depth)}, {np.shape(self.lateral)}, {np.shape(self.roll)}"
-            raise InputError("shapes of depth, lateral, roll", shapes, "must be (n,), (n, 2), (n,)")
+            raise InputError(
+                "shapes of depth, lateral, roll", shapes, "must be (n,), (n, 2), (n,)", next_step="Give a row a step."
+            )
         for quantity in ("depth", "lateral", "roll"):
             if not np.all(np.isfinite(getattr(self, quantity))):
-                raise InputError(f"{quantity} of a base motion", "not finite", "must be numbers")
+                raise InputError(
+                    f"{quantity} of a base motion", "not finite", "must be numbers", next_step="Leave the row out."
+                )
 
     def __len__(self) -> int:
         return len(self.depth)

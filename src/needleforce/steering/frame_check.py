@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether tip and base were recorded in the same frame: a round needle answers alike in each direction."""
+"""Whether tip and base were recorded in the same frame: a needle of circular section responds equally in each
+direction."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,13 +11,13 @@ from ..errors import InputError
 from .tip_paths import TipPath
 
 MIN_STEPS = 12  # in which the base moved
-SIGNIFICANT = 5.0  # standard errors; one false alarm in more than 100 000 insertions of a needle that answers alike
+SIGNIFICANT = 5.0  # standard errors; one false alarm in more than 100 000 insertions of such a needle
 MAX_ANGLE = np.radians(30.0)
 _ANSWER_LENGTH = 0.03  # [m] of depth over which the answer of the tip falls
 
 
 class Response(NamedTuple):
-    """How the tip answers to the base: size and direction of the part that is a turn, size of the part that is a mirror
+    """Response of the tip to the base: size and direction of the part that is a turn, size of the part that is a mirror
     image, and the standard error of both, in slope or length per length."""
 
     turned: float
@@ -36,7 +37,7 @@ def check_frame(insertions: Sequence[TipPath]) -> None:
     Raises
     ------
     InputError
-        If the tip answers to the base as a mirror image, or turned about the axis by more than 30 degrees.
+        If the tip responds to the base as a mirror image, or turned about the axis by more than 30 degrees.
 
     Notes
     -----
@@ -60,16 +61,16 @@ def check_frame(insertions: Sequence[TipPath]) -> None:
 
 
 def response(insertions: Sequence[TipPath]) -> Response | None:
-    """How the tip answers to the base, or None where the base did not move enough in both directions."""
+    """Response of the tip to the base, or None where the base did not move enough in both directions."""
     rows = [_steps(path) for path in insertions if path.steered and len(path) > 3]
     if not rows:
         return None
-    moves, answers = (np.vstack(parts) for parts in zip(*rows))
+    moves, responses = (np.vstack(parts) for parts in zip(*rows))
     if np.sum(np.any(moves != 0.0, axis=1)) < MIN_STEPS or np.linalg.matrix_rank(moves[:, :2], tol=1e-6) < 2:
         return None
     columns = np.column_stack([moves, np.ones(len(moves))])
-    found, *_ = np.linalg.lstsq(columns, answers, rcond=None)
-    left = answers - columns @ found
+    found, *_ = np.linalg.lstsq(columns, responses, rcond=None)
+    left = responses - columns @ found
     freedom = max(1, len(columns) - columns.shape[1])
     scatter = np.sqrt(np.sum(left**2) / (2.0 * freedom))
     errors = scatter * np.sqrt(np.diag(np.linalg.pinv(columns.T @ columns)))

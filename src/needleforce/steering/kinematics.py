@@ -29,7 +29,7 @@ class KinematicSample:
 class Unicycle:
     """The unicycle model: the tip advances along its tangent and turns towards the bevel's point.
 
-    Its face is that of ``FlexibleInsertion``. Motion of the base across has no effect after the first step, and there
+    It has the methods of ``FlexibleInsertion``. Motion of the base across has no effect after the first step, and there
     are no forces.
 
     Parameters

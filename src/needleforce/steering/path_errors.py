@@ -12,7 +12,7 @@ OFFSET_SPREAD = 1e-3  # [m] of the entry against the base, between insertions
 TILT_SPREAD = 0.015  # [rad]
 # uneven tissue: a white noise of curvature, which in 100 mm turns the tip by 3 mrad [1/m]
 UNEVENNESS = 1e-4
-# what the law gets wrong alike in each insertion of a tissue: a slope that varies slowly along the path
+# error of the law that is the same in each insertion of a tissue: a slope that varies slowly along the path
 COMMON_SLOPE = 5e-3
 COMMON_LENGTH = 0.03  # [m]
 _GRID = 101  # depths at which the expected error, a smooth function, is computed

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..errors import InputError
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings
 from .path_posterior import Sensitive, expected_errors
 from .path_simulation import SimulatedPath, Simulation
@@ -42,7 +43,7 @@ class PathPredictor:
     Attributes
     ----------
     simulate : callable
-        Parameters and the motion of an insertion -> what the mechanics say.
+        Parameters and the motion of an insertion -> its tip by the mechanics.
     values : dict of str to float
         The identified parameters.
     insertions : tuple of TipPath
@@ -60,28 +61,38 @@ class PathPredictor:
     covariance: np.ndarray | None = None
 
     def tip(self, path: TipPath) -> np.ndarray:
-        """Position of the tip (n, 3) [m] for the motion of the base and the entry."""
+        """Position of the tip (n, 3) [m] for the motion of the base and the entry.
+
+        Raises
+        ------
+        InputError
+            If the needle buckles on the way, or is too short for it.
+        """
         simulated = self.simulate(self.values, path)
-        errors = self.expected_error(simulated, path, path.entry_rows)
+        if simulated.lost.any():
+            depth = f"{1e3 * path.depth[int(np.argmax(simulated.lost))]:.1f} mm"
+            limit = "the needle buckles or does not reach it"
+            raise InputError(f"depth of {path.name}", depth, limit, next_step="Leave out the rows from there on.")
+        errors = self.expected_error(simulated, path, path.entry)
         return np.column_stack([simulated.tip + _start(simulated, path) + errors, path.tip[:, 2]])
 
-    def expected_error(self, simulated: SimulatedPath, path: TipPath, count: int) -> np.ndarray:
-        """What the first ``count`` compared rows of an insertion, and those of the fit, say of the difference between
-        its tip and the simulated one from the first row on, (n, 2) [m]."""
-        rows = path.compared[:count]
-        seen = residuals_of(simulated, path, rows)
-        return self._errors.expected(self._residuals, readings_of(path, rows), seen, np.maximum(path.depth, 0.0))
+    def expected_error(self, simulated: SimulatedPath, path: TipPath, read: np.ndarray) -> np.ndarray:
+        """Expected difference between the tip of an insertion and the simulated one from the first row on, (n, 2) [m],
+        given the insertions of the fit and the rows of this one that were read, by index."""
+        seen = residuals_of(simulated, path, read)
+        return self._errors.expected(self._residuals, readings_of(path, read), seen, np.maximum(path.depth, 0.0))
 
     def common_error(self, entry: PathReadings, depth: np.ndarray) -> np.ndarray:
-        """What the insertions of the fit say of the error of another one that enters at 0, (n, 2) [m]."""
+        """Expected error of another insertion that enters at 0, given those of the fit, (n, 2) [m]."""
         return self._errors.expected(self._residuals, entry, np.zeros((len(entry), 2)), depth)
 
-    def uncertainty(self, path: TipPath, count: int | None = None) -> np.ndarray:
-        """Standard deviation of ``tip`` in each lateral direction if ``count`` compared rows are known, by default
-        those of the entry, (n,) [m]."""
-        depth = np.maximum(path.depth, 0.0)
-        _, sd = self._expected(self._known, self._linearised(path), path.entry_rows if count is None else count)
-        return np.interp(depth, depth[path.compared], sd.mean(axis=1)) * self.error_scale
+    def uncertainty(self, path: TipPath, read: np.ndarray | None = None) -> np.ndarray:
+        """Standard deviation of the tip in each lateral direction if some rows were read, by index; by default those of
+        the entry, (n,) [m]."""
+        read = path.entry if read is None else read
+        rows, depth = np.union1d(path.compared, read), np.maximum(path.depth, 0.0)
+        _, sd = self._expected(self._known, self._linearised(path, rows), np.searchsorted(rows, read))
+        return np.interp(depth, depth[rows], sd.mean(axis=1)) * self.error_scale
 
     def rms(self, path: TipPath) -> float:
         """Root mean square of the lateral error of the prediction [m]."""
@@ -103,15 +114,15 @@ class PathPredictor:
 
     def _left_out(self, k: int) -> tuple[float, float]:
         here, path = self._known[k], self.insertions[k]
-        mean, sd = self._expected(self._known[:k] + self._known[k + 1 :], here, path.entry_rows)
+        mean, sd = self._expected(self._known[:k] + self._known[k + 1 :], here, np.arange(path.entry_rows))
         error = here.positions().residuals - mean
         ratio = np.mean(error**2 / (sd**2 + POSITION_NOISE**2))
         return float(np.sqrt(np.mean(np.sum(error**2, axis=1)))), float(ratio)
 
-    def _expected(self, known: Sequence[Sensitive], here: Sensitive, count: int) -> tuple[np.ndarray, np.ndarray]:
+    def _expected(self, known: Sequence[Sensitive], here: Sensitive, read: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         # without insertions that state it again, what was identified is in the covariance
         deviations = deviations_of(self.parameters, self.values) if self.insertions else np.zeros(len(self.parameters))
-        return expected_errors(known, here.rows(np.arange(count)), here.positions(), deviations)
+        return expected_errors(known, here.rows(read), here.positions(), deviations)
 
     @cached_property
     def _errors(self) -> PathErrors:
@@ -123,20 +134,20 @@ class PathPredictor:
 
     @cached_property
     def _known(self) -> list[Sensitive]:
-        return [self._linearised(path) for path in self.insertions]
+        return [self._linearised(path, path.compared) for path in self.insertions]
 
-    def _linearised(self, path: TipPath) -> Sensitive:
-        here = self._residuals_with(self.values, path)
+    def _linearised(self, path: TipPath, rows: np.ndarray) -> Sensitive:
+        here = self._residuals_with(self.values, path, rows)
         slopes = []
         for parameter in self.parameters:
             number, step = parameter.inside(self.values[parameter.name]), STEP * parameter.spread
             step = step if parameter.outside(number + step) <= parameter.high else -step
             moved = self.values | search_values([parameter], np.array([number + step]))
-            slopes.append((self._residuals_with(moved, path) - here) * (parameter.spread / step))
+            slopes.append((self._residuals_with(moved, path, rows) - here) * (parameter.spread / step))
         stacked = np.array(slopes).reshape(len(slopes), *here.shape)
         if not self.insertions and self.covariance is not None:
             stacked = np.einsum("jk,jmd->kmd", np.linalg.cholesky(self.covariance), stacked)
-        return Sensitive(readings_of(path), here, stacked)
+        return Sensitive(readings_of(path, rows), here, stacked)
 
-    def _residuals_with(self, values: dict[str, float], path: TipPath) -> np.ndarray:
-        return residuals_of(self.simulate(values, path), path)
+    def _residuals_with(self, values: dict[str, float], path: TipPath, rows: np.ndarray) -> np.ndarray:
+        return residuals_of(self.simulate(values, path), path, rows)

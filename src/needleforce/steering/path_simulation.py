@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One insertion for the motion of its base, as the mechanics say: tip, slope and base wrench, before its own pose."""
+"""One insertion for the motion of its base, by the mechanics: tip, slope and base wrench, before its own pose."""
 
 import math
 from collections.abc import Callable
@@ -16,10 +16,10 @@ from .tip_paths import TipPath
 PATH_SPACING = (
     5e-4  # [m]; the tip differs by some 10 um from that with 0.05 mm, where 3 mm of base motion make 1 mm of it
 )
-SKIN_THICKNESS = 2e-3  # [m]; tip paths do not tell it from the strength of the skin
+SKIN_THICKNESS = 2e-3  # [m]; not identifiable separately from the strength of the skin
 ELEMENTS = 30
 Simulation = Callable[..., "SimulatedPath"]
-"""Parameters and the motion of an insertion -> what the mechanics say; with ``replays``, faster."""
+"""Parameters and the motion of an insertion -> its simulation; with ``replays``, faster."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -50,7 +50,7 @@ class SteeringLimits:
     Raises
     ------
     InputError
-        If a limit is negative or not a number, or neither motion is allowed.
+        If a limit is negative or not a number, a limit of a load is 0, or neither motion is allowed.
     """
 
     max_lateral: float = 6e-3
@@ -71,8 +71,9 @@ class SteeringLimits:
             "max_moment",
         ):
             value = getattr(self, quantity)
-            if not value >= 0.0:
-                raise InputError(quantity, value, "must be at least 0", next_step="Give it in SI units.")
+            low = "above 0" if quantity in ("max_force", "max_lateral_force", "max_moment") else "at least 0"
+            if not (value > 0.0 or (value == 0.0 and low == "at least 0")):
+                raise InputError(quantity, value, f"must be {low}", next_step="Give it in SI units.")
         if not (self.rolls or self.moves):
             step = "Allow max_lateral above 0, or rolls=True."
             raise InputError("limits", "no motion", "a needle is steered by one", next_step=step)
@@ -189,8 +190,8 @@ class PlanProblem:
 
     @cached_property
     def _error(self) -> np.ndarray:
-        """What the executed rows and the fit report of the difference between the tip and the simulated one in all
-        rows, (n, 2) [m]; the motion to come has no part in it."""
+        """Expected difference between the tip and the simulated one in all rows, (n, 2) [m], given the executed rows
+        and the fit; it does not depend on the motion to come."""
         still = np.tile(self.executed.lateral[-1], (self.free, 1))
         turned = np.full(self.free, self.executed.roll[-1])
         motion = BaseMotion(
@@ -198,7 +199,7 @@ class PlanProblem:
         )
         path = self.path(motion)
         simulated = self.model.simulated(path, self.axial, self.replays)
-        return self.model.predictor.expected_error(simulated, path, len(self.executed))
+        return self.model.predictor.expected_error(simulated, path, path.compared_until(len(self.executed)))
 
     def predicted(self, motion: BaseMotion) -> tuple[np.ndarray, SimulatedPath]:
         """Tip (n, 3) from the point of entry [m], with its expected error, and the simulation."""
@@ -212,7 +213,7 @@ class PlanProblem:
         return not self.limits.rolls and self.axial is None and self.model.form != "given"
 
     def residuals(self, sought: np.ndarray) -> np.ndarray:
-        """What least squares makes small."""
+        """Distances from target, obstacles and limits, and effort, for least squares."""
         return self.residuals_of(sought, *self.predicted(self.motion(sought)))
 
     def residuals_of(self, sought: np.ndarray, tip: np.ndarray, simulated: SimulatedPath) -> np.ndarray:
@@ -237,7 +238,7 @@ class PlanProblem:
 
     def _over_limits(self, simulated: SimulatedPath) -> np.ndarray:
         loads = loads_of(simulated, self.limits)
-        parts = [np.maximum(load / limit - (1.0 - OVER_LIMIT), 0.0) / OVER_LIMIT for load, limit in loads.values()]
+        parts = [np.maximum(load.sizes / load.limit - (1.0 - OVER_LIMIT), 0.0) / OVER_LIMIT for load in loads]
         return np.concatenate([np.zeros(0), *(part[len(self.executed) :] for part in parts)])
 
     def _effort(self, motion: BaseMotion) -> np.ndarray:
@@ -263,11 +264,22 @@ class PlanProblem:
         return sought[:n], sought[n:]
 
 
-def loads_of(simulated: SimulatedPath, limits: SteeringLimits) -> dict[str, tuple[np.ndarray, float]]:
-    """Quantity -> its size in each row, and its limit; of the limited ones."""
-    loads = {
-        "axial force": (np.abs(simulated.force), limits.max_force),
-        "lateral force at the base": (np.hypot(*simulated.wrench[:, :2].T), limits.max_lateral_force),
-        "moment at the base": (np.hypot(*simulated.wrench[:, 3:5].T), limits.max_moment),
-    }
-    return {name: (load, limit) for name, (load, limit) in loads.items() if np.isfinite(limit)}
+@dataclass(frozen=True, eq=False)
+class LimitedLoad:
+    """A force or moment along an insertion, and its limit."""
+
+    name: str
+    unit: str
+    sizes: np.ndarray
+    limit: float
+
+
+def loads_of(simulated: SimulatedPath, limits: SteeringLimits) -> list[LimitedLoad]:
+    """The loads that have a limit."""
+    lateral, moment = np.hypot(*simulated.wrench[:, :2].T), np.hypot(*simulated.wrench[:, 3:5].T)
+    loads = [
+        LimitedLoad("axial force", "N", np.abs(simulated.force), limits.max_force),
+        LimitedLoad("lateral force at the base", "N", lateral, limits.max_lateral_force),
+        LimitedLoad("moment at the base", "N m", moment, limits.max_moment),
+    ]
+    return [load for load in loads if np.isfinite(load.limit)]

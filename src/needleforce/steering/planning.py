@@ -43,8 +43,8 @@ class Plan:
     clearance : float
         Smallest distance of the predicted path from an obstacle [m]; infinity without obstacles.
     faults : tuple of str
-        What is not as asked: a target out of reach, an obstacle that is touched, a limit that is exceeded, each with
-        value and limit. Empty for a plan that can be executed.
+        A target out of reach, an obstacle that is too close, a limit that is exceeded, a needle that buckles, each
+        with value and limit. Empty for a plan that can be executed.
     """
 
     motion: BaseMotion
@@ -61,15 +61,12 @@ class Plan:
         """The target, (3,) from the point of entry [m]."""
         return self.problem.target
 
-    @property
-    def reached(self) -> bool:
-        """Whether the target is reached within 0.1 mm and nothing else is wrong."""
-        return not self.faults
-
     @cached_property
     def sd(self) -> np.ndarray:
         """Standard deviation of the tip in each lateral direction, (n,) [m]."""
-        return self.problem.model.predictor.uncertainty(self.problem.path(self.motion), len(self.problem.executed))
+        path = self.problem.path(self.motion)
+        read = path.compared_until(len(self.problem.executed))
+        return self.problem.model.predictor.uncertainty(path, read)
 
     @property
     def uncertain_clearance(self) -> float:
@@ -78,7 +75,25 @@ class Plan:
         return float(distance[len(self.problem.executed) :].min())
 
     def tube(self, level: float = 0.95) -> np.ndarray:
-        """Radius around the path in which the tip is with a probability, (n,) [m]."""
+        """Radius around the path in which the tip is with a probability.
+
+        Parameters
+        ----------
+        level : float
+            The probability [1], above 0 and below 1.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Radius [m].
+
+        Raises
+        ------
+        InputError
+            If the level is none.
+        """
+        if not 0.0 < level < 1.0:
+            raise InputError("level", level, "must be above 0 and below 1", next_step="Give 0.95 for 95 %.")
         return self.sd * math.sqrt(-2.0 * math.log(1.0 - level))
 
     def report(self, path: str | os.PathLike) -> None:
@@ -104,12 +119,19 @@ class Plan:
         Raises
         ------
         InputError
-            If more steps were executed than planned, or none.
+            If no step or every planned step was executed, or the readings are more than half a step from the plan.
         """
         done, rows = len(readings), len(self.motion)
         if not 0 < done < rows:
             limit = f"must be 1 to {rows - 1}, as {rows} rows are planned"
             raise InputError("executed rows", done, limit, next_step="Give the rows that were executed.")
+        off = np.abs(readings.depth - self.motion.depth[:done])
+        step = float(np.diff(self.motion.depth).max())
+        if off.max() > 0.5 * step:
+            row = int(np.argmax(off))
+            limit = f"the plan has {1e3 * self.motion.depth[row]:.1f} mm in row {row + 1}"
+            again = "Give a row for each planned step, or plan anew with readings=."
+            raise InputError("depth of the readings", f"{1e3 * readings.depth[row]:.1f} mm", limit, next_step=again)
         executed = BaseMotion(self.motion.depth[:done], readings.base - readings.base[0], readings.roll)
         problem = replace(self.problem, executed=executed, readings=readings)
         return _planned(problem, self.motion, progress)
@@ -159,13 +181,23 @@ def plan(
     Raises
     ------
     InputError
-        If the target is not in front of the surface or in an obstacle, deeper than the needle reaches, or a value is
-        no number.
+        If the axial force has a limit but no laws; if the target is not below the surface and the readings, is too
+        close to an obstacle or deeper than the needle reaches; if the point of entry is too close to an obstacle; or
+        if a value is not finite.
     """
-    steered, aim = steering_model(model), _target(target)
+    steered, aim = steering_model(model, axial), _target(target)
+    limits = limits or SteeringLimits()
+    without_force = axial is None and (not isinstance(model, FlexibleInsertion) or model.model is None)
+    if math.isfinite(limits.max_force) and without_force:
+        step_back = "Give axial=nf.preset(…), or leave max_force out."
+        raise InputError("max_force", f"{limits.max_force:g} N", "needs laws of the axial force", next_step=step_back)
     _check(steered, aim, obstacles, clearance, step)
     count = len(readings) if readings is not None else 1
-    begin = readings.depth[count - 1] if readings is not None else 0.0
+    begin = float(readings.depth[count - 1]) if readings is not None else 0.0
+    if begin >= aim[2]:
+        limit = f"must be less than that of the target, {1e3 * aim[2]:g} mm"
+        step_back = "Withdraw the needle, or give a deeper target."
+        raise InputError("depth of the last reading", f"{1e3 * begin:g} mm", limit, next_step=step_back)
     depths = _depths(readings, begin, aim[2], step)
     executed = BaseMotion(np.zeros(1), np.zeros((1, 2)), np.zeros(1))
     if readings is not None:
@@ -176,7 +208,7 @@ def plan(
         depths=depths,
         executed=executed,
         readings=readings,
-        limits=limits or SteeringLimits(),
+        limits=limits,
         obstacles=tuple(obstacles),
         clearance=clearance,
         axial=axial,
@@ -205,13 +237,16 @@ def _faults(problem, simulated, motion, miss, distance):  # type: ignore[no-unty
     if miss > TOLERANCE:
         yield f"the target is out of reach by {1e3 * miss:.2f} mm"
     if distance < problem.clearance:
-        yield f"an obstacle is {1e3 * distance:.2f} mm away, where {1e3 * problem.clearance:.2f} mm are asked"
-    for quantity, (load, limit) in loads_of(simulated, problem.limits).items():
-        if load.max() > limit * (1.0 + OVER_LIMIT):
-            row = int(np.argmax(load))
-            yield f"{quantity} is {load[row]:.3g} at {1e3 * motion.depth[row]:.1f} mm, limit {limit:.3g}"
+        clearance = f"the clearance of {1e3 * problem.clearance:.2f} mm"
+        yield f"an obstacle is {1e3 * distance:.2f} mm away, less than {clearance}"
+    for load in loads_of(simulated, problem.limits):
+        if load.sizes.max() > load.limit * (1.0 + OVER_LIMIT):
+            row = int(np.argmax(load.sizes))
+            size = f"{load.name} is {load.sizes[row]:.3g} {load.unit}"
+            yield f"{size} at a depth of {1e3 * motion.depth[row]:.1f} mm; the limit is {load.limit:.3g} {load.unit}"
     if simulated.lost.any():
-        yield f"the needle buckles or cannot be moved so at {1e3 * motion.depth[int(np.argmax(simulated.lost))]:.1f} mm"
+        depth = 1e3 * motion.depth[int(np.argmax(simulated.lost))]
+        yield f"the needle buckles, or the step is impossible, at a depth of {depth:.1f} mm"
 
 
 def _target(target: ArrayLike) -> np.ndarray:
@@ -231,7 +266,7 @@ def _check(
     if not (np.isfinite(step) and step > 0.0):
         raise InputError("step", f"{step} m", "must be above 0", next_step="Give it in m.")
     if target[2] / step > MAX_ROWS:
-        limit = f"more than {MAX_ROWS} steps to the target"
+        limit = f"must give at most {MAX_ROWS} steps to the target"
         raise InputError("step", f"{1e3 * step:g} mm", limit, next_step="Give longer steps.")
     reach = model.needle.length - model.values.get("guide_distance", 0.0)
     if target[2] > reach:
@@ -247,8 +282,11 @@ def _check(
     for name, point in (("target", target), ("point of entry", np.zeros(3))):
         distance = float(distance_to(obstacles, point[None])[0])
         if distance < clearance:
-            limit = f"{1e3 * distance:.2f} mm from an obstacle, where {1e3 * clearance:.2f} mm are asked"
-            raise InputError(name, "too close", limit, next_step="Move it, or ask for less clearance.")
+            limit = f"must be at least the clearance of {1e3 * clearance:.2f} mm"
+            step_away = "Move it, or give less clearance."
+            raise InputError(
+                f"distance of the {name} from an obstacle", f"{1e3 * distance:.2f} mm", limit, next_step=step_away
+            )
 
 
 def _depths(readings: TipPath | None, begin: float, end: float, step: float) -> np.ndarray:

@@ -13,6 +13,8 @@ from .tip_paths import TipPath
 SPEED = 5e-3  # [m/s] of the push, where the axial law depends on it
 _MOVES = 3  # in each step: across at rest, along, and the share of the next motion that a reading sees
 
+AT_REST = 0.1  # [s] of a step across without travel: 100 mm at the largest speed that an insertion accepts by default
+
 
 @dataclass(frozen=True)
 class BaseMoves:
@@ -34,7 +36,7 @@ def base_moves(depth: np.ndarray, path: TipPath, lead: float = 0.0) -> BaseMoves
         depth=np.column_stack([before, depth, depth]).ravel(),
         lateral=np.stack([moved, moved, seen], axis=1).reshape(-1, 2),
         roll=np.repeat(np.unwrap(path.roll), _MOVES),  # what the tip is turned by at rest leaves no trace
-        dt=np.tile(1.0, _MOVES * len(depth)) * np.repeat(np.maximum(np.abs(depth - before) / SPEED, 1e-3), _MOVES),
+        dt=np.repeat(np.maximum(np.abs(depth - before) / SPEED, AT_REST), _MOVES),
     )
 
 

@@ -18,7 +18,7 @@ from .path_prediction import PathPredictor
 from .path_simulation import bevel_length_of, simulated_path
 from .result import SteeringResult
 from .steering_model import SteeringModel
-from .steering_parameters import ALIGNED, SHAPE_MODELS, Progress, search
+from .steering_parameters import ALIGNED, SHAPE_MODELS, Progress, search, within_reach
 
 _POINTS = 20  # of a shape that are compared
 _ELEMENTS = 40
@@ -84,6 +84,11 @@ def needle_shape(
     end = np.asarray(tip, dtype=float)
     if end.shape != (3,) or not (np.all(np.isfinite(end)) and end[2] > 0.0):
         raise InputError("tip", repr(tip), "must be three numbers with z above 0", next_step="Give x, y, z in m.")
+    reach = needle.length - guide_distance
+    if not 1e-4 <= end[2] <= 0.99 * reach:
+        limit = f"must be from 0.1 mm to what the needle reaches, {1e3 * reach:g} mm, less 1 %"
+        step = "Give a longer needle, or a guide nearer to the surface."
+        raise InputError("depth of the tip", f"{1e3 * end[2]:g} mm", limit, next_step=step)
     force, depth = 0.0 + 0.0j, float(end[2])
     points = _pushed(needle, modulus, force, depth, guide_distance=guide_distance, slope=slope)
     per_force = _pushed(needle, modulus, 1e-2, depth, guide_distance=guide_distance)[-1, 0] / 1e-2
@@ -170,7 +175,7 @@ def identify_shapes(
             parts.append(np.linalg.solve(factor, residuals))
         return np.concatenate(parts)
 
-    parameters = SHAPE_MODELS[model]
+    parameters = within_reach(SHAPE_MODELS[model], needle.length, max(each.depth for each in shapes))
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
     predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import InputError
 from ..files import atomic_write
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
@@ -86,8 +87,17 @@ def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, ax
     Returns
     -------
     SteeredRun
+
+    Raises
+    ------
+    InputError
+        If the model is no steering model, ``axial`` is given for an insertion that has its own, or the motion has no
+        rows or withdraws the needle.
     """
-    steered = steering_model(model)
+    steered = steering_model(model, axial)
+    if not len(motion) or np.any(np.diff(motion.depth) < 0.0):
+        limit, step = "must have rows and not decrease", "For a withdrawal, call run of a FlexibleInsertion."
+        raise InputError("depth of the base motion", f"{len(motion)} rows", limit, next_step=step)
     flex = model if isinstance(model, FlexibleInsertion) else steered.insertion(axial, small_slopes=True)
     flex.reset()
     depth = np.maximum.accumulate(np.maximum(motion.depth - steered.values.get("surface", 0.0), 0.0))

@@ -65,26 +65,26 @@ class SteeringModel:
         a model, if one is given. ``replays``, an empty dictionary at first, makes similar motions faster."""
         if axial is None:
             return self.predictor.simulate(self.values, path, replays=replays)
-        if self.form == "given":
-            step = "Give nf.FlexibleInsertion(model, …) instead."
-            raise InputError("axial", axial.name, "a given insertion has its own", next_step=step)
         return simulated_path(self.values, path, needle=self.needle, axial=axial, replays=replays)
 
 
-def steering_model(model: SteeringModel | FlexibleInsertion) -> SteeringModel:
+def steering_model(model: SteeringModel | FlexibleInsertion, axial: Model | None = None) -> SteeringModel:
     """The model itself, or one around an insertion whose parameters are given; its unexplained errors are those of
     gels, and its state is lost.
 
     Raises
     ------
     InputError
-        If the model is neither.
+        If the model is neither, or laws of the axial force are given for an insertion that has its own.
     """
     if isinstance(model, SteeringModel):
         return model
     if not isinstance(model, FlexibleInsertion):
         step = "Give found.model of nf.steering.identify, or nf.FlexibleInsertion(…)."
         raise InputError("model", type(model).__name__, "not a steering model", next_step=step)
+    if axial is not None:
+        step = "Give nf.FlexibleInsertion(model, …) instead."
+        raise InputError("axial", axial.name, "a given insertion has its own", next_step=step)
     return SteeringModel("given", {}, model.needle, PathPredictor(partial(_given_path, flex=model), {}))
 
 

@@ -3,7 +3,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,32 +38,34 @@ def _parameters(*rows: tuple) -> tuple[Parameter, ...]:
 
 # The priors are wide: gels to muscle, guides from the skin to a hand's breadth, sensors as they are glued in.
 _TISSUE = _parameters(
-    ("modulus", "Pa", 3e4, 1.5, True, 1e2, 1e7, "foundation modulus of the tissue that stays"),
-    ("tip_force_x", "N", 0.0, 0.3, False, -5.0, 5.0, "lateral force on the tip"),
-    ("tip_force_y", "N", 0.0, 0.3, False, -5.0, 5.0, "lateral force on the tip, the other way across"),
+    ("modulus", "Pa", 3e4, 1.5, True, 1e2, 1e7, "foundation modulus, elastic part"),
+    ("tip_force_x", "N", 0.0, 0.3, False, -5.0, 5.0, "lateral force on the tip, along x"),
+    ("tip_force_y", "N", 0.0, 0.3, False, -5.0, 5.0, "lateral force on the tip, along y"),
 )
 _YIELDING = _parameters(
-    ("yielding_modulus", "Pa", 1e5, 1.5, True, 1e2, 1e7, "foundation modulus of the tissue that yields"),
-    ("yield_force", "N/m", 30.0, 1.5, True, 1e-1, 1e5, "lateral force per length at which it yields"),
-    ("tip_stiffness", "N/m", 100.0, 1.5, True, 1e-1, 1e5, "of the tissue ahead of a tip at rest"),
+    ("yielding_modulus", "Pa", 1e5, 1.5, True, 1e2, 1e7, "foundation modulus, yielding part"),
+    ("yield_force", "N/m", 30.0, 1.5, True, 1e-1, 1e5, "lateral force per length at which the tissue yields"),
+    ("tip_stiffness", "N/m", 100.0, 1.5, True, 1e-1, 1e5, "stiffness of the tissue ahead of a tip at rest"),
     ("tip_memory", "m", 2e-3, 1.0, True, 1e-4, 5e-2, "travel over which the tip leaves that tissue"),
 )
 _SKIN = _parameters(
     ("skin_modulus", "Pa", 1e6, 1.5, True, 1e3, 1e8, "as yielding_modulus, in the skin"),
     ("skin_yield_force", "N/m", 500.0, 1.5, True, 1.0, 1e7, "as yield_force, in the skin"),
 )
-_PIVOT = _parameters(("pivot_stiffness", "N/m", 500.0, 2.0, True, 1e-2, 5e6, "of the surface at the entry"))
+_PIVOT = _parameters(
+    ("pivot_stiffness", "N/m", 500.0, 2.0, True, 1e-2, 5e6, "lateral stiffness of the surface at the entry")
+)
 _GUIDE = _parameters(
-    ("guide_distance", "m", 0.03, 0.7, True, 2e-3, 0.3, "from the guide to the surface"),
-    ("rotational_compliance", "rad/(N m)", 1.0, 3.0, True, 1e-4, 5e3, "of the guide"),
+    ("guide_distance", "m", 0.03, 0.7, True, 2e-3, 0.3, "distance from the guide to the surface"),
+    ("rotational_compliance", "rad/(N m)", 1.0, 3.0, True, 1e-4, 5e3, "rotational compliance of the guide"),
     ("surface", "m", 0.0, 3e-3, False, -0.02, 0.02, "where the tissue begins, from where depth counts"),
 )
 _MEASURED = _parameters(
     ("lead", "1", 0.5, 0.5, False, 0.0, 1.0, "share of the base's next motion that a reading has seen"),
-    ("axis_x", "rad", 0.0, 0.05, False, -0.3, 0.3, "slope of the insertion axis in the tip's frame"),
-    ("axis_y", "rad", 0.0, 0.05, False, -0.3, 0.3, "the other way across"),
-    ("sensor_x", "rad", 0.0, 0.05, False, -0.3, 0.3, "slope of the sensor's axis against the needle"),
-    ("sensor_y", "rad", 0.0, 0.05, False, -0.3, 0.3, "the other way across"),
+    ("axis_x", "rad", 0.0, 0.05, False, -0.3, 0.3, "slope of the insertion axis in the tracker's frame, along x"),
+    ("axis_y", "rad", 0.0, 0.05, False, -0.3, 0.3, "the same along y"),
+    ("sensor_x", "rad", 0.0, 0.05, False, -0.3, 0.3, "slope of the sensor's axis against the needle, along x"),
+    ("sensor_y", "rad", 0.0, 0.05, False, -0.3, 0.3, "the same along y"),
 )
 MODELS = {
     "linear": (*_TISSUE, *_GUIDE, *_PIVOT, *_MEASURED),
@@ -108,6 +110,18 @@ def held_at(parameters: Sequence[Parameter], held: str) -> tuple[Parameter, ...]
     if held not in ("guide", "hub"):
         raise InputError("held", repr(held), "unknown", next_step="Give guide or hub.")
     return tuple(p for p in parameters if held == "guide" or p.name != "guide_distance")
+
+
+NEAREST_GUIDE = 4e-3  # [m] by which a needle is at least longer than its insertion is deep
+_SURFACE_MARGIN = 5e-3  # [m] that the surface may lie before where depth counts from, without a needle out of reach
+
+
+def within_reach(parameters: Sequence[Parameter], length: float, deepest: float) -> tuple[Parameter, ...]:
+    """The parameters of a needle of a length [m] that is pushed in to a depth [m]: its guide is no farther away than
+    it reaches."""
+    room = length - deepest
+    farthest = max(room - _SURFACE_MARGIN, 0.5 * room)
+    return tuple(replace(p, high=min(p.high, farthest)) if p.name == "guide_distance" else p for p in parameters)
 
 
 STEP = 2e-3  # of a derivative, in standard deviations of the prior
@@ -210,7 +224,7 @@ def search(
 
     # the last rows before a lost sensor, and whatever else is no noise, count linearly
     robust = {"loss": "soft_l1", "f_scale": ROBUST_FROM}
-    start = np.zeros(len(parameters))
+    start = np.clip(0.0, low + STEP, high - STEP)  # the means of the priors
     solution = least_squares(residuals, start, slopes, (low, high), xtol=1e-5, ftol=1e-5, max_nfev=100, **robust)
     return _found(parameters, center + spread * solution.x, solution.jac)
 

@@ -98,12 +98,17 @@ class TipEstimator:
         options: dict[str, Any] | None = None,
         **uncertainty: float,
     ):
-        if not 0 <= modes <= MAX_MODES:
-            raise InputError("modes", modes, f"must be 0 to {MAX_MODES}", next_step="Give 4.")
-        self.model, self.entry = steering_model(model), np.asarray(entry, dtype=float)
+        if modes not in range(MAX_MODES + 1):
+            raise InputError("modes", modes, f"must be a whole number from 0 to {MAX_MODES}", next_step="Give 4.")
+        if isinstance(model, FlexibleInsertion) and model.planar:
+            raise InputError("model", "planar", "must be in space", next_step="Give planar=False to FlexibleInsertion.")
+        self.model, self.entry = steering_model(model, axial), np.asarray(entry, dtype=float)
         if self.entry.shape != (3,) or not np.all(np.isfinite(self.entry)):
             raise InputError("entry", repr(entry), "must be three finite numbers", next_step="Give x, y, z in m.")
         given = self.model.form == "given"
+        if given and options:
+            step = "Give them to FlexibleInsertion."
+            raise InputError("options", ", ".join(options), "a given insertion has its own", next_step=step)
         self._modes = np.zeros((len(self.model.predictor.parameters), 0)) if given else self._directions()[:, :modes]
         needles = [model] if given else [
             SteeringModel(self.model.form, values, self.model.needle, self.model.predictor).insertion(
@@ -196,7 +201,7 @@ class TipEstimator:
         )
 
     def _known_error(self, depth: np.ndarray) -> np.ndarray:
-        """What other insertions say of the error of a new one, and the axis of the tracker, (n, 2) [m]."""
+        """Expected error of a new insertion, given those of the fit, with the axis of the tracker, (n, 2) [m]."""
         axis = np.array([self.model.values.get(f"axis_{across}", 0.0) for across in "xy"])
         nothing = PathReadings(np.zeros(1), sloped=False)
         return self.model.predictor.common_error(nothing, depth) + np.outer(depth, axis)

@@ -16,7 +16,7 @@ from .path_prediction import PathPredictor, readings_of, residuals_of
 from .path_simulation import simulated_path
 from .result import SteeringResult
 from .steering_model import SteeringModel
-from .steering_parameters import MODELS, Progress, held_at, search
+from .steering_parameters import MODELS, Progress, held_at, search, within_reach
 from .tip_paths import TipPath
 
 
@@ -103,7 +103,8 @@ def identify_paths(
         parts = [residuals_of(simulated_path(values, path, needle=needle), path) for path in insertions]
         return errors.whitened(parts).ravel()
 
-    parameters = held_at(MODELS[model], held)
+    deepest = max(float(path.depth.max()) for path in insertions)
+    parameters = within_reach(held_at(MODELS[model], held), needle.length, deepest)
     found = search(parameters, misfit, progress)
     simulate = partial(simulated_path, needle=needle)
     predictor = PathPredictor(simulate, found.values, tuple(insertions), parameters, found.covariance)

@@ -18,6 +18,7 @@ from .tip_paths import TipPath
 
 AXES = ("x", "y", "z")
 _QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
+_FAR_FROM_UNIT = 0.1  # of a quaternion: more is no rounding
 _LABELS = ("file", "insertion", "trial", "run")
 _WANTED = "tip_x, tip_y, tip_z, and base_x, base_y, base_z without the one along the insertion"
 
@@ -129,14 +130,24 @@ def _series(table: FileTable, source: _Source, unit: str | None) -> np.ndarray:
         limit = "not a number in each row"
         raise InputError(source.header, f"{values[row]:g}", limit, table.place(row), "Leave the row out.")
     name = split_header(source.header)[0]
-    if "_q" in name or "slope" in name:
+    if "_q" in name:
         return values
+    if "slope" in name:  # an angle, or the slope itself
+        return np.tan(_angle(values, source, table)) if source.unit not in ("", "1", "-") else values
     if name.endswith("roll"):
-        return parse(source.unit or "rad", "angle", source.header, str(table.path)).to_si(values)
+        return _angle(values, source, table)
     if not (source.unit or unit):
         step = "Name the column with its unit (tip_x_mm), or give unit='mm'."
         raise InputError(source.header, "no unit", "a unit is needed", str(table.path), step)
     return parse(source.unit or unit or "", "length", source.header, str(table.path)).to_si(values)
+
+
+def _angle(values: np.ndarray, source: _Source, table: FileTable) -> np.ndarray:
+    """Angles [rad]. Raises InputError without a unit."""
+    if not source.unit:
+        step = "Name the column with its unit, such as roll_deg or roll_rad."
+        raise InputError(source.header, "no unit", "a unit is needed", str(table.path), step)
+    return parse(source.unit, "angle", source.header, str(table.path)).to_si(values)
 
 
 def _path(name: str, series: dict[str, np.ndarray], rows: np.ndarray, table: FileTable) -> TipPath:
@@ -182,7 +193,13 @@ def _slopes(series: dict[str, np.ndarray], across: list[str], along: str, sign: 
         return np.column_stack([series[name] for name in given])
     if not all(name in series for name in _QUATERNION):
         return None
-    w, x, y, z = (series[name] for name in _QUATERNION)
+    size = np.sqrt(sum(series[name] ** 2 for name in _QUATERNION))
+    if np.any(np.abs(size - 1.0) > _FAR_FROM_UNIT):
+        row = int(np.argmax(np.abs(size - 1.0)))
+        limit, step = "must be 1, as of a rotation", "Leave rows without an orientation out, or its four columns."
+        value = f"{size[row]:.3g} in row {row + 1} of an insertion"
+        raise InputError("norm of tip_qw to tip_qz", value, limit, next_step=step)
+    w, x, y, z = (series[name] / size for name in _QUATERNION)
     axes = np.stack(
         [
             np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=1),

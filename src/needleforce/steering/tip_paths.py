@@ -51,7 +51,8 @@ class TipPath:
             if values is None:
                 continue
             if np.shape(values) != shape:
-                raise InputError(f"{quantity} of {self.name}", f"shape {np.shape(values)}", f"must be {shape}")
+                got, step = f"shape {np.shape(values)}", "Give a row a step."
+                raise InputError(f"{quantity} of {self.name}", got, f"must be {shape}", next_step=step)
             if not np.all(np.isfinite(values)):
                 step = "Leave out rows without a reading."
                 raise InputError(f"{quantity} of {self.name}", "not finite", "must be numbers", next_step=step)
@@ -77,11 +78,20 @@ class TipPath:
     @property
     def compared(self) -> np.ndarray:
         """Indices of the rows that a fit compares: all, or of a continuous recording 60, evenly over the motion."""
-        if len(self) <= MAX_COMPARED:
-            return np.arange(len(self))
-        steps = np.abs(np.diff(self.depth)) + np.linalg.norm(np.diff(self.base, axis=0), axis=1)
+        return self.compared_until(len(self))
+
+    def compared_until(self, count: int) -> np.ndarray:
+        """The same of the first ``count`` rows alone; the last of them is always there."""
+        if count <= MAX_COMPARED:
+            return np.arange(count)
+        steps = np.abs(np.diff(self.depth[:count])) + np.linalg.norm(np.diff(self.base[:count], axis=0), axis=1)
         motion = np.append(0.0, np.cumsum(steps))
-        return np.unique(np.searchsorted(motion, np.linspace(0.0, motion[-1], MAX_COMPARED)))
+        return np.unique(np.append(np.searchsorted(motion, np.linspace(0.0, motion[-1], MAX_COMPARED)), count - 1))
+
+    @property
+    def entry(self) -> np.ndarray:
+        """Indices of the compared rows of the entry."""
+        return self.compared[: self.entry_rows]
 
     @property
     def entry_rows(self) -> int:

@@ -14,7 +14,7 @@ from .path_prediction import PathPredictor
 from .path_simulation import simulated_path
 from .result import SteeringResult
 from .steering_model import SteeringModel
-from .steering_parameters import ALIGNED, WRENCH_MODELS, Progress, held_at, search
+from .steering_parameters import ALIGNED, WRENCH_MODELS, Progress, held_at, search, within_reach
 from .tip_paths import MAX_COMPARED, TipPath
 from .wrench_sensor import WrenchSensor
 
@@ -53,7 +53,12 @@ class BaseWrench:
         n = len(self.depth)
         for quantity, shape in (("base", (n, 2)), ("roll", (n,)), ("lateral", (n, 4))):
             if np.shape(getattr(self, quantity)) != shape:
-                raise InputError(f"shape of {quantity}", np.shape(getattr(self, quantity)), f"must be {shape}")
+                raise InputError(
+                    f"shape of {quantity}",
+                    np.shape(getattr(self, quantity)),
+                    f"must be {shape}",
+                    next_step="Give a row a step.",
+                )
         for quantity in ("depth", "base", "roll", "lateral"):
             if not np.all(np.isfinite(getattr(self, quantity))):
                 step = "Leave these rows out."
@@ -200,7 +205,8 @@ def identify_wrenches(
             parts += [np.linalg.solve(block, column) for block, column in zip(blocks, residuals.T)]
         return np.concatenate(parts)
 
-    parameters = held_at(WRENCH_MODELS[model], held)
+    deepest = max(float(each.depth.max()) for each in insertions)
+    parameters = within_reach(held_at(WRENCH_MODELS[model], held), needle.length, deepest)
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
     predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)

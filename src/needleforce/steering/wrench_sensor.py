@@ -60,14 +60,19 @@ class WrenchSensor:
             value = np.asarray(getattr(self, quantity), dtype=float)
             if value.shape != shape or not np.all(np.isfinite(value)):
                 limit = f"must be {' by '.join(map(str, shape))} finite numbers"
-                raise InputError(f"{quantity} of the sensor", repr(getattr(self, quantity)), limit)
+                raise InputError(
+                    f"{quantity} of the sensor", repr(getattr(self, quantity)), limit, next_step="Give SI units."
+                )
         axes = np.asarray(self.axes, dtype=float)
         if not np.allclose(axes @ axes.T, np.eye(3), atol=1e-6):
             limit = "must be perpendicular unit vectors"
             raise InputError("axes of the sensor", axes.tolist(), limit, next_step="Give the rows of a rotation.")
         for quantity in ("force_noise", "moment_noise"):
             if not (np.isfinite(getattr(self, quantity)) and getattr(self, quantity) > 0.0):
-                raise InputError(f"{quantity} of the sensor", getattr(self, quantity), "must be above 0")
+                step = "Give a standard deviation in N or N m."
+                raise InputError(
+                    f"{quantity} of the sensor", getattr(self, quantity), "must be above 0", next_step=step
+                )
 
     def readings(self, wrench: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
         """What the sensor reads.
