@@ -131,7 +131,7 @@ def test_reports_show_figures_with_units(folder, name, words):
         (["plan", "gel.toml", "--target-mm", "0,0,50", "--sphere-mm", "0,0,50"], "4 numbers"),
         (["plan", "gel.toml", "--target-mm", "0,0,50", "--max-lateral-mm", "-1"], "max_lateral"),
         (["plan", "needle.toml", "--target-mm", "0,0,50"], "steering"),
-        (["identify", "paths.csv", "--needle", "needle.toml", "--only", "nobody"], "no insertion begins so"),
+        (["identify", "paths.csv", "--needle", "needle.toml", "--only", "nobody"], "no insertion has a name"),
         (["identify", "needle.toml", "--needle", "needle.toml"], "needle.toml"),
         (["simulate", "-o", "x.csv", "--step-mm", "0"], "step-mm"),
         (["simulate", "-o", "x.csv", "--insertions", "0"], "insertions"),
