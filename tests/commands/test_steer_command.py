@@ -45,7 +45,7 @@ def folder(tmp_path_factory):
 
 def test_identified_needle_is_shown_and_kept(folder):
     text = (folder / "identify.txt").read_text(encoding="utf-8")
-    assert "tip_force_x" in text and "error when left out" in text and "insertion 3" in text
+    assert "tip_force_x" in text and "error when left out [mm]" in text and "insertion 3" in text
     document = json.loads((folder / "fit.json").read_text(encoding="utf-8"))
     assert document["model"] == "linear" and len(document["insertions"]) == 4
     by_name = {each["name"]: each for each in document["parameters"]}

@@ -20,14 +20,14 @@ EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
 
 
 def table(title: str, columns: list[str], rows: list[list[str]]) -> None:
-    """Print a table on standard output; cells are plain text, not markup."""
+    """Print a table on standard output; headings and cells are plain text, not markup."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
     made = Table(title=Text(printable(title)), title_justify="left", title_style="bold", header_style="bold")
     for k, column in enumerate(columns):
-        made.add_column(column, overflow="fold", justify="left" if k == 0 else "default")
+        made.add_column(Text(printable(column)), overflow="fold", justify="left" if k == 0 else "default")
     for row in rows:
         made.add_row(*(Text(printable(str(cell))) for cell in row))
     Console(width=None if sys.stdout.isatty() else 160).print(made)

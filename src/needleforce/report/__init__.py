@@ -42,12 +42,9 @@ def write_report(
         Comparison with known true values: rows with the keys quantity, unit, paper, paper_sd, true, identified, low
         and high. Values are in SI units, None, or text such as "not yet".
     """
-    from ..files import atomic_write
     from .page import page  # loads matplotlib, which importing needleforce must not do
 
-    text = page(fit, title, table)
-    with atomic_write(path) as file:
-        file.write(text)
+    _write(page(fit, title, table), path)
 
 
 def write_comparison(
@@ -64,12 +61,9 @@ def write_comparison(
     files : sequence of path-like
         Names of the recordings, for a list on the page.
     """
-    from ..files import atomic_write
     from .models_page import models_page
 
-    text = models_page(rows, files)
-    with atomic_write(path) as file:
-        file.write(text)
+    _write(models_page(rows, files), path)
 
 
 def write_campaign_report(campaign: "Campaign", path: str | os.PathLike, *, title: str | None = None) -> None:
@@ -84,12 +78,9 @@ def write_campaign_report(campaign: "Campaign", path: str | os.PathLike, *, titl
     title : str, optional
         Title of the page; None gives the numbers of recordings and conditions.
     """
-    from ..files import atomic_write
     from .campaign_page import campaign_page
 
-    text = campaign_page(campaign, title)
-    with atomic_write(path) as file:
-        file.write(text)
+    _write(campaign_page(campaign, title), path)
 
 
 def write_stress_report(
@@ -108,12 +99,9 @@ def write_stress_report(
     mode_assumed : bool
         Whether the loading mode was assumed, which the result then states.
     """
-    from ..files import atomic_write
     from .bench_page import stress_page
 
-    text = stress_page(fit, assumptions, mode_assumed)
-    with atomic_write(path) as file:
-        file.write(text)
+    _write(stress_page(fit, assumptions, mode_assumed), path)
 
 
 def write_penetration_report(tests: "PenetrationTests", path: str | os.PathLike, *, title: str | None = None) -> None:
@@ -128,12 +116,9 @@ def write_penetration_report(tests: "PenetrationTests", path: str | os.PathLike,
     title : str, optional
         Title of the page; None gives the numbers of needles and groups.
     """
-    from ..files import atomic_write
     from .penetration_page import penetration_page
 
-    text = penetration_page(tests, title)
-    with atomic_write(path) as file:
-        file.write(text)
+    _write(penetration_page(tests, title), path)
 
 
 def write_steering_report(result: "SteeringResult", path: str | os.PathLike) -> None:
@@ -146,12 +131,9 @@ def write_steering_report(result: "SteeringResult", path: str | os.PathLike) -> 
     path : path-like
         File to write.
     """
-    from ..files import atomic_write
     from .steering_page import steering_page
 
-    text = steering_page(result)
-    with atomic_write(path) as file:
-        file.write(text)
+    _write(steering_page(result), path)
 
 
 def write_plan_report(plan: "Plan", path: str | os.PathLike) -> None:
@@ -164,12 +146,9 @@ def write_plan_report(plan: "Plan", path: str | os.PathLike) -> None:
     path : path-like
         File to write.
     """
-    from ..files import atomic_write
     from .steering_page import plan_page
 
-    text = plan_page(plan)
-    with atomic_write(path) as file:
-        file.write(text)
+    _write(plan_page(plan), path)
 
 
 def write_run_report(run: "SteeredRun", path: str | os.PathLike) -> None:
@@ -182,9 +161,13 @@ def write_run_report(run: "SteeredRun", path: str | os.PathLike) -> None:
     path : path-like
         File to write.
     """
-    from ..files import atomic_write
     from .steering_page import run_page
 
-    text = run_page(run)
+    _write(run_page(run), path)
+
+
+def _write(text: str, path: str | os.PathLike) -> None:
+    from ..files import atomic_write
+
     with atomic_write(path) as file:
         file.write(text)
