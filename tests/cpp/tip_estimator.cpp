@@ -215,8 +215,92 @@ TEST(TipEstimator, WrenchFindsTheForceOfTheTip) {
   EXPECT_LT(filter->mode_variance(0), 0.3);
   const auto standing = estimator(u);  // one wrench a millimetre of motion
   standing->step({.depth = 0.01}, 0.1);
-  EXPECT_TRUE(standing->wrench({}));
-  EXPECT_FALSE(standing->wrench({}));
+  const std::array<double, 6> as_simulated = standing->estimate().sample.wrench;
+  EXPECT_TRUE(standing->wrench(as_simulated));
+  EXPECT_FALSE(standing->wrench(as_simulated));
+}
+
+TEST(TipEstimator, OneWrenchOfASpikeChangesNothing) {
+  PathUncertainty u;
+  u.wrench_error = 0.05;
+  const auto filter = estimator(u), undisturbed = estimator(u);
+  SpatialInsertion truth = needle(20e3, 0.24);
+  push(*filter, 0.0, 0.06, [&](double depth) {
+    undisturbed->step({.depth = depth}, 0.1);
+    const BentSample sample = truth.step({.depth = depth}, 0.1);
+    if (std::abs(depth - 0.03) < 1e-6) {
+      EXPECT_FALSE(filter->wrench({500.0, 0.0, 0.0, 0.0, 5.0, 0.0}));
+    }
+    EXPECT_EQ(filter->wrench(sample.wrench), undisturbed->wrench(sample.wrench));
+  });
+  EXPECT_EQ(filter->mode(0), undisturbed->mode(0));
+}
+
+TEST(TipEstimator, AfterARefusedStepNoWrenchIsTaken) {
+  const auto filter = estimator();
+  const TipEstimate before = push(*filter, 0.0, 0.05, nothing);
+  const TipEstimate refused = filter->step({.depth = std::numeric_limits<double>::quiet_NaN()}, 0.1);
+  EXPECT_EQ(refused.tip, before.tip);
+  EXPECT_FALSE(filter->wrench(before.sample.wrench));
+  EXPECT_EQ(filter->estimate().tip, before.tip);
+  EXPECT_EQ(filter->mode(0), 0.0);
+}
+
+TEST(TipEstimator, SlopesThatCannotBeAreLeftOut) {
+  const auto filter = estimator(), without = estimator();
+  const TipEstimate before = push(*filter, 0.0, 0.05, nothing);
+  push(*without, 0.0, 0.05, nothing);
+  const std::array<double, 2> far{3.0, 0.0}, none{std::numeric_limits<double>::quiet_NaN(), 0.0};
+  EXPECT_FALSE(filter->tip({before.tip[0], before.tip[1]}, 0.0, &none));
+  EXPECT_EQ(filter->estimate().tip, before.tip);
+  EXPECT_TRUE(filter->tip({before.tip[0] + 1e-3, before.tip[1]}, 0.0, &far));
+  without->tip({before.tip[0] + 1e-3, before.tip[1]}, 0.0);
+  EXPECT_EQ(filter->estimate().tip, without->estimate().tip);
+}
+
+TEST(TipEstimator, AnAxisThatIsKnownIsNoTiltOfTheEntry) {
+  // a tracker whose axis leans by 0.05: tips and slopes at the entry and above it show the same lean, once
+  const auto filter = estimator();
+  std::array<TipEstimator::Plane, 101> errors{};
+  for (std::size_t k = 0; k < errors.size(); ++k) errors[k] = {0.05 * 1e-3 * static_cast<double>(k), 0.0};
+  filter->expect(errors, 1e-3);
+  SpatialInsertion alone = needle(20e3, 0.2);
+  const std::array<double, 2> slope{0.05, 0.0};
+  for (const double depth : {-1e-3, 0.0}) {
+    filter->step({.depth = depth}, 0.1);
+    alone.step({.depth = depth}, 0.1);
+    for (int i = 0; i < 5; ++i) EXPECT_TRUE(filter->tip({0.0, 0.0}, 0.0, &slope));
+  }
+  double straight = 0.0;
+  const TipEstimate estimate =
+      push(*filter, 0.0, 0.08, [&](double depth) { straight = alone.step({.depth = depth}, 0.1).tip[0]; });
+  EXPECT_NEAR(estimate.tip[0], straight + 0.05 * 0.08, 5e-4);
+}
+
+TEST(TipEstimator, ANeedleThatIsTooSteepGoesOn) {
+  FlexibleSettings settings = guided();
+  settings.beam.layers[0].tip_force = 0.6;
+  settings.lengths.max_slope = 0.02;
+  const SpatialInsertion steep = forceless_insertion<2>(settings);
+  SpatialInsertion alone = steep;
+  const auto filter =
+      std::make_unique<TipEstimator>(steep, std::span<const SpatialInsertion>(), PathUncertainty{});
+  bool reported = false;
+  for (int i = 1; i <= 60; ++i) {
+    const TipEstimate estimate = filter->step({.depth = 1e-3 * i}, 0.1);
+    const BentSample sample = alone.step({.depth = 1e-3 * i}, 0.1);
+    reported |= sample.status == Status::outside_range;
+    for (std::size_t d = 0; d < 3; ++d) EXPECT_NEAR(estimate.tip[d], sample.tip[d], 1e-12);
+  }
+  EXPECT_TRUE(reported);
+}
+
+TEST(TipEstimator, BeginsAnewWithAUsedNeedle) {
+  SpatialInsertion used = needle(20e3, 0.2);
+  used.step({.depth = 0.04}, 0.1);
+  const auto filter =
+      std::make_unique<TipEstimator>(used, std::span<const SpatialInsertion>(), PathUncertainty{});
+  EXPECT_EQ(filter->step({.depth = -1e-3}, 0.1).sample.status, Status::ok);
 }
 
 TEST(TipEstimator, ShapeEndsAtTheEstimatedTipAndBeginsAtTheBase) {

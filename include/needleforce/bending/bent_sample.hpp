@@ -39,6 +39,7 @@ struct BentSample {
   Sample axial{};                  ///< parts of the axial force, phase and events
   Status status = Status::ok;
   bool buckled = false;
+  bool moved = false;  ///< the step was taken; a refused one leaves the needle where it was
 };
 
 }  // namespace needleforce::bending

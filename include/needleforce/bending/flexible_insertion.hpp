@@ -137,6 +137,7 @@ class FlexibleInsertion {
     }
     sample.axial.contact = sample.axial.punctured = sample.axial.exit = false;
     sample.status = status;
+    sample.moved = false;
     return sample;
   }
 
@@ -333,6 +334,7 @@ class FlexibleInsertion {
         state_.sample.force + settings_.lengths.pressure_friction * state_.rub * state_.beam.pressing();
     result.unsupported = -mesh().base().travel;
     result.buckled = state_.buckled;
+    result.moved = true;
     for (double force : state_.tip_force) result.lateral += force * force;
     result.lateral = std::sqrt(result.lateral);
     result.status = state_.sample.status;

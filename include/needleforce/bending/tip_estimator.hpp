@@ -34,7 +34,7 @@ class TipEstimator {
   static constexpr std::size_t known_nodes = 128, kept_rows = 512;
 
   /// `varied` are insertions with the parameters one standard deviation along each mode, at most `max_modes`;
-  /// all are before their first step. With more, or none of its own, every estimate is that of `likely`.
+  /// all are reset. With more, or none of its own, every estimate is that of `likely`.
   TipEstimator(const SpatialInsertion& likely, std::span<const SpatialInsertion> varied,
                const PathUncertainty& uncertainty) noexcept
       : given_(uncertainty),
@@ -42,6 +42,7 @@ class TipEstimator {
         count_(std::min(varied.size(), max_modes)),
         likely_(likely) {
     for (std::size_t m = 0; m < max_modes; ++m) varied_[m] = m < count_ ? varied[m] : likely;
+    reset();
   }
 
   /// The error of the tip that other insertions had, at depths every `spacing` [m]; for use before the loop.
@@ -54,20 +55,19 @@ class TipEstimator {
   /// One cycle. Wait-free; it costs one step for the needle and one for each mode.
   TipEstimate step(const Base& base, double dt) noexcept {
     sample_ = likely_.step(base, dt);
-    if (sample_.status != Status::ok && !(sample_.status == Status::outside_range && sample_.buckled))
-      return estimate();  // refused: nothing moved
+    if (dt > 0.0 && std::isfinite(dt)) time_ += dt;  // also while the base is not known: readings have an age
+    if (!sample_.moved) return estimate();
     const double before = deepest_,
                  moved = std::abs(base.depth - base_.depth) +
                          std::hypot(base.lateral[0] - base_.lateral[0], base.lateral[1] - base_.lateral[1]);
     base_ = base;
-    time_ += dt;
     moved_ += moved;
     deepest_ = std::max(deepest_, base.depth);
     Kept& now = newest();
     now = row_of(sample_, base.depth, time_);
     for (std::size_t m = 0; m < count_; ++m) {
       const BentSample aside = varied_[m].step(base, dt);
-      vary(now, m, aside);
+      aside.moved ? vary(now, m, aside) : keep(now, m);
     }
     if (deepest_ > before && before >= 0.0) filter_.advance(deepest_ - before);
     current_ = now;
@@ -75,10 +75,11 @@ class TipEstimator {
   }
 
   /// A reading of the tip across [m], `age` [s] old, and its slopes if they were read. False where it is not
-  /// used: too old, not finite, or beyond what noise explains. Wait-free.
+  /// used: too old, not finite, or beyond what noise explains. Slopes beyond that are left out. Wait-free.
   bool tip(const Plane& across, double age, const Plane* slopes = nullptr) noexcept {
     Kept then;
     if (!std::isfinite(across[0] + across[1]) || !recall(age, then)) return false;
+    if (slopes && !std::isfinite((*slopes)[0] + (*slopes)[1])) return false;
     const double behind = std::max(0.0, deepest_ - std::max(0.0, then.depth));
     const double late = given_.unevenness * behind * behind * behind / 3.0;
     const double noise = given_.tip_noise * given_.tip_noise + late;
@@ -91,31 +92,39 @@ class TipEstimator {
       distance += off[d] * off[d] / (filter_.covariance(rows[d], rows[d]) + noise);
     }
     if (distance > gate) return ++rejected_, false;
+    const bool plausible = slopes && slope_distance(then, *slopes) <= gate;
     rejected_ = 0;
     for (std::size_t d = 0; d < 2; ++d) take(rows[d], across[d] - then.tip[d] - known(then.depth, d), noise);
-    if (slopes) take_slopes(then, *slopes);
+    if (plausible) take_slopes(then, *slopes);
     return true;
   }
 
   /// A reading of the wrench of the tissue on the needle at the base, now. It counts once in a millimetre of
-  /// motion, as the error of the mechanics stays the same for longer. Wait-free.
+  /// motion, as the error of the mechanics stays the same for longer. False where it is not used: too soon,
+  /// after a refused step, not finite, or beyond what noise and errors of the mechanics explain. Wait-free.
   bool wrench(const std::array<double, 6>& reading) noexcept {
     double sum = 0.0;
     for (const double value : reading) sum += value;
-    if (!std::isfinite(sum) || !(moved_ >= wrench_spacing) || time_ == 0.0) return false;
-    const double repeated = std::max(1.0, given_.wrench_length / moved_);
+    if (!std::isfinite(sum) || !(moved_ >= wrench_spacing) || !sample_.moved) return false;
+    const std::array<double, 4> lateral{reading[0], reading[1], reading[3], reading[4]};
+    std::array<double, 4> variance{};
+    Plane largest = largest_;
+    for (std::size_t k = 0; k < 4; ++k)
+      largest[k / 2] = std::max(largest[k / 2], std::abs(current_.wrench[k]));
+    double distance = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double noise = k < 2 ? given_.force_noise : given_.moment_noise;
+      const double wrong = given_.wrench_error * largest[k / 2];
+      const double off = lateral[k] - current_.wrench[k] - filter_.expected(wrench_row(k));
+      distance +=
+          off * off / (filter_.covariance(wrench_row(k), wrench_row(k)) + noise * noise + wrong * wrong);
+      variance[k] = noise * noise + wrong * wrong * std::max(1.0, given_.wrench_length / moved_);
+    }
+    if (distance > wrench_gate) return false;
     moved_ = 0.0;
-    for (std::size_t part = 0; part < 2; ++part) {
-      largest_[part] =
-          std::max({largest_[part], std::abs(reading[3 * part]), std::abs(reading[3 * part + 1])});
-      const double noise = part == 0 ? given_.force_noise : given_.moment_noise;
-      const double wrong = given_.wrench_error * largest_[part];
-      for (std::size_t d = 0; d < 2; ++d) {
-        const std::size_t k = 3 * part + d;
-        Filter::Row row{};
-        for (std::size_t m = 0; m < count_; ++m) row[m] = current_.wrench_by_mode[m][2 * part + d];
-        take(row, reading[k] - sample_.wrench[k], noise * noise + wrong * wrong * repeated);
-      }
+    for (std::size_t k = 0; k < 4; ++k) {
+      largest_[k / 2] = std::max({largest_[k / 2], largest[k / 2], std::abs(lateral[k])});
+      take(wrench_row(k), lateral[k] - current_.wrench[k], variance[k]);
     }
     return true;
   }
@@ -178,7 +187,8 @@ class TipEstimator {
   }
 
  private:
-  static constexpr double gate = 30.0;  // of a squared distance of two numbers: one in 3 million
+  static constexpr double gate = 30.0;         // of a squared distance of two numbers: one in 3 million
+  static constexpr double wrench_gate = 36.0;  // of one of four numbers: one in 3 million
   static constexpr double wrench_spacing = 1e-3;
   static constexpr std::size_t max_points = max_nodes + 16;
 
@@ -186,6 +196,7 @@ class TipEstimator {
   struct Kept {
     double time = -1.0, depth = 0.0;
     Plane tip{}, slope{};
+    std::array<double, 4> wrench{};  // lateral forces and moments
     std::array<Plane, max_modes> tip_by_mode{}, slope_by_mode{};
     std::array<std::array<double, 4>, max_modes> wrench_by_mode{};
   };
@@ -200,6 +211,7 @@ class TipEstimator {
     row.depth = depth;
     row.tip = {sample.tip[0], sample.tip[1]};
     row.slope = slope_of(sample);
+    row.wrench = {sample.wrench[0], sample.wrench[1], sample.wrench[3], sample.wrench[4]};
     return row;
   }
   void vary(Kept& row, std::size_t m, const BentSample& aside) const noexcept {
@@ -207,9 +219,15 @@ class TipEstimator {
     for (std::size_t d = 0; d < 2; ++d) {
       row.tip_by_mode[m][d] = aside.tip[d] - row.tip[d];
       row.slope_by_mode[m][d] = slope[d] - row.slope[d];
-      row.wrench_by_mode[m][d] = aside.wrench[d] - sample_.wrench[d];
-      row.wrench_by_mode[m][2 + d] = aside.wrench[3 + d] - sample_.wrench[3 + d];
+      row.wrench_by_mode[m][d] = aside.wrench[d] - row.wrench[d];
+      row.wrench_by_mode[m][2 + d] = aside.wrench[3 + d] - row.wrench[2 + d];
     }
+  }
+  /// A needle that did not take the step: what depended on its mode goes on as it was.
+  void keep(Kept& row, std::size_t m) const noexcept {
+    row.tip_by_mode[m] = current_.tip_by_mode[m];
+    row.slope_by_mode[m] = current_.slope_by_mode[m];
+    row.wrench_by_mode[m] = current_.wrench_by_mode[m];
   }
   /// The place of the newest row: another one when the last has become old enough.
   Kept& newest() noexcept {
@@ -262,8 +280,21 @@ class TipEstimator {
   void take(const Filter::Row& row, double reading, double variance) noexcept {
     filter_.take(row, reading - filter_.expected(row), variance);
   }
+  Filter::Row wrench_row(std::size_t k) const noexcept {
+    Filter::Row row{};
+    for (std::size_t m = 0; m < count_; ++m) row[m] = current_.wrench_by_mode[m][k];
+    return row;
+  }
+  double slope_distance(const Kept& then, const Plane& slopes) const noexcept {
+    double distance = 0.0;
+    for (std::size_t d = 0; d < 2; ++d) {
+      const Filter::Row row = slope_row(then, d);
+      const double off = slopes[d] - then.slope[d] - known_slope(then.depth, d) - filter_.expected(row);
+      distance += off * off / (filter_.covariance(row, row) + given_.slope_noise * given_.slope_noise);
+    }
+    return distance;
+  }
   void take_slopes(const Kept& then, const Plane& slopes) noexcept {
-    if (!std::isfinite(slopes[0] + slopes[1])) return;
     for (std::size_t d = 0; d < 2; ++d)
       take(slope_row(then, d), slopes[d] - then.slope[d] - known_slope(then.depth, d),
            given_.slope_noise * given_.slope_noise);
@@ -276,8 +307,10 @@ class TipEstimator {
     return known_[k][d] + (place - static_cast<double>(k)) * (known_[k + 1][d] - known_[k][d]);
   }
   double known_slope(double depth, std::size_t d) const noexcept {
-    const double half = 0.5 * known_spacing_;
-    return known_count_ < 2 ? 0.0 : (known(depth + half, d) - known(depth - half, d)) / known_spacing_;
+    if (known_count_ < 2) return 0.0;
+    const double half = 0.5 * known_spacing_, end = known_spacing_ * static_cast<double>(known_count_ - 1);
+    const double at = std::clamp(depth, half, end - half);  // beyond the ends it goes on as there
+    return (known(at + half, d) - known(at - half, d)) / known_spacing_;
   }
   double error_behind(std::size_t d, double behind, double depth) const noexcept {
     const auto& state = filter_.state();

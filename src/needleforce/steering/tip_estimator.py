@@ -162,7 +162,8 @@ class TipEstimator:
 
     def read_wrench(self, wrench: ArrayLike) -> bool:
         """Take a wrench (6,) of the tissue on the needle at the base, now [N], [N m]; a ``WrenchSensor`` turns readings
-        into it. It counts once in a millimetre of motion; False if it was not used."""
+        into it. It counts once in a millimetre of motion; False if it was not used: too soon, after a refused step, or
+        beyond what noise and errors of the mechanics explain."""
         return self._core.wrench(tuple(map(float, np.asarray(wrench, dtype=float))))
 
     def shape(self) -> np.ndarray:
