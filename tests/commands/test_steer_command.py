@@ -149,6 +149,9 @@ def test_wrong_usage_is_named(folder, arguments, words, monkeypatch):
     "change, words",
     [
         (lambda text: text.replace('steering = "linear"\n', ""), "steering"),
+        (lambda text: text.replace('steering = "linear"', 'steering = "given"'), "linear or yielding"),
+        (lambda text: text.replace('steering = "linear"', 'steering = "yielding"'), "yielding_modulus is missing"),
+        (lambda text: text.replace("covariance = [[", "covariance = [[-"), "eigenvalues above 0"),
         (lambda text: text.replace("modulus = ", "modulus = 1e9 # "), "outside"),
         (lambda text: text.replace("covariance = [[", "covariance = [[1.0, "), "covariance"),
         (lambda text: text.replace('"modulus"', '"magic"'), "magic"),

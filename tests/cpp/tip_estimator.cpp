@@ -295,6 +295,27 @@ TEST(TipEstimator, ANeedleThatIsTooSteepGoesOn) {
   EXPECT_TRUE(reported);
 }
 
+TEST(TipEstimator, AnotherInsertionHasAnotherPoseOfTheSameNeedle) {
+  const auto filter = estimator(), fresh = estimator();
+  const auto readings = [&](double depth) {
+    const BentSample& here = filter->estimate().sample;
+    if (depth > 0.02) filter->tip({here.tip[0] + 0.8e-3, here.tip[1] - 0.5e-3}, 0.0);
+  };
+  push(*filter, 0.0, 0.05, readings);
+  const double known = filter->mode_variance(0), mode = filter->mode(0);
+  for (int i = 9; i >= 0; --i) filter->step({.depth = 5e-3 * i}, 0.1);
+  filter->step({.depth = -2e-3}, 0.1);
+  for (double aside : {4e-3, 8e-3}) filter->step({.depth = -2e-3, .lateral = {aside, 0.0}}, 0.1);
+  EXPECT_FALSE(filter->tip({0.0, 0.0}, 0.3));  // of the path before
+  const TipEstimate outside = filter->estimate();
+  EXPECT_LT(known, 0.95);
+  EXPECT_EQ(filter->mode_variance(0), known);
+  EXPECT_EQ(filter->mode(0), mode);
+  const TipEstimate at_first = fresh->step({.depth = -2e-3, .lateral = {8e-3, 0.0}}, 0.1);
+  EXPECT_NEAR(outside.covariance[0], at_first.covariance[0], 1e-9);
+  EXPECT_NEAR(outside.tip[0], at_first.tip[0], 1e-9);
+}
+
 TEST(TipEstimator, BeginsAnewWithAUsedNeedle) {
   SpatialInsertion used = needle(20e3, 0.2);
   used.step({.depth = 0.04}, 0.1);

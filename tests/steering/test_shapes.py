@@ -52,6 +52,47 @@ def test_curvature_is_identified_better_than_modulus_and_force():
     assert np.median(list(fit.rms.values())) < 0.3e-3
 
 
+def written(path, points, depth):
+    rows = [f"1,{1e3 * depth:g}," + ",".join(f"{1e3 * value:.6g}" for value in point) for point in points]
+    path.write_text("\n".join(["hole,depth_mm,x_mm,y_mm,z_mm", *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_axis_of_a_table_may_point_outwards_but_counts_from_the_surface(tmp_path):
+    points = pushed(0.1)
+    inwards = read_shapes(written(tmp_path / "in.csv", points, 0.1))[0]
+    outwards = read_shapes(written(tmp_path / "out.csv", points * [1.0, 1.0, -1.0], 0.1))[0]
+    np.testing.assert_allclose(outwards.points, inwards.points, atol=1e-9)
+    for shift in (0.05, -0.05):
+        with pytest.raises(nf.InputError, match="within 10 % of the depth"):
+            read_shapes(written(tmp_path / "other.csv", points + np.array([0.0, 0.0, shift]), 0.1))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda points: points[:3], "4 rows"),
+        (lambda points: points[:, :2], "x, y and z"),
+        (lambda points: points * math.nan, "not finite"),
+        (lambda points: points[::-1], "decreases"),
+    ],
+)
+def test_shapes_of_other_arrays_are_named(change, words):
+    with pytest.raises(nf.InputError, match=words):
+        NeedleShape("one", 0.1, change(pushed(0.1)))
+
+
+def test_the_place_of_a_shape_does_not_change_what_is_identified():
+    shapes = [pushed(depth, roll=roll, guide=0.02) for depth, roll in ((0.08, 0.0), (0.1, 2.0))]
+
+    def fit(aside):
+        moved = [points + aside * np.array([1.0, 2.0, 0.0]) for points in shapes]
+        return identify([NeedleShape(str(k), each[-1, 2], each) for k, each in enumerate(moved)], NEEDLE)
+
+    here, elsewhere = ([each.value for each in fit(aside).parameters] for aside in (0.0, 0.05))
+    np.testing.assert_allclose(here, elsewhere, rtol=1e-4)
+
+
 def test_bad_shapes_are_named(tmp_path):
     file = tmp_path / "shapes.csv"
     file.write_text("hole,depth_mm,x_mm,y_mm\n1,100,0,0\n", encoding="utf-8")
@@ -64,7 +105,7 @@ def test_bad_shapes_are_named(tmp_path):
     with pytest.raises(nf.InputError, match="unit='mm'"):
         read_shapes(file)
     file.write_text("hole,depth_mm,x_mm,y_mm,z_mm\n1,100,0,0,0\n1,100,0,0,5\n", encoding="utf-8")
-    with pytest.raises(nf.InputError, match="four at least"):
+    with pytest.raises(nf.InputError, match="4 rows at least"):
         read_shapes(file)
     with pytest.raises(nf.InputError, match="z above 0"):
         needle_shape(NEEDLE, 2e4, (0.0, 0.0, -0.1))

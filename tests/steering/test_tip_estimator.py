@@ -133,6 +133,12 @@ def test_bad_settings_are_named():
         TipEstimator(flexible(), tip_noise=-1.0)
     with pytest.raises(nf.InputError, match="steering model"):
         TipEstimator(nf.preset("paper"))
+    estimator = TipEstimator(flexible())
+    for wrong in (1.0, np.zeros(2)):
+        with pytest.raises(nf.InputError, match="tip"):
+            estimator.read_tip(wrong)
+    with pytest.raises(nf.InputError, match="wrench"):
+        estimator.read_wrench(np.zeros(5))
 
 
 def test_measured_tips_that_come_late_improve_on_the_prediction(recordings):

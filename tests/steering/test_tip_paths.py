@@ -134,6 +134,22 @@ def test_tip_paths_of_other_shapes_or_without_numbers_are_named():
         nf.steering.TipPath("x", **(good | {"base": np.full((4, 2), math.nan)}))
 
 
+@pytest.mark.parametrize(
+    ("axis", "sign", "turns"), [("z", 1, 1), ("z", -1, -1), ("y", 1, -1), ("y", -1, 1), ("x", 1, 1), ("x", -1, -1)]
+)
+def test_roll_is_right_handed_about_the_direction_of_the_insertion(tmp_path, axis, sign, turns):
+    # a bevel that points along the first axis across, and is turned by 90 degrees about where the needle goes
+    across = [name for name in "xyz" if name != axis]
+    first, along = np.eye(3)["xyz".index(across[0])], sign * np.eye(3)["xyz".index(axis)]
+    turned = np.cross(along, first)  # a rotation by 90 degrees
+    assert turned["xyz".index(across[1])] == turns
+    names = [f"tip_{name}_mm" for name in "xyz"] + [f"base_{name}_mm" for name in across] + ["roll_deg"]
+    rows = [[*(sign * 5.0 * k * (name == axis) for name in "xyz"), 0.0, 0.0, 90.0] for k in range(5)]
+    file = tmp_path / "rolled.csv"
+    file.write_text("\n".join([",".join(names), *(",".join(map(str, row)) for row in rows)]), encoding="utf-8")
+    np.testing.assert_allclose(read(file)[0].roll, turns * np.pi / 2.0)
+
+
 def test_slopes_as_angles_are_slopes_and_a_roll_needs_a_unit(tmp_path):
     header = [*HEADER[:4], "tip_slope_x_deg", "tip_slope_z_deg"]
     rows = [[*row[:4], 45.0, 0.0] for row in straight()]

@@ -75,6 +75,34 @@ def test_a_recording_is_cut_to_its_insertion_and_turned_to_the_base(tmp_path):
         )
 
 
+@pytest.mark.parametrize("reports_load", [True, False])
+@pytest.mark.parametrize("tilt", [0.0, 0.35])
+def test_the_axial_force_of_a_recording_acts_against_the_insertion(tilt, reports_load):
+    # a sensor off the axis, whose moments hold those of the axial force
+    c, s = math.cos(tilt), math.sin(tilt)
+    sensor = WrenchSensor(
+        position=(0.03, -0.02, -0.08), axes=((c, 0.0, -s), (0.0, 1.0, 0.0), (s, 0.0, c)), reports_load=reports_load,
+        weight=(0.0, 0.0, 2.0), zeroed=False,
+    )  # fmt: skip
+    depth, force = np.linspace(0.0, 0.02, 50), np.linspace(0.0, 5.0, 50)
+    true = np.tile([0.1, -0.2, 0.0, 3e-3, 8e-3, 0.0], (50, 1))
+    true[:, 2] = -force
+    axes = dict(zip(("fx", "fy", "tx", "ty"), sensor.readings(true)[:, [0, 1, 3, 4]].T))
+    recording = nf.Recording(time=0.1 * np.arange(50), depth=depth, force=force, axes=axes)
+    found = base_wrench(recording, entry=0.0, sensor=sensor)
+    np.testing.assert_allclose(found.lateral, true[:, [0, 1, 3, 4]], atol=1e-12)
+
+
+def test_a_sensor_across_the_insertion_is_named():
+    depth = np.linspace(0.0, 0.02, 50)
+    recording = nf.Recording(
+        time=0.1 * np.arange(50), depth=depth, force=depth, axes=dict.fromkeys(("fx", "fy", "tx", "ty"), depth)
+    )
+    across = WrenchSensor(axes=((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
+    with pytest.raises(nf.InputError, match="z must be along"):
+        base_wrench(recording, entry=0.0, sensor=across)
+
+
 def test_bad_measurements_are_named():
     made, _ = insertions(0, n=5)[0]
     with pytest.raises(nf.InputError, match="unknown"):

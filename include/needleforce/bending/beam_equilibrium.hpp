@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "beam_foundation.hpp"
+#include "equilibrium_search.hpp"
 
 namespace needleforce::bending {
 
@@ -31,20 +33,9 @@ class BeamEquilibrium {
     // the newest piece of the path stays within one element
     mesh_.place(properties.sections, properties.elements, std::max(2.0 * path.spacing, 2e-4),
                 load.free_length, load.embedded);
-    const std::size_t limit = properties.linear() ? 1 : properties.max_iterations;
-    double change = 0.0;
-    while (outcome.iterations < limit) {
-      ++outcome.iterations;
-      Equations equations;
-      assemble(equations, properties, path, load, outcome.iterations > cautious_after);
-      if (!equations.solve()) {
-        outcome.stable = false;
-        return outcome;
-      }
-      change = take(equations);
-      if (change <= properties.tolerance) break;
-    }
-    outcome.converged = limit == 1 || change <= 1e3 * properties.tolerance;
+    properties.linear() ? solve_once(outcome, properties, path, load)
+                        : iterate(outcome, properties, path, load);
+    if (!outcome.stable) return outcome;
     react();
     if (load.rub != 0.0) press(properties, path);
     return outcome;
@@ -61,7 +52,31 @@ class BeamEquilibrium {
  private:
   using Equations = BeamEquations<dimension>;
 
-  static constexpr std::size_t cautious_after = 8;  // iterations
+  static constexpr std::size_t cautious_after = 5;  // iterations
+
+  void solve_once(Outcome& outcome, const BeamProperties& properties, const Path& path,
+                  const Load& load) noexcept {
+    Equations equations;
+    assemble(equations, properties, path, load, false);
+    outcome.iterations = 1;
+    outcome.stable = equations.solve();
+    if (outcome.stable) take(equations);
+  }
+  void iterate(Outcome& outcome, const BeamProperties& properties, const Path& path,
+               const Load& load) noexcept {
+    EquilibriumSearch<dimension> search(mesh_);
+    double change = std::numeric_limits<double>::infinity();
+    while (change > properties.tolerance && outcome.iterations < properties.max_iterations) {
+      ++outcome.iterations;
+      Equations equations;
+      assemble(equations, properties, path, load, outcome.iterations > cautious_after);
+      if (search.shortened(equations)) continue;
+      outcome.stable = equations.solve();
+      if (!outcome.stable) return;
+      change = search.advance(equations);
+    }
+    outcome.converged = change <= 1e3 * properties.tolerance;
+  }
 
   void assemble(Equations& equations, const BeamProperties& properties, const Path& path, const Load& load,
                 bool cautious) noexcept {
@@ -178,18 +193,13 @@ class BeamEquilibrium {
     }
   }
 
-  /// Takes the solution over; returns the largest change of a node [m].
-  double take(const Equations& equations) noexcept {
-    double change = 0.0;
+  void take(const Equations& equations) noexcept {
     const auto nodes = mesh_.nodes();
     for (std::size_t i = 0; i < nodes.size(); ++i)
       for (std::size_t d = 0; d < dimension; ++d) {
-        const double place = equations.value[i].y[d];
-        change = std::max(change, std::abs(place - nodes[i].place[d]));
-        nodes[i].place[d] = place;
+        nodes[i].place[d] = equations.value[i].y[d];
         nodes[i].slope[d] = equations.value[i].r[d] / mesh_.h();
       }
-    return change;
   }
   /// The reaction of the base is what its own equation leaves.
   void react() noexcept {

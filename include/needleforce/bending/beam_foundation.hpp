@@ -39,7 +39,7 @@ class BeamFoundation {
   using Place = std::array<double, dimension>;
   using Equations = BeamEquations<dimension>;
 
-  /// `bending` is what all elements have in addition; `cautious` takes secants.
+  /// `bending` is what all elements have in addition; `cautious` takes stiffer ones.
   BeamFoundation(const BeamProperties& properties, const BeamMesh<dimension>& mesh,
                  const TissuePath<dimension>& path, const BeamLoad<dimension>& load,
                  const ElementMatrix& bending, bool cautious) noexcept
@@ -195,8 +195,8 @@ class BeamFoundation {
     return layer + 1 < properties_.layer_count ? properties_.layers[layer + 1].top
                                                : std::numeric_limits<double>::infinity();
   }
-  /// One of them, with a stiffness of no less than `least`. In space it is the mean of those along and across
-  /// the offset; after many iterations the secant, with which any that softens converges.
+  /// One of them, with a stiffness of no less than `least`: that along the offset; in space, and after
+  /// several iterations, the mean of it and the one across, which is the secant.
   template <class Law>
   double linearised(const Place& shaft, Place& place, Law law, double least) const noexcept {
     Place offset;
@@ -206,9 +206,9 @@ class BeamFoundation {
       square += offset[d] * offset[d];
     }
     const Secant at = law(std::sqrt(square));
-    const double mean = dimension == 1 ? at.tangent : 0.5 * (at.tangent + at.secant);
-    const double stiffness =
-        std::max(cautious_ && at.secant > mean ? at.secant : mean, std::max(least, 1e-12));
+    const bool along = dimension == 1 && !cautious_;
+    const double mean = along ? at.tangent : 0.5 * (at.tangent + at.secant);
+    const double stiffness = std::max(mean, std::max(least, 1e-12));
     for (std::size_t d = 0; d < dimension; ++d) place[d] += (1.0 - at.secant / stiffness) * offset[d];
     return stiffness;
   }

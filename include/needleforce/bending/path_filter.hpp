@@ -74,6 +74,16 @@ class PathFilter {
     state_ = {};
     covariance_ = {};
     for (std::size_t i = 0; i < modes; ++i) covariance_[i][i] = 1.0;
+    begin_path();
+  }
+
+  /// Another insertion of the same needle: what is known of its parameters stays, its path is a new one.
+  /// Wait-free.
+  void begin_path() noexcept {
+    for (std::size_t i = modes; i < size; ++i) {
+      state_[i] = 0.0;
+      for (std::size_t j = 0; j < size; ++j) covariance_[i][j] = covariance_[j][i] = 0.0;
+    }
     for (std::size_t plane = 0; plane < 2; ++plane) {
       covariance_[position(plane)][position(plane)] = given_.offset * given_.offset;
       covariance_[slope(plane)][slope(plane)] = given_.tilt * given_.tilt;

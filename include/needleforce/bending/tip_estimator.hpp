@@ -54,9 +54,11 @@ class TipEstimator {
 
   /// One cycle. Wait-free; it costs one step for the needle and one for each mode.
   TipEstimate step(const Base& base, double dt) noexcept {
+    const bool had_path = !likely_.path().empty();
     sample_ = likely_.step(base, dt);
     if (dt > 0.0 && std::isfinite(dt)) time_ += dt;  // also while the base is not known: readings have an age
     if (!sample_.moved) return estimate();
+    if (had_path && likely_.path().empty()) leave();
     const double before = deepest_,
                  moved = std::abs(base.depth - base_.depth) +
                          std::hypot(base.lateral[0] - base_.lateral[0], base.lateral[1] - base_.lateral[1]);
@@ -204,6 +206,12 @@ class TipEstimator {
   static Plane slope_of(const BentSample& sample) noexcept {
     const double along = std::max(1e-3, sample.tangent[2]);
     return {sample.tangent[0] / along, sample.tangent[1] / along};
+  }
+  /// The needle will enter elsewhere: readings of the old path are of no use for the new one.
+  void leave() noexcept {
+    filter_.begin_path();
+    deepest_ = 0.0;
+    written_ = 0;
   }
   static Kept row_of(const BentSample& sample, double depth, double time) noexcept {
     Kept row;

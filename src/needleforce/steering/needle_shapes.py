@@ -16,6 +16,8 @@ from ..units import parse
 from .tip_path_tables import AXES, split_header
 
 _LABELS = ("insertion", "insertion_hole", "hole", "needle", "trial", "run", "file", "source", "sensor")
+_FEWEST = 4  # points of a shape
+_SHORT_OF_DEPTH = 0.1  # by which a tip may be less deep than the needle's travel: slopes of 0.45 make 10 %
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +31,33 @@ class NeedleShape:
     depth : float
         Travel of the needle in tissue [m].
     points : ndarray, shape (n, 3)
-        Along the needle, from the surface to the tip: across, and along the insertion, positive inwards [m].
+        Along the needle, from the surface to the tip: across, and along the insertion, from 0 at the surface, positive
+        inwards [m].
+
+    Raises
+    ------
+    InputError
+        If there are less than four points, a value is not finite, z decreases, or the tip is not at the depth.
     """
 
     name: str
     depth: float
     points: np.ndarray
+
+    def __post_init__(self) -> None:
+        quantity, points = f"points of shape {self.name}", np.asarray(self.points, dtype=float)
+        if points.ndim != 2 or points.shape[1] != 3 or len(points) < _FEWEST:
+            limit = f"must have {_FEWEST} rows at least, of x, y and z"
+            raise InputError(quantity, f"an array of shape {points.shape}", limit, next_step="Give all points.")
+        if not np.all(np.isfinite(points)):
+            raise InputError(quantity, "not finite", "must be numbers", next_step="Leave the others out.")
+        if np.any(np.diff(points[:, 2]) < 0.0):
+            step = "Order them from the surface to the tip."
+            raise InputError(f"z of the {quantity}", "it decreases", "must go inwards", next_step=step)
+        if not (np.isfinite(self.depth) and abs(points[-1, 2] - self.depth) <= _SHORT_OF_DEPTH * self.depth):
+            limit = f"must be within 10 % of the depth of {1e3 * self.depth:.1f} mm"
+            step = "Count z from the surface, inwards, and the depth as the travel of the tip in tissue."
+            raise InputError(f"z of the tip of shape {self.name}", f"{1e3 * points[-1, 2]:.1f} mm", limit, "", step)
 
     def __len__(self) -> int:
         return len(self.points)
@@ -63,12 +86,13 @@ def read_shapes(file: str | PathLike, *, unit: str | None = None) -> list[Needle
     Returns
     -------
     list of NeedleShape
-        In the order of the file. z is the axis along which the points extend farthest.
+        In the order of the file. z is the axis along which the points extend farthest, positive towards the tip.
 
     Raises
     ------
     InputError
-        If a column or unit is missing, a value is not a number, or a shape has less than four points.
+        If a column or unit is missing, a value is not a number, a shape has less than four points, or its tip is not
+        at its depth: z is 0 at the surface.
     """
     table = tables_of(Path(file))[0]
     names = [split_header(header) for header in table.headers]
@@ -99,8 +123,11 @@ def _shape(key: tuple, series: dict[str, np.ndarray], keys: list[tuple], file: s
     points = np.column_stack([series[axis][rows] for axis in AXES])
     depth = float(series["depth"][rows[0]])
     name = re.sub(r"\s+", " ", f"{' '.join(map(str, key[:-1]))} {1e3 * depth:g} mm").strip()
-    if len(points) < 4:
-        raise InputError(f"points of shape {name}", len(points), "needs four at least", file, "Give all points.")
     along = int(np.argmax(np.ptp(points, axis=0)))
     points = points[:, [*(k for k in range(3) if k != along), along]]
-    return NeedleShape(name, depth, points[np.argsort(points[:, 2], kind="stable")])
+    if -points[:, 2].min() > points[:, 2].max():
+        points = points * [1.0, 1.0, -1.0]  # a table whose axis points out of the tissue
+    try:
+        return NeedleShape(name, depth, points[np.argsort(points[:, 2], kind="stable")])
+    except InputError as error:
+        raise error.at(file) from None

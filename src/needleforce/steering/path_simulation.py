@@ -10,7 +10,7 @@ import numpy as np
 from .. import core
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
-from .replay import BaseMoves, Replays, base_moves, replay_of, rows_of
+from .replay import Replays, base_moves, replay_of, rows_of
 from .tip_paths import TipPath
 
 PATH_SPACING = (
@@ -95,14 +95,12 @@ def simulated_path(
     replays: Replays | None = None,
 ) -> SimulatedPath:
     """What the parameters predict: the base moves across and the needle rolls at rest, then it is pushed in, then the
-    next motion begins and the tip is read. Plane by plane for a needle that does not roll and has no axial force.
-    ``replays`` is what a search with the same parameters keeps from one call to the next."""
+    next motion begins and the tip is read. ``replays`` is what a search with the same parameters keeps from one call to
+    the next."""
     depth = np.maximum.accumulate(np.maximum(path.depth - values["surface"], 0.0))
     moves = base_moves(depth, path, values["lead"])
-    if path.rolls or axial is not None:
-        simulated = _in_space(values, needle, axial, moves, replays)
-    else:
-        simulated = _by_planes(values, needle, moves, replays)
+    replay = replay_of(replays, "needle", lambda: _fine_enough(values, needle, axial))
+    simulated = rows_of(replay, replace(moves, roll=moves.roll + bevel_direction(values)))
     axis, sensor = (np.array([values[f"{name}_x"], values[f"{name}_y"]]) for name in ("axis", "sensor"))
     return SimulatedPath(
         tip=simulated["tip"] + np.outer(depth, axis),
@@ -115,48 +113,8 @@ def simulated_path(
     )
 
 
-def _in_space(
-    values: dict[str, float], needle: core.Needle, axial: Model | None, moves: BaseMoves, replays: Replays | None
-) -> dict[str, np.ndarray]:
-    layers = lateral_layers(values, tip_force_of(values))
-    replay = replay_of(replays, "space", lambda: _fine_enough(values, needle, layers, axial=axial, planar=False))
-    return rows_of(replay, replace(moves, roll=moves.roll + bevel_direction(values)))
-
-
-def _by_planes(
-    values: dict[str, float], needle: core.Needle, moves: BaseMoves, replays: Replays | None
-) -> dict[str, np.ndarray]:
-    """The same of a needle that does not roll, plane by plane."""
-    force = tip_force_of(values)
-    angle = bevel_direction(values) + moves.roll[0]
-    planes = []
-    for across, share in enumerate((math.cos(angle), math.sin(angle))):
-        layers = lateral_layers(values, force * share)
-        replay = replay_of(
-            replays, "xy"[across], lambda layers=layers: _fine_enough(values, needle, layers, planar=True)
-        )
-        aside = np.column_stack([moves.lateral[:, across], np.zeros(len(moves.depth))])
-        planes.append(rows_of(replay, replace(moves, lateral=aside, roll=np.zeros_like(moves.roll))))
-    x, y = planes
-    wrench = x["wrench"].copy()
-    wrench[:, 1], wrench[:, 3] = y["wrench"][:, 0], -y["wrench"][:, 4]
-    return {
-        "tip": np.column_stack([x["tip"][:, 0], y["tip"][:, 0]]),
-        "slope": np.column_stack([x["slope"][:, 0], y["slope"][:, 0]]),
-        "wrench": wrench,
-        "force": x["force"],
-        "lost": x["lost"] | y["lost"],
-    }
-
-
-def _fine_enough(
-    values: dict[str, float],
-    needle: core.Needle,
-    layers: list[core.LateralLayer],
-    *,
-    planar: bool,
-    axial: Model | None = None,
-) -> FlexibleInsertion:
+def _fine_enough(values: dict[str, float], needle: core.Needle, axial: Model | None) -> FlexibleInsertion:
     """The insertion as finely as a search needs it."""
     fineness = {"elements": ELEMENTS, "path_spacing": PATH_SPACING, "small_slopes": True, "max_slope": 1.5}
-    return FlexibleInsertion(axial, needle, lateral=layers, planar=planar, **fineness, **guide_of(values, needle))
+    layers = lateral_layers(values, tip_force_of(values))
+    return FlexibleInsertion(axial, needle, lateral=layers, **fineness, **guide_of(values, needle))

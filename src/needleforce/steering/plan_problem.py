@@ -23,7 +23,7 @@ OVER_LIMIT = 1e-2  # share of a limit
 EFFORT = 5.0  # of a base at its limit; a tip 0.1 mm off counts as much
 UNSMOOTH = 2.0  # of two knots that differ by the limit
 _KNOTS = 8
-_BETWEEN = 3  # points between two rows that are compared with obstacles
+_APART = 1e-4  # [m] of the places that are compared with obstacles
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,11 +207,6 @@ class PlanProblem:
         across = simulated.tip - simulated.tip[0] + self._error
         return np.column_stack([across, simulated.along - simulated.along[0]]), simulated
 
-    @property
-    def by_planes(self) -> bool:
-        """Whether motion along x has no effect along y, and the reverse."""
-        return not self.limits.rolls and self.axial is None and self.model.form != "given"
-
     def residuals(self, sought: np.ndarray) -> np.ndarray:
         """Distances from target, obstacles and limits, and effort, for least squares."""
         return self.residuals_of(sought, *self.predicted(self.motion(sought)))
@@ -224,12 +219,23 @@ class PlanProblem:
             [miss, self._near_obstacles(tip), self._over_limits(simulated), self._effort(motion), self._turns(sought)]
         )
 
-    def distances(self, tip: np.ndarray) -> np.ndarray:
-        """Distance of the path that is still to be cut from the nearest obstacle [m], at its rows and between them."""
-        rows = np.arange(len(tip))
-        dense = np.linspace(len(self.executed) - 1, len(tip) - 1, (_BETWEEN + 1) * self.free + 1)
-        points = np.column_stack([np.interp(dense, rows, column) for column in tip.T])
-        return distance_to(self.obstacles, points)
+    def distances(self, tip: np.ndarray, radius: np.ndarray | float = 0.0) -> np.ndarray:
+        """Distance of the path that is still to be cut from the nearest obstacle [m], at places at most 0.1 mm apart,
+        less a radius at the rows [m]."""
+        if not len(self.obstacles):
+            return np.full(self.free, np.inf)
+        dense = self._between
+        columns = (tip[:, 0], tip[:, 1], tip[:, 2], np.broadcast_to(radius, len(tip)))
+        *points, less = (np.interp(dense, np.arange(len(tip)), column) for column in columns)
+        return distance_to(self.obstacles, np.column_stack(points)) - less
+
+    @cached_property
+    def _between(self) -> np.ndarray:
+        """Places along the rows that are still to be executed, which are compared with obstacles."""
+        first, last = len(self.executed) - 1, len(self.depths) - 1
+        counts = np.ceil(np.diff(self.depths[first:]) / _APART).astype(int)
+        parts = [k + np.arange(count) / count for k, count in zip(range(first, last), counts) if count]
+        return np.concatenate([*parts, [float(last)]])
 
     def _near_obstacles(self, tip: np.ndarray) -> np.ndarray:
         if not len(self.obstacles):

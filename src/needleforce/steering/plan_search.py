@@ -104,8 +104,8 @@ def _counted(problem: PlanProblem, search: Search) -> Callable[[np.ndarray], np.
 
 def _slopes(problem: PlanProblem, sought: np.ndarray) -> np.ndarray:
     here = problem.residuals(sought)
-    if problem.by_planes:
-        return _slopes_by_planes(problem, sought, here)
+    if not problem.limits.rolls:
+        return _slopes_by_pairs(problem, sought, here)
     columns = []
     for k, step in enumerate(_steps(problem, sought)):
         aside = sought.copy()
@@ -114,8 +114,9 @@ def _slopes(problem: PlanProblem, sought: np.ndarray) -> np.ndarray:
     return np.column_stack(columns)
 
 
-def _slopes_by_planes(problem: PlanProblem, sought: np.ndarray, here: np.ndarray) -> np.ndarray:
-    """Both coordinates of a knot with one simulation."""
+def _slopes_by_pairs(problem: PlanProblem, sought: np.ndarray, here: np.ndarray) -> np.ndarray:
+    """Both coordinates of a knot with one simulation: what motion along x does along y, where tissue yields, is
+    neglected in the slopes of the search, not in what is found."""
     steps, columns = _steps(problem, sought), []
     tip, simulated = problem.predicted(problem.motion(sought))
     for k in range(0, len(sought), 2):

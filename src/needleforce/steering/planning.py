@@ -71,8 +71,7 @@ class Plan:
     @property
     def uncertain_clearance(self) -> float:
         """Smallest distance of the 95 % tube from an obstacle [m]; infinity without obstacles."""
-        distance = distance_to(self.problem.obstacles, self.path) - self.tube()
-        return float(distance[len(self.problem.executed) :].min())
+        return float(self.problem.distances(self.path, self.tube()).min())
 
     def tube(self, level: float = 0.95) -> np.ndarray:
         """Radius around the path in which the tip is with a probability.

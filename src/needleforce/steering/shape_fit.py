@@ -193,7 +193,7 @@ def _simulated(values: dict[str, float], needle: core.Needle, depth: float) -> n
 
 def _in_plane(shape: NeedleShape, along: np.ndarray) -> np.ndarray:
     """Position in the plane in which the shape bends, at places along it."""
-    points = shape.at(along)
+    points = shape.at(along) - shape.points[0, :2]
     chord = points[0] + np.outer((along - along[0]) / (along[-1] - along[0]), points[-1] - points[0])
     bend = (points - chord)[1:-1]
     direction = np.linalg.svd(bend, full_matrices=False)[2][0]

@@ -21,6 +21,8 @@ from .steering_parameters import ALIGNED, MODELS, SHAPE_MODELS, WRENCH_MODELS, P
 from .tip_paths import TipPath
 
 _KNOWN = {p.name: p for models in (MODELS, WRENCH_MODELS, SHAPE_MODELS) for group in models.values() for p in group}
+# of how the needle is held, and of the tracker
+_OPTIONAL = {"guide_distance", "rotational_compliance", "pivot_stiffness", "lever", *ALIGNED}
 _NEXT = "Give a file that fit.save or needleforce steer identify --save wrote."
 
 
@@ -100,10 +102,28 @@ def _model(found: SteeringFile) -> SteeringModel:
     needle = make_needle(found.needle)
     assert needle is not None
     covariance = _array(found.covariance, (len(parameters), len(parameters)), "covariance")
+    _check(found, covariance)
     insertions = tuple(_tip_path(each) for each in found.insertions)
     values = ALIGNED | found.values
     predictor = PathPredictor(partial(simulated_path, needle=needle), values, insertions, parameters, covariance)
     return SteeringModel(found.steering, values, needle, predictor)
+
+
+def _check(found: SteeringFile, covariance: np.ndarray) -> None:
+    """Raises InputError for another model, a value that it needs and does not have, or no covariance."""
+    groups = [group[found.steering] for group in (MODELS, WRENCH_MODELS, SHAPE_MODELS) if found.steering in group]
+    if not groups:
+        limit = f"must be {' or '.join(MODELS)}"
+        raise InputError("steering", repr(found.steering), limit, "$.steering", _NEXT)
+    needed = [[p.name for p in group if p.name not in _OPTIONAL] for group in groups]
+    if not any(set(names) <= set(found.values) for names in needed):
+        missing = next(name for name in needed[0] if name not in found.values)
+        raise InputError("values", ", ".join(found.values), f"{missing} is missing", "$.values", _NEXT)
+    if len(covariance) and not (
+        np.allclose(covariance, covariance.T, rtol=1e-6) and np.linalg.eigvalsh(covariance)[0] > 0.0
+    ):
+        limit = "must be symmetric with eigenvalues above 0"
+        raise InputError("covariance", "not one of errors", limit, "$.covariance", _NEXT)
 
 
 def _parameter(name: str, values: dict[str, float]) -> Parameter:

@@ -133,8 +133,22 @@ class TipEstimator:
         tilt: Sequence[float] = (0.0, 0.0),
         dt: float,
     ) -> TipEstimate:
-        """One cycle of the base, as of ``FlexibleInsertion.step``, with depths as in the table of the insertions;
-        never raises."""
+        """One cycle; never raises.
+
+        Parameters
+        ----------
+        depth : float
+            Of the base, from the same zero as in the insertions of the fit [m].
+        lateral, roll, tilt : float
+            Of the base, as in ``FlexibleInsertion.step`` [m], [rad], [1].
+        dt : float
+            Time since the last cycle [s].
+
+        Returns
+        -------
+        TipEstimate
+            With the status of the step; a refused one changes nothing.
+        """
         base = (depth - self._surface, tuple(lateral), tuple(tilt), roll + self._roll)
         return self._estimate(self._core.step(*base, dt))
 
@@ -154,17 +168,38 @@ class TipEstimator:
         -------
         bool
             False if it was not used: older than ``longest_delay``, not finite, or beyond what noise and errors
-            explain (1 in 3 million); then ``rejected`` counts it.
+            explain (1 in 3 million); then ``rejected`` counts it. Slopes beyond that are left out alone.
+
+        Raises
+        ------
+        InputError
+            If it has another number of values.
         """
-        across = np.asarray(tip, dtype=float)[:2] - self.entry[:2]
-        slopes = np.zeros(0) if slope is None else np.asarray(slope, dtype=float)[:2] - self._sensor
+        across = _numbers("tip", tip, 3)[:2] - self.entry[:2]
+        slopes = np.zeros(0) if slope is None else _numbers("slope of the tip", slope, 2) - self._sensor
         return self._core.tip(tuple(map(float, across)), float(age), list(map(float, slopes)))
 
     def read_wrench(self, wrench: ArrayLike) -> bool:
-        """Take a wrench (6,) of the tissue on the needle at the base, now [N], [N m]; a ``WrenchSensor`` turns readings
-        into it. It counts once in a millimetre of motion; False if it was not used: too soon, after a refused step, or
-        beyond what noise and errors of the mechanics explain."""
-        return self._core.wrench(tuple(map(float, np.asarray(wrench, dtype=float))))
+        """Take a wrench at the base.
+
+        Parameters
+        ----------
+        wrench : array_like, shape (6,)
+            Of the tissue on the needle, now [N], [N m]; a ``WrenchSensor`` turns readings into it. It counts once in a
+            millimetre of motion.
+
+        Returns
+        -------
+        bool
+            False if it was not used: too soon, after a refused step, not finite, or beyond what noise and errors of the
+            mechanics explain (1 in 3 million).
+
+        Raises
+        ------
+        InputError
+            If it has another number of values.
+        """
+        return self._core.wrench(tuple(map(float, _numbers("wrench", wrench, 6))))
 
     def shape(self) -> np.ndarray:
         """The needle from the base to the tip as estimated, (n, 3) [m]."""
@@ -246,6 +281,13 @@ class TipEstimator:
         values = self.model.values
         number = parameter.inside(values[parameter.name]) + 0.05 * parameter.spread
         return self.model.predictor.simulate(values | search_values([parameter], np.array([number])), path)
+
+
+def _numbers(quantity: str, values: ArrayLike, count: int) -> np.ndarray:
+    numbers = np.asarray(values, dtype=float)
+    if numbers.shape != (count,):
+        raise InputError(quantity, repr(values), f"must be {count} numbers", next_step="Give them in SI units.")
+    return numbers
 
 
 def _across(simulated: SimulatedPath) -> np.ndarray:

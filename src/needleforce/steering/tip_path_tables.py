@@ -41,8 +41,8 @@ def read(file: str | PathLike, *, unit: str | None = None) -> list[TipPath]:
     -------
     list of TipPath
         In the order of the file. The insertion axis is the one without a base column, or along which the tip goes
-        farthest; its direction is that in which the tip goes. Rows in which the tip stays the same to the last digit
-        while the base moves are those of a lost sensor, and left out.
+        farthest; its direction is that in which the tip goes, about which the roll is right-handed. Rows in which the
+        tip stays the same to the last digit while the base moves are those of a lost sensor, and left out.
 
     Raises
     ------
@@ -164,9 +164,16 @@ def _path(name: str, series: dict[str, np.ndarray], rows: np.ndarray, table: Fil
     if n < len(rows):
         notes.append(f"the last {len(rows) - n} rows are left out: the tip is the same to the last digit")
     start = tip[0, 2] - (one["depth"][0] if "depth" in one else 0.0)
-    roll = one["roll"][:n] if "roll" in one else np.zeros(n)
+    roll = one["roll"][:n] * _handedness(across, along, sign) if "roll" in one else np.zeros(n)
     slope = None if slope is None else slope[:n]
     return TipPath(name, base[:n], tip[:n], slope, float(start), note="; ".join(notes), roll=roll)
+
+
+def _handedness(across: list[str], along: str, sign: float) -> float:
+    """1 if the axes across and the direction of the insertion are right-handed, so that its roll goes from the first to
+    the second; else -1."""
+    axes = np.eye(3)[[AXES.index(axis) for axis in (*across, along)]]
+    return sign * round(float(np.linalg.det(axes)))
 
 
 def _along(series: dict[str, np.ndarray]) -> str:

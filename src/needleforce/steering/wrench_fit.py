@@ -117,7 +117,7 @@ def base_wrench(
     Raises
     ------
     InputError
-        If an axis is missing, or the recording does not reach the entry.
+        If an axis is missing, the recording does not reach the entry, or the sensor's z is across the insertion.
     """
     missing = [axis for axis in AXES if axis not in recording.axes]
     if missing:
@@ -130,10 +130,10 @@ def base_wrench(
     if len(inside) < 3:
         limit = f"is not passed; the deepest point is {1e3 * recording.depth[deepest]:.2f} mm"
         raise InputError("entry", f"{1e3 * entry:.2f} mm", limit, next_step="Give a depth of the recording.")
+    rolls, sensor = np.full(len(inside), roll), sensor or WrenchSensor()
     readings = np.zeros((len(inside), 6))
     readings[:, _LATERAL] = np.column_stack([recording.axes[axis][inside] for axis in AXES])
-    readings[:, 2] = recording.force[inside]
-    rolls, sensor = np.full(len(inside), roll), sensor or WrenchSensor()
+    readings = sensor.completed(readings, recording.force[inside], rolls)
     base = np.zeros((len(inside), 2)) if lateral is None else np.column_stack([each[inside] for each in lateral])
     at_base = sensor.wrench(readings, rolls)[:, _LATERAL]
     depth = np.maximum.accumulate(recording.depth[inside]) - entry

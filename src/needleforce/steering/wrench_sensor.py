@@ -10,6 +10,7 @@ from ..errors import InputError
 
 _NO_TURN = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN = (0.0, 0.0, 0.0)
+_LEAST_ALONG = 0.5  # cosine of the angle between the sensor's z and the insertion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,6 +99,40 @@ class WrenchSensor:
         loads = (1.0 if self.reports_load else -1.0) * np.asarray(readings, dtype=float)
         angle = np.asarray(roll, dtype=float)
         return self._moved(loads - self._weight(angle), angle, back=True)
+
+    def completed(self, readings: np.ndarray, force: np.ndarray, roll: np.ndarray) -> np.ndarray:
+        """Readings with fz and tz as they follow from a known axial force and a needle without twist.
+
+        Parameters
+        ----------
+        readings : ndarray, shape (n, 6)
+            Of which fx, fy [N], tx and ty [N m] are used.
+        force : ndarray, shape (n,)
+            Axial force of the tissue on the needle, positive against the insertion [N].
+        roll : ndarray, shape (n,)
+            Rotation of the needle [rad].
+
+        Returns
+        -------
+        ndarray, shape (n, 6)
+            With all six components.
+
+        Raises
+        ------
+        InputError
+            If the sensor's z is more than 60 degrees from the insertion.
+        """
+        along = np.asarray(self.axes, dtype=float)[:, 2]
+        if abs(along[2]) < _LEAST_ALONG:
+            limit, step = "its z must be along the insertion", "Turn six readings with WrenchSensor.wrench."
+            raise InputError("axes of the sensor", np.asarray(self.axes).tolist(), limit, next_step=step)
+        sign, weight = 1.0 if self.reports_load else -1.0, self._weight(roll)
+        loads = sign * readings - weight
+        loads[:, 2] = (-force - loads[:, :2] @ along[:2]) / along[2]
+        loads[:, 5] = 0.0
+        twist = self._moved(loads, roll, back=True)[:, 5]  # about the base, which has none
+        loads[:, 5] = -twist / along[2]
+        return sign * (loads + weight)
 
     def _weight(self, roll: np.ndarray) -> np.ndarray:
         """Reading of the weight, less that at a roll of 0 if the sensor was zeroed there."""
