@@ -119,6 +119,8 @@ def main(targets, seed):
         ("time of a plan, of one processor", seconds, "s"),
         ("time of one made anew", each, "s"),
     ):
+        if not len(values):
+            continue
         table.add_row(
             name, *(f"{value:.3g} {unit}" for value in (np.median(values), np.quantile(values, 0.9), values.max()))
         )

@@ -70,3 +70,9 @@ def test_the_axial_force_is_that_of_the_model():
     axial = nf.Insertion(nf.preset("paper"))
     force = [axial.step(depth, None, 0.2).force for depth in np.arange(0.0, 0.0201, 1e-3)][-1]
     assert insertion.force == pytest.approx(force, rel=0.02)
+
+
+@pytest.mark.parametrize(("quantity", "value"), [("modulus", 0.0), ("noise", -1e-4), ("play", math.nan)])
+def test_values_that_no_phantom_has_are_named(quantity, value):
+    with pytest.raises(nf.InputError, match=f"{quantity} of the steering phantom"):
+        SteeringPhantom(**{quantity: value})

@@ -10,6 +10,7 @@ import pytest
 import needleforce as nf
 from needleforce.steering import TipPath, identify
 from needleforce.steering.frame_check import check_frame
+from needleforce.steering.path_simulation import simulated_path
 
 STIFFNESS = 0.02
 NEEDLE = nf.Needle(1.27e-3, 0.0, 0.6, STIFFNESS * 64.0 / (math.pi * 1.27e-3**4))
@@ -177,13 +178,46 @@ def test_a_needle_that_does_not_reach_is_not_predicted():
         fit.predict(generated("deeper", motions(rng)[2], rng))
 
 
-@pytest.mark.parametrize("tissue, training, allowed", [("phantomA", ("01", "02"), 1.0), ("phantomB", ("01",), 1.0)])
-def test_held_out_steered_insertions_are_predicted(recordings, tissue, training, allowed):
+@pytest.mark.parametrize(
+    "tissue, trained, allowed",
+    [("phantomA", (("01", "02"), ("04", "05"), ("02", "05")), 0.8), ("phantomB", (("01",), ("02",)), 1.0)],
+)
+def test_held_out_steered_insertions_are_predicted(recordings, tissue, trained, allowed):
     # the figures over all choices are in docs/steering.md; a straight line from the entry is off by 3 to 5 mm
     paths = nf.steering.read(recordings / "needle-steering" / "stepwise_insertions.csv")
-    steered = [path for path in paths if path.name.startswith(f"{tissue}_closed")]
+    steered = {path.name[-2:]: path for path in paths if path.name.startswith(f"{tissue}_closed")}
     unsteered = [path for path in paths if path.name.startswith(f"{tissue}_open")]
-    fit = identify([*unsteered, *(path for path in steered if path.name[-2:] in training)], NEEDLE)
-    held = [path for path in steered if path.name[-2:] not in training]
-    errors = [np.linalg.norm((fit.predict(path) - path.tip)[:, :2], axis=1) for path in held]
+    errors = []
+    for training in trained:
+        fit = identify([*unsteered, *(steered[name] for name in training)], NEEDLE)
+        held = [path for name, path in steered.items() if name not in training]
+        errors += [np.linalg.norm((fit.predict(path) - path.tip)[:, :2], axis=1) for path in held]
     assert np.median([1e3 * math.sqrt(np.mean(error**2)) for error in errors]) < allowed
+
+
+def test_what_is_predicted_does_not_depend_on_how_the_tracker_is_turned():
+    def turned(path, angle):
+        turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+        tip = np.column_stack([path.tip[:, :2] @ turn, path.tip[:, 2]])
+        return TipPath(path.name, path.base @ turn, tip, path.slope @ turn, path.start)
+
+    rng = np.random.default_rng(13)
+    needle = nf.FlexibleInsertion(
+        None, NEEDLE, guide_distance=0.02, rotational_compliance=1.0, max_speed=math.inf, max_travel=0.3,
+        lateral=[nf.LateralLayer(modulus=3e4, tip_force=0.2, yielding_modulus=1e5, yield_force=20.0)],
+    )  # fmt: skip
+    base = np.cumsum(rng.normal(0.0, 2e-3, (16, 2)) * (np.arange(16) > 1)[:, None], axis=0)
+    rows = needle.run(5e-3 * np.arange(16), base)
+    path = TipPath("one", base, rows["tip"], rows["tangent"][:, :2] / rows["tangent"][:, 2:])
+    values = {
+        "modulus": 3e4, "yielding_modulus": 1e5, "yield_force": 20.0, "skin_modulus": 5e5, "skin_yield_force": 200.0,
+        "tip_stiffness": 100.0, "tip_memory": 2e-3, "guide_distance": 0.02, "rotational_compliance": 1.0,
+        "surface": 0.0, "lead": 0.5, "axis_x": 0.0, "axis_y": 0.0, "sensor_x": 0.0, "sensor_y": 0.0,
+    }  # fmt: skip
+    here = simulated_path(values | {"tip_force_x": 0.2, "tip_force_y": 0.0}, path, needle=NEEDLE)
+    for angle in (0.5, 0.25 * np.pi, 2.0):
+        force = {"tip_force_x": 0.2 * math.cos(angle), "tip_force_y": -0.2 * math.sin(angle)}
+        there = simulated_path(values | force, turned(path, -angle), needle=NEEDLE)
+        back = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+        np.testing.assert_allclose(there.tip @ back.T, here.tip, atol=2e-6)
+        np.testing.assert_allclose(there.slope @ back.T, here.slope, atol=1e-4)

@@ -99,7 +99,7 @@ def test_headers_of_other_programs_are_recognised(tmp_path):
     header = ["Run", "Tip x [mm]", "Tip y [mm]", "Tip z [mm]", "Guide X (mm)", "Guide Z (mm)", "Roll [deg]"]
     (path,) = read(written(tmp_path, [[*row, 90.0 * i] for i, row in enumerate(straight())], header))
     np.testing.assert_allclose(path.roll, 0.5 * math.pi * np.arange(6))
-    assert path.rolls and path.name == "one"
+    assert path.name == "one"
 
 
 def test_a_table_without_a_base_or_units(tmp_path):

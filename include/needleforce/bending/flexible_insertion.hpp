@@ -183,14 +183,14 @@ class FlexibleInsertion {
       const double next = travel > 0.0 ? next_node(state_.base.depth) : base.depth;
       const bool last_node = !(next < base.depth - 1e-9 * state_.path.spacing);
       const double by_node = last_node ? 1.0 : (next - from.depth) / travel;
-      const double left = state_.path.spacing - state_.moved_across;
+      const double left = std::max(0.0, state_.path.spacing - state_.moved_across);
       const double by_motion = across * (1.0 - done) > left ? done + left / across : 1.0;
       const bool aside = by_motion < by_node;
       const double share = aside ? by_motion : by_node;
       const double depth = aside ? from.depth + share * travel : next;
       state_.moved_across += (share - done) * across;
       const bool on_node = travel > 0.0 && next < base.depth + 1e-9 * state_.path.spacing;
-      const bool remembers = aside || on_node;
+      const bool remembers = on_node || state_.moved_across >= (1.0 - 1e-9) * state_.path.spacing;
       if (remembers) state_.moved_across = 0.0;
       move(share == 1.0 ? base : between(from, base, share, depth), dt * (share - done), events, remembers);
       done = share;

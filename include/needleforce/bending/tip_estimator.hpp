@@ -9,6 +9,7 @@
 #include <span>
 #include <type_traits>
 
+#include "expected_error.hpp"
 #include "flexible_insertion.hpp"
 #include "path_filter.hpp"
 
@@ -31,7 +32,7 @@ class TipEstimator {
  public:
   using Filter = PathFilter<max_modes>;
   using Plane = std::array<double, 2>;
-  static constexpr std::size_t known_nodes = 128, kept_rows = 512;
+  static constexpr std::size_t kept_rows = 512;
 
   /// `varied` are insertions with the parameters one standard deviation along each mode, at most `max_modes`;
   /// all are reset. With more, or none of its own, every estimate is that of `likely`.
@@ -46,11 +47,7 @@ class TipEstimator {
   }
 
   /// The error of the tip that other insertions had, at depths every `spacing` [m]; for use before the loop.
-  void expect(std::span<const Plane> errors, double spacing) noexcept {
-    known_count_ = std::min(errors.size(), known_nodes);
-    known_spacing_ = spacing;
-    std::copy_n(errors.begin(), known_count_, known_.begin());
-  }
+  void expect(std::span<const Plane> errors, double spacing) noexcept { known_.set(errors, spacing); }
 
   /// One cycle. Wait-free; it costs one step for the needle and one for each mode.
   TipEstimate step(const Base& base, double dt) noexcept {
@@ -90,13 +87,14 @@ class TipEstimator {
     double distance = 0.0;
     for (std::size_t d = 0; d < 2; ++d) {
       rows[d] = position_row(then, d, behind);
-      off[d] = across[d] - then.tip[d] - known(then.depth, d) - filter_.expected(rows[d]);
+      off[d] = across[d] - then.tip[d] - known_.at(then.depth, d) - filter_.expected(rows[d]);
       distance += off[d] * off[d] / (filter_.covariance(rows[d], rows[d]) + noise);
     }
     if (distance > gate) return ++rejected_, false;
     const bool plausible = slopes && slope_distance(then, *slopes) <= gate;
     rejected_ = 0;
-    for (std::size_t d = 0; d < 2; ++d) take(rows[d], across[d] - then.tip[d] - known(then.depth, d), noise);
+    for (std::size_t d = 0; d < 2; ++d)
+      take(rows[d], across[d] - then.tip[d] - known_.at(then.depth, d), noise);
     if (plausible) take_slopes(then, *slopes);
     return true;
   }
@@ -159,9 +157,9 @@ class TipEstimator {
     std::array<Filter::Row, 2> rows{};
     for (std::size_t d = 0; d < 2; ++d) {
       rows[d] = position_row(current_, d, behind);
-      result.tip[d] = current_.tip[d] + known(base_.depth, d) + filter_.expected(rows[d]);
+      result.tip[d] = current_.tip[d] + known_.at(base_.depth, d) + filter_.expected(rows[d]);
       result.slope[d] =
-          current_.slope[d] + known_slope(base_.depth, d) + filter_.expected(slope_row(current_, d));
+          current_.slope[d] + known_.slope(base_.depth, d) + filter_.expected(slope_row(current_, d));
     }
     result.covariance = {filter_.covariance(rows[0], rows[0]), filter_.covariance(rows[0], rows[1]),
                          filter_.covariance(rows[1], rows[1])};
@@ -231,7 +229,7 @@ class TipEstimator {
       row.wrench_by_mode[m][2 + d] = aside.wrench[3 + d] - row.wrench[2 + d];
     }
   }
-  /// A needle that did not take the step: what depended on its mode goes on as it was.
+  /// A needle that did not take the step: what depended on its mode stays as it was.
   void keep(Kept& row, std::size_t m) const noexcept {
     row.tip_by_mode[m] = current_.tip_by_mode[m];
     row.slope_by_mode[m] = current_.slope_by_mode[m];
@@ -297,33 +295,21 @@ class TipEstimator {
     double distance = 0.0;
     for (std::size_t d = 0; d < 2; ++d) {
       const Filter::Row row = slope_row(then, d);
-      const double off = slopes[d] - then.slope[d] - known_slope(then.depth, d) - filter_.expected(row);
+      const double off = slopes[d] - then.slope[d] - known_.slope(then.depth, d) - filter_.expected(row);
       distance += off * off / (filter_.covariance(row, row) + given_.slope_noise * given_.slope_noise);
     }
     return distance;
   }
   void take_slopes(const Kept& then, const Plane& slopes) noexcept {
     for (std::size_t d = 0; d < 2; ++d)
-      take(slope_row(then, d), slopes[d] - then.slope[d] - known_slope(then.depth, d),
+      take(slope_row(then, d), slopes[d] - then.slope[d] - known_.slope(then.depth, d),
            given_.slope_noise * given_.slope_noise);
   }
 
-  double known(double depth, std::size_t d) const noexcept {
-    if (known_count_ < 2) return 0.0;
-    const double place = std::clamp(depth / known_spacing_, 0.0, static_cast<double>(known_count_ - 1));
-    const std::size_t k = std::min(static_cast<std::size_t>(place), known_count_ - 2);
-    return known_[k][d] + (place - static_cast<double>(k)) * (known_[k + 1][d] - known_[k][d]);
-  }
-  double known_slope(double depth, std::size_t d) const noexcept {
-    if (known_count_ < 2) return 0.0;
-    const double half = 0.5 * known_spacing_, end = known_spacing_ * static_cast<double>(known_count_ - 1);
-    const double at = std::clamp(depth, half, end - half);  // beyond the ends it goes on as there
-    return (known(at + half, d) - known(at - half, d)) / known_spacing_;
-  }
   double error_behind(std::size_t d, double behind, double depth) const noexcept {
     const auto& state = filter_.state();
     return state[Filter::position(d)] - behind * (state[Filter::slope(d)] + state[Filter::common(d)]) +
-           known(std::max(0.0, depth), d);
+           known_.at(std::max(0.0, depth), d);
   }
   static std::size_t points_of(const SpatialInsertion& needle,
                                std::array<Vector, max_points>& points) noexcept {
@@ -339,9 +325,7 @@ class TipEstimator {
   std::size_t count_;
   SpatialInsertion likely_;
   std::array<SpatialInsertion, max_modes> varied_{likely_, likely_, likely_, likely_, likely_, likely_};
-  std::array<Plane, known_nodes> known_{};
-  std::size_t known_count_ = 0;
-  double known_spacing_ = 1.0;
+  ExpectedError known_{};
   std::array<Kept, kept_rows> kept_{};
   Kept current_{};
   BentSample sample_{};

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import core
+from ..errors import InputError
 from ..files import atomic_write
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
@@ -16,6 +17,7 @@ from .experiment import streams
 
 _NEEDLE = core.Needle(1.27e-3, 0.0, 0.3, 162e9, 0.3)  # 18 gauge, solid: E I = 0.0207 N m^2
 _TOPS = (0.0, 2e-3, 12e-3, 25e-3, 40e-3, 55e-3, 70e-3, 85e-3)  # [m]; the tissue changes at these depths
+_POSITIVE = ("modulus", "scale", "yielding_modulus", "yield_force", "skin", "guide_distance")
 _PUSH, _PUSH_S = 1e-3, 0.2  # [m] and [s] of a push
 
 
@@ -51,6 +53,11 @@ class SteeringPhantom:
         Standard deviations of the entry [m] and of the axis [rad] between insertions.
     noise, slope_noise : float
         Standard deviations of a reading of the tip [m] and of its slope [1].
+
+    Raises
+    ------
+    InputError
+        If a value is not finite or negative, or one that the tissue or the guide needs is 0.
     """
 
     needle: core.Needle = _NEEDLE
@@ -69,6 +76,15 @@ class SteeringPhantom:
     tilt: float = 5e-3
     noise: float = 0.15e-3
     slope_noise: float = 2e-3
+
+    def __post_init__(self) -> None:
+        for quantity, value in vars(self).items():
+            if quantity == "needle":
+                continue
+            positive = quantity in _POSITIVE
+            if not (np.isfinite(value) and (value > 0.0 if positive else value >= 0.0)):
+                limit = "must be finite and " + ("above 0" if positive else "at least 0")
+                raise InputError(f"{quantity} of the steering phantom", value, limit, next_step="Give SI units.")
 
     def layers(self, random: np.random.Generator) -> list[core.LateralLayer]:
         """The layers of one site."""

@@ -3,6 +3,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -180,10 +181,9 @@ def identify_shapes(
     values = found.values | ALIGNED
     predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)
     fit = ShapeFit(SteeringModel(model, values, needle, predictor), found.estimates, found.trade_offs, {})
-    for each in shapes:
-        off = fit.predict(each)[:, :2] - each.points[:, :2]
-        fit.rms[each.name] = float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
-    return fit
+    off = {each.name: fit.predict(each)[:, :2] - each.points[:, :2] for each in shapes}
+    rms = {name: float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))) for name, apart in off.items()}
+    return replace(fit, rms=rms)
 
 
 def _simulated(values: dict[str, float], needle: core.Needle, depth: float) -> np.ndarray:

@@ -105,7 +105,7 @@ def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, ax
     moves = base_moves(depth, path)
     rows, shapes = _stepped(flex, moves, steered.roll, len(motion))
     added = np.zeros((len(motion), 3))
-    if steered.form != "given":
+    if steered.identified:
         added = _in_tracker(steered, motion.depth, depth, rows["tip"][0])
     return SteeredRun(
         motion=motion,

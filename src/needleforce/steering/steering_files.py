@@ -56,7 +56,7 @@ def save(model: SteeringModel, path: str | os.PathLike) -> None:
     InputError
         If the model was not identified, or the file cannot be written.
     """
-    if model.form == "given" or model.predictor.covariance is None:
+    if not model.identified or model.predictor.covariance is None:
         raise InputError("model", model.form, "not identified", next_step="Save the values of your insertion yourself.")
     names = [parameter.name for parameter in model.predictor.parameters]
     head = [

@@ -39,6 +39,11 @@ class SteeringModel:
     predictor: PathPredictor = field(repr=False, compare=False)
 
     @property
+    def identified(self) -> bool:
+        """False for a ``FlexibleInsertion`` whose parameters are given."""
+        return self.form != "given"
+
+    @property
     def roll(self) -> float:
         """Direction of the tip's lateral force at the roll of the insertions [rad], from x towards y."""
         return bevel_direction(self.values) if self.values else 0.0

@@ -60,7 +60,7 @@ _GUIDE = _parameters(
     ("rotational_compliance", "rad/(N m)", 1.0, 3.0, True, 1e-4, 5e3, "rotational compliance of the guide"),
     ("surface", "m", 0.0, 3e-3, False, -0.02, 0.02, "where the tissue begins, from where depth counts"),
 )
-_MEASURED = _parameters(
+_TRACKER = _parameters(
     ("lead", "1", 0.5, 0.5, False, 0.0, 1.0, "share of the base's next motion that a reading has seen"),
     ("axis_x", "rad", 0.0, 0.05, False, -0.3, 0.3, "slope of the insertion axis in the tracker's frame, along x"),
     ("axis_y", "rad", 0.0, 0.05, False, -0.3, 0.3, "the same along y"),
@@ -68,8 +68,8 @@ _MEASURED = _parameters(
     ("sensor_y", "rad", 0.0, 0.05, False, -0.3, 0.3, "the same along y"),
 )
 MODELS = {
-    "linear": (*_TISSUE, *_GUIDE, *_PIVOT, *_MEASURED),
-    "yielding": (*_TISSUE, *_YIELDING, *_SKIN, *_GUIDE, *_MEASURED),
+    "linear": (*_TISSUE, *_GUIDE, *_PIVOT, *_TRACKER),
+    "yielding": (*_TISSUE, *_YIELDING, *_SKIN, *_GUIDE, *_TRACKER),
 }
 """Name of a model -> the parameters that are identified."""
 
@@ -95,7 +95,7 @@ WRENCH_MODELS = {
 """Name of a model -> the parameters that are identified from base wrenches."""
 SHAPE_MODELS = {"linear": (*_TISSUE[:1], *_TIP, *_GUIDE)}
 """Name of a model -> the parameters that are identified from shapes."""
-ALIGNED = {"lead": 0.0, "axis_x": 0.0, "axis_y": 0.0, "sensor_x": 0.0, "sensor_y": 0.0}
+ALIGNED = {parameter.name: 0.0 for parameter in _TRACKER}
 """A tracker whose frame is that of the base, for needles that were identified without one."""
 
 

@@ -15,15 +15,14 @@ from ..models.model import Model
 from .path_errors import PathReadings
 from .path_simulation import SimulatedPath
 from .steering_model import SteeringModel, steering_model
-from .steering_parameters import search_values
+from .steering_parameters import ALIGNED, search_values
 from .tip_paths import TipPath
 
 MAX_MODES = 6
 _SHARE = 1e-3  # of the variance of the tip: modes with less are left out
 _KNOWN = 101  # depths at which the expected error is handed to the core
 _DEEPEST = 0.3  # [m]
-# parameters of tracker and table, which are no part of a needle in the loop
-_MEASURED = ("lead", "axis_x", "axis_y", "sensor_x", "sensor_y", "surface", "lever")
+_NO_PART_OF_THE_NEEDLE = (*ALIGNED, "surface", "lever")  # parameters of tracker and table
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ class TipEstimator:
         self.model, self.entry = steering_model(model, axial), np.asarray(entry, dtype=float)
         if self.entry.shape != (3,) or not np.all(np.isfinite(self.entry)):
             raise InputError("entry", repr(entry), "must be three finite numbers", next_step="Give x, y, z in m.")
-        given = self.model.form == "given"
+        given = not self.model.identified
         if given and options:
             step = "Give them to FlexibleInsertion."
             raise InputError("options", ", ".join(options), "a given insertion has its own", next_step=step)
@@ -246,7 +245,7 @@ class TipEstimator:
         """The values with the deviations of a mode, in standard deviations of the priors."""
         values = dict(self.model.values)
         for parameter, share in zip(self.model.predictor.parameters, mode):
-            if share and parameter.name not in _MEASURED:
+            if share and parameter.name not in _NO_PART_OF_THE_NEEDLE:
                 number = parameter.inside(values[parameter.name]) + parameter.spread * float(share)
                 moved = search_values([parameter], np.array([number]))[parameter.name]
                 values[parameter.name] = float(np.clip(moved, parameter.low, parameter.high))
@@ -256,7 +255,7 @@ class TipEstimator:
         """Directions of the parameters (p, k) by which the tip is uncertain, each a standard deviation long; the one
         that matters most first."""
         predictor = self.model.predictor
-        kept = [k for k, parameter in enumerate(predictor.parameters) if parameter.name not in _MEASURED]
+        kept = [k for k, parameter in enumerate(predictor.parameters) if parameter.name not in _NO_PART_OF_THE_NEEDLE]
         if not kept or predictor.covariance is None:
             return np.zeros((len(predictor.parameters), 0))
         factor = np.linalg.cholesky(predictor.covariance[np.ix_(kept, kept)])

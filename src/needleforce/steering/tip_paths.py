@@ -71,11 +71,6 @@ class TipPath:
         return bool(np.any(self.base != self.base[0]))
 
     @property
-    def rolls(self) -> bool:
-        """Whether the needle was turned on its way."""
-        return bool(np.any(self.roll != self.roll[0]))
-
-    @property
     def compared(self) -> np.ndarray:
         """Indices of the rows that a fit compares: all, or of a continuous recording 60, evenly over the motion."""
         return self.compared_until(len(self))

@@ -2,7 +2,7 @@
 """Wrenches at the base of an insertion, and tissue, tip and guide from them alone."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -211,9 +211,8 @@ def identify_wrenches(
     values = found.values | ALIGNED
     predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)
     fit = WrenchFit(SteeringModel(model, values, needle, predictor), found.estimates, found.trade_offs, {})
-    for each in insertions:
-        fit.rms[each.name] = np.sqrt(np.mean((fit.predict(each) - each.lateral) ** 2, axis=0))
-    return fit
+    rms = {each.name: np.sqrt(np.mean((fit.predict(each) - each.lateral) ** 2, axis=0)) for each in insertions}
+    return replace(fit, rms=rms)
 
 
 def _simulated(values: dict[str, float], insertion: BaseWrench, needle: core.Needle) -> np.ndarray:

@@ -10,7 +10,7 @@ from ..errors import InputError
 
 _NO_TURN = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN = (0.0, 0.0, 0.0)
-_LEAST_ALONG = 0.5  # cosine of the angle between the sensor's z and the insertion
+_MIN_COSINE = 0.5  # cosine of the angle between the sensor's z and the insertion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +95,20 @@ class WrenchSensor:
         return (1.0 if self.reports_load else -1.0) * (loads + held)
 
     def wrench(self, readings: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
-        """The wrench of the tissue on the needle at the base from readings, the inverse of ``readings``."""
+        """The wrench of the tissue on the needle at the base, the inverse of ``readings``.
+
+        Parameters
+        ----------
+        readings : array_like, shape (n, 6) or (6,)
+            fx, fy, fz [N], tx, ty, tz [N m] in the sensor's frame.
+        roll : array_like, shape (n,) or scalar
+            Rotation of the needle [rad].
+
+        Returns
+        -------
+        ndarray, shape (n, 6) or (6,)
+            In the frame of the base [N], [N m].
+        """
         loads = (1.0 if self.reports_load else -1.0) * np.asarray(readings, dtype=float)
         angle = np.asarray(roll, dtype=float)
         return self._moved(loads - self._weight(angle), angle, back=True)
@@ -123,7 +136,7 @@ class WrenchSensor:
             If the sensor's z is more than 60 degrees from the insertion.
         """
         along = np.asarray(self.axes, dtype=float)[:, 2]
-        if abs(along[2]) < _LEAST_ALONG:
+        if abs(along[2]) < _MIN_COSINE:
             limit, step = "its z must be along the insertion", "Turn six readings with WrenchSensor.wrench."
             raise InputError("axes of the sensor", np.asarray(self.axes).tolist(), limit, next_step=step)
         sign, weight = 1.0 if self.reports_load else -1.0, self._weight(roll)
