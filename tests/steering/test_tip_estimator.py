@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import needleforce as nf
+from needleforce import core
 from needleforce.rig import SteeringPhantom, steering_insertion, write_steering
-from needleforce.steering import TipEstimator, identify, read
+from needleforce.steering import TipEstimator, WrenchSensor, identify, path_errors, read
 
 STIFFNESS = 0.02
 NEEDLE = nf.Needle(1.27e-3, 0.0, 0.3, STIFFNESS * 64.0 / (math.pi * 1.27e-3**4))
@@ -122,6 +123,19 @@ def test_reset_and_refused_steps():
     estimator.read_tip(first + ASIDE)
     estimator.reset()
     np.testing.assert_array_equal([estimator.step(depth, dt=0.1).tip for depth in (0.0, 0.01, 0.02)][-1], first)
+
+
+def test_errors_of_the_path_are_the_same_in_the_fit_and_in_the_loop():
+    loop, sensor = core.PathUncertainty(), WrenchSensor()
+    fit = (
+        path_errors.POSITION_NOISE, path_errors.SLOPE_NOISE, path_errors.OFFSET_SPREAD, path_errors.TILT_SPREAD,
+        path_errors.UNEVENNESS, path_errors.COMMON_SLOPE, path_errors.COMMON_LENGTH,
+    )  # fmt: skip
+    assert fit == (
+        loop.tip_noise, loop.slope_noise, loop.offset, loop.tilt, loop.unevenness, loop.common_slope,
+        loop.common_length,
+    )  # fmt: skip
+    assert (sensor.force_noise, sensor.moment_noise) == (loop.force_noise, loop.moment_noise)
 
 
 def test_bad_settings_are_named():

@@ -11,8 +11,9 @@
 
 namespace needleforce::bending {
 
-/// How uncertain the path of an identified needle is. The defaults are those of
-/// src/needleforce/steering/path_errors.py.
+/// How uncertain the path of an identified needle is. The defaults of the path are those of
+/// src/needleforce/steering/path_errors.py; the wrench is that of tissue at another site than those of the
+/// fit.
 struct PathUncertainty {
   double tip_noise = 0.2e-3;
   double slope_noise = 4e-3;

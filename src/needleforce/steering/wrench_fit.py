@@ -141,7 +141,8 @@ def base_wrench(
     return BaseWrench(name, depth, base, rolls, at_base, sensor=sensor)
 
 
-# what the mechanics get wrong: a share of the largest force and moment, which varies along this length
+# what the mechanics get wrong at the site to which they are fitted: a share of the largest force and moment, which
+# varies along this length
 MODEL_ERROR = 0.05
 MODEL_LENGTH = 0.01  # [m]
 _BIAS = 10.0  # of the sensor, in standard deviations of its noise
