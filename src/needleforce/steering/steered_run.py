@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..files import atomic_write
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
+from .base_motion import COLUMNS as BASE_COLUMNS
 from .base_motion import BaseMotion
 from .path_errors import PathReadings
 from .replay import base_moves
@@ -18,8 +19,8 @@ from .steering_model import SteeringModel, steering_model
 from .tip_paths import TipPath
 
 COLUMNS = (
-    "depth_mm", "base_x_mm", "base_y_mm", "roll_deg", "tip_x_mm", "tip_y_mm", "tip_z_mm", "force_N", "fx_N", "fy_N",
-    "fz_N", "tx_Nmm", "ty_Nmm", "tz_Nmm", "status",
+    *BASE_COLUMNS, "tip_x_mm", "tip_y_mm", "tip_z_mm", "force_N", "fx_N", "fy_N", "fz_N", "tx_Nmm", "ty_Nmm", "tz_Nmm",
+    "status",
 )  # fmt: skip
 _SHAPES = 5
 
