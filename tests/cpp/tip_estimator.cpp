@@ -316,6 +316,41 @@ TEST(TipEstimator, AnotherInsertionHasAnotherPoseOfTheSameNeedle) {
   EXPECT_NEAR(outside.tip[0], at_first.tip[0], 1e-9);
 }
 
+TEST(TipEstimator, OneStepToAnotherPlaceInTissueIsAnotherInsertion) {
+  const auto filter = estimator();
+  const auto readings = [&](double depth) {
+    const BentSample& here = filter->estimate().sample;
+    if (depth > 0.02) filter->tip({here.tip[0] + 1.5e-3, here.tip[1]}, 0.0);
+  };
+  push(*filter, 0.0, 0.05, readings);
+  for (int i = 9; i >= 0; --i) filter->step({.depth = 5e-3 * i}, 0.1);
+  filter->step({.depth = -1e-3}, 0.1);
+  const TipEstimate elsewhere = filter->step({.depth = 2e-3, .lateral = {8e-3, 0.0}}, 0.1);
+  EXPECT_GT(elsewhere.covariance[0], 0.9e-6);  // as at any entry
+  EXPECT_NEAR(elsewhere.tip[0], elsewhere.sample.tip[0], 2e-4);
+}
+
+TEST(TipEstimator, TimeThatRefusedStepsTakePassesForAllNeedles) {
+  // with friction that depends on speed, a needle that waited less would be pushed faster
+  const laws::Karnopp friction{.coulomb_in = 10.0,
+                               .coulomb_out = -10.0,
+                               .viscous_in = 100.0,
+                               .viscous_out = 100.0,
+                               .static_in = 10.0,
+                               .static_out = -10.0,
+                               .static_band = 1e-4,
+                               .presliding = 20e-6};
+  const Model model{laws::Polynomial{1.0, 0.0}, laws::PunctureDepth{0.0}, friction, laws::NoCutting{}};
+  const SpatialInsertion pushed(Insertion(model, {.max_speed = 1.0, .hold_time = 0.05}), guided());
+  const std::vector<SpatialInsertion> varied{pushed};
+  const auto filter = std::make_unique<TipEstimator>(pushed, varied, PathUncertainty{});
+  for (int i = 0; i <= 2000; ++i) filter->step({.depth = 2e-5 * i}, 1e-3);
+  for (int i = 0; i < 30; ++i) filter->step({.depth = std::numeric_limits<double>::quiet_NaN()}, 1e-3);
+  const TipEstimate after = filter->step({.depth = 2e-5 * 2031}, 1e-3);
+  EXPECT_TRUE(filter->wrench(after.sample.wrench));
+  EXPECT_EQ(filter->mode_variance(0), 1.0);
+}
+
 TEST(TipEstimator, BeginsAnewWithAUsedNeedle) {
   SpatialInsertion used = needle(20e3, 0.2);
   used.step({.depth = 0.04}, 0.1);

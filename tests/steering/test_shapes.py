@@ -63,6 +63,8 @@ def test_axis_of_a_table_may_point_outwards_but_counts_from_the_surface(tmp_path
     inwards = read_shapes(written(tmp_path / "in.csv", points, 0.1))[0]
     outwards = read_shapes(written(tmp_path / "out.csv", points * [1.0, 1.0, -1.0], 0.1))[0]
     np.testing.assert_allclose(outwards.points, inwards.points, atol=1e-9)
+    inside = read_shapes(written(tmp_path / "above.csv", np.vstack([[[0.0, 0.0, -0.11]], points]), 0.1))[0]
+    assert inside.points[-1, 2] == pytest.approx(points[-1, 2], abs=1e-6)  # the hub is no tip
     for shift in (0.05, -0.05):
         with pytest.raises(nf.InputError, match="within 10 % of the depth"):
             read_shapes(written(tmp_path / "other.csv", points + np.array([0.0, 0.0, shift]), 0.1))

@@ -53,6 +53,7 @@ class BeamEquilibrium {
   using Equations = BeamEquations<dimension>;
 
   static constexpr std::size_t cautious_after = 5;  // iterations
+  static constexpr double close = 100.0;            // tolerances
 
   void solve_once(Outcome& outcome, const BeamProperties& properties, const Path& path,
                   const Load& load) noexcept {
@@ -64,7 +65,7 @@ class BeamEquilibrium {
   }
   void iterate(Outcome& outcome, const BeamProperties& properties, const Path& path,
                const Load& load) noexcept {
-    EquilibriumSearch<dimension> search(mesh_);
+    EquilibriumSearch<dimension> search(mesh_, close * properties.tolerance);
     double change = std::numeric_limits<double>::infinity();
     while (change > properties.tolerance && outcome.iterations < properties.max_iterations) {
       ++outcome.iterations;
@@ -75,7 +76,7 @@ class BeamEquilibrium {
       if (!outcome.stable) return;
       change = search.advance(equations);
     }
-    outcome.converged = change <= 1e3 * properties.tolerance;
+    outcome.converged = change <= close * properties.tolerance;
   }
 
   void assemble(Equations& equations, const BeamProperties& properties, const Path& path, const Load& load,

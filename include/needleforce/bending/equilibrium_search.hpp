@@ -21,13 +21,15 @@ class EquilibriumSearch {
   using Equations = BeamEquations<dimension>;
   using Shape = std::array<NodeValue<dimension>, max_nodes>;
 
-  explicit EquilibriumSearch(BeamMesh<dimension>& mesh) noexcept : mesh_(mesh), count_(mesh.count()) {}
+  /// Steps of less than `near` [m] are not shortened: they are rounding, or the last of a kink.
+  EquilibriumSearch(BeamMesh<dimension>& mesh, double near) noexcept
+      : mesh_(mesh), count_(mesh.count()), near_(near) {}
 
   /// Compares the forces at the present shape, from its equations, with the last step. True if that was too
   /// long and was shortened: these equations are of no use then. Wait-free.
   bool shortened(const Equations& equations) noexcept {
     missing(equations);
-    if (steps_ < 2 || shortenings_ == max_shortenings)
+    if (steps_ < 2 || shortenings_ == max_shortenings || change_ < near_)
       return false;  // the first brings the base to its place
     const double work = dot(missing_, step_);
     if (!(work > overshoot * std::abs(work_))) return false;
@@ -41,7 +43,7 @@ class EquilibriumSearch {
   /// Takes a step towards the solution of the equations; returns the distance to it of the farthest node [m].
   /// Wait-free.
   double advance(const Equations& solved) noexcept {
-    double change = 0.0;
+    change_ = 0.0;
     Shape off;
     const auto nodes = mesh_.nodes();
     for (std::size_t i = 0; i < count_; ++i)
@@ -50,7 +52,7 @@ class EquilibriumSearch {
         shape_[i].r[d] = mesh_.h() * nodes[i].slope[d];
         off[i].y[d] = solved.value[i].y[d] - shape_[i].y[d];
         off[i].r[d] = solved.value[i].r[d] - shape_[i].r[d];
-        change = std::max(change, std::abs(off[i].y[d]));
+        change_ = std::max(change_, std::abs(off[i].y[d]));
       }
     copy(off, step_);
     if (steps_ > 0) improve(solved.value, off);
@@ -59,7 +61,7 @@ class EquilibriumSearch {
     share_ = 1.0;
     work_ = dot(missing_, step_);
     move();
-    return change;
+    return change_;
   }
 
  private:
@@ -158,7 +160,7 @@ class EquilibriumSearch {
 
   BeamMesh<dimension>& mesh_;
   std::size_t count_, steps_ = 0, known_ = 0, shortenings_ = 0;
-  double share_ = 1.0, work_ = 0.0;
+  double near_, share_ = 1.0, work_ = 0.0, change_ = 0.0;
   Shape shape_, step_, missing_;  // of the nodes in use alone
   Solution last_;
   std::array<Solution, 2> changes_;

@@ -38,7 +38,7 @@ struct FlexibleState {
 
 inline bool possible(const BentSample& sample) noexcept {
   return needleforce::possible(sample.axial) && sample.status >= Status::ok &&
-         sample.status <= Status::not_finite && is_flag(sample.buckled);
+         sample.status <= Status::not_finite && is_flag(sample.buckled) && is_flag(sample.moved);
 }
 /// True for a state from outside that a needle with these settings can have, as far as a step relies on it:
 /// numbers of nodes, words, flags, and the lengths from which nodes are counted. Wait-free.

@@ -51,11 +51,15 @@ class TipEstimator {
 
   /// One cycle. Wait-free; it costs one step for the needle and one for each mode.
   TipEstimate step(const Base& base, double dt) noexcept {
-    const bool had_path = !likely_.path().empty();
+    const double front = likely_.path().empty() ? 0.0 : likely_.path().front();
     sample_ = likely_.step(base, dt);
     if (dt > 0.0 && std::isfinite(dt)) time_ += dt;  // also while the base is not known: readings have an age
-    if (!sample_.moved) return estimate();
-    if (had_path && likely_.path().empty()) leave();
+    if (!sample_.moved) {
+      for (std::size_t m = 0; m < count_; ++m)
+        varied_[m].step(base, dt);  // they wait as long as the likely one
+      return estimate();
+    }
+    if (likely_.path().empty() ? front > 0.0 : likely_.path().front() < front) leave();
     const double before = deepest_,
                  moved = std::abs(base.depth - base_.depth) +
                          std::hypot(base.lateral[0] - base_.lateral[0], base.lateral[1] - base_.lateral[1]);

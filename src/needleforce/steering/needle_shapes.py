@@ -20,6 +20,10 @@ _FEWEST = 4  # points of a shape
 _SHORT_OF_DEPTH = 0.1  # by which a tip may be less deep than the needle's travel: slopes of 0.45 make 10 %
 
 
+def _at_depth(tip: float, depth: float) -> bool:
+    return bool(abs(tip - depth) <= _SHORT_OF_DEPTH * depth)
+
+
 @dataclass(frozen=True, eq=False)
 class NeedleShape:
     """The part of a needle that is in tissue, from the surface to the tip.
@@ -54,7 +58,7 @@ class NeedleShape:
         if np.any(np.diff(points[:, 2]) < 0.0):
             step = "Order them from the surface to the tip."
             raise InputError(f"z of the {quantity}", "it decreases", "must go inwards", next_step=step)
-        if not (np.isfinite(self.depth) and abs(points[-1, 2] - self.depth) <= _SHORT_OF_DEPTH * self.depth):
+        if not _at_depth(points[-1, 2], self.depth):
             limit = f"must be within 10 % of the depth of {1e3 * self.depth:.1f} mm"
             step = "Count z from the surface, inwards, and the depth as the travel of the tip in tissue."
             raise InputError(f"z of the tip of shape {self.name}", f"{1e3 * points[-1, 2]:.1f} mm", limit, "", step)
@@ -125,7 +129,7 @@ def _shape(key: tuple, series: dict[str, np.ndarray], keys: list[tuple], file: s
     name = re.sub(r"\s+", " ", f"{' '.join(map(str, key[:-1]))} {1e3 * depth:g} mm").strip()
     along = int(np.argmax(np.ptp(points, axis=0)))
     points = points[:, [*(k for k in range(3) if k != along), along]]
-    if -points[:, 2].min() > points[:, 2].max():
+    if -points[:, 2].min() > points[:, 2].max() and not _at_depth(points[:, 2].max(), depth):
         points = points * [1.0, 1.0, -1.0]  # a table whose axis points out of the tissue
     try:
         return NeedleShape(name, depth, points[np.argsort(points[:, 2], kind="stable")])
