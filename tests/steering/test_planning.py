@@ -87,6 +87,10 @@ def test_a_limit_of_the_moment_is_kept_or_named():
     largest = np.hypot(*free.wrench[:, 3:5].T).max()
     kept = plan(needle(), (-3e-3, 0.0, 0.09), limits=SteeringLimits(max_moment=0.9 * largest))
     assert np.hypot(*kept.wrench[:, 3:5].T).max() <= 0.91 * largest and not kept.faults
+    # before the target: what is left is a distance from it
+    short = plan(needle(), (-3e-3, 0.0, 0.09), limits=SteeringLimits(max_moment=0.25 * largest))
+    assert np.hypot(*short.wrench[:, 3:5].T).max() <= 0.2525 * largest
+    assert [fault.split(" by ")[0] for fault in short.faults] == ["the target is out of reach"]
     named = plan(needle(), (-3e-3, 0.0, 0.09), limits=SteeringLimits(max_moment=0.01 * largest))
     assert any("moment at the base" in fault or "out of reach" in fault for fault in named.faults)
 

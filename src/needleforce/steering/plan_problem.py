@@ -19,7 +19,8 @@ from .tip_paths import TipPath
 # residuals are in units of these
 TARGET = 2e-5  # [m]
 CLEARANCE = 1e-4  # [m]
-OVER_LIMIT = 1e-2  # share of a limit
+OVER_LIMIT = 1e-2  # share of a limit that a plan may exceed
+_BEYOND = 1e-3  # share of a limit: it is kept before the target is met
 EFFORT = 5.0  # of a base at its limit; a tip 0.1 mm off counts as much
 UNSMOOTH = 2.0  # of two knots that differ by the limit
 _KNOTS = 8
@@ -28,7 +29,7 @@ _APART = 1e-4  # [m] of the places that are compared with obstacles
 
 @dataclass(frozen=True, kw_only=True)
 class SteeringLimits:
-    """What the robot and the tissue allow.
+    """What the robot and the tissue allow; limits of loads are kept before the target is met.
 
     Parameters
     ----------
@@ -244,7 +245,7 @@ class PlanProblem:
 
     def _over_limits(self, simulated: SimulatedPath) -> np.ndarray:
         loads = loads_of(simulated, self.limits)
-        parts = [np.maximum(load.sizes / load.limit - (1.0 - OVER_LIMIT), 0.0) / OVER_LIMIT for load in loads]
+        parts = [np.maximum(load.sizes / load.limit - (1.0 - OVER_LIMIT), 0.0) / _BEYOND for load in loads]
         return np.concatenate([np.zeros(0), *(part[len(self.executed) :] for part in parts)])
 
     def _effort(self, motion: BaseMotion) -> np.ndarray:
