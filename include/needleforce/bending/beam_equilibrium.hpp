@@ -53,7 +53,7 @@ class BeamEquilibrium {
   using Equations = BeamEquations<dimension>;
 
   static constexpr std::size_t cautious_after = 5;  // iterations
-  static constexpr double close = 100.0;            // tolerances
+  static constexpr double close = 1e4;              // tolerances
 
   void solve_once(Outcome& outcome, const BeamProperties& properties, const Path& path,
                   const Load& load) noexcept {

@@ -43,7 +43,7 @@ struct BeamProperties {
   std::size_t layer_count = 0;
   std::size_t elements = 40;
   std::size_t max_iterations = 30;
-  double tolerance = 1e-9;  ///< largest change of a node in the last iteration [m]
+  double tolerance = 1e-11;  ///< largest change of a node in the last iteration [m]
 
   bool linear() const noexcept {
     for (std::size_t i = 0; i < layer_count; ++i)
