@@ -16,14 +16,13 @@ from fake_rig import Disobedient, FakeAxis, FakeSensor, tissue
 from test_record_command import CODE, arguments, page  # noqa: F401 - a fixture
 from typer.testing import CliRunner
 
-from needleforce.acquisition.sources import source
 from needleforce.cli import app
 from needleforce.recording.log.reader import read_log
 
 
 def test_a_clock_that_is_set_back_changes_no_time_stamp(recorded, monkeypatch):
     begun, wall = time.monotonic(), time.time_ns
-    monkeypatch.setattr(source.time, "time_ns", lambda: wall() - 3600 * 10**9 * (time.monotonic() - begun > 0.6))
+    monkeypatch.setattr(time, "time_ns", lambda: wall() - 3600 * 10**9 * (time.monotonic() - begun > 0.6))
     with FakeSensor() as sensor, FakeAxis() as axis:
         outcome, log = recorded(sensor, axis, [(0.02, 0.02), (-0.002, 0.04)])
     assert outcome.ended == "done" and outcome.seconds > 1.0

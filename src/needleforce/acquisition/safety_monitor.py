@@ -17,7 +17,8 @@ from .axis_check import AxisCheck, StopReport
 from .force_check import Lateness, frozen_checks
 from .motion_sequence import EndReason
 from .settings import Settings
-from .sources.source import ForceSample, ForceSource, MotionAxis, host_time_ns
+from .sources.arrival_time import host_time_ns
+from .sources.source import ForceSample, ForceSource, MotionAxis
 
 _RECEIVE_TIMEOUT_S = 0.02
 _STOP_REPEAT_S = 0.05

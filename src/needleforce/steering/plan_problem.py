@@ -18,9 +18,11 @@ from .tip_paths import TipPath
 
 # residuals are in units of these
 TARGET = 2e-5  # [m]
-CLEARANCE = 1e-4  # [m]
+CLEARANCE = 2e-5  # [m] kept beyond the one that is asked for
 OVER_LIMIT = 1e-2  # share of a limit that a plan may exceed
-_BEYOND = 1e-3  # share of a limit: it is kept before the target is met
+# obstacles and limits are kept before the target is met
+_NEARER = 2e-6  # [m] than that
+_BEYOND = 1e-3  # share of a limit
 EFFORT = 5.0  # of a base at its limit; a tip 0.1 mm off counts as much
 UNSMOOTH = 2.0  # of two knots that differ by the limit
 _KNOTS = 8
@@ -29,7 +31,7 @@ _APART = 1e-4  # [m] of the places that are compared with obstacles
 
 @dataclass(frozen=True, kw_only=True)
 class SteeringLimits:
-    """What the robot and the tissue allow; limits of loads are kept before the target is met.
+    """What the robot and the tissue allow; limits of loads, like obstacles, are kept before the target is met.
 
     Parameters
     ----------
@@ -241,7 +243,7 @@ class PlanProblem:
     def _near_obstacles(self, tip: np.ndarray) -> np.ndarray:
         if not len(self.obstacles):
             return np.zeros(0)
-        return np.maximum(self.clearance + CLEARANCE - self.distances(tip), 0.0) / CLEARANCE
+        return np.maximum(self.clearance + CLEARANCE - self.distances(tip), 0.0) / _NEARER
 
     def _over_limits(self, simulated: SimulatedPath) -> np.ndarray:
         loads = loads_of(simulated, self.limits)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 from ...errors import InputError
 from ...wire.axis_lines import MAX_LINE_LENGTH, PORT, Answer, AxisRange, AxisState, move_line, parse_answer
-from .source import ask_for_stamps, receive_stamped
+from .arrival_time import StampedSocket
 
 ANSWER_TIMEOUT_S = 1.0
 _STOP_REPEAT_S = 0.05  # after which an unanswered stop is sent again
@@ -63,6 +63,7 @@ class AxisClient:
         self._fault: InputError | None = None
         self.flood = self._closing = False
         self._allowed_lines, self._counted = float(_MAX_LINE_BURST), time.monotonic()
+        self._stamped = StampedSocket(self._socket)
         self._incomplete, self._last_sent = b"", 0.0
         self.limits: AxisRange | None = None
         self._thread = threading.Thread(target=self._read, name="axis", daemon=True)
@@ -162,7 +163,7 @@ class AxisClient:
         try:
             while not self._closing:
                 if select.select([self._socket], [], [], _POLL_S)[0]:
-                    received = receive_stamped(self._socket, 65536)
+                    received = self._stamped.receive(65536)
                     self._split(received.data, received.arrival)
                 if self.flood:
                     time.sleep(_FLOOD_PAUSE_S)
@@ -227,5 +228,4 @@ def _connected(host: str, port: int, timeout: float, place: str) -> socket.socke
         raise InputError("axis", "not reached", reason, place, "Check its address, and that it is on.") from None
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.settimeout(_SEND_TIMEOUT_S)
-    ask_for_stamps(connection)
     return connection

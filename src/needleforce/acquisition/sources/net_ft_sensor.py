@@ -13,8 +13,9 @@ from ...errors import InputError
 from ...files import read_bytes
 from ...wire.rdt import PORT, RECORD_SIZE, Command, Packet, pack_request, unpack_records
 from ...wire.sensor_configuration import MAX_PAGE_BYTES, PAGE, SensorConfiguration, parse_configuration
+from .arrival_time import Received, StampedSocket, ask_for_drops
 from .sequence import Unwrapped
-from .source import ForceSample, Received, ask_for_drops, ask_for_stamps, receive_stamped
+from .source import ForceSample
 
 _MAX_DATAGRAM_BYTES = 40 * RECORD_SIZE  # buffered streaming sends 40 records; a longer one counts as of a wrong size
 _MAX_DATAGRAMS = 64  # read in one call, so that the force limit is checked in between
@@ -63,6 +64,7 @@ class SensorClient:
         self._sample, self._repeats = None, 0
         self._address, self._own_address = _route_to(host, port)
         self._socket: socket.socket | None = None
+        self._stamped: StampedSocket | None = None
         self.buffer = 0.0
 
     @property
@@ -76,7 +78,7 @@ class SensorClient:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind((self._own_address, 0))
         self._socket.setblocking(False)
-        ask_for_stamps(self._socket)
+        self._stamped = StampedSocket(self._socket)
         ask_for_drops(self._socket)
         self.buffer = _enlarged_buffer(self._socket) / _KERNEL_BYTES_PER_PACKET / self.clock_rate
         self._send(Command.START)
@@ -89,7 +91,7 @@ class SensorClient:
         with contextlib.suppress(BlockingIOError):
             for _ in range(_MAX_DATAGRAMS):
                 try:
-                    received = receive_stamped(self._socket, _MAX_DATAGRAM_BYTES + 1)
+                    received = self._stamped.receive(_MAX_DATAGRAM_BYTES + 1)
                 except ConnectionError:  # the network reports a closed port; the recorder detects the silence
                     continue
                 self.dropped = max(self.dropped, received.dropped)

@@ -1,21 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Interfaces of force sources and motion axes, and packets with the kernel's time of arrival."""
+"""Interfaces of force sources and motion axes."""
 
-import contextlib
-import socket
-import struct
-import sys
-import time
 from typing import NamedTuple, Protocol
 
 from ...wire.axis_lines import Answer, AxisRange, AxisState
-
-_LINUX = sys.platform == "linux"
-_MAX_AGE = 60_000_000_000  # [ns] of a packet that was waiting; an older one is of a clock that was set
-_STAMP = getattr(socket, "SO_TIMESTAMPNS", 35)  # its number on most Linux architectures
-_OVERFLOW = getattr(socket, "SO_RXQ_OVFL", 40)
-_TIMESPEC, _COUNT = struct.Struct("@ll"), struct.Struct("@I")
-_ANCILLARY = socket.CMSG_SPACE(_TIMESPEC.size) + socket.CMSG_SPACE(_COUNT.size) if _LINUX else 0
 
 
 class ForceSample(NamedTuple):
@@ -92,58 +80,3 @@ class MotionAxis(Protocol):
 
     def close(self) -> None:
         """Close the connection."""
-
-
-def _steady_ns() -> int:
-    """A clock [ns] that nobody sets; on Linux it also counts the time in which the computer is suspended."""
-    return time.clock_gettime_ns(time.CLOCK_BOOTTIME) if _LINUX else time.monotonic_ns()
-
-
-_EPOCH = time.time_ns() - _steady_ns()
-
-
-def host_time_ns() -> int:
-    """Time [ns since 1970], read once when the program starts and continued by a clock that nobody sets."""
-    return _EPOCH + _steady_ns()
-
-
-def ask_for_stamps(receiver: socket.socket) -> bool:
-    """Ask the kernel for time stamps of what ``receiver`` receives; False if it has none."""
-    try:
-        receiver.setsockopt(socket.SOL_SOCKET, _STAMP if _LINUX else -1, 1)
-    except OSError:
-        return False
-    return True
-
-
-def ask_for_drops(receiver: socket.socket) -> None:
-    """Ask the kernel to count the packets that it drops because its buffer is full."""
-    with contextlib.suppress(OSError):
-        receiver.setsockopt(socket.SOL_SOCKET, _OVERFLOW if _LINUX else -1, 1)
-
-
-class Received(NamedTuple):
-    """Data, arrival and reading by ``host_time_ns`` [ns], the sender, and the packets dropped on this socket so far."""
-
-    data: bytes
-    arrival: int
-    read: int
-    sender: tuple
-    dropped: int = 0
-
-
-def receive_stamped(receiver: socket.socket, size: int) -> Received:
-    """The first packet in the buffer. Raises BlockingIOError if there is none."""
-    if not _LINUX:
-        data, sender = receiver.recvfrom(size)
-        now = host_time_ns()
-        return Received(data, now, now, sender)
-    data, ancillary, _, sender = receiver.recvmsg(size, _ANCILLARY)
-    now, age, dropped = host_time_ns(), 0, 0
-    for level, kind, content in ancillary:
-        if (level, kind, len(content)) == (socket.SOL_SOCKET, _STAMP, _TIMESPEC.size):
-            seconds, nanoseconds = _TIMESPEC.unpack(content)
-            age = time.time_ns() - (seconds * 1_000_000_000 + nanoseconds)
-        elif (level, kind, len(content)) == (socket.SOL_SOCKET, _OVERFLOW, _COUNT.size):
-            (dropped,) = _COUNT.unpack(content)
-    return Received(data, now - age if 0 <= age <= _MAX_AGE else now, now, sender, dropped)

@@ -19,9 +19,10 @@ from ...recording.quantities import by_name, dimension, split
 from ...units import parse
 from ...wire.axis_lines import AxisState
 from ...wire.rdt import AXES
+from .arrival_time import host_time_ns
 from .gauge_calibration import GAUGES, Calibration
 from .sequence import Unwrapped
-from .source import ForceSample, host_time_ns
+from .source import ForceSample
 
 HEADER_TIMEOUT_S = 10.0
 MAX_INVALID_SHARE = 0.1  # of the lines, above which the input is refused
