@@ -7,6 +7,8 @@ import numpy as np
 from reference_rules import computes
 
 import needleforce as nf
+from needleforce import fe
+from needleforce.fe import closed_forms
 from needleforce.identification.bench_tests.elastica import cantilever_tip
 from needleforce.mechanics import beam_on_foundation as beam
 from needleforce.mechanics.buckling import embedded_buckling_force, foundation_buckling_force
@@ -163,6 +165,20 @@ def unicycle_named(given):
 def bicycle(given):
     # the entry is in cm
     return nf.steering.Bicycle(math.radians(given["phi_deg"]), 0.01 * given["l1_cm"], 0.0).curvature * 0.01
+
+
+@computes("finite_elements", r"ln\(r2/r1\)", "E", "nu", "Q", "r1", "r2")
+def kelvin(given):
+    return closed_forms.line_force_displacement(elastic(given), given["Q"], given["r1"], given["r2"])
+
+
+@computes("finite_elements", r"^u\(a\)=", "E", "nu", "p", "a", "b")
+def lame(given):
+    return closed_forms.ring_displacement(elastic(given), given["p"], given["a"], given["b"])
+
+
+def elastic(given):
+    return fe.Elastic(given["E"], given["nu"])
 
 
 @computes("finite_elements", r"^4 G R/\(1-nu\)$", "E", "nu", "R")

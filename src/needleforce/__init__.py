@@ -19,6 +19,7 @@ _HOME = {
     "tips": "core",
     "laws": "core",
     "steering": "steering",
+    "fe": "fe",
     "Needle": "core",
     "Tissue": "core",
     "Sample": "core",

@@ -1,3 +1,4 @@
+from . import fe as fe
 from . import steering as steering
 from .core import LateralLayer as LateralLayer
 from .core import Needle as Needle

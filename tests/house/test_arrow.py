@@ -32,6 +32,7 @@ ALLOWED = {
     "campaign": MODELS | {"recording", "segmentation", "identification"},
     "report": MODELS | {"recording", "segmentation", "identification", "campaign", "steering"},
     "control": MODELS,
+    "fe": MODELS,
     "steering": MODELS | {"display", "recording"},
     "references": set(),
     "export": MODELS,
@@ -85,8 +86,8 @@ def test_heavy_libraries_are_loaded_when_used():
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
              "bevel", "returnable_slip", "relaxation", "memory", "rupture", "law", "laws", "laws/all", "dispatch",
              "model", "fingerprint", "state_bytes", "sample", "limits", "state", "layer", "model_swap", "insertion",
-             "bending", "sliding", "fit/layered", "exchange", "live", "guard_settings", "energy_controller", "guard",
-             "flight_recorder"]  # fmt: skip
+             "bending", "sliding", "solid", "fit/layered", "exchange", "live", "guard_settings", "energy_controller",
+             "guard", "flight_recorder"]  # fmt: skip
 FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle", "fit/dead_band", "fit/loading_curves", "fit/loading", "fit/median", "fit/depth_noise",
           "fit/origin", "fit/lag", "fit/outliers", "fit/sliding_start", "fit/windows"]  # fmt: skip
@@ -95,7 +96,8 @@ FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "f
 def place(path: Path, include: Path) -> str:
     """Where a header of ``include`` stands: its name without ending, or its folder."""
     name = str(path.relative_to(include).with_suffix(""))
-    return name.split("/")[0] if name.startswith(("laws/", "tips/", "bending/")) and name != "laws/all" else name
+    one_place = name.startswith(("laws/", "tips/", "bending/", "solid/")) and name != "laws/all"
+    return name.split("/")[0] if one_place else name
 
 
 def included(path: Path, include: Path) -> list[Path]:

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+// A rigid needle in a solid: friction along the shaft and the force at the tip drag the tissue, whose mesh was
+// condensed onto the path; step() under the real-time contract.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "../fingerprint.hpp"
+#include "../limits.hpp"
+#include "../sample.hpp"
+#include "../state_bytes.hpp"
+#include "condensed_tissue.hpp"
+#include "path_layers.hpp"
+#include "shaft_balance.hpp"
+
+namespace needleforce::solid {
+
+/// What an insertion into a solid remembers between two steps.
+struct CondensedState {
+  ShaftState shaft{};
+  Sample last{};
+  double depth = 0.0;      ///< of the last accepted step [m]
+  double waited = 0.0;     ///< time since the last accepted step [s]
+  double tip = 0.0;        ///< along the path, in the tissue as it was [m]
+  double cut = 0.0;        ///< how far the path is cut [m]
+  double tip_force = 0.0;  ///< [N]
+  double yield = 2.5;      ///< by how much the way ahead shrinks when the tip moves
+  ShaftState by_travel{};  ///< changes in the last motion, by its travel
+  double tip_by_travel = 0.0;
+  std::size_t pierced = 0;
+  std::size_t row = 0;  ///< whose displacement is computed afresh next
+  Phase phase = Phase::free;
+  bool started = false;
+  bool steady = false;  ///< in the last motion the tip stuck
+};
+
+/// A needle going in and out of a condensed solid of up to eight layers. Trivially copyable.
+class CondensedInsertion {
+ public:
+  static constexpr std::size_t max_sweeps = 16;
+  static constexpr std::size_t max_turns = 4;  ///< of balance and motion of the tip
+  static constexpr double tolerance = 1e-8;    ///< change of a displacement that ends the sweeps [m]
+
+  CondensedInsertion(const CondensedTissue& tissue, std::span<const Layer> layers,
+                     const Limits& limits = {}) noexcept
+      : tissue_(tissue), limits_(limits), valid_(!fault(tissue, layers) && needleforce::valid(limits)) {
+    if (!valid_) return;
+    layers_ = PathLayers(layers, tissue.spacing);
+    Fingerprint print;
+    print.add(fingerprint(layers));
+    print.add(tissue.spacing);
+    for (std::size_t i = 0; i < tissue.nodes; ++i)
+      for (std::size_t j = 0; j < tissue.nodes; ++j) print.add(tissue.at(i, j));
+    model_ = print.value();
+  }
+
+  /// What is wrong with the tissue or a layer, nullptr if nothing is. Not for the loop.
+  static const char* fault(const CondensedTissue& tissue, std::span<const Layer> layers) noexcept {
+    if (const char* reason = solid::fault(tissue)) return reason;
+    if (const char* reason = first_fault(layers).reason) return reason;
+    for (const Layer& layer : layers)
+      if (const char* reason = solid_fault(layer)) return reason;
+    return nullptr;
+  }
+
+  /// One cycle: the tip would be at `depth` [m] from the undeformed surface, and moves at `velocity` [m/s],
+  /// `dt` [s] after the last call. Wait-free; the cost is bounded, and does not depend on the mesh.
+  Sample step(double depth, double velocity, double dt) noexcept {
+    const Status status = check(depth, velocity, dt);
+    if (status != Status::ok) return refuse(status, dt);
+    const double travel = state_.started ? depth - state_.depth : 0.0, elapsed = state_.waited + dt;
+    if (velocity == no_velocity) velocity = travel / elapsed;
+    if (!state_.started) state_.depth = depth;
+    state_.started = true;
+    state_.waited = 0.0;
+    return accept(depth, travel, velocity);
+  }
+
+  void reset() noexcept { state_ = CondensedState{}; }
+  CondensedInsertion snapshot() const noexcept { return *this; }
+  /// The memory without the model, as bytes that may leave the process. Wait-free.
+  using Saved = StateBytes<CondensedState>;
+  Saved save() const noexcept { return state_bytes(state_, model_); }
+
+  const CondensedTissue& tissue() const noexcept { return tissue_; }
+  const CondensedState& state() const noexcept { return state_; }
+  bool accepted() const noexcept { return valid_; }
+
+ private:
+  /// Motion of the tip along the path in one turn, and how far it had to go [m].
+  struct TipMove {
+    double ahead = 0.0, by = 0.0;
+  };
+  // by how much a motion of the tip along the path changes how far it has to go, in the secant
+  static constexpr double min_yield = 1.0, max_yield = 3.0;
+
+  Status check(double depth, double velocity, double dt) const noexcept {
+    if (!valid_) return Status::invalid_parameter;
+    if (!ordinary(depth, velocity, dt)) return refusal(depth, velocity, dt);
+    if (depth > tissue_.length()) return Status::outside_range;
+    const bool possible = state_.started
+                              ? consistent(limits_, depth - state_.depth, velocity, state_.waited + dt)
+                              : velocity == no_velocity || std::abs(velocity) <= limits_.max_speed;
+    return possible ? Status::ok : Status::outside_range;
+  }
+
+  [[gnu::noinline]] Sample refuse(Status status, double dt) noexcept {
+    const bool waits = dt > 0.0 && std::isfinite(dt);
+    if (waits) state_.waited += dt;
+    const bool holding = valid_ && waits && state_.waited <= limits_.hold_time;
+    Sample sample = holding ? state_.last : Sample{};
+    sample.depth = state_.depth;
+    sample.velocity = 0.0;
+    sample.contact = sample.punctured = sample.exit = false;
+    sample.status = status;
+    return sample;
+  }
+
+  /// In parts of at most half a spacing, so that bounds and tip follow.
+  Sample accept(double depth, double travel, double velocity) noexcept {
+    const auto parts = static_cast<std::size_t>(std::ceil(std::abs(travel) / (0.5 * tissue_.spacing)));
+    const double before = state_.depth, force_before = state_.last.force;
+    const std::size_t pierced = state_.pierced;
+    layers_.at_speed(std::abs(velocity));
+    refresh();
+    for (std::size_t k = 1; k < parts; ++k)
+      move(before + travel * static_cast<double>(k) / static_cast<double>(parts), std::abs(velocity));
+    move(depth, std::abs(velocity));
+    return sampled(depth, travel, velocity, force_before, state_.pierced > pierced);
+  }
+
+  /// One row of displacements from the forces, so that rounding does not add up.
+  void refresh() noexcept {
+    const std::size_t i = state_.row = state_.row + 1 < tissue_.nodes ? state_.row + 1 : 0;
+    const double* row = tissue_.row(i);
+    double sum = 0.0;
+    for (std::size_t j = 0; j < tissue_.nodes; ++j) sum += row[j] * state_.shaft.force[j];
+    const auto at = BetweenNodes::at(state_.tip, tissue_);
+    state_.shaft.displacement[i] =
+        sum + state_.tip_force * ((1.0 - at.share) * row[at.node] + at.share * row[at.node + 1]);
+  }
+
+  /// Balance with the tip where it is in the tissue, then the tip moves on, in turns: the balance is a convex
+  /// problem, and where the shaft sticks next to the tip, tissue follows the tip by more than it moves.
+  void move(double depth, double speed) noexcept {
+    const ShaftState before = state_.shaft;
+    const double travel = depth - state_.depth, tip = state_.tip, tip_force = state_.tip_force;
+    TipMove last{};
+    state_.depth = depth;
+    expect(travel);
+    std::array<FrictionBounds, max_path_nodes> all;
+    const std::span<FrictionBounds> bounds(all.data(), tissue_.nodes);
+    std::size_t sweeps = 0;
+    for (std::size_t turn = 0; turn < max_turns; ++turn) {
+      layers_.bounds(bounds, state_.tip);
+      do {
+        const double change = balance_tip(depth, speed);
+        if (std::max(change, sweep(state_.shaft, tissue_, bounds, depth, sweeps % 2 == 1)) < tolerance) break;
+      } while (++sweeps < max_sweeps);
+      if (sweeps >= max_sweeps || !moved_tip(depth, speed, last)) break;
+    }
+    slide(state_.shaft, tissue_, bounds, depth);
+    remember(before, tip_force, travel, state_.tip == tip);
+  }
+
+  /// What the last motion did while the tip stuck, again: most steps are like the one before.
+  void expect(double travel) noexcept {
+    if (!state_.steady) return;
+    for (std::size_t i = 0; i < max_path_nodes; ++i) {
+      state_.shaft.force[i] += travel * state_.by_travel.force[i];
+      state_.shaft.displacement[i] += travel * state_.by_travel.displacement[i];
+    }
+    state_.tip_force += travel * state_.tip_by_travel;
+  }
+
+  /// True where the tip presses on a layer that it has not broken through.
+  bool pressing() const noexcept {
+    return state_.pierced < layers_.count() && state_.cut >= layers_[state_.pierced].top;
+  }
+
+  /// Force at the tip; returns the change, as a displacement [m].
+  double balance_tip(double depth, double speed) noexcept {
+    const auto at = BetweenNodes::at(state_.tip, tissue_);
+    const double gap = depth - state_.tip - by_shaft(at);  // to be taken up by the tip's own compliance
+    double force = 0.0, own = at.compliance(tissue_);
+    if (state_.tip >= state_.cut) {
+      if (pressing())
+        force = layers_[state_.pierced].contact_force(gap);
+      else
+        force = std::clamp(gap / own, 0.0, layers_[layers_.at(state_.cut)].cutting(speed));
+    }
+    const double by = force - state_.tip_force;
+    if (by == 0.0) return 0.0;
+    state_.tip_force = force;
+    push(state_.shaft, tissue_, at, by);
+    return std::abs(by) * own;
+  }
+
+  /// The tip breaks through, cuts on, or recedes in its own path; false if it stays.
+  bool moved_tip(double depth, double speed, TipMove& last) noexcept {
+    const auto at = BetweenNodes::at(state_.tip, tissue_);
+    const double gap = depth - state_.tip - by_shaft(at);
+    if (state_.tip >= state_.cut && pressing() && gap > layers_[state_.pierced].puncture) {
+      ++state_.pierced;
+      return true;
+    }
+    const double ahead = to_go(gap, at, speed);
+    if (std::abs(ahead) < tolerance) return false;
+    if (std::abs(last.by) > tolerance)  // secant
+      state_.yield = std::clamp((last.ahead - ahead) / last.by, min_yield, max_yield);
+    const double from = state_.tip;
+    push(state_.shaft, tissue_, at, -state_.tip_force);
+    state_.tip = std::clamp(from + ahead / state_.yield, 0.0, farthest_tip());
+    push(state_.shaft, tissue_, BetweenNodes::at(state_.tip, tissue_), state_.tip_force);
+    state_.cut = std::max(state_.cut, state_.tip);
+    last = {ahead, state_.tip - from};
+    return last.by != 0.0;
+  }
+
+  /// How far the tip has still to go along the path if the tissue did not follow [m].
+  double to_go(double gap, const BetweenNodes& at, double speed) const noexcept {
+    if (state_.tip < state_.cut || gap < 0.0) return gap;
+    if (pressing()) return 0.0;
+    return std::max(0.0, gap - at.compliance(tissue_) * layers_[layers_.at(state_.cut)].cutting(speed));
+  }
+  /// The deepest cut, or where cutting comes to an interface that resists, or to the end of the path [m].
+  double farthest_tip() const noexcept {
+    if (state_.tip < state_.cut || pressing()) return state_.cut;
+    return state_.pierced < layers_.count() ? layers_[state_.pierced].top : tissue_.length();
+  }
+
+  /// Displacement by the shaft alone where the tip is [m].
+  double by_shaft(const BetweenNodes& at) const noexcept {
+    return at.of(state_.shaft.displacement) - state_.tip_force * at.spread(tissue_);
+  }
+  void remember(const ShaftState& before, double tip_force, double travel, bool stuck) noexcept {
+    if (std::abs(travel) < 1e-12) return;
+    state_.steady = stuck;
+    for (std::size_t i = 0; i < max_path_nodes; ++i) {
+      state_.by_travel.force[i] = (state_.shaft.force[i] - before.force[i]) / travel;
+      state_.by_travel.displacement[i] = (state_.shaft.displacement[i] - before.displacement[i]) / travel;
+    }
+    state_.tip_by_travel = (state_.tip_force - tip_force) / travel;
+  }
+
+  Sample sampled(double depth, double travel, double velocity, double force_before, bool punctured) noexcept {
+    Sample sample;
+    sample.depth = depth;
+    sample.velocity = velocity;
+    for (std::size_t i = 0; i < tissue_.nodes; ++i) sample.friction += state_.shaft.force[i];
+    (pressing() ? sample.stiffness : sample.cutting) = state_.tip_force;
+    sample.force = sample.friction + state_.tip_force;
+    sample.punctured = punctured;
+    const bool was_in = state_.phase != Phase::free;
+    const bool in = state_.tip_force > 0.0 || state_.tip > 0.0;
+    sample.contact = in && !was_in;
+    sample.exit = was_in && !in;
+    state_.phase = sample.phase = !in                   ? Phase::free
+                                  : state_.pierced == 0 ? Phase::deformation
+                                  : travel > 0.0        ? Phase::insertion
+                                  : travel < 0.0        ? Phase::extraction
+                                                        : Phase::hold;
+    if (std::abs(travel) > 1e-12) sample.force_by_depth = (sample.force - force_before) / travel;
+    state_.last = sample;
+    return sample;
+  }
+
+  CondensedTissue tissue_{};
+  PathLayers layers_{};
+  CondensedState state_{};
+  Limits limits_{};
+  std::uint64_t model_ = 0;
+  bool valid_ = false;
+};
+
+}  // namespace needleforce::solid

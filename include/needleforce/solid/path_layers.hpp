@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Laws along the path: which friction each node can bear, and what the tip meets.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <span>
+#include <type_traits>
+#include <utility>
+#include <variant>
+
+#include "../dispatch.hpp"
+#include "../model.hpp"
+#include "../sliding.hpp"
+#include "condensed_tissue.hpp"
+
+namespace needleforce::solid {
+
+/// Bounds of the force of a node [N], and the compliance [m/N] of what is between shaft and tissue.
+struct FrictionBounds {
+  double low = 0.0, high = 0.0, compliance = 0.0;
+};
+
+/// One layer's laws, prepared.
+class PathLayer {
+ public:
+  PathLayer() = default;
+  explicit PathLayer(const Layer& layer) noexcept
+      : top(layer.top),
+        contact_(prepare(layer.laws.stiffness)),
+        friction_(prepare(layer.laws.friction)),
+        cutting_(prepare(layer.laws.cutting)),
+        puncture(puncture_depth(layer.laws.puncture, contact_)) {}
+
+  double contact_force(double indentation) const noexcept {
+    return indentation <= 0.0 ? 0.0
+                              : dispatch(contact_, [&](const auto& law) { return law.force(indentation); });
+  }
+  /// Friction per length [N/m] while sliding at a velocity [m/s], whose sign is that of the direction.
+  double sliding(double velocity) const noexcept {
+    return dispatch(friction_, [&](const auto& law) -> double {
+      if constexpr (SlidesSteadily<std::remove_cvref_t<decltype(law)>>)
+        return law.sliding(1.0, velocity);
+      else
+        return 0.0;
+    });
+  }
+  /// Of what is between shaft and tissue before they slide, per length [N/m^2]; infinite without.
+  double presliding_stiffness() const noexcept {
+    return dispatch(friction_, [&](const auto& law) -> double {
+      if constexpr (requires { law.per_length / law.stiffness; })
+        return law.stiffness;
+      else
+        return std::numeric_limits<double>::infinity();
+    });
+  }
+  double cutting(double speed) const noexcept {
+    return dispatch(cutting_, [&](const auto& law) { return law.steady(speed); });
+  }
+
+  double top = 0.0;  ///< [m]
+
+ private:
+  Prepared<Stiffness> contact_{};
+  Prepared<Friction> friction_{};
+  Prepared<Cutting> cutting_{};
+
+ public:
+  double puncture = 0.0;  ///< indentation at which the tip breaks through [m]
+};
+
+/// What is wrong with a layer for a solid, nullptr if nothing is. Not for the loop.
+inline const char* solid_fault(const Layer& layer) noexcept {
+  if (!slides_steadily(layer.laws))
+    return "the friction law has no sliding force without memory, or the model relaxes";
+  const bool per_length = std::visit(
+      []<class L>(const L&) { return !requires(const typename L::Prepared& law) { law.effective(1.0); }; },
+      layer.laws.friction);
+  return per_length ? nullptr : "the friction law has no force per length that is the same along the shaft";
+}
+
+/// A stack of layers along a path.
+class PathLayers {
+ public:
+  PathLayers() = default;
+  PathLayers(std::span<const Layer> layers, double spacing) noexcept
+      : count_(layers.size()), spacing_(spacing) {
+    for (std::size_t i = 0; i < count_; ++i) {
+      layers_[i] = PathLayer(layers[i]);
+      presliding_[i] = layers_[i].presliding_stiffness();
+    }
+  }
+  std::size_t count() const noexcept { return count_; }
+  const PathLayer& operator[](std::size_t i) const noexcept { return layers_[i]; }
+
+  /// Friction per length at a speed [m/s], in both directions, before `bounds` is asked.
+  void at_speed(double speed) noexcept {
+    for (std::size_t i = 0; i < count_; ++i) {
+      inwards_[i] = std::max(0.0, layers_[i].sliding(speed));
+      outwards_[i] = std::min(0.0, layers_[i].sliding(-speed));
+    }
+  }
+  /// Of each node, for a shaft that ends at a distance along the path [m].
+  void bounds(std::span<FrictionBounds> nodes, double tip) const noexcept {
+    std::ranges::fill(nodes, FrictionBounds{});
+    std::array<double, max_path_nodes> stiffness{};
+    for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
+      const double from = spacing_ * static_cast<double>(k);
+      const double covered = std::clamp(tip - from, 0.0, spacing_);
+      if (covered == 0.0) break;
+      // integrals of both hat functions over what is covered
+      const double far = 0.5 * covered * covered / spacing_, near = covered - far;
+      const std::size_t layer = at(from + 0.5 * spacing_);
+      for (const auto& [node, length] : {std::pair{k, near}, std::pair{k + 1, far}}) {
+        nodes[node].high += length * inwards_[layer];
+        nodes[node].low += length * outwards_[layer];
+        stiffness[node] += length * presliding_[layer];
+      }
+    }
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+      if (stiffness[k] > 0.0) nodes[k].compliance = 1.0 / stiffness[k];
+  }
+  /// The layer at a distance along the path [m].
+  std::size_t at(double distance) const noexcept {
+    std::size_t i = 0;
+    while (i + 1 < count_ && distance >= layers_[i + 1].top) ++i;
+    return i;
+  }
+
+ private:
+  std::array<PathLayer, max_layers> layers_{};
+  std::array<double, max_layers> presliding_{}, inwards_{}, outwards_{};
+  std::size_t count_ = 0;
+  double spacing_ = 1.0;
+};
+
+}  // namespace needleforce::solid

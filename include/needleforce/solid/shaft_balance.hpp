@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Forces along the shaft: the least of elastic energy minus work, within the bounds of friction.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+
+#include "condensed_tissue.hpp"
+#include "path_layers.hpp"
+
+namespace needleforce::solid {
+
+/// What the shaft does to the tissue at each node of the path.
+struct ShaftState {
+  using Nodes = std::array<double, max_path_nodes>;
+  Nodes force{};         ///< [N], + drags the tissue inwards
+  Nodes displacement{};  ///< of the tissue, by all forces [m]
+  Nodes anchor{};        ///< how far the shaft has slid past the tissue [m]
+};
+
+/// Where a force acts between two nodes.
+struct BetweenNodes {
+  std::size_t node = 0;
+  double share = 0.0;  ///< of the node behind it
+
+  static BetweenNodes at(double distance, const CondensedTissue& tissue) noexcept {
+    const double place = std::clamp(distance / tissue.spacing, 0.0, static_cast<double>(tissue.nodes - 1));
+    const auto node = std::min(static_cast<std::size_t>(place), tissue.nodes - 2);
+    return {node, place - static_cast<double>(node)};
+  }
+  double of(std::span<const double> values) const noexcept {
+    return (1.0 - share) * values[node] + share * values[node + 1];
+  }
+  /// Displacement by a unit force at the same place, as the nodes have it [m/N].
+  double spread(const CondensedTissue& tissue) const noexcept {
+    const double near = 1.0 - share;
+    return near * near * tissue.at(node, node) + 2.0 * near * share * tissue.at(node, node + 1) +
+           share * share * tissue.at(node + 1, node + 1);
+  }
+  /// The same of a force that is spread no wider on its way between two nodes than at them [m/N].
+  double compliance(const CondensedTissue& tissue) const noexcept {
+    return (1.0 - share) * tissue.at(node, node) + share * tissue.at(node + 1, node + 1);
+  }
+};
+
+/// Adds a force [N] at a node. Wait-free.
+inline void push(ShaftState& shaft, const CondensedTissue& tissue, std::size_t node, double force) noexcept {
+  const double* row = tissue.row(node);
+  for (std::size_t j = 0; j < max_path_nodes; ++j) shaft.displacement[j] += force * row[j];
+}
+
+/// Adds a force [N] between two nodes. Wait-free.
+inline void push(ShaftState& shaft, const CondensedTissue& tissue, const BetweenNodes& at,
+                 double force) noexcept {
+  if (force == 0.0) return;
+  push(shaft, tissue, at.node, (1.0 - at.share) * force);
+  push(shaft, tissue, at.node + 1, at.share * force);
+}
+
+/// One sweep of projected Gauss-Seidel over the nodes, for a shaft at a depth [m]; returns the largest
+/// change, as a displacement [m]. Wait-free.
+inline double sweep(ShaftState& shaft, const CondensedTissue& tissue, std::span<const FrictionBounds> bounds,
+                    double depth, bool backwards) noexcept {
+  double change = 0.0;
+  for (std::size_t k = 0; k < tissue.nodes; ++k) {
+    const std::size_t i = backwards ? tissue.nodes - 1 - k : k;
+    const auto& [low, high, compliance] = bounds[i];
+    const double gap = depth - shaft.anchor[i] - shaft.displacement[i] - compliance * shaft.force[i];
+    const double own = tissue.at(i, i);
+    const double by = std::clamp(shaft.force[i] + gap / (own + compliance), low, high) - shaft.force[i];
+    if (by == 0.0) continue;
+    shaft.force[i] += by;
+    push(shaft, tissue, i, by);
+    change = std::max(change, std::abs(by) * own);
+  }
+  return change;
+}
+
+/// Nodes at a bound slide: their anchor follows. Wait-free.
+inline void slide(ShaftState& shaft, const CondensedTissue& tissue, std::span<const FrictionBounds> bounds,
+                  double depth) noexcept {
+  for (std::size_t i = 0; i < tissue.nodes; ++i)
+    if (shaft.force[i] <= bounds[i].low || shaft.force[i] >= bounds[i].high)
+      shaft.anchor[i] = depth - shaft.displacement[i] - bounds[i].compliance * shaft.force[i];
+}
+
+}  // namespace needleforce::solid

@@ -1,0 +1,21 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tissue as a solid: finite elements around the needle, and what they condense to (extra ``fe``)."""
+
+from .block_mesh import axisymmetric_block, block, grid
+from .materials import Elastic
+from .mesh import Mesh
+from .needle_path import NeedlePath
+from .surface_contact import SurfaceContact, press
+from .tissue import Tissue
+
+__all__ = [
+    "Elastic",
+    "Mesh",
+    "NeedlePath",
+    "SurfaceContact",
+    "Tissue",
+    "axisymmetric_block",
+    "block",
+    "grid",
+    "press",
+]

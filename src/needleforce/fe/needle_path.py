@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The line along which a needle lies in a solid: loads spread along and around it, displacements averaged likewise."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from ..errors import InputError
+from .elements import Symmetry
+from .tissue import Tissue
+
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_AROUND = 8  # points around the circumference of a needle in space
+
+
+@dataclass(frozen=True, eq=False)
+class NeedlePath:
+    """A straight path from the surface, with nodes at even spacing.
+
+    Parameters
+    ----------
+    depth : float
+        Its end [m].
+    spacing : float
+        Of its nodes [m]; the last spacing is not shorter than the others.
+    radius : float
+        Of the needle [m]: loads are spread over its circumference.
+    entry : (float,) or (float, float), optional
+        Where it begins at the surface: x, or x and y [m]; the axis by default.
+    direction : array_like, optional
+        Along it, of any length; straight down by default.
+
+    Raises
+    ------
+    InputError
+        If a length is not above 0, or the path has less than two nodes.
+    """
+
+    depth: float
+    spacing: float
+    radius: float
+    entry: tuple[float, ...] = ()
+    direction: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        for quantity in ("depth", "spacing", "radius"):
+            value = getattr(self, quantity)
+            if not (np.isfinite(value) and value > 0.0):
+                raise InputError(f"{quantity} of the path", f"{value} m", "must be above 0", next_step="Give it in m.")
+        if self.depth < self.spacing:
+            raise InputError("spacing", f"{1e3 * self.spacing:g} mm", f"the path is {1e3 * self.depth:g} mm deep")
+
+    @cached_property
+    def nodes(self) -> np.ndarray:
+        """Distances of the nodes along the path [m]."""
+        return np.linspace(0.0, self.depth, int(self.depth / self.spacing + 1e-9) + 1)
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """Length of the path that belongs to each node [m]."""
+        step = self.nodes[1]
+        return step * np.where((self.nodes == 0.0) | (self.nodes == self.depth), 0.5, 1.0)
+
+    def loads(self, tissue: Tissue, direction: np.ndarray | None = None) -> csc_array:
+        """Nodal forces of the tissue for a unit force at each node of the path, (unknowns, nodes).
+
+        Each is spread with the density of its hat function. The transpose averages displacements with the same weights.
+
+        Parameters
+        ----------
+        tissue : Tissue
+            Its mesh contains the path.
+        direction : ndarray, optional
+            Of the forces; along the path by default.
+
+        Raises
+        ------
+        InputError
+            If a point of the path is outside the mesh.
+        """
+        along = self.along(tissue.mesh.dimension)
+        toward = along if direction is None else np.asarray(direction, dtype=float)
+        at, hats = self._integrated()
+        around = self._around(tissue, along)
+        total = csc_array((tissue.elements.count, len(self.nodes)))
+        for offset in around:
+            points = self.start(tissue.mesh.dimension) + at[:, None] * along + offset
+            matrix = tissue.values_at(points)
+            for axis in np.flatnonzero(toward):
+                rows = matrix[axis * len(at) : (axis + 1) * len(at)]
+                total = total + rows.T @ csc_array(hats * (toward[axis] / len(around)))
+        return total.tocsc()
+
+    def along(self, dimension: int) -> np.ndarray:
+        """Unit vector of the path."""
+        if not self.direction:
+            return np.eye(dimension)[-1]
+        vector = np.asarray(self.direction, dtype=float)
+        if vector.shape != (dimension,) or not np.linalg.norm(vector) > 0.0:
+            raise InputError("direction of the path", self.direction, f"must have {dimension} coordinates")
+        return vector / np.linalg.norm(vector)
+
+    def start(self, dimension: int) -> np.ndarray:
+        """Where the path begins [m]."""
+        if not self.entry:
+            return np.zeros(dimension)
+        if len(self.entry) != dimension - 1:
+            raise InputError("entry of the path", self.entry, f"must have {dimension - 1} coordinates")
+        return np.append(np.asarray(self.entry, dtype=float), 0.0)
+
+    def _integrated(self) -> tuple[np.ndarray, np.ndarray]:
+        """Points of integration along the path (q,) [m], and the density of each node's load there, (q, nodes)."""
+        step, count = self.nodes[1], len(self.nodes) - 1
+        share = 0.5 * (1.0 + _POINTS)
+        at = (self.nodes[:-1, None] + step * share).ravel()
+        hats = np.zeros((count, len(share), count + 1))
+        for k in range(count):
+            hats[k, :, k], hats[k, :, k + 1] = (1.0 - share), share
+        weighted = hats * (0.5 * step * _WEIGHTS)[:, None]
+        return at, weighted.reshape(-1, count + 1) / self.lengths
+
+    def _around(self, tissue: Tissue, along: np.ndarray) -> np.ndarray:
+        """Offsets from the line at which the load acts, (k, d) [m]."""
+        if tissue.symmetry is Symmetry.AXISYMMETRIC:
+            if self.entry or self.direction:
+                raise InputError("path", "off the axis", "in an axisymmetric mesh", next_step="Use a mesh in space.")
+            return np.array([[self.radius, 0.0]])
+        if tissue.symmetry is not Symmetry.SOLID:
+            across = np.array([along[1], -along[0]])
+            return self.radius * np.array([across, -across])
+        first = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+        first /= np.linalg.norm(first)
+        angles = 2.0 * np.pi * (np.arange(_AROUND) + 0.5) / _AROUND
+        return self.radius * (np.cos(angles)[:, None] * first + np.sin(angles)[:, None] * np.cross(along, first))
