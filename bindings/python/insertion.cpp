@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "layer_stack.hpp"
 #include "module.hpp"
 #include "needleforce/sliding.hpp"
 #include "parameters.hpp"
@@ -94,21 +95,6 @@ void bind_sample(nb::module_& module) {
             .format(1e3 * self.depth, self.force, phase_names[static_cast<int>(self.phase)],
                     status_names[static_cast<int>(self.status)]);
       });
-}
-
-using Stack = std::vector<std::pair<double, Model>>;
-
-/// Layers as the core takes them; the first fault is raised with its layer.
-std::vector<Layer> stacked(const Stack& stack) {
-  std::vector<Layer> layers;
-  for (const auto& [top, laws] : stack) layers.push_back({top, laws});
-  const Fault fault = first_fault(layers);
-  if (fault.reason)
-    raise_input("layer " + std::to_string(fault.layer + 1) + ", " + fault.quantity, nb::str("refused"),
-                fault.reason,
-                fault.layer > 0 ? "Change it or the layer above; depths count from the undeformed surface."
-                                : "Choose other laws or numbers.");
-  return layers;
 }
 
 nb::bytes saved_bytes(const Insertion& self) {

@@ -17,6 +17,7 @@ NB_MODULE(core, module) {
   needleforce::python::bind_contact(module);
   needleforce::python::bind_insertion(module);
   needleforce::python::bind_flexible(module);
+  needleforce::python::bind_condensed(module);
   needleforce::python::bind_estimator(module);
   needleforce::python::bind_live(module);
   needleforce::python::bind_guard(module);

@@ -14,6 +14,7 @@
 #include "every_model.hpp"
 #include "needleforce/bending/tip_estimator.hpp"
 #include "needleforce/flight_recorder.hpp"
+#include "solid.hpp"
 
 namespace {
 std::atomic<bool> armed{false};
@@ -57,6 +58,9 @@ static_assert(all_plain<bending::PlanarInsertion::Saved, bending::SpatialInserti
 static_assert(noexcept(std::declval<const bending::SpatialInsertion&>().save()));
 static_assert(noexcept(std::declval<bending::SpatialInsertion&>().restore(
     std::declval<const bending::SpatialInsertion::Saved&>())));
+static_assert(all_trivially_copyable<solid::CondensedInsertion, solid::CondensedState, solid::CondensedTissue,
+                                     solid::CondensedInsertion::Saved>);
+static_assert(noexcept(std::declval<solid::CondensedInsertion&>().step(0.0, 0.0, 0.0)));
 static_assert(std::is_nothrow_copy_assignable_v<Insertion>);
 static_assert(std::is_nothrow_constructible_v<Insertion, const Model&>);
 static_assert(std::is_nothrow_constructible_v<Insertion, std::span<const Layer>>);
@@ -372,6 +376,39 @@ TEST(RealTime, EstimatorAllocatesNothingAndStaysFiniteForAnyReading) {
   EXPECT_TRUE(finite);
   EXPECT_EQ(allocations, 0);
   allocations = 0;
+}
+
+/// Steps in a condensed solid with the allocator armed, on a random walk with spoiled values.
+Seen condensed(solid::CondensedInsertion insertion, double size, int n) {
+  RandomInput input(size);
+  Seen seen;
+  armed = true;
+  for (int i = 0; i < n; ++i) {
+    const double depth = input.depth(), velocity = input.velocity(), dt = input.dt();
+    const Sample sample = insertion.step(depth, velocity, dt);
+    if (i % 500 == 0) seen.finite = seen.finite && insertion.restore(insertion.save());
+    const double sum =
+        sample.force + sample.friction + sample.cutting + sample.stiffness + sample.force_by_depth;
+    seen.finite = seen.finite && std::isfinite(sum) && std::isfinite(insertion.displacement(3));
+    const bool bad = !std::isfinite(depth + velocity + dt) || !(dt > 0.0);
+    seen.faults_say_so = seen.faults_say_so && (!bad || sample.status != Status::ok);
+    seen.refused += sample.status != Status::ok;
+    seen.largest = std::fmax(seen.largest, std::abs(sample.force));
+  }
+  armed = false;
+  seen.steps = n;
+  return seen;
+}
+
+TEST(RealTime, CondensedSolidAllocatesNothingAndStaysFinite) {
+  const Limits lenient{.max_speed = std::numeric_limits<double>::infinity(),
+                       .velocity_slack = std::numeric_limits<double>::infinity()};
+  for (const double scale : {1e-9, 1e-3, 0.1})
+    expect_sound(
+        condensed(solid_tests::insertion(scale, solid_tests::laws_of(20.0, 0.1, 0.1), lenient), 2e-5, 100000),
+        "solid");
+  expect_sound(condensed(solid_tests::insertion(1e-3, solid_tests::laws_of(20.0, 0.1, 0.1)), 1e-6, 300000),
+               "slow");
 }
 
 TEST(RealTime, AllocationCounterDetectsAnAllocation) {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a controller calls in its loop; the undefined symbols are checked against an allow-list.
 #include "needleforce/bending/flexible_insertion.hpp"
+#include "needleforce/solid/condensed_insertion.hpp"
 
 using needleforce::Insertion;
 using needleforce::bending::Base;
 using needleforce::bending::SpatialInsertion;
+using needleforce::solid::CondensedInsertion;
 
 extern "C" {
 
@@ -20,6 +22,10 @@ bool needleforce_restore(Insertion* insertion, const Insertion::Saved* saved) {
 
 double needleforce_bend(SpatialInsertion* needle, const Base* base, double dt) {
   return needle->step(*base, dt).force;
+}
+
+double needleforce_solid(CondensedInsertion* insertion, double depth, double velocity, double dt) {
+  return insertion->step(depth, velocity, dt).force;
 }
 
 }  // extern "C"

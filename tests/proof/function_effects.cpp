@@ -9,6 +9,7 @@
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/guard.hpp"
 #include "needleforce/live.hpp"
+#include "needleforce/solid/condensed_insertion.hpp"
 
 namespace {
 
@@ -75,6 +76,16 @@ double bend(needleforce::bending::FlexibleInsertion<dimension>& needle) noexcept
                                   needleforce::bending::SpatialInsertion& space) noexcept
     [[clang::nonblocking]] {
   return bend(plane) + bend(space);
+}
+
+// a needle in a condensed solid
+[[maybe_unused]] double in_solid(needleforce::solid::CondensedInsertion& insertion) noexcept
+    [[clang::nonblocking]] {
+  const auto saved = insertion.save();
+  const double sum =
+      insertion.step(0.0, 0.0, 1e-3).force + insertion.displacement(0) + insertion.shaft_force(0);
+  insertion.reset();
+  return insertion.restore(saved) ? sum : 0.0;
 }
 
 [[maybe_unused]] double estimated(needleforce::bending::TipEstimator& estimator) noexcept

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A rigid needle in a solid: friction along the shaft and the force at the tip drag the tissue, whose mesh was
-// condensed onto the path; step() under the real-time contract.
+// A rigid needle in a solid: friction along the shaft and the force at the tip drag the tissue, whose mesh
+// was condensed onto the path; step() under the real-time contract.
 #pragma once
 
 #include <algorithm>
@@ -9,10 +9,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "../fingerprint.hpp"
 #include "../limits.hpp"
 #include "../sample.hpp"
+#include "../state.hpp"
 #include "../state_bytes.hpp"
 #include "condensed_tissue.hpp"
 #include "path_layers.hpp"
@@ -39,12 +41,23 @@ struct CondensedState {
   bool steady = false;  ///< in the last motion the tip stuck
 };
 
+/// True for a state from outside that an insertion can have, as far as a step relies on it. Wait-free.
+inline bool possible(const CondensedState& state, const CondensedTissue& tissue,
+                     std::size_t layers) noexcept {
+  const auto along = [&](double distance) { return distance >= 0.0 && distance <= tissue.length(); };
+  return needleforce::possible(state.last) && is_flag(state.started) && is_flag(state.steady) &&
+         std::abs(state.depth) <= farthest && state.waited >= 0.0 && along(state.tip) && along(state.cut) &&
+         state.tip <= state.cut && state.pierced <= layers && state.shaft.known <= tissue.nodes &&
+         state.row < max_path_nodes && state.yield > 0.1 && state.yield < 10.0 &&
+         state.phase >= Phase::free && state.phase <= Phase::extraction;
+}
+
 /// A needle going in and out of a condensed solid of up to eight layers. Trivially copyable.
 class CondensedInsertion {
  public:
-  static constexpr std::size_t max_sweeps = 16;
+  static constexpr std::size_t max_sweeps = 12;
   static constexpr std::size_t max_turns = 4;  ///< of balance and motion of the tip
-  static constexpr double tolerance = 1e-8;    ///< change of a displacement that ends the sweeps [m]
+  static constexpr double tolerance = 1e-9;    ///< change of a displacement that ends the sweeps [m]
 
   CondensedInsertion(const CondensedTissue& tissue, std::span<const Layer> layers,
                      const Limits& limits = {}) noexcept
@@ -86,9 +99,29 @@ class CondensedInsertion {
   /// The memory without the model, as bytes that may leave the process. Wait-free.
   using Saved = StateBytes<CondensedState>;
   Saved save() const noexcept { return state_bytes(state_, model_); }
+  /// Restores a memory; returns false and changes nothing for bytes of another version, tissue or model,
+  /// altered bytes, or a state that no insertion can have. Wait-free.
+  bool restore(const Saved& bytes) noexcept {
+    if (!valid_ || !belongs(bytes, model_)) return false;
+    const CondensedState state = bytes.state();
+    if (!possible(state, tissue_, layers_.count())) return false;
+    state_ = state;
+    return true;
+  }
 
   const CondensedTissue& tissue() const noexcept { return tissue_; }
   const CondensedState& state() const noexcept { return state_; }
+  /// Force [N] of the shaft on the tissue at a node, without that of the tip. Wait-free.
+  double shaft_force(std::size_t node) const noexcept {
+    return node < state_.shaft.known ? state_.shaft.force[node] : 0.0;
+  }
+  /// Displacement of the tissue at a node of the path [m]. Wait-free.
+  double displacement(std::size_t node) const noexcept {
+    const auto at = BetweenNodes::at(state_.tip, tissue_);
+    const double by_tip =
+        (1.0 - at.share) * tissue_.at(node, at.node) + at.share * tissue_.at(node, at.node + 1);
+    return displaced(state_.shaft, tissue_, node, state_.shaft.known) + state_.tip_force * by_tip;
+  }
   bool accepted() const noexcept { return valid_; }
 
  private:
@@ -121,28 +154,41 @@ class CondensedInsertion {
     return sample;
   }
 
-  /// In parts of at most half a spacing, so that bounds and tip follow.
+  bool in_tissue() const noexcept { return state_.tip_force > 0.0 || state_.tip > 0.0; }
+
+  /// In parts of at most half a spacing, so that bounds and tip follow; in the air at once.
   Sample accept(double depth, double travel, double velocity) noexcept {
-    const auto parts = static_cast<std::size_t>(std::ceil(std::abs(travel) / (0.5 * tissue_.spacing)));
-    const double before = state_.depth, force_before = state_.last.force;
+    if (!in_tissue()) state_.depth = std::max(state_.depth, std::min(depth, 0.0));
+    const double before = state_.depth, way = depth - before, force_before = state_.last.force;
+    const auto parts = 1 + static_cast<std::size_t>(std::abs(way) / (0.5 * tissue_.spacing));
     const std::size_t pierced = state_.pierced;
     layers_.at_speed(std::abs(velocity));
     refresh();
-    for (std::size_t k = 1; k < parts; ++k)
-      move(before + travel * static_cast<double>(k) / static_cast<double>(parts), std::abs(velocity));
+    for (std::size_t k = 1; k < parts && (in_tissue() || way > 0.0); ++k)
+      move(before + way * static_cast<double>(k) / static_cast<double>(parts), std::abs(velocity));
     move(depth, std::abs(velocity));
     return sampled(depth, travel, velocity, force_before, state_.pierced > pierced);
   }
 
   /// One row of displacements from the forces, so that rounding does not add up.
   void refresh() noexcept {
-    const std::size_t i = state_.row = state_.row + 1 < tissue_.nodes ? state_.row + 1 : 0;
-    const double* row = tissue_.row(i);
-    double sum = 0.0;
-    for (std::size_t j = 0; j < tissue_.nodes; ++j) sum += row[j] * state_.shaft.force[j];
-    const auto at = BetweenNodes::at(state_.tip, tissue_);
-    state_.shaft.displacement[i] =
-        sum + state_.tip_force * ((1.0 - at.share) * row[at.node] + at.share * row[at.node + 1]);
+    state_.row = state_.row + 1 < state_.shaft.known ? state_.row + 1 : 0;
+    state_.shaft.displacement[state_.row] = displacement(state_.row);
+  }
+  /// Displacements are kept up to two nodes behind a distance along the path [m], in eights.
+  void know(double distance) noexcept {
+    const auto nodes = static_cast<std::size_t>(distance / tissue_.spacing) + 3;
+    const std::size_t wanted = std::min((nodes + 7) / 8 * 8, tissue_.nodes), before = state_.shaft.known;
+    if (wanted + 8 <= before) state_.shaft.known = wanted;  // what is beyond bears no force
+    if (wanted <= before) return;
+    for (std::size_t i = before; i < wanted; ++i) state_.shaft.force[i] = 0.0;
+    state_.shaft.known = wanted;
+    for (std::size_t i = before; i < wanted; ++i) {
+      state_.shaft.displacement[i] = displacement(i);
+      state_.shaft.anchor[i] = state_.depth - state_.shaft.displacement[i];
+      state_.by_travel.force[i] = state_.by_travel.displacement[i] = 0.0;
+    }
+    state_.steady = false;
   }
 
   /// Balance with the tip where it is in the tissue, then the tip moves on, in turns: the balance is a convex
@@ -152,6 +198,7 @@ class CondensedInsertion {
     const double travel = depth - state_.depth, tip = state_.tip, tip_force = state_.tip_force;
     TipMove last{};
     state_.depth = depth;
+    know(state_.tip);
     expect(travel);
     std::array<FrictionBounds, max_path_nodes> all;
     const std::span<FrictionBounds> bounds(all.data(), tissue_.nodes);
@@ -164,14 +211,14 @@ class CondensedInsertion {
       } while (++sweeps < max_sweeps);
       if (sweeps >= max_sweeps || !moved_tip(depth, speed, last)) break;
     }
-    slide(state_.shaft, tissue_, bounds, depth);
+    slide(state_.shaft, bounds, depth);
     remember(before, tip_force, travel, state_.tip == tip);
   }
 
   /// What the last motion did while the tip stuck, again: most steps are like the one before.
   void expect(double travel) noexcept {
     if (!state_.steady) return;
-    for (std::size_t i = 0; i < max_path_nodes; ++i) {
+    for (std::size_t i = 0; i < state_.shaft.known; ++i) {
       state_.shaft.force[i] += travel * state_.by_travel.force[i];
       state_.shaft.displacement[i] += travel * state_.by_travel.displacement[i];
     }
@@ -214,12 +261,20 @@ class CondensedInsertion {
     if (std::abs(last.by) > tolerance)  // secant
       state_.yield = std::clamp((last.ahead - ahead) / last.by, min_yield, max_yield);
     const double from = state_.tip;
-    push(state_.shaft, tissue_, at, -state_.tip_force);
-    state_.tip = std::clamp(from + ahead / state_.yield, 0.0, farthest_tip());
-    push(state_.shaft, tissue_, BetweenNodes::at(state_.tip, tissue_), state_.tip_force);
+    place_tip(std::clamp(from + ahead / state_.yield, 0.0, farthest_tip()));
     state_.cut = std::max(state_.cut, state_.tip);
     last = {ahead, state_.tip - from};
     return last.by != 0.0;
+  }
+
+  /// Moves the tip with its force.
+  void place_tip(double to) noexcept {
+    const double force = std::exchange(state_.tip_force, 0.0);
+    push(state_.shaft, tissue_, BetweenNodes::at(state_.tip, tissue_), -force);
+    state_.tip = to;
+    know(to);
+    state_.tip_force = force;
+    push(state_.shaft, tissue_, BetweenNodes::at(to, tissue_), force);
   }
 
   /// How far the tip has still to go along the path if the tissue did not follow [m].
@@ -241,7 +296,7 @@ class CondensedInsertion {
   void remember(const ShaftState& before, double tip_force, double travel, bool stuck) noexcept {
     if (std::abs(travel) < 1e-12) return;
     state_.steady = stuck;
-    for (std::size_t i = 0; i < max_path_nodes; ++i) {
+    for (std::size_t i = 0; i < state_.shaft.known; ++i) {
       state_.by_travel.force[i] = (state_.shaft.force[i] - before.force[i]) / travel;
       state_.by_travel.displacement[i] = (state_.shaft.displacement[i] - before.displacement[i]) / travel;
     }
@@ -252,12 +307,12 @@ class CondensedInsertion {
     Sample sample;
     sample.depth = depth;
     sample.velocity = velocity;
-    for (std::size_t i = 0; i < tissue_.nodes; ++i) sample.friction += state_.shaft.force[i];
+    for (std::size_t i = 0; i < state_.shaft.known; ++i) sample.friction += state_.shaft.force[i];
     (pressing() ? sample.stiffness : sample.cutting) = state_.tip_force;
     sample.force = sample.friction + state_.tip_force;
     sample.punctured = punctured;
     const bool was_in = state_.phase != Phase::free;
-    const bool in = state_.tip_force > 0.0 || state_.tip > 0.0;
+    const bool in = in_tissue();
     sample.contact = in && !was_in;
     sample.exit = was_in && !in;
     state_.phase = sample.phase = !in                   ? Phase::free

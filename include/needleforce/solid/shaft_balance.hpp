@@ -16,9 +16,10 @@ namespace needleforce::solid {
 /// What the shaft does to the tissue at each node of the path.
 struct ShaftState {
   using Nodes = std::array<double, max_path_nodes>;
-  Nodes force{};         ///< [N], + drags the tissue inwards
-  Nodes displacement{};  ///< of the tissue, by all forces [m]
-  Nodes anchor{};        ///< how far the shaft has slid past the tissue [m]
+  Nodes force{};          ///< [N], + drags the tissue inwards
+  Nodes displacement{};   ///< of the tissue, by all forces [m]
+  Nodes anchor{};         ///< how far the shaft has slid past the tissue [m]
+  std::size_t known = 0;  ///< nodes, from the surface, whose displacement is up to date
 };
 
 /// Where a force acts between two nodes.
@@ -48,8 +49,19 @@ struct BetweenNodes {
 
 /// Adds a force [N] at a node. Wait-free.
 inline void push(ShaftState& shaft, const CondensedTissue& tissue, std::size_t node, double force) noexcept {
+  // restrict, so that the compiler widens the loop
+  const double* __restrict row = tissue.row(node);
+  double* __restrict displacement = shaft.displacement.data();
+  for (std::size_t j = 0; j < shaft.known; ++j) displacement[j] += force * row[j];
+}
+
+/// Displacement [m] of a node by the forces at all nodes up to one. Wait-free.
+inline double displaced(const ShaftState& shaft, const CondensedTissue& tissue, std::size_t node,
+                        std::size_t forces) noexcept {
   const double* row = tissue.row(node);
-  for (std::size_t j = 0; j < max_path_nodes; ++j) shaft.displacement[j] += force * row[j];
+  double sum = 0.0;
+  for (std::size_t j = 0; j < forces; ++j) sum += row[j] * shaft.force[j];
+  return sum;
 }
 
 /// Adds a force [N] between two nodes. Wait-free.
@@ -65,8 +77,8 @@ inline void push(ShaftState& shaft, const CondensedTissue& tissue, const Between
 inline double sweep(ShaftState& shaft, const CondensedTissue& tissue, std::span<const FrictionBounds> bounds,
                     double depth, bool backwards) noexcept {
   double change = 0.0;
-  for (std::size_t k = 0; k < tissue.nodes; ++k) {
-    const std::size_t i = backwards ? tissue.nodes - 1 - k : k;
+  for (std::size_t k = 0; k < shaft.known; ++k) {
+    const std::size_t i = backwards ? shaft.known - 1 - k : k;
     const auto& [low, high, compliance] = bounds[i];
     const double gap = depth - shaft.anchor[i] - shaft.displacement[i] - compliance * shaft.force[i];
     const double own = tissue.at(i, i);
@@ -80,9 +92,8 @@ inline double sweep(ShaftState& shaft, const CondensedTissue& tissue, std::span<
 }
 
 /// Nodes at a bound slide: their anchor follows. Wait-free.
-inline void slide(ShaftState& shaft, const CondensedTissue& tissue, std::span<const FrictionBounds> bounds,
-                  double depth) noexcept {
-  for (std::size_t i = 0; i < tissue.nodes; ++i)
+inline void slide(ShaftState& shaft, std::span<const FrictionBounds> bounds, double depth) noexcept {
+  for (std::size_t i = 0; i < shaft.known; ++i)
     if (shaft.force[i] <= bounds[i].low || shaft.force[i] >= bounds[i].high)
       shaft.anchor[i] = depth - shaft.displacement[i] - bounds[i].compliance * shaft.force[i];
 }

@@ -2,6 +2,7 @@
 """Tissue as a solid: finite elements around the needle, and what they condense to (extra ``fe``)."""
 
 from .block_mesh import axisymmetric_block, block, grid
+from .condensed import CondensedInsertion, CondensedTissue, load_condensed
 from .materials import Elastic
 from .mesh import Mesh
 from .needle_path import NeedlePath
@@ -9,6 +10,8 @@ from .surface_contact import SurfaceContact, press
 from .tissue import Tissue
 
 __all__ = [
+    "CondensedInsertion",
+    "CondensedTissue",
     "Elastic",
     "Mesh",
     "NeedlePath",
@@ -17,5 +20,6 @@ __all__ = [
     "axisymmetric_block",
     "block",
     "grid",
+    "load_condensed",
     "press",
 ]

@@ -3,6 +3,7 @@
 
 from collections.abc import Mapping
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +14,10 @@ from .factorisation import Factor
 from .materials import Elastic
 from .mesh import Mesh
 from .supports import held, unknowns_of
+
+if TYPE_CHECKING:
+    from .condensed import CondensedTissue
+    from .needle_path import NeedlePath
 
 _MAX_RATIO_SIMPLEX = 0.45  # of triangles and tetrahedra of first order
 
@@ -105,6 +110,28 @@ class Tissue:
         """Displacement at points (n, d) [m] of a solution of ``solve``, (n, d) [m]."""
         places = np.atleast_2d(np.asarray(points, dtype=float))
         return (self.values_at(places) @ solution).reshape(places.shape[1], len(places)).T
+
+    def condense(self, path: "NeedlePath") -> "CondensedTissue":
+        """Condense onto a needle's path: what the loop needs of this solid.
+
+        Parameters
+        ----------
+        path : NeedlePath
+            In the mesh, with 2 to 64 nodes.
+
+        Returns
+        -------
+        CondensedTissue
+            Compliance between the nodes of the path, for ``nf.fe.CondensedInsertion``.
+
+        Raises
+        ------
+        InputError
+            If the path leaves the mesh or has too many nodes.
+        """
+        from .condensed import condensed
+
+        return condensed(self, path)
 
     def values_at(self, points: np.ndarray):  # type: ignore[no-untyped-def]
         """Matrix from unknowns to displacements at points (n, d), sparse: x of all points, then y, then z.
