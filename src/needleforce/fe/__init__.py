@@ -3,6 +3,7 @@
 
 from .block_mesh import axisymmetric_block, block, grid
 from .condensed import CondensedInsertion, CondensedTissue, load_condensed
+from .force_distribution import ForceDistribution, force_distribution
 from .materials import Elastic
 from .mesh import Mesh
 from .needle_path import NeedlePath
@@ -13,12 +14,14 @@ __all__ = [
     "CondensedInsertion",
     "CondensedTissue",
     "Elastic",
+    "ForceDistribution",
     "Mesh",
     "NeedlePath",
     "SurfaceContact",
     "Tissue",
     "axisymmetric_block",
     "block",
+    "force_distribution",
     "grid",
     "load_condensed",
     "press",
