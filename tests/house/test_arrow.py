@@ -32,7 +32,7 @@ ALLOWED = {
     "campaign": MODELS | {"recording", "segmentation", "identification"},
     "report": MODELS | {"recording", "segmentation", "identification", "campaign", "steering"},
     "control": MODELS,
-    "fe": MODELS,
+    "fe": MODELS | {"recording", "segmentation", "identification"},
     "steering": MODELS | {"display", "recording"},
     "references": set(),
     "export": MODELS,

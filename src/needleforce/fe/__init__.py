@@ -6,6 +6,7 @@ from .condensed import CondensedInsertion, CondensedTissue, load_condensed
 from .force_distribution import ForceDistribution, force_distribution
 from .materials import Elastic
 from .mesh import Mesh
+from .modulus_fit import ModulusFit, fit_modulus
 from .needle_path import NeedlePath
 from .surface_contact import SurfaceContact, press
 from .tissue import Tissue
@@ -16,11 +17,13 @@ __all__ = [
     "Elastic",
     "ForceDistribution",
     "Mesh",
+    "ModulusFit",
     "NeedlePath",
     "SurfaceContact",
     "Tissue",
     "axisymmetric_block",
     "block",
+    "fit_modulus",
     "force_distribution",
     "grid",
     "load_condensed",

@@ -68,6 +68,13 @@ class Tissue:
         self.elements = Elements(mesh, self.symmetry, _order(mesh, order, self.materials), thickness)
         self.held = held(self.elements, self.supports)
 
+    def with_materials(self, materials: Elastic | Mapping[str, Elastic]) -> "Tissue":
+        """The same body of other materials."""
+        return Tissue(
+            self.mesh, materials, symmetry=self.symmetry, supports=self.supports,
+            thickness=self.elements.thickness, order=self.elements.order,
+        )  # fmt: skip
+
     @property
     def unknowns(self) -> int:
         """Number of unknown displacements."""
