@@ -8,6 +8,7 @@ from .materials import Elastic
 from .mesh import Mesh
 from .modulus_fit import ModulusFit, fit_modulus
 from .needle_path import NeedlePath
+from .shaft_stiffness import modulus_of_shaft_stiffness, shaft_stiffness
 from .surface_contact import SurfaceContact, press
 from .tissue import Tissue
 
@@ -27,5 +28,7 @@ __all__ = [
     "force_distribution",
     "grid",
     "load_condensed",
+    "modulus_of_shaft_stiffness",
     "press",
+    "shaft_stiffness",
 ]
