@@ -20,6 +20,7 @@ from needleforce import fe
 from needleforce.fe.closed_forms import bonded_shaft_stiffness
 
 RADIUS, YOUNG = 0.35e-3, 10e3
+SHOWN = 15e-3  # embedded length in the lines of equal modulus [m]
 LENGTHS = np.array([5e-3, 10e-3, 15e-3, 20e-3, 25e-3, 30e-3])
 CASES = {
     "half-space, ν 0.49": {},
@@ -58,26 +59,31 @@ def identified(job):
 
 
 def figure(found, measured, path):
-    """Stiffness over embedded length, at 10 kPa, with the range that was identified."""
+    """Stiffness over embedded length by case, and what recordings give, with lines of equal modulus."""
     import matplotlib
 
     matplotlib.use("svg")
     import matplotlib.pyplot as plt
 
-    axes = plt.figure(figsize=(7.2, 4.2)).add_subplot()
+    drawing, (left, right) = plt.subplots(1, 2, figsize=(9.6, 4.2), width_ratios=(1.2, 1.0))
     for name, values in found.items():
-        axes.plot(1e3 * LENGTHS, values, marker="o", markersize=3, label=name)
+        left.plot(1e3 * LENGTHS, values, marker="o", markersize=3, label=name)
     exact = bonded_shaft_stiffness(fe.Elastic(YOUNG, 0.49), RADIUS, LENGTHS)
-    axes.plot(1e3 * LENGTHS, exact, "k--", linewidth=1, label="Randolph and Wroth, half-space")
-    if measured:
-        low, high = np.quantile(measured, [0.0, 1.0])
-        label = f"identified in {len(measured)} layers, {low:.0f} to {high:.0f} N/m"
-        axes.axhspan(low, high, color="0.85", zorder=0, label=label)
-    axes.set(xlabel="embedded length [mm]", ylabel="stiffness of the dragged tissue [N/m]", ylim=(0.0, None))
-    axes.set_title(f"A shaft of {2e3 * RADIUS:.1f} mm that sticks in tissue of {YOUNG / 1e3:.0f} kPa", fontsize=10)
-    axes.legend(fontsize=7, loc="upper left")
-    axes.figure.tight_layout()
-    axes.figure.savefig(path, metadata={"Date": None})
+    left.plot(1e3 * LENGTHS, exact, "k--", linewidth=1, label="Randolph and Wroth, half-space")
+    left.set(xlabel="embedded length [mm]", ylabel="stiffness of a shaft that sticks [N/m]", ylim=(0.0, None))
+    left.set_title(f"{2e3 * RADIUS:.1f} mm shaft, tissue of {YOUNG / 1e3:.0f} kPa", fontsize=10)
+    left.legend(fontsize=7)
+    for number, layers in enumerate(measured, 1):
+        right.plot([number] * len(layers), layers, "o-", color="C0", linewidth=0.7, markersize=4)
+        right.plot(number, layers[-1], "o", color="C3", markersize=4)
+    at = found["half-space, ν 0.49"][LENGTHS == SHOWN][0] / YOUNG
+    for modulus in (5e3, 10e3, 20e3, 50e3, 100e3):
+        right.axhline(at * modulus, color="0.6", linewidth=0.7)
+        right.text(len(measured) + 0.8, at * modulus, f"{modulus / 1e3:.0f} kPa", fontsize=7, va="center")
+    right.set(yscale="log", xlabel="condition", ylabel="identified in a layer, the last in red [N/m]")
+    right.set_title(f"Recordings of others; lines: modulus at {1e3 * SHOWN:.0f} mm", fontsize=10)
+    drawing.tight_layout()
+    drawing.savefig(path, metadata={"Date": None})
 
 
 def main(path):
@@ -103,7 +109,7 @@ def main(path):
     measured = []
     with console.status("identifying"), ProcessPoolExecutor(os.cpu_count()) as pool:
         for name, stiffness, deepest, reason in pool.map(identified, jobs.items()):
-            measured += stiffness
+            measured += [stiffness] if stiffness else []
             explained = fe.modulus_of_shaft_stiffness(stiffness[-1], 0.6 * deepest, RADIUS) if stiffness else np.nan
             table.add_row(name, ", ".join(f"{value:.0f}" for value in stiffness) or reason, f"{explained / 1e3:.1f}")
     console.print(table if jobs else "No recordings: set NEEDLEFORCE_RECORDINGS.")

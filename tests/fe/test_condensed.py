@@ -121,7 +121,7 @@ def test_stick_and_slip_on_the_way_back_are_those_of_a_minimisation(gel, back, s
     saturated, pulled = insertion.shaft_force, insertion.displacement
     tip = insertion.tip
     first = moved(insertion, [30e-3, 30e-3 - back], step)[-1]
-    for _ in range(5):  # a step does twelve sweeps at most: at a sudden reversal it is within a percent, then exact
+    for _ in range(5):  # a step does eight sweeps at most: at a sudden reversal it is within a percent, then exact
         sample = insertion.step(30e-3 - back, None, 1e-3)
     bounds = np.abs(saturated)
     here = bounds > 0.0

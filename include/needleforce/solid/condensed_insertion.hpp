@@ -55,9 +55,11 @@ inline bool possible(const CondensedState& state, const CondensedTissue& tissue,
 /// A needle going in and out of a condensed solid of up to eight layers. Trivially copyable.
 class CondensedInsertion {
  public:
-  static constexpr std::size_t max_sweeps = 12;
-  static constexpr std::size_t max_turns = 4;  ///< of balance and motion of the tip
-  static constexpr double tolerance = 1e-9;    ///< change of a displacement that ends the sweeps [m]
+  static constexpr std::size_t max_sweeps = 8;    ///< in one part of a step
+  static constexpr std::size_t leap_sweeps = 24;  ///< where that part is longer than a leap
+  static constexpr double leap = 50e-6;           ///< [m]
+  static constexpr std::size_t max_turns = 4;     ///< of balance and motion of the tip
+  static constexpr double tolerance = 1e-9;       ///< change of a displacement that ends the sweeps [m]
 
   CondensedInsertion(const CondensedTissue& tissue, std::span<const Layer> layers,
                      const Limits& limits = {}) noexcept
@@ -202,14 +204,15 @@ class CondensedInsertion {
     expect(travel);
     std::array<FrictionBounds, max_path_nodes> all;
     const std::span<FrictionBounds> bounds(all.data(), tissue_.nodes);
+    const std::size_t allowed = std::abs(travel) > leap ? leap_sweeps : max_sweeps;
     std::size_t sweeps = 0;
     for (std::size_t turn = 0; turn < max_turns; ++turn) {
       layers_.bounds(bounds, state_.tip);
       do {
         const double change = balance_tip(depth, speed);
         if (std::max(change, sweep(state_.shaft, tissue_, bounds, depth, sweeps % 2 == 1)) < tolerance) break;
-      } while (++sweeps < max_sweeps);
-      if (sweeps >= max_sweeps || !moved_tip(depth, speed, last)) break;
+      } while (++sweeps < allowed);
+      if (sweeps >= allowed || !moved_tip(depth, speed, last)) break;
     }
     slide(state_.shaft, bounds, depth);
     remember(before, tip_force, travel, state_.tip == tip);
