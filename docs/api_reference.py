@@ -12,6 +12,8 @@ PACKAGES = (
     ("needleforce.recording", "Recordings", "Reading, writing, and what a recording holds."),
     ("needleforce.segmentation", "Segmentation", "Contact, punctures, exit and phases of a recording."),
     ("needleforce.identification", "Identification", "Fits, intervals, draws and comparisons of models."),
+    ("needleforce.steering", "Steering", "Needles that bend: paths read, identified, estimated and planned."),
+    ("needleforce.fe", "Tissue as a solid", "Finite elements around a needle, and what they condense to."),
     ("needleforce.campaign", "Campaigns", "Many recordings of many conditions."),
     ("needleforce.report", "Reports", "One HTML file each."),
     ("needleforce.control", "Control", "What a loop needs around an insertion."),

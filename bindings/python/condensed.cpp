@@ -64,17 +64,12 @@ nb::dict run(CondensedInsertion& self, const Values& depth, const Values& dt) {
   return result;
 }
 
-Output shaft_force(const CondensedInsertion& self) {
+/// A value for each node of the path.
+template <class Value>
+Output at_nodes(const CondensedInsertion& self, Value value) {
   double* values;
   Output array = new_array(self.tissue().nodes, values);
-  for (std::size_t i = 0; i < self.tissue().nodes; ++i) values[i] = self.shaft_force(i);
-  return array;
-}
-
-Output displacement(const CondensedInsertion& self) {
-  double* values;
-  Output array = new_array(self.tissue().nodes, values);
-  for (std::size_t i = 0; i < self.tissue().nodes; ++i) values[i] = self.displacement(i);
+  for (std::size_t i = 0; i < self.tissue().nodes; ++i) values[i] = (self.*value)(i);
   return array;
 }
 
@@ -133,10 +128,18 @@ void bind_condensed(nb::module_& module) {
           "restore", &restore_bytes, nb::arg("snapshot"),
           "The memory from bytes of save(); raises InputError for those of another version, tissue or model, "
           "or altered ones.")
-      .def_prop_ro("shaft_force", &shaft_force, nb::rv_policy::move,
-                   "[N] on the tissue at each node of the path, (n,)")
-      .def_prop_ro("displacement", &displacement, nb::rv_policy::move,
-                   "[m] of the tissue at each node of the path, (n,)")
+      .def_prop_ro(
+          "shaft_force",
+          [](const CondensedInsertion& self) { return at_nodes(self, &CondensedInsertion::shaft_force); },
+          nb::rv_policy::move, "[N] of the shaft on the tissue at each node of the path, (n,)")
+      .def_prop_ro(
+          "node_force",
+          [](const CondensedInsertion& self) { return at_nodes(self, &CondensedInsertion::node_force); },
+          nb::rv_policy::move, "[N] of shaft and tip on the tissue at each node of the path, (n,)")
+      .def_prop_ro(
+          "displacement",
+          [](const CondensedInsertion& self) { return at_nodes(self, &CondensedInsertion::displacement); },
+          nb::rv_policy::move, "[m] of the tissue at each node of the path, (n,)")
       .def_prop_ro(
           "tip", [](const CondensedInsertion& self) { return self.state().tip; },
           "where the tip is along the path, in the undeformed tissue [m]")

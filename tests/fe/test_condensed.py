@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Condensed solids: against the full solution, the axial law, an independent minimisation, and energy."""
 
+import re
+import subprocess
 import sys
 from dataclasses import replace
 from itertools import pairwise
@@ -252,3 +254,14 @@ def test_paths_and_models_that_do_not_fit_are_named(gel):
     relaxing = replace(model(), relaxation=nf.laws.Prony(share_1=0.5, time_1=1.0))
     with pytest.raises(nf.InputError, match=r"relaxes.*Use coulomb, karnopp or lugre"):
         fe.CondensedInsertion(gel, relaxing)
+
+
+def test_the_example_runs_and_its_picture_is_the_one_of_the_page(root, tmp_path):
+    done = subprocess.run(
+        [sys.executable, root / "examples" / "solid.py"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    assert "condensed to 41 nodes" in done.stdout
+    solid, axial = (float(number) for number in re.findall(r"([\d.]+) N ", done.stdout)[:2])
+    assert 0.85 * axial < solid < axial  # the embedded length is shorter by what the tissue is dragged
+    assert (tmp_path / "solid.svg").stat().st_size > 20_000

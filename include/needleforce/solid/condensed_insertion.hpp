@@ -117,6 +117,12 @@ class CondensedInsertion {
   double shaft_force(std::size_t node) const noexcept {
     return node < state_.shaft.known ? state_.shaft.force[node] : 0.0;
   }
+  /// The same with that of the tip, which is between two nodes. Wait-free.
+  double node_force(std::size_t node) const noexcept {
+    const auto at = BetweenNodes::at(state_.tip, tissue_);
+    const double share = node == at.node ? 1.0 - at.share : node == at.node + 1 ? at.share : 0.0;
+    return shaft_force(node) + share * state_.tip_force;
+  }
   /// Displacement of the tissue at a node of the path [m]. Wait-free.
   double displacement(std::size_t node) const noexcept {
     const auto at = BetweenNodes::at(state_.tip, tissue_);

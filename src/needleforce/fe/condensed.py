@@ -16,8 +16,7 @@ from .. import core
 from ..errors import InputError
 from ..files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
 from ..models.model import Model
-from .needle_path import NeedlePath
-from .tissue import Tissue
+from .needle_path import Body, NeedlePath
 
 MAX_NODES = 64
 _NEXT = "Give a file that CondensedTissue.save wrote."
@@ -118,7 +117,7 @@ def load_condensed(path: str | os.PathLike) -> CondensedTissue:
     return found
 
 
-def condensed(tissue: Tissue, path: NeedlePath) -> CondensedTissue:
+def condensed(tissue: Body, path: NeedlePath) -> CondensedTissue:
     """The compliance of a tissue between the nodes of a path.
 
     Raises
@@ -143,7 +142,7 @@ def condensed(tissue: Tissue, path: NeedlePath) -> CondensedTissue:
     )  # fmt: skip
 
 
-def fingerprint(tissue: Tissue) -> str:
+def fingerprint(tissue: Body) -> str:
     """A number that distinguishes solids by mesh, materials, supports and elements."""
     parts: Sequence[Any] = (
         tissue.mesh.points.tobytes(), tissue.mesh.cells.tobytes(), "\n".join(map(str, tissue.mesh.labels)).encode(),

@@ -96,7 +96,9 @@ def fit_modulus(
     unknown = [label for label in labels if label not in tissue.materials]
     if unknown:
         raise InputError("label", unknown[0], f"the mesh has {list(tissue.materials)}")
-    problem = _Problem(tissue, tip, np.asarray(depth, float), np.asarray(force, float), reach, tuple(labels))
+    problem = _Problem(
+        tissue, tip, depth=np.asarray(depth, float), force=np.asarray(force, float), reach=reach, labels=tuple(labels)
+    )
     numbers, jacobian, residual = problem.solved(start.contact_depth.value)
     return problem.result(numbers, jacobian, residual, float(start.young_modulus.value))
 

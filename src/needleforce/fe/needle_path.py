@@ -3,16 +3,34 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.sparse import csc_array
 
 from ..errors import InputError
-from .elements import Symmetry
-from .tissue import Tissue
+from .elements import Elements, Symmetry
+from .mesh import Mesh
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _AROUND = 8  # points around the circumference of a needle in space
+
+
+class Body(Protocol):
+    """What a path needs of a ``Tissue``."""
+
+    mesh: Mesh
+    symmetry: Symmetry
+    elements: Elements
+    materials: dict[str, Any]
+    supports: dict[str, str]
+    unknowns: int
+
+    def values_at(self, points: np.ndarray) -> Any:
+        """Matrix from unknowns to displacements at points."""
+
+    def solve(self, forces: np.ndarray) -> np.ndarray:
+        """Displacements for nodal forces."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +81,7 @@ class NeedlePath:
         step = self.nodes[1]
         return step * np.where((self.nodes == 0.0) | (self.nodes == self.depth), 0.5, 1.0)
 
-    def loads(self, tissue: Tissue, direction: np.ndarray | None = None) -> csc_array:
+    def loads(self, tissue: Body, direction: np.ndarray | None = None) -> csc_array:
         """Nodal forces of the tissue for a unit force at each node of the path, (unknowns, nodes).
 
         Each is spread with the density of its hat function. The transpose averages displacements with the same weights.
@@ -121,7 +139,7 @@ class NeedlePath:
         weighted = hats * (0.5 * step * _WEIGHTS)[:, None]
         return at, weighted.reshape(-1, count + 1) / self.lengths
 
-    def _around(self, tissue: Tissue, along: np.ndarray) -> np.ndarray:
+    def _around(self, tissue: Body, along: np.ndarray) -> np.ndarray:
         """Offsets from the line at which the load acts, (k, d) [m]."""
         if tissue.symmetry is Symmetry.AXISYMMETRIC:
             if self.entry or self.direction:

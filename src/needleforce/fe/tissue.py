@@ -3,21 +3,18 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
+from .condensed import CondensedTissue, condensed
 from .elements import Elements, Symmetry
 from .factorisation import Factor
 from .materials import Elastic
 from .mesh import Mesh
+from .needle_path import NeedlePath
 from .supports import held, unknowns_of
-
-if TYPE_CHECKING:
-    from .condensed import CondensedTissue
-    from .needle_path import NeedlePath
 
 _MAX_RATIO_SIMPLEX = 0.45  # of triangles and tetrahedra of first order
 
@@ -118,7 +115,7 @@ class Tissue:
         places = np.atleast_2d(np.asarray(points, dtype=float))
         return (self.values_at(places) @ solution).reshape(places.shape[1], len(places)).T
 
-    def condense(self, path: "NeedlePath") -> "CondensedTissue":
+    def condense(self, path: NeedlePath) -> CondensedTissue:
         """Condense onto a needle's path: what the loop needs of this solid.
 
         Parameters
@@ -136,8 +133,6 @@ class Tissue:
         InputError
             If the path leaves the mesh or has too many nodes.
         """
-        from .condensed import condensed
-
         return condensed(self, path)
 
     def values_at(self, points: np.ndarray):  # type: ignore[no-untyped-def]
