@@ -177,6 +177,13 @@ def lame(given):
     return closed_forms.ring_displacement(elastic(given), given["p"], given["a"], given["b"])
 
 
+@computes("finite_elements", r"2 atan\(Omega/2\)", "Omega")
+def newmark_phase(given):
+    rule = fe.Newmark(fe.DynamicSystem(1.0, 0.0, given["Omega"] ** 2), 1.0)
+    after = rule.step(rule.start(1.0), 0.0)
+    return math.atan2(-after.velocity[0] / given["Omega"], after.displacement[0])
+
+
 def elastic(given):
     return fe.Elastic(given["E"], given["nu"])
 

@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "in_memory.hpp"
+#include "settings_by_name.hpp"
 
 using namespace needleforce;
 
@@ -16,40 +17,6 @@ static_assert(NF_NOT_FINITE == int(Status::not_finite) && std::size(status_names
 static_assert(NF_NO_VELOCITY == no_velocity);
 static_assert(std::is_standard_layout_v<nf_sample> && std::is_trivially_copyable_v<nf_sample>);
 static_assert(std::is_standard_layout_v<nf_layer> && std::is_trivially_copyable_v<nf_layer>);
-
-namespace {
-
-Limits limits_of(const nf_settings& s) noexcept {
-  return {s.max_speed, s.velocity_slack, s.velocity_slack_ratio, s.hold_time, s.depth_noise};
-}
-Bevel bevel_of(const nf_settings& s) noexcept {
-  return {s.bevel_half_angle, s.bevel_friction_coefficient, s.bevel_face_share};
-}
-
-template <class T>
-bool in_range(const T& value, nf_fault& why) noexcept {
-  const auto* bad = first_invalid(value);
-  return !bad ||
-         c::refuse(why, T::name, bad->name, "is outside its range", value.*bad->member, bad->low, bad->high);
-}
-
-bool read_layers(const nf_layer* named, std::size_t count, std::array<Layer, max_layers>& layers,
-                 nf_fault& why) noexcept {
-  if (!named) return c::refuse(why, "layers", "layers", "are missing");
-  if (count < 1 || count > max_layers)
-    return c::refuse(why, "layers", "count", "is outside its range", double(count), 1.0, double(max_layers));
-  for (why.layer = 0; why.layer < count; ++why.layer)
-    if (!c::read_layer(named[why.layer], layers[why.layer], why)) {
-      if (!why.law) why.law = "layer";  // a law without a name; the caller prints it
-      return false;
-    }
-  const Fault fault = first_fault({layers.data(), count});
-  why.layer = fault.layer;
-  const double top = c::same(fault.quantity, "top") ? layers[fault.layer].top : 0.0;
-  return !fault.reason || c::refuse(why, "layer", fault.quantity, fault.reason, top);
-}
-
-}  // namespace
 
 extern "C" {
 
@@ -61,12 +28,7 @@ const char* nf_status_name(int status) {
   return status >= 0 && status <= NF_NOT_FINITE ? status_names[status] : "unknown";
 }
 
-nf_settings nf_default_settings(void) {
-  const Limits limits;
-  const Bevel bevel;
-  return {limits.max_speed, limits.hold_time,           limits.velocity_slack, limits.velocity_slack_ratio,
-          bevel.half_angle, bevel.friction_coefficient, bevel.face_share,      limits.depth_noise};
-}
+nf_settings nf_default_settings(void) { return c::default_settings(); }
 
 size_t nf_size(void) { return sizeof(nf_insertion); }
 
@@ -75,12 +37,13 @@ nf_insertion* nf_init(void* memory, size_t size, const nf_layer* named, size_t c
   nf_fault ignored{};
   nf_fault& fault = why ? *why : ignored;
   fault = nf_fault{};
-  const nf_settings chosen = settings ? *settings : nf_default_settings();
+  const nf_settings chosen = settings ? *settings : c::default_settings();
   std::array<Layer, max_layers> layers{};
-  if (!c::holds<nf_insertion>(memory, size, fault) || !in_range(limits_of(chosen), fault) ||
-      !in_range(bevel_of(chosen), fault) || !read_layers(named, count, layers, fault))
+  if (!c::holds<nf_insertion>(memory, size, fault) || !c::in_range(c::limits_of(chosen), fault) ||
+      !c::in_range(c::bevel_of(chosen), fault) || !c::read_layers(named, count, layers, fault))
     return nullptr;
-  return new (memory) nf_insertion{Insertion({layers.data(), count}, limits_of(chosen), bevel_of(chosen))};
+  return new (memory)
+      nf_insertion{Insertion({layers.data(), count}, c::limits_of(chosen), c::bevel_of(chosen))};
 }
 
 void nf_step(nf_insertion* self, double depth, double velocity, double dt, nf_sample* out) {

@@ -249,6 +249,8 @@ def test_files_that_are_no_condensed_tissue_are_refused(tmp_path, text, words):
 def test_paths_and_models_that_do_not_fit_are_named(gel):
     with pytest.raises(nf.InputError, match=r"is 81, must be at most 64. Use a spacing of at least 0.635"):
         solid().condense(fe.NeedlePath(LENGTH, 0.5e-3, RADIUS))
+    with pytest.raises(nf.InputError, match=r"spacing of the path is 0.645 mm, is finer than the mesh.*smaller cells"):
+        solid(cell=20 * RADIUS).condense(fe.NeedlePath(LENGTH, LENGTH / 62, RADIUS))
     with pytest.raises(nf.InputError, match="not a Model"):
         fe.CondensedInsertion(gel, "paper")
     relaxing = replace(model(), relaxation=nf.laws.Prony(share_1=0.5, time_1=1.0))

@@ -112,6 +112,19 @@ def test_options_that_do_not_fit_are_named(options, words):
         fe.Tissue(SQUARE, GEL, **options)
 
 
+def test_boundaries_of_the_mesh_come_first_and_must_have_facets():
+    left = np.flatnonzero(SQUARE.points[:, 0] == SQUARE.low[0])
+    named = fe.Mesh(SQUARE.points, SQUARE.cells, "quad", boundaries={"bottom": left, "one": left[:1]})
+    tissue = fe.Tissue(named, GEL, symmetry="plane_strain", supports={"bottom": "fixed"})
+    other = fe.Tissue(
+        fe.Mesh(SQUARE.points, SQUARE.cells, "quad", boundaries={"left": left}), GEL, symmetry="plane_strain",
+        supports={"left": "fixed"},
+    )  # fmt: skip
+    assert np.array_equal(tissue.held, other.held)
+    with pytest.raises(nf.InputError, match="boundary 'one' is empty, no outer facet"):
+        fe.Tissue(named, GEL, symmetry="plane_strain", supports={"bottom": "fixed", "one": "fixed"})
+
+
 def test_a_label_without_material_is_named():
     mesh = SQUARE.labelled("tumour", lambda points: points[:, 1] > 3e-3)
     with pytest.raises(

@@ -7,7 +7,7 @@ import subprocess
 
 from building import said
 
-HEADERS = ("needleforce.h", "needleforce_guard.h", "needleforce_bend.h")
+HEADERS = ("needleforce.h", "needleforce_guard.h", "needleforce_bend.h", "needleforce_solid.h")
 VERSION = 2
 STRUCTS = "ea35ae9c0e9c688e"  # of VERSION
 

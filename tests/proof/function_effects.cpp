@@ -4,6 +4,7 @@
 #include "../../bindings/c/needleforce.cpp"
 #include "../../bindings/c/needleforce_bend.cpp"
 #include "../../bindings/c/needleforce_guard.cpp"
+#include "../../bindings/c/needleforce_solid.cpp"
 #include "needleforce/bending/flexible_insertion.hpp"
 #include "needleforce/bending/tip_estimator.hpp"
 #include "needleforce/flight_recorder.hpp"
@@ -76,6 +77,17 @@ double bend(needleforce::bending::FlexibleInsertion<dimension>& needle) noexcept
                                   needleforce::bending::SpatialInsertion& space) noexcept
     [[clang::nonblocking]] {
   return bend(plane) + bend(space);
+}
+
+[[maybe_unused]] double c_solid(nf_solid* solid, nf_sample* sample, double* values, void* bytes,
+                                size_t size) noexcept [[clang::nonblocking]] {
+  nf_solid_step(solid, 0.0, 0.0, 1e-3, sample);
+  nf_solid_forces(solid, values, 10);
+  nf_solid_displacements(solid, values, 10);
+  nf_solid_reset(solid);
+  nf_solid_snapshot(solid, bytes, size);
+  nf_solid_restore(solid, bytes, size);
+  return nf_solid_tip(solid);
 }
 
 // a needle in a condensed solid

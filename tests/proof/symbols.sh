@@ -21,6 +21,8 @@ compile bindings/c/needleforce_guard.cpp
 check nf_guard_step_v2
 compile bindings/c/needleforce_bend.cpp
 check nf_bend_step_v2
+compile bindings/c/needleforce_solid.cpp
+check nf_solid_step_v2
 planted() {
   printf 'extern "C" void nf_step() {}\n%s\n' "$1" > "$folder/planted.cpp"
   compile "$folder/planted.cpp"

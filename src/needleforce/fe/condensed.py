@@ -16,7 +16,7 @@ from .. import core
 from ..errors import InputError
 from ..files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
 from ..models.model import Model
-from .needle_path import Body, NeedlePath
+from .needle_path import Body, NeedlePath, check_resolved
 
 MAX_NODES = 64
 _NEXT = "Give a file that CondensedTissue.save wrote."
@@ -133,7 +133,7 @@ def condensed(tissue: Body, path: NeedlePath) -> CondensedTissue:
     dense = loads.toarray()
     compliance = loads.T @ tissue.solve(dense)
     compliance = 0.5 * (compliance + compliance.T)
-    core.check_condensed(float(path.nodes[1]), compliance)
+    check_resolved(compliance, path)
     mesh = tissue.mesh
     summary = f"{tissue.symmetry}, {len(mesh.cells)} cells of shape {mesh.shape}, order {tissue.elements.order}"
     return CondensedTissue(

@@ -8,7 +8,8 @@ from ..errors import InputError
 _MAX_RATIO = 0.49999
 
 
-def _positive(quantity: str, value: float, unit: str) -> None:
+def check_positive(quantity: str, value: float, unit: str) -> None:
+    """Raise InputError for a value that is not above 0 and finite."""
     if not (value > 0.0 and value < float("inf")):
         raise InputError(quantity, f"{value} {unit}", "must be above 0", next_step=f"Give it in {unit}.")
 
@@ -46,8 +47,8 @@ class Elastic:
     density: float = 1000.0
 
     def __post_init__(self) -> None:
-        _positive("young_modulus", self.young_modulus, "Pa")
-        _positive("density", self.density, "kg/m^3")
+        check_positive("young_modulus", self.young_modulus, "Pa")
+        check_positive("density", self.density, "kg/m^3")
         _ratio(self.poisson_ratio)
 
     @property

@@ -41,7 +41,8 @@ class Mesh:
     labels : sequence of str, optional
         Of each cell, by which materials are given; ``"tissue"`` for all by default.
     boundaries : dict, optional
-        Names of boundaries with the indices of their points, in addition to ``"top"``, ``"bottom"`` and ``"sides"``.
+        Names of boundaries with the indices of their points, in addition to ``"top"``, ``"bottom"`` and ``"sides"``, or
+        instead of these.
 
     Raises
     ------

@@ -13,6 +13,7 @@ from .elements import Elements, Symmetry
 from .mesh import Mesh
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_MIN_SHARE = 1e-7  # of the smallest principal compliance of a path in the largest
 _AROUND = 8  # points around the circumference of a needle in space
 
 
@@ -152,3 +153,12 @@ class NeedlePath:
         first /= np.linalg.norm(first)
         angles = 2.0 * np.pi * (np.arange(_AROUND) + 0.5) / _AROUND
         return self.radius * (np.cos(angles)[:, None] * first + np.sin(angles)[:, None] * np.cross(along, first))
+
+
+def check_resolved(compliance: np.ndarray, path: NeedlePath) -> None:
+    """Raise InputError if the mesh cannot displace the nodes of a path independently, by their compliance [m/N]."""
+    sizes = np.linalg.eigvalsh(compliance)
+    if not sizes[0] > _MIN_SHARE * sizes[-1]:
+        step = "Use smaller cells down to the end of the path, or a larger spacing."
+        limit = "is finer than the mesh along the path"
+        raise InputError("spacing of the path", f"{1e3 * path.nodes[1]:.3g} mm", limit, next_step=step)

@@ -70,7 +70,7 @@ def held(elements: Elements, supports: Mapping[str, str]) -> np.ndarray:
     for name, kind in supports.items():
         support = _support(kind, name)
         if support is not Support.FREE:
-            _hold(mask, elements, _facets(elements, name), support, name)
+            _hold(mask, elements, facets_of(elements, name), support, name)
     if _has_axis(elements):
         _hold(mask, elements, _facets_at(mesh, 0, 0.0), Support.SLIDING, "axis")
     _check_rigid(elements, mask)
@@ -100,23 +100,37 @@ def _hold(mask: np.ndarray, elements: Elements, facets: np.ndarray, support: Sup
         mask[numbers[component[numbers] == each]] = True
 
 
-def _facets(elements: Elements, name: str) -> np.ndarray:
+def facets_of(elements: Elements, name: str) -> np.ndarray:
+    """Outer facets of a boundary: one of the mesh, or its top, bottom or sides.
+
+    Raises
+    ------
+    InputError
+        If there is no such boundary, or no outer facet has all of its corners in it.
+    """
     mesh = elements.mesh
-    last = mesh.dimension - 1
-    if name == "top":
-        return _facets_at(mesh, last, mesh.low[last])
-    if name == "bottom":
-        return _facets_at(mesh, last, mesh.high[last])
-    if name == "sides":
-        outer = (mesh.high,) if _has_axis(elements) else (mesh.low, mesh.high)
-        ends = [_facets_at(mesh, axis, end[axis]) for axis in range(last) for end in outer]
-        return np.unique(np.concatenate(ends))
-    if name not in mesh.boundaries:
+    if name in mesh.boundaries:
+        chosen = np.zeros(len(mesh.points), dtype=bool)
+        chosen[mesh.boundaries[name]] = True
+        facets = _outer(mesh, chosen)
+        if not len(facets):
+            limit = "no outer facet has all of its corners in it"
+            raise InputError(f"boundary {name!r}", "empty", limit, next_step="Give all points of its facets.")
+        return facets
+    if name not in ("top", "bottom", "sides"):
         known = ", ".join(["top", "bottom", "sides", *mesh.boundaries])
         raise InputError("boundary", name, "is not one of the mesh", next_step=f"Use one of {known}.")
-    chosen = np.zeros(len(mesh.points), dtype=bool)
-    chosen[mesh.boundaries[name]] = True
-    return _outer(mesh, chosen)
+    return _ends(elements, name)
+
+
+def _ends(elements: Elements, name: str) -> np.ndarray:
+    """Facets at the lowest or highest depth, or at the ends across."""
+    mesh, last = elements.mesh, elements.mesh.dimension - 1
+    if name != "sides":
+        return _facets_at(mesh, last, (mesh.low if name == "top" else mesh.high)[last])
+    outer = (mesh.high,) if _has_axis(elements) else (mesh.low, mesh.high)
+    ends = [_facets_at(mesh, axis, end[axis]) for axis in range(last) for end in outer]
+    return np.unique(np.concatenate(ends))
 
 
 def _has_axis(elements: Elements) -> bool:

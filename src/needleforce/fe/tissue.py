@@ -80,7 +80,7 @@ class Tissue:
     @cached_property
     def stiffness(self):  # type: ignore[no-untyped-def]
         """Stiffness of all unknowns, held ones included, sparse [N/m]."""
-        shear, lame = self._moduli()
+        shear, lame = self.moduli()
         return self.elements.stiffness(shear, lame)
 
     @cached_property
@@ -163,7 +163,7 @@ class Tissue:
         extent = ", ".join(f"{a} to {b}" for a, b in zip(low, high))
         raise InputError("point", f"({place}) mm", f"is outside the mesh, which extends over ({extent}) mm")
 
-    def _moduli(self) -> tuple[np.ndarray, np.ndarray]:
+    def moduli(self) -> tuple[np.ndarray, np.ndarray]:
         """Shear and Lamé modulus of each cell [Pa]."""
         labels, numbers = np.unique(self.mesh.labels.astype(str), return_inverse=True)
         shear = np.array([self.materials[label].shear_modulus for label in labels])

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// The C face of a condensed solid: the same numbers as in C++, and what it refuses.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "../../bindings/c/needleforce_solid.h"
+#include "solid.hpp"
+
+using namespace solid_tests;
+
+namespace {
+
+nf_layer paper_layer() {
+  nf_layer layer{};
+  layer.stiffness = {"polynomial", {{"linear", 100.0}, {"quadratic", 0.0}}, nullptr};
+  layer.puncture = {"puncture_force", {{"force", 0.2}}, nullptr};
+  layer.friction = {"coulomb", {{"per_length", 20.0}, {"presliding", 1e-6}}, nullptr};
+  layer.cutting = {"constant_cutting", {{"force", 0.1}, {"unloading", 1e-6}}, nullptr};
+  return layer;
+}
+
+/// Row by row without the gaps of the table in C++.
+std::vector<double> rows(const CondensedTissue& tissue) {
+  std::vector<double> result;
+  for (std::size_t i = 0; i < tissue.nodes; ++i)
+    for (std::size_t j = 0; j < tissue.nodes; ++j) result.push_back(tissue.at(i, j));
+  return result;
+}
+
+struct Solid {
+  std::vector<double> memory = std::vector<double>(nf_solid_size() / sizeof(double) + 1);
+  nf_layer layer = paper_layer();
+  nf_fault why{};
+  nf_solid* made(double spacing, std::size_t nodes, const double* compliance,
+                 std::size_t size = nf_solid_size()) {
+    return nf_solid_init(memory.data(), size, &layer, 1, nullptr, spacing, nodes, compliance, &why);
+  }
+};
+
+TEST(CondensedSolidInC, StepsToTheBitAsInCpp) {
+  const CondensedTissue table = tissue(2e-3);
+  const std::vector<double> compliance = rows(table);
+  Solid given;
+  nf_solid* solid = given.made(table.spacing, table.nodes, compliance.data());
+  ASSERT_NE(solid, nullptr) << given.why.reason;
+  CondensedInsertion same = insertion(2e-3, laws_of(20.0, 0.1, 0.2));
+  double values[64];
+  for (int i = 0; i < 12000; ++i) {
+    const double depth = -1e-3 + 5e-6 * (i < 7000 ? i : i < 8000 ? 14000 - i : i - 2000);
+    nf_sample sample;
+    nf_solid_step(solid, depth, NF_NO_VELOCITY, 1e-3, &sample);
+    ASSERT_EQ(sample.force, same.step(depth, no_velocity, 1e-3).force) << i;
+  }
+  EXPECT_EQ(nf_solid_tip(solid), same.state().tip);
+  EXPECT_EQ(nf_solid_forces(solid, values, 64), table.nodes);
+  EXPECT_EQ(values[3], same.node_force(3));
+  EXPECT_EQ(nf_solid_displacements(solid, values, 5), table.nodes);
+  EXPECT_EQ(values[4], same.displacement(4));
+}
+
+TEST(CondensedSolidInC, SavesAndRestores) {
+  const CondensedTissue table = tissue(2e-3);
+  const std::vector<double> compliance = rows(table);
+  Solid given;
+  nf_solid* solid = given.made(table.spacing, table.nodes, compliance.data());
+  nf_sample sample, again;
+  for (int i = 0; i < 3000; ++i) nf_solid_step(solid, 5e-6 * i, NF_NO_VELOCITY, 1e-3, &sample);
+  std::vector<char> bytes(nf_solid_snapshot_size());
+  EXPECT_EQ(nf_solid_snapshot(solid, bytes.data(), bytes.size() - 1), 0);
+  ASSERT_EQ(nf_solid_snapshot(solid, bytes.data(), bytes.size()), 1);
+  nf_solid_step(solid, 15.005e-3, NF_NO_VELOCITY, 1e-3, &sample);
+  nf_solid_reset(solid);
+  EXPECT_EQ(nf_solid_tip(solid), 0.0);
+  ASSERT_EQ(nf_solid_restore(solid, bytes.data(), bytes.size()), 1);
+  nf_solid_step(solid, 15.005e-3, NF_NO_VELOCITY, 1e-3, &again);
+  EXPECT_EQ(sample.force, again.force);
+  bytes[9] ^= 1;
+  EXPECT_EQ(nf_solid_restore(solid, bytes.data(), bytes.size()), 0);
+}
+
+TEST(CondensedSolidInC, NamesWhatItRefuses) {
+  const CondensedTissue table = tissue(2e-3);
+  std::vector<double> compliance = rows(table);
+  Solid given;
+  EXPECT_EQ(given.made(1e-3, 61, compliance.data(), 100), nullptr);
+  EXPECT_STREQ(given.why.quantity, "size");
+  EXPECT_EQ(given.made(1e-3, 65, compliance.data()), nullptr);
+  EXPECT_STREQ(given.why.quantity, "nodes");
+  EXPECT_EQ(given.made(1e-3, 61, nullptr), nullptr);
+  EXPECT_STREQ(given.why.reason, "is missing");
+  EXPECT_EQ(given.made(0.0, 61, compliance.data()), nullptr);
+  EXPECT_STREQ(given.why.reason, "the spacing is not 1e-6 to 0.1 m");
+  compliance[1] = 0.0;
+  EXPECT_EQ(given.made(1e-3, 61, compliance.data()), nullptr);
+  EXPECT_STREQ(given.why.reason, "the compliance is not symmetric");
+  given.layer.friction.name = "glue";
+  EXPECT_EQ(given.made(1e-3, 61, compliance.data()), nullptr);
+  EXPECT_NE(given.why.reason, nullptr);
+}
+
+}  // namespace
