@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
-   A rigid needle in a solid that was condensed onto its path: friction along the shaft and the force at the tip drag the
-   tissue. Layers, settings and samples are those of needleforce.h. The caller owns all memory, about 60 kB;
-   nf_solid_step, _forces, _displacements, _reset, _snapshot, _restore are wait-free. */
+   A rigid needle in a solid that was condensed onto its path: friction along the shaft and the force at the
+   tip drag the tissue. Layers, settings and samples are those of needleforce.h. The caller owns all memory,
+   about 60 kB; nf_solid_step, _forces, _displacements, _reset, _snapshot, _restore are wait-free. */
 #ifndef NEEDLEFORCE_SOLID_H
 #define NEEDLEFORCE_SOLID_H
 #include "needleforce.h"
