@@ -180,6 +180,10 @@ def test_each_layer_has_its_friction_and_cutting(gel):
     tip = insertion.tip
     assert samples[-1].friction == pytest.approx(FRICTION * 15e-3 + 60.0 * (tip - 15e-3), rel=0.02)
     assert samples[-1].cutting == pytest.approx(0.25, rel=1e-3)
+    # between touching the interface and breaking through, the tip bears no less than it did in the layer above
+    second_puncture = next(k for k, sample in enumerate(samples) if sample.depth == punctures[1][0])
+    bearing = [sample.stiffness + sample.cutting for sample in samples[:second_puncture] if sample.depth > 10e-3]
+    assert min(bearing) > 0.999 * CUTTING
     peak = max(sample.stiffness for sample in samples if sample.depth > 15e-3)
     assert peak == pytest.approx(0.3, rel=0.02)
 

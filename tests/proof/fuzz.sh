@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # fuzz.sh SECONDS [SEED]: first a planted fault that the seeds alone must find, then the fuzzer from them on for half of the
-# time; for a third of it needles that bend, for the rest models that are replaced while the loop runs. What it found useful
+# time; then needles that bend, models that are replaced while the loop runs, and condensed solids. What it found useful
 # stays in build/fuzz/corpus; an input that breaks a property is kept in build/fuzz.
 set -eu
 cd "$(dirname "$0")/../.."
@@ -17,7 +17,7 @@ plant() {
 seeds=$folder/seeds
 plant tests/proof/seeds.txt $seeds
 plant tests/proof/seeds_bend.txt ${seeds}_bend
-mkdir -p $folder/corpus $folder/corpus_live $folder/corpus_bend
+mkdir -p $folder/corpus $folder/corpus_live $folder/corpus_bend $folder/corpus_solid
 planted=$folder/planted
 rm -rf $planted && mkdir -p $planted/tests $planted/bindings
 cp -r include $planted/ && cp -r tests/proof $planted/tests/ && cp -r bindings/c $planted/bindings/
@@ -37,6 +37,8 @@ bindings/c/needleforce . $objects
 tests/proof/fuzz $planted $planted
 tests/proof/fuzz . $objects
 tests/proof/fuzz_live . $objects
+tests/proof/fuzz_solid . $objects
+bindings/c/needleforce_solid . $objects
 bindings/c/needleforce_bend . $objects
 END
 link() { $compiler -fsanitize=fuzzer "$@"; }
@@ -44,6 +46,7 @@ link $planted/fuzz.o $planted/needleforce.o -o $planted/fuzz
 link $objects/fuzz.o $objects/needleforce.o -o $folder/fuzz
 link $objects/fuzz_live.o $objects/needleforce.o -o $folder/fuzz_live
 link $objects/fuzz_bend.o $objects/needleforce.o $objects/needleforce_bend.o -o $folder/fuzz_bend
+link $objects/fuzz_solid.o $objects/needleforce.o $objects/needleforce_solid.o -o $folder/fuzz_solid
 if $planted/fuzz -artifact_prefix=$planted/ $seeds/* > $folder/planted.log 2>&1; then
   echo "a step that takes NaN was not seen from the seeds"
   exit 1
@@ -61,5 +64,6 @@ hunt() {
 }
 echo "fuzz: a planted fault was seen"
 hunt fuzz $(($1 / 2)) $folder/corpus "engine, C face and guard" $seeds
-hunt fuzz_bend $(($1 / 3)) $folder/corpus_bend "needles that bend" ${seeds}_bend
-hunt fuzz_live $(($1 / 6)) $folder/corpus_live "replaced models" $seeds
+hunt fuzz_bend $(($1 * 3 / 10)) $folder/corpus_bend "needles that bend" ${seeds}_bend
+hunt fuzz_live $(($1 / 10)) $folder/corpus_live "replaced models" $seeds
+hunt fuzz_solid $(($1 / 10)) $folder/corpus_solid "condensed solids" $seeds

@@ -38,7 +38,8 @@ struct CondensedState {
   std::size_t row = 0;  ///< whose displacement is computed afresh next
   Phase phase = Phase::free;
   bool started = false;
-  bool steady = false;  ///< in the last motion the tip stuck
+  bool on_contact = false;  ///< the force of the tip is that of the contact law
+  bool steady = false;      ///< in the last motion the tip stuck
 };
 
 /// True for a state from outside that an insertion can have, as far as a step relies on it. Wait-free.
@@ -46,10 +47,10 @@ inline bool possible(const CondensedState& state, const CondensedTissue& tissue,
                      std::size_t layers) noexcept {
   const auto along = [&](double distance) { return distance >= 0.0 && distance <= tissue.length(); };
   return needleforce::possible(state.last) && is_flag(state.started) && is_flag(state.steady) &&
-         std::abs(state.depth) <= farthest && state.waited >= 0.0 && along(state.tip) && along(state.cut) &&
-         state.tip <= state.cut && state.pierced <= layers && state.shaft.known <= tissue.nodes &&
-         state.row < max_path_nodes && state.yield > 0.1 && state.yield < 10.0 &&
-         state.phase >= Phase::free && state.phase <= Phase::extraction;
+         is_flag(state.on_contact) && std::abs(state.depth) <= farthest && state.waited >= 0.0 &&
+         along(state.tip) && along(state.cut) && state.tip <= state.cut && state.pierced <= layers &&
+         state.shaft.known <= tissue.nodes && state.row < max_path_nodes && state.yield > 0.1 &&
+         state.yield < 10.0 && state.phase >= Phase::free && state.phase <= Phase::extraction;
 }
 
 /// A needle going in and out of a condensed solid of up to eight layers. Trivially copyable.
@@ -234,6 +235,10 @@ class CondensedInsertion {
     state_.tip_force += travel * state_.tip_by_travel;
   }
 
+  /// Of the layer that the tip is in, the last that is pierced [N].
+  double cutting(double speed) const noexcept {
+    return state_.pierced > 0 ? layers_[state_.pierced - 1].cutting(speed) : 0.0;
+  }
   /// True where the tip presses on a layer that it has not broken through.
   bool pressing() const noexcept {
     return state_.pierced < layers_.count() && state_.cut >= layers_[state_.pierced].top;
@@ -243,12 +248,15 @@ class CondensedInsertion {
   double balance_tip(double depth, double speed) noexcept {
     const auto at = BetweenNodes::at(state_.tip, tissue_);
     const double gap = depth - state_.tip - by_shaft(at);  // to be taken up by the tip's own compliance
-    double force = 0.0, own = at.compliance(tissue_);
+    const double own = at.compliance(tissue_);
+    double force = 0.0;
+    state_.on_contact = false;
     if (state_.tip >= state_.cut) {
-      if (pressing())
-        force = layers_[state_.pierced].contact_force(gap);
-      else
-        force = std::clamp(gap / own, 0.0, layers_[layers_.at(state_.cut)].cutting(speed));
+      // on an interface the tissue above still bears the cutting force, until the contact is stronger
+      force = std::clamp(gap / own, 0.0, cutting(speed));
+      const double contact = pressing() ? layers_[state_.pierced].contact_force(gap) : 0.0;
+      state_.on_contact = contact > force;
+      force = std::max(force, contact);
     }
     const double by = force - state_.tip_force;
     if (by == 0.0) return 0.0;
@@ -290,7 +298,7 @@ class CondensedInsertion {
   double to_go(double gap, const BetweenNodes& at, double speed) const noexcept {
     if (state_.tip < state_.cut || gap < 0.0) return gap;
     if (pressing()) return 0.0;
-    return std::max(0.0, gap - at.compliance(tissue_) * layers_[layers_.at(state_.cut)].cutting(speed));
+    return std::max(0.0, gap - at.compliance(tissue_) * cutting(speed));
   }
   /// The deepest cut, or where cutting comes to an interface that resists, or to the end of the path [m].
   double farthest_tip() const noexcept {
@@ -317,7 +325,7 @@ class CondensedInsertion {
     sample.depth = depth;
     sample.velocity = velocity;
     for (std::size_t i = 0; i < state_.shaft.known; ++i) sample.friction += state_.shaft.force[i];
-    (pressing() ? sample.stiffness : sample.cutting) = state_.tip_force;
+    (state_.on_contact ? sample.stiffness : sample.cutting) = state_.tip_force;
     sample.force = sample.friction + state_.tip_force;
     sample.punctured = punctured;
     const bool was_in = state_.phase != Phase::free;

@@ -19,6 +19,9 @@
 
 namespace needleforce::solid {
 
+/// Largest compliance between shaft and tissue at a node [m/N], where the shaft covers next to nothing of it.
+inline constexpr double max_presliding_compliance = 1e12;
+
 /// Bounds of the force of a node [N], and the compliance [m/N] of what is between shaft and tissue.
 struct FrictionBounds {
   double low = 0.0, high = 0.0, compliance = 0.0;
@@ -121,7 +124,7 @@ class PathLayers {
       }
     }
     for (std::size_t k = 0; k < nodes.size(); ++k)
-      if (stiffness[k] > 0.0) nodes[k].compliance = 1.0 / stiffness[k];
+      if (stiffness[k] > 0.0) nodes[k].compliance = std::min(1.0 / stiffness[k], max_presliding_compliance);
   }
   /// The layer at a distance along the path [m].
   std::size_t at(double distance) const noexcept {
