@@ -174,7 +174,7 @@ def test_each_layer_has_its_friction_and_cutting(gel):
         cutting=nf.laws.ConstantCutting(force=0.25, unloading=1e-6),
     )  # fmt: skip
     insertion = fe.CondensedInsertion(gel, model(deeper=(second,)))
-    samples = moved(insertion, np.arange(-1e-3, 35e-3, 1e-5), 1e-5)
+    samples = moved(insertion, np.arange(-1e-3, 35e-3, 1e-5), 2e-5)
     punctures = [(sample.depth, sample.force) for sample in samples if sample.punctured]
     assert len(punctures) == 2 and 15e-3 < punctures[1][0] < 20e-3
     tip = insertion.tip
@@ -186,6 +186,69 @@ def test_each_layer_has_its_friction_and_cutting(gel):
     assert min(bearing) > 0.999 * CUTTING
     peak = max(sample.stiffness for sample in samples if sample.depth > 15e-3)
     assert peak == pytest.approx(0.3, rel=0.02)
+
+
+@pytest.mark.parametrize("stiffness", [30.0, 300.0, 1000.0])
+@pytest.mark.parametrize("softer", [1.0, 6.0])
+def test_a_contact_that_is_stiffer_than_the_solid_has_a_balance(gel, stiffness, softer):
+    # two springs side by side that are each stiffer alone than together would have none: force went back and forth
+    soft = replace(gel, compliance=softer * gel.compliance)
+    laws = {
+        "stiffness": nf.laws.Polynomial(linear=stiffness, quadratic=0.0), "puncture": nf.laws.PunctureForce(force=0.3),
+        "friction": nf.laws.Coulomb(per_length=20.0, presliding=1e-6, dimple_ratio=0.0),
+        "cutting": nf.laws.ConstantCutting(force=0.05, unloading=1e-6),
+    }  # fmt: skip
+    insertion = fe.CondensedInsertion(soft, nf.Model(**laws, deeper=(nf.Layer(top=15e-3, **laws),)))
+    samples = [insertion.step(float(depth), None, 1e-3) for depth in np.arange(-1e-3, 35e-3, 20e-6)]
+    assert max(sample.stiffness + sample.cutting for sample in samples) <= 0.3 * (1.0 + 1e-6)
+    assert [sum(getattr(each, event) for each in samples) for event in ("contact", "punctured", "exit")] == [1, 2, 0]
+    held = [insertion.step(samples[-1].depth, None, 1e-3).force for _ in range(40)]
+    assert np.ptp(held[10:]) < 1e-3
+
+
+@pytest.mark.parametrize("softer", [1.0, 6.0])
+@pytest.mark.parametrize("step", [5e-6, 20e-6, 50e-6])
+def test_friction_stays_within_what_the_covered_shaft_bears(gel, softer, step):
+    insertion = fe.CondensedInsertion(
+        replace(gel, compliance=softer * gel.compliance), model(cutting=0.0, puncture=0.0)
+    )
+    events = np.zeros(3, dtype=int)
+    for depth in np.concatenate([np.arange(-1e-3, 28e-3, step), np.arange(28e-3, -6e-3, -step)]):
+        sample = insertion.step(float(depth), None, 1e-3)
+        assert abs(sample.friction) <= FRICTION * insertion.tip + 1e-9
+        assert sample.phase != "free" or sample.force == 0.0
+        events += [sample.contact, sample.punctured, sample.exit]
+    assert list(events) == [1, 1, 1]
+
+
+def test_a_first_step_in_the_tissue_finds_the_needle_there(gel):
+    insertion = fe.CondensedInsertion(gel, model())
+    sample = insertion.step(20e-3, None, 1e-3)
+    assert sample.force == 0.0 and insertion.tip == 20e-3 and sample.phase == "hold"
+
+
+def test_a_layer_thinner_than_a_spacing_has_its_friction(gel):
+    thin = nf.Layer(
+        top=10.2e-3, stiffness=nf.laws.Polynomial(linear=100.0, quadratic=0.0),
+        puncture=nf.laws.PunctureForce(force=0.0), friction=nf.laws.Coulomb(per_length=500.0, presliding=1e-6),
+        cutting=nf.laws.ConstantCutting(force=0.1, unloading=1e-6),
+    )  # fmt: skip
+    below = replace(thin, top=10.5e-3, friction=nf.laws.Coulomb(per_length=FRICTION, presliding=1e-6))
+    insertion = fe.CondensedInsertion(gel, model(deeper=(thin, below)))
+    sample = moved(insertion, [-1e-3, 25e-3])[-1]
+    assert sample.friction == pytest.approx(FRICTION * (insertion.tip - 0.3e-3) + 500.0 * 0.3e-3, rel=2e-3)
+
+
+def test_a_tiny_step_does_not_disturb_the_next(gel):
+    forces = []
+    for tiny in (0.0, 1e-11, 1e-9):
+        insertion = fe.CondensedInsertion(gel, model(), max_speed=10.0)
+        moved(insertion, [-1e-3, 20e-3])
+        insertion.step(19e-3, None, 1e-3)
+        insertion.step(19e-3 + tiny, None, 1e-3)
+        forces.append([insertion.step(19e-3 - 20e-6 * k, None, 1e-3).force for k in range(1, 10)])
+    np.testing.assert_allclose(forces[1], forces[0], atol=2e-4)
+    np.testing.assert_allclose(forces[2], forces[0], atol=2e-4)
 
 
 def test_a_state_is_copied_saved_and_restored(gel):

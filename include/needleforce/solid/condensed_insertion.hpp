@@ -58,7 +58,7 @@ class CondensedInsertion {
  public:
   static constexpr std::size_t max_sweeps = 8;    ///< in one part of a step
   static constexpr std::size_t leap_sweeps = 24;  ///< where that part is longer than a leap
-  static constexpr double leap = 50e-6;           ///< [m]
+  static constexpr double leap = 30e-6;           ///< [m]
   static constexpr std::size_t max_turns = 4;     ///< of balance and motion of the tip
   static constexpr double tolerance = 1e-9;       ///< change of a displacement that ends the sweeps [m]
 
@@ -66,7 +66,7 @@ class CondensedInsertion {
                      const Limits& limits = {}) noexcept
       : tissue_(tissue), limits_(limits), valid_(!fault(tissue, layers) && needleforce::valid(limits)) {
     if (!valid_) return;
-    layers_ = PathLayers(layers, tissue.spacing);
+    layers_ = PathLayers(layers, tissue);
     Fingerprint print;
     print.add(fingerprint(layers));
     print.add(tissue.spacing);
@@ -91,8 +91,7 @@ class CondensedInsertion {
     if (status != Status::ok) return refuse(status, dt);
     const double travel = state_.started ? depth - state_.depth : 0.0, elapsed = state_.waited + dt;
     if (velocity == no_velocity) velocity = travel / elapsed;
-    if (!state_.started) state_.depth = depth;
-    state_.started = true;
+    if (!state_.started) begin(depth);
     state_.waited = 0.0;
     return accept(depth, travel, velocity);
   }
@@ -138,6 +137,7 @@ class CondensedInsertion {
   struct TipMove {
     double ahead = 0.0, by = 0.0;
   };
+  static constexpr double shortest = 1e-7;  ///< travel from which rates are taken [m]
   // by how much a motion of the tip along the path changes how far it has to go, in the secant
   static constexpr double min_yield = 1.0, max_yield = 3.0;
 
@@ -163,7 +163,20 @@ class CondensedInsertion {
     return sample;
   }
 
-  bool in_tissue() const noexcept { return state_.tip_force > 0.0 || state_.tip > 0.0; }
+  bool in_tissue() const noexcept {
+    const bool below = state_.pierced > 0 && state_.started && state_.depth > state_.shaft.displacement[0];
+    return state_.tip_force > 0.0 || state_.tip > 0.0 || below;
+  }
+
+  /// A first step in the tissue finds the needle there, in a path that it cut, without any force.
+  void begin(double depth) noexcept {
+    state_.depth = depth;
+    state_.started = true;
+    if (depth <= 0.0) return;
+    while (state_.pierced < layers_.count() && layers_[state_.pierced].top < depth) ++state_.pierced;
+    state_.tip = state_.cut = depth;
+    know(depth);
+  }
 
   /// In parts of at most half a spacing, so that bounds and tip follow; in the air at once.
   Sample accept(double depth, double travel, double velocity) noexcept {
@@ -213,16 +226,36 @@ class CondensedInsertion {
     const std::span<FrictionBounds> bounds(all.data(), tissue_.nodes);
     const std::size_t allowed = std::abs(travel) > leap ? leap_sweeps : max_sweeps;
     std::size_t sweeps = 0;
+    bool moved = false;
     for (std::size_t turn = 0; turn < max_turns; ++turn) {
       layers_.bounds(bounds, state_.tip);
       do {
         const double change = balance_tip(depth, speed);
         if (std::max(change, sweep(state_.shaft, tissue_, bounds, depth, sweeps % 2 == 1)) < tolerance) break;
       } while (++sweeps < allowed);
-      if (sweeps >= allowed || !moved_tip(depth, speed, last)) break;
+      moved = moved_tip(depth, speed, last);
+      if (sweeps >= allowed || !moved) break;
     }
+    if (moved) clamp_forces(bounds, speed);
     slide(state_.shaft, bounds, depth);
     remember(before, tip_force, travel, state_.tip == tip);
+  }
+
+  /// After the tip moved without a balance: no force beyond what shaft and tip can bear where they are now.
+  void clamp_forces(std::span<FrictionBounds> bounds, double speed) noexcept {
+    layers_.bounds(bounds, state_.tip);
+    for (std::size_t i = 0; i < state_.shaft.known; ++i) {
+      const double force = std::clamp(state_.shaft.force[i], bounds[i].low, bounds[i].high);
+      if (force == state_.shaft.force[i]) continue;
+      push(state_.shaft, tissue_, i, force - state_.shaft.force[i]);
+      state_.shaft.force[i] = force;
+    }
+    const double contact = pressing() ? layers_[state_.pierced].puncture_force() : 0.0;
+    const double limit = state_.tip >= state_.cut ? std::max(contact, cutting(speed)) : 0.0;
+    if (state_.tip_force <= limit) return;
+    push(state_.shaft, tissue_, BetweenNodes::at(state_.tip, tissue_), limit - state_.tip_force);
+    state_.tip_force = limit;
+    state_.on_contact = state_.on_contact && pressing();
   }
 
   /// What the last motion did while the tip stuck, again: most steps are like the one before.
@@ -269,7 +302,7 @@ class CondensedInsertion {
   bool moved_tip(double depth, double speed, TipMove& last) noexcept {
     const auto at = BetweenNodes::at(state_.tip, tissue_);
     const double gap = depth - state_.tip - by_shaft(at);
-    if (state_.tip >= state_.cut && pressing() && gap > layers_[state_.pierced].puncture) {
+    if (state_.tip >= state_.cut && pressing() && breaks(gap)) {
       ++state_.pierced;
       return true;
     }
@@ -294,6 +327,12 @@ class CondensedInsertion {
     push(state_.shaft, tissue_, BetweenNodes::at(to, tissue_), force);
   }
 
+  /// True for a contact that is pressed to the force at which the layer breaks; without one any contact
+  /// breaks it.
+  bool breaks(double gap) const noexcept {
+    const PathLayer& layer = layers_[state_.pierced];
+    return gap > 0.0 && layer.contact_force(gap) >= layer.puncture_force();
+  }
   /// How far the tip has still to go along the path if the tissue did not follow [m].
   double to_go(double gap, const BetweenNodes& at, double speed) const noexcept {
     if (state_.tip < state_.cut || gap < 0.0) return gap;
@@ -311,7 +350,7 @@ class CondensedInsertion {
     return at.of(state_.shaft.displacement) - state_.tip_force * at.spread(tissue_);
   }
   void remember(const ShaftState& before, double tip_force, double travel, bool stuck) noexcept {
-    if (std::abs(travel) < 1e-12) return;
+    if (std::abs(travel) < shortest) return;
     state_.steady = stuck;
     for (std::size_t i = 0; i < state_.shaft.known; ++i) {
       state_.by_travel.force[i] = (state_.shaft.force[i] - before.force[i]) / travel;
@@ -337,7 +376,7 @@ class CondensedInsertion {
                                   : travel > 0.0        ? Phase::insertion
                                   : travel < 0.0        ? Phase::extraction
                                                         : Phase::hold;
-    if (std::abs(travel) > 1e-12) sample.force_by_depth = (sample.force - force_before) / travel;
+    if (std::abs(travel) >= shortest) sample.force_by_depth = (sample.force - force_before) / travel;
     state_.last = sample;
     return sample;
   }

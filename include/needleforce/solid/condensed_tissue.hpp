@@ -2,9 +2,11 @@
 // A solid, condensed onto the nodes of the needle's path: all that the loop needs of a mesh.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <span>
 
 namespace needleforce::solid {
 
@@ -53,5 +55,30 @@ inline const char* fault(const CondensedTissue& tissue) noexcept {
     }
   return detail::positive_definite(tissue) ? nullptr : "the compliance is not positive definite";
 }
+
+/// Where a force acts between two nodes.
+struct BetweenNodes {
+  std::size_t node = 0;
+  double share = 0.0;  ///< of the node behind it
+
+  static BetweenNodes at(double distance, const CondensedTissue& tissue) noexcept {
+    const double place = std::clamp(distance / tissue.spacing, 0.0, static_cast<double>(tissue.nodes - 1));
+    const auto node = std::min(static_cast<std::size_t>(place), tissue.nodes - 2);
+    return {node, place - static_cast<double>(node)};
+  }
+  double of(std::span<const double> values) const noexcept {
+    return (1.0 - share) * values[node] + share * values[node + 1];
+  }
+  /// Displacement by a unit force at the same place, as the nodes have it [m/N].
+  double spread(const CondensedTissue& tissue) const noexcept {
+    const double near = 1.0 - share;
+    return near * near * tissue.at(node, node) + 2.0 * near * share * tissue.at(node, node + 1) +
+           share * share * tissue.at(node + 1, node + 1);
+  }
+  /// The same of a force that is spread no wider on its way between two nodes than at them [m/N].
+  double compliance(const CondensedTissue& tissue) const noexcept {
+    return (1.0 - share) * tissue.at(node, node) + share * tissue.at(node + 1, node + 1);
+  }
+};
 
 }  // namespace needleforce::solid

@@ -38,9 +38,26 @@ class PathLayer {
         cutting_(prepare(layer.laws.cutting)),
         puncture(puncture_depth(layer.laws.puncture, contact_)) {}
 
+  /// The law of contact [N], continued by a line where it would be stiffer than the solid around the tip.
   double contact_force(double indentation) const noexcept {
-    return indentation <= 0.0 ? 0.0
-                              : dispatch(contact_, [&](const auto& law) { return law.force(indentation); });
+    if (indentation <= 0.0) return 0.0;
+    const double within = std::min(indentation, linear_from);
+    return law_of_contact(within) + (indentation - within) * solid_stiffness;
+  }
+  /// Force at which the tip breaks through [N].
+  double puncture_force() const noexcept { return breaks_at; }
+  /// Before the loop: no stiffer than the solid, whose compliance [m/N] to a load at its top this is. Two
+  /// springs side by side that were each stiffer alone would have no balance.
+  void limit(double compliance) noexcept {
+    breaks_at = law_of_contact(puncture);
+    solid_stiffness = 1.0 / compliance;
+    if (slope_of_contact(puncture) <= solid_stiffness) return;
+    double low = 0.0, high = puncture;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (low + high);
+      (slope_of_contact(middle) <= solid_stiffness ? low : high) = middle;
+    }
+    linear_from = low;
   }
   /// Friction per length [N/m] while sliding at a velocity [m/s], whose sign is that of the direction.
   double sliding(double velocity) const noexcept {
@@ -67,12 +84,23 @@ class PathLayer {
   double top = 0.0;  ///< [m]
 
  private:
+  double law_of_contact(double indentation) const noexcept {
+    return dispatch(contact_, [&](const auto& law) { return law.force(indentation); });
+  }
+  double slope_of_contact(double indentation) const noexcept {
+    return dispatch(contact_, [&](const auto& law) { return law.slope(indentation); });
+  }
+
   Prepared<Stiffness> contact_{};
   Prepared<Friction> friction_{};
   Prepared<Cutting> cutting_{};
 
  public:
-  double puncture = 0.0;  ///< indentation at which the tip breaks through [m]
+  double puncture = 0.0;  ///< indentation at which the law would break through [m]
+
+ private:
+  double breaks_at = 0.0, solid_stiffness = 0.0;
+  double linear_from = std::numeric_limits<double>::max();
 };
 
 /// What is wrong with a layer for a solid, nullptr if nothing is. Not for the loop.
@@ -89,11 +117,12 @@ inline const char* solid_fault(const Layer& layer) noexcept {
 class PathLayers {
  public:
   PathLayers() = default;
-  PathLayers(std::span<const Layer> layers, double spacing) noexcept
-      : count_(layers.size()), spacing_(spacing) {
+  PathLayers(std::span<const Layer> layers, const CondensedTissue& tissue) noexcept
+      : count_(layers.size()), spacing_(tissue.spacing) {
     for (std::size_t i = 0; i < count_; ++i) {
       layers_[i] = PathLayer(layers[i]);
       presliding_[i] = layers_[i].presliding_stiffness();
+      layers_[i].limit(BetweenNodes::at(layers_[i].top, tissue).compliance(tissue));
     }
   }
   std::size_t count() const noexcept { return count_; }
@@ -114,13 +143,19 @@ class PathLayers {
       const double from = spacing_ * static_cast<double>(k);
       const double covered = std::clamp(tip - from, 0.0, spacing_);
       if (covered == 0.0) break;
-      // integrals of both hat functions over what is covered
-      const double far = 0.5 * covered * covered / spacing_, near = covered - far;
-      const std::size_t layer = at(from + 0.5 * spacing_);
-      for (const auto& [node, length] : {std::pair{k, near}, std::pair{k + 1, far}}) {
-        nodes[node].high += length * inwards_[layer];
-        nodes[node].low += length * outwards_[layer];
-        stiffness[node] += length * presliding_[layer];
+      for (std::size_t layer = at(from); layer < count_; ++layer) {
+        const double begin = std::clamp(layers_[layer].top - from, 0.0, covered);
+        const double next = layer + 1 < count_ ? layers_[layer + 1].top - from : covered;
+        const double end = std::clamp(next, begin, covered);
+        // integrals of both hat functions over what is covered of this layer
+        const double far = 0.5 * (end * end - begin * begin) / spacing_, near = end - begin - far;
+        for (const auto& [node, length] : {std::pair{k, near}, std::pair{k + 1, far}}) {
+          if (length <= 0.0) continue;
+          nodes[node].high += length * inwards_[layer];
+          nodes[node].low += length * outwards_[layer];
+          stiffness[node] += length * presliding_[layer];
+        }
+        if (end >= covered) break;
       }
     }
     for (std::size_t k = 0; k < nodes.size(); ++k)

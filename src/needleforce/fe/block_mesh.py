@@ -58,6 +58,9 @@ def axisymmetric_block(
 
 def grid(lines: Sequence[np.ndarray], layers: Layers = ()) -> Mesh:
     """Quadrilaterals or hexahedra between lines of coordinates, each increasing [m]; the last are depths."""
+    for each in lines:
+        if np.ndim(each) != 1 or len(each) < 2 or not np.all(np.diff(each) > 0.0) or not np.all(np.isfinite(each)):
+            raise InputError("lines of a grid", "not increasing", "each needs two coordinates or more [m]")
     counts = [len(each) for each in lines]
     points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(lines))
     numbers = np.arange(len(points)).reshape(counts)
@@ -83,6 +86,8 @@ def graded_lines(stops: Sequence[float], size_at: Callable[[np.ndarray], np.ndar
 
 def _across(low: float, high: float, cell: float, growth: float) -> np.ndarray:
     _lengths((cell,), (1,))
+    if not 0.0 <= growth <= 10.0:
+        raise InputError("growth", growth, "must be 0 to 10", next_step="Use 0.25.")
     stops = [low, 0.0, high] if low < 0.0 else [0.0, high]
     return graded_lines(stops, lambda x: cell + growth * np.maximum(np.abs(x) - cell, 0.0))
 

@@ -78,6 +78,9 @@ class CondensedTissue:
 
     def bonded_stiffness(self, length: float) -> float:
         """Force per displacement [N/m] of a rigid shaft that sticks along a length from the surface [m]."""
+        if not length <= self.nodes[-1] * (1.0 + 1e-9):
+            limit = f"the path is {1e3 * self.nodes[-1]:g} mm long"
+            raise InputError("length", f"{1e3 * length:g} mm", limit, next_step="Condense onto a longer path.")
         count = int(np.searchsorted(self.nodes, length * (1.0 + 1e-9), side="right"))
         if count < 2:
             raise InputError("length", f"{1e3 * length:g} mm", f"must be {1e3 * self.spacing:g} mm or more")
@@ -184,6 +187,9 @@ class CondensedInsertion(core.CondensedInsertion):
         if not isinstance(model, Model):
             step = "Give nf.preset(…) or nf.Model(…)."
             raise InputError("model", type(model).__name__, "not a Model", next_step=step)
+        if not isinstance(tissue, CondensedTissue):
+            step = "Give tissue.condense(path), or load_condensed(file)."
+            raise InputError("tissue", type(tissue).__name__, "not a CondensedTissue", next_step=step)
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
         super().__init__(tissue.spacing, tissue.compliance, model.stack, limits)
         self.model, self.tissue = model, tissue

@@ -19,6 +19,7 @@ from .tissue import Tissue
 PROFILES = ("smooth", "peak")
 # values that are tried of what a profile has beyond its linear numbers
 _PEAKS, _SMOOTHNESSES = 12, 22
+_MIN_NODES = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +105,9 @@ def force_distribution(
         If a marker is outside the mesh, arrays do not fit, or there are too few markers.
     """
     at, moved, seen = _checked(tissue, markers, displacements, noise)
+    if len(path.nodes) < _MIN_NODES:
+        step = "Use a smaller spacing."
+        raise InputError("nodes of the path", len(path.nodes), f"must be at least {_MIN_NODES}", next_step=step)
     if profile not in PROFILES:
         raise InputError("profile", profile, f"must be {' or '.join(PROFILES)}")
     observed = moved.T.ravel()[np.tile(seen, at.shape[1])]
@@ -122,7 +126,16 @@ def _checked(
     at, moved = np.atleast_2d(np.asarray(markers, float)), np.atleast_2d(np.asarray(displacements, float))
     if at.shape != moved.shape or at.shape[1] != tissue.mesh.dimension:
         limit = f"must be two arrays of shape (m, {tissue.mesh.dimension})"
-        raise InputError("markers and displacements", f"of shapes {at.shape} and {moved.shape}", limit)
+        step = "Give a row for each marker, with the coordinates of the mesh."
+        raise InputError("markers and displacements", f"of shapes {at.shape} and {moved.shape}", limit, next_step=step)
+    if not at.size:
+        raise InputError("markers", "none", "some are needed", next_step="Give where they were and how they moved.")
+    if len(np.unique(at, axis=0)) < len(at):
+        raise InputError("markers", "at one place", "more than once", next_step="Average the motion of each.")
+    reach = float(np.ptp(tissue.mesh.points, axis=0).max())
+    if np.nanmax(np.abs(moved), initial=0.0) > 0.5 * reach:
+        size = f"up to {np.nanmax(np.abs(moved)):.3g} m"
+        raise InputError("displacements", size, f"the body is {reach:.3g} m large", next_step="Give them in m.")
     if not np.all(np.isfinite(at)):
         raise InputError("place of a marker", "not finite", "every marker has one")
     if noise is not None and not (np.isfinite(noise) and noise > 0.0):

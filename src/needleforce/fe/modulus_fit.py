@@ -117,6 +117,7 @@ class _Problem:
     force: np.ndarray
     reach: float
     labels: tuple[str, ...]
+    contact_depth: float = 0.0  # before the search [m]
     solutions: int = 0
 
     def solved(self, contact_depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -124,6 +125,7 @@ class _Problem:
         from scipy.optimize import least_squares
 
         count = max(len(self.labels), 1)
+        self.contact_depth = contact_depth - 0.05 * (self.depth.max() - contact_depth)
         scale = np.append(np.ones(count), [0.02 * np.ptp(self.depth), 0.02 * np.ptp(self.force)])
         numbers = np.append(np.zeros(count), [contact_depth, float(np.median(self.force[self.depth < contact_depth]))])
         numbers[:count] = self._first(numbers)
@@ -167,7 +169,7 @@ class _Problem:
         from scipy.interpolate import PchipInterpolator
 
         self.solutions += 1
-        deepest = 1.05 * np.ptp(self.depth)
+        deepest = 1.05 * (self.depth.max() - self.contact_depth)
         depths = np.linspace(_SHALLOWEST, 1.0, _DEPTHS) * deepest
         forces = press(self._scaled(logarithms), self.tip, depths, self.reach).force
         below = np.linspace(0.0, _SHALLOWEST, 8)[:-1] * deepest

@@ -106,6 +106,7 @@ class NeedlePath:
         total = csc_array((tissue.elements.count, len(self.nodes)))
         for offset in around:
             points = self.start(tissue.mesh.dimension) + at[:, None] * along + offset
+            points[:, -1] = np.maximum(points[:, -1], tissue.mesh.low[-1])  # where an oblique shaft comes out
             matrix = tissue.values_at(points)
             for axis in np.flatnonzero(toward):
                 rows = matrix[axis * len(at) : (axis + 1) * len(at)]
@@ -114,19 +115,23 @@ class NeedlePath:
 
     def along(self, dimension: int) -> np.ndarray:
         """Unit vector of the path."""
-        if not self.direction:
+        if len(self.direction) == 0:
             return np.eye(dimension)[-1]
         vector = np.asarray(self.direction, dtype=float)
-        if vector.shape != (dimension,) or not np.linalg.norm(vector) > 0.0:
-            raise InputError("direction of the path", self.direction, f"must have {dimension} coordinates")
+        if vector.shape != (dimension,) or not 0.0 < np.linalg.norm(vector) < np.inf:
+            limit = f"must be {dimension} finite coordinates, not all 0"
+            raise InputError(
+                "direction of the path", self.direction, limit, next_step="Give x, y and depth, or x and depth."
+            )
         return vector / np.linalg.norm(vector)
 
     def start(self, dimension: int) -> np.ndarray:
         """Where the path begins [m]."""
-        if not self.entry:
+        if len(self.entry) == 0:
             return np.zeros(dimension)
         if len(self.entry) != dimension - 1:
-            raise InputError("entry of the path", self.entry, f"must have {dimension - 1} coordinates")
+            limit = f"must have {dimension - 1} coordinates"
+            raise InputError("entry of the path", self.entry, limit, next_step="Give where it is on the surface [m].")
         return np.append(np.asarray(self.entry, dtype=float), 0.0)
 
     def _integrated(self) -> tuple[np.ndarray, np.ndarray]:
@@ -143,7 +148,7 @@ class NeedlePath:
     def _around(self, tissue: Body, along: np.ndarray) -> np.ndarray:
         """Offsets from the line at which the load acts, (k, d) [m]."""
         if tissue.symmetry is Symmetry.AXISYMMETRIC:
-            if self.entry or self.direction:
+            if len(self.entry) or len(self.direction):
                 raise InputError("path", "off the axis", "in an axisymmetric mesh", next_step="Use a mesh in space.")
             return np.array([[self.radius, 0.0]])
         if tissue.symmetry is not Symmetry.SOLID:

@@ -11,6 +11,7 @@ from .materials import Elastic
 from .needle_path import NeedlePath
 from .tissue import Tissue
 
+_MAX_DEPTH = 0.3  # of a shaft [m]
 _LARGE = 10.0  # depth and radius of a block that stands for a half-space, in embedded lengths
 
 
@@ -58,8 +59,9 @@ def shaft_stiffness(
     have a closed form for a half-space (``closed_forms.bonded_shaft_stiffness``), within a tenth.
     """
     lengths = np.asarray(depth, dtype=float)
-    deepest = float(lengths.max())
-    wide, deep = block_radius or _LARGE * deepest, block_depth or _LARGE * deepest
+    deepest = float(lengths.max(initial=0.0))
+    wide = _LARGE * deepest if block_radius is None else block_radius
+    deep = _LARGE * deepest if block_depth is None else block_depth
     _check(lengths, radius, wide, deep)
     mesh = axisymmetric_block(wide, deep, radius, needle_depth=deepest)
     tissue = Tissue(mesh, material, symmetry="axisymmetric", supports={"bottom": base, "sides": sides})
@@ -99,6 +101,12 @@ def _bonded(tissue: Tissue, length: float, radius: float) -> float:
 def _check(lengths: np.ndarray, radius: float, wide: float, deep: float) -> None:
     if not (np.isfinite(radius) and radius > 0.0):
         raise InputError("radius", f"{radius} m", "must be above 0", next_step="Give it in m.")
+    if not lengths.size:
+        raise InputError("depth", "empty", "must be lengths", next_step="Give embedded lengths in m.")
+    if lengths.max() > _MAX_DEPTH:
+        raise InputError(
+            "depth", f"{lengths.max():g} m", f"must be at most {_MAX_DEPTH:g} m", next_step="Give it in m."
+        )
     if not np.all(lengths >= 4.0 * radius) or not np.all(np.isfinite(lengths)):
         limit = f"must be at least four radii, {4e3 * radius:g} mm"
         raise InputError("depth", f"{1e3 * lengths.min():g} mm", limit, next_step="Give embedded lengths in m.")

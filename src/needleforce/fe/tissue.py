@@ -16,6 +16,7 @@ from .mesh import Mesh
 from .needle_path import NeedlePath
 from .supports import held, unknowns_of
 
+_INSIDE = "Give it in m in the frame of the mesh, or a larger mesh."
 _MAX_RATIO_SIMPLEX = 0.45  # of triangles and tetrahedra of first order
 
 
@@ -161,7 +162,9 @@ class Tissue:
         place = ", ".join(f"{1e3 * each:.4g}" for each in point)
         low, high = ([f"{1e3 * each:.4g}" for each in end] for end in (self.mesh.low, self.mesh.high))
         extent = ", ".join(f"{a} to {b}" for a, b in zip(low, high))
-        raise InputError("point", f"({place}) mm", f"is outside the mesh, which extends over ({extent}) mm")
+        raise InputError(
+            "point", f"({place}) mm", f"is outside the mesh, which extends over ({extent}) mm", next_step=_INSIDE
+        )
 
     def moduli(self) -> tuple[np.ndarray, np.ndarray]:
         """Shear and Lamé modulus of each cell [Pa]."""
@@ -177,6 +180,10 @@ def _materials(mesh: Mesh, materials: Elastic | Mapping[str, Elastic]) -> dict[s
     labels = [str(label) for label in np.unique(mesh.labels.astype(str))]
     if isinstance(materials, Elastic):
         return dict.fromkeys(labels, materials)
+    for label, material in materials.items() if isinstance(materials, Mapping) else [("all", materials)]:
+        if not isinstance(material, Elastic):
+            step = "Give nf.fe.Elastic(young_modulus, poisson_ratio)."
+            raise InputError(f"material of {label!r}", repr(material)[:60], "not an Elastic", next_step=step)
     missing = [label for label in labels if label not in materials]
     if missing:
         step = f"Give one in materials={{{missing[0]!r}: nf.fe.Elastic(...)}}."
