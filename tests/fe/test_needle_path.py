@@ -57,6 +57,16 @@ def test_a_load_along_the_path_and_what_it_moves_are_reciprocal():
     np.testing.assert_allclose(along, 1.3 / np.linalg.norm([0.2, 0.1, 1.0]), rtol=1e-9)
 
 
+@pytest.mark.parametrize("degrees", [0, 10, 20, 45])
+def test_oblique_paths_are_condensed(degrees):
+    mesh = fe.block((40e-3, 30e-3), 1e-3, needle_depth=15e-3)
+    tissue = fe.Tissue(mesh, GEL, symmetry="plane_strain", supports=ALL_HELD)
+    direction = np.array([np.sin(np.radians(degrees)), np.cos(np.radians(degrees))])
+    straight = tissue.condense(fe.NeedlePath(12e-3, 2e-3, RADIUS))
+    oblique = tissue.condense(fe.NeedlePath(12e-3, 2e-3, RADIUS, direction=direction))
+    np.testing.assert_allclose(oblique.bonded_stiffness(12e-3), straight.bonded_stiffness(12e-3), rtol=0.25)
+
+
 def test_a_body_in_space_moves_as_the_axisymmetric_one():
     size, length = 40e-3, 10e-3
     flat = fe.axisymmetric_block(size / np.sqrt(np.pi), 24e-3, 1e-3, needle_depth=length)
