@@ -149,6 +149,8 @@ def test_a_path_that_leaves_the_mesh_is_named():
     [
         (-1e-4, 2e-3, "must be finite and at least 0"),
         (np.nan, 2e-3, "must be finite"),
+        ([], 2e-3, "must be one row"),
+        (1e-4, -1.0, "reach is -1.0 m, must be above 0"),
         (1e-3, 3e-4, "the contact reaches at least"),
         (1e-4, 1e-5, "free nodes, within 0.01 mm"),
         (1e-6, 2e-3, "is too small for the mesh"),

@@ -66,6 +66,10 @@ def press(tissue: Tissue, tip: Any, depth: ArrayLike, reach: float) -> SurfaceCo
         If the mesh is another, a depth is negative, the contact reaches beyond ``reach``, or it has less than 4 nodes.
     """
     depths = np.atleast_1d(np.asarray(depth, dtype=float))
+    if depths.ndim != 1 or not depths.size:
+        raise InputError("depth", f"of shape {depths.shape}", "must be one row", next_step="Give depths (n,) in m.")
+    if not (np.isfinite(reach) and reach > 0.0):
+        raise InputError("reach", f"{reach} m", "must be above 0", next_step="Give more than the contact radius, in m.")
     if not np.all(depths >= 0.0) or not np.all(np.isfinite(depths)):
         raise InputError("depth", depths.min(), "must be finite and at least 0", next_step="Depth is positive inwards.")
     nodes, radius = _surface(tissue, reach)
@@ -89,7 +93,7 @@ def _surface(tissue: Tissue, reach: float) -> tuple[np.ndarray, np.ndarray]:
     near = np.abs(unknowns.places[:, last] - top) < 1e-9 * np.ptp(tissue.mesh.points[:, last])
     nodes = np.flatnonzero(near & (unknowns.component == last) & (radius <= reach) & ~tissue.held)
     if len(nodes) < _MIN_CONTACT_NODES:
-        step = "Use smaller cells, or a larger reach."
+        step = "Use smaller cells or a larger reach, and leave the top free."
         raise InputError("surface", f"{len(nodes)} free nodes", f"within {1e3 * reach:g} mm", next_step=step)
     nodes = nodes[np.argsort(radius[nodes], kind="stable")]
     return nodes, radius[nodes]
