@@ -120,6 +120,15 @@ def test_the_interval_holds_the_truth():
     assert 0.91 <= inside / 60 <= 0.99
 
 
+@pytest.mark.parametrize("slack", [0.0, 1e-18, -2e-14, 1e-9])
+def test_exact_readings_with_next_to_no_slack_have_a_modulus(slack):
+    # a derivative by a step that is a share of the slack would be none
+    exact = elastica_deflection(FORCE, POSITIONS, NEEDLE, clamp_compliance=60.0) + slack
+    found = needle_modulus(FORCE, POSITIONS, exact, NEEDLE, clamp_compliance=60.0)
+    assert found.young_modulus == pytest.approx(14.1e9, rel=1e-6)
+    assert found.high - found.low < 1e-4 * found.young_modulus
+
+
 def test_the_compliance_of_the_clamp_is_found_from_several_positions():
     random, inside, seen = np.random.default_rng(4), 0, 0
     exact = elastica_deflection(FORCE, POSITIONS, NEEDLE, clamp_compliance=60.0)

@@ -197,7 +197,10 @@ class _Cantilever:
         from scipy.optimize import least_squares
 
         options = {"xtol": 1e-12, "ftol": 1e-14, "gtol": 1e-14, "diff_step": _STEP, "max_nfev": 100}
-        return least_squares(lambda z: self.residual(z * size), start / size, **options)
+        shift = np.append(0.0, np.ones(len(size) - 1))  # steps of derivatives are shares of a number: none may be 0
+        found = least_squares(lambda z: self.residual((z - shift) * size), start / size + shift, **options)
+        found.x = found.x - shift
+        return found
 
     def _clamp_size(self, softness: float) -> float:
         """A clamp compliance [rad/(N m)] that bends as much as the needle."""
