@@ -23,7 +23,7 @@ from needleforce import fe
 LENGTH, RADIUS, NODES = 60e-3, 0.35e-3, 60
 GEL = fe.Elastic(30e3, 0.49)
 HELD = {"bottom": "fixed", "sides": "fixed"}
-CELLS = {"1.2 mm": 1.2e-3, "0.35 mm": 0.35e-3, "0.12 mm": 0.12e-3}
+CELLS = {"0.9 mm": 0.9e-3, "0.35 mm": 0.35e-3, "0.12 mm": 0.12e-3}
 FULL = {"0.06 mm": 0.06e-3}
 
 
@@ -56,13 +56,14 @@ def main(full):
     table = Table(*heads, "step, median", "99 %", "99.9 %", "largest [us]", title=f"{NODES} nodes of the path")
     bodies = {name: lambda cell=cell: axisymmetric(cell) for name, cell in (CELLS | (FULL if full else {})).items()}
     if full:
-        bodies["hexahedra, 2 mm"] = solid
+        bodies["hexahedra, 2 mm, 30 nodes"] = solid
     with tempfile.TemporaryDirectory() as folder, console.status("meshes, factors, steps"):
         program = compiled("condensed", folder)
         for name, body in bodies.items():
             tissue, assembled = timed(body)
             _, factored = timed(lambda each=tissue: (each.stiffness, each.factor))
-            path = fe.NeedlePath(LENGTH, LENGTH / (NODES - 1), RADIUS if tissue.mesh.dimension == 2 else 2e-3)
+            plane = tissue.mesh.dimension == 2
+            path = fe.NeedlePath(LENGTH, LENGTH / (NODES - 1 if plane else 29), RADIUS if plane else 2e-3)
             condensed, took = timed(lambda each=tissue, line=path: each.condense(line))
             step = step_times(program, condensed, folder)
             times = (step[key] for key in ("median_us", "p99_us", "p999_us", "largest_us"))

@@ -22,8 +22,10 @@ struct ShaftState {
   std::size_t known = 0;  ///< nodes, from the surface, whose displacement is up to date
 };
 
-/// Adds a force [N] at a node. Wait-free.
-inline void push(ShaftState& shaft, const CondensedTissue& tissue, std::size_t node, double force) noexcept {
+/// Adds a force [N] at a node: most of the time of a step; a call for each would take half as much again.
+/// Wait-free.
+[[gnu::always_inline]] inline void push(ShaftState& shaft, const CondensedTissue& tissue, std::size_t node,
+                                        double force) noexcept {
   // restrict, so that the compiler widens the loop
   const double* __restrict row = tissue.row(node);
   double* __restrict displacement = shaft.displacement.data();
