@@ -86,6 +86,18 @@ TEST(CondensedInsertion, LeavesForAndComesFromAnywhereInOneStep) {
   EXPECT_EQ(out.phase, Phase::free);
 }
 
+TEST(CondensedInsertion, TakesNoLongerWhereTissueIsPulledUpForever) {
+  // a path of 61 um in tissue that follows by kilometres: two million half spacings to -1 m
+  CondensedTissue thin = tissue(1e6);
+  thin.spacing = 1e-6;
+  const Layer layer{0.0, laws_of(1e3, 0.0, 0.0)};
+  CondensedInsertion solid(thin, std::span(&layer, 1), any_speed);
+  solid.step(-1e-6, no_velocity, 1.0);
+  solid.step(50e-6, no_velocity, 1.0);
+  for (int k = 0; k < 100; ++k)
+    EXPECT_TRUE(std::isfinite(solid.step(k % 2 ? 50e-6 : -1.0, no_velocity, 1.0).force));
+}
+
 TEST(CondensedInsertion, CopiesSavesAndRestoresItsState) {
   CondensedInsertion solid = insertion(2e-3, laws_of(20.0, 0.1, 0.2)),
                      other = insertion(1e-3, laws_of(20.0, 0.1, 0.2));

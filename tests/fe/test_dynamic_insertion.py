@@ -11,11 +11,9 @@ from test_elements import VALUES, reference
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.dynamic_insertion import DynamicInsertion, stroke
+from needleforce.fe.dynamic_insertion import DynamicInsertion, bounded_forces, stroke
 from needleforce.fe.dynamics import DynamicSystem, Rayleigh
-from needleforce.fe.reduced_dynamics import ReducedTissue
-from needleforce.fe.shaft_balance import bounded_forces
-from needleforce.fe.tissue_dynamics import TissueDynamics
+from needleforce.fe.tissue_dynamics import ReducedTissue, TissueDynamics
 
 VALUES = VALUES | {each["name"]: each for each in reference.load()}
 RADIUS, SPACING = 0.5e-3, 2e-3

@@ -10,8 +10,7 @@ import needleforce as nf
 from needleforce import fe
 from needleforce.fe.dynamic_insertion import DynamicInsertion, stroke
 from needleforce.fe.dynamics import Newmark, Rayleigh
-from needleforce.fe.reduced_dynamics import ReducedTissue
-from needleforce.fe.tissue_dynamics import TissueDynamics
+from needleforce.fe.tissue_dynamics import ReducedTissue, TissueDynamics
 
 PATH = fe.NeedlePath(20e-3, 2e-3, 0.5e-3)
 DAMPING = Rayleigh.from_ratios((5.0, 100.0), (0.05, 0.05))

@@ -8,9 +8,8 @@ import needleforce as nf
 from needleforce import fe
 from needleforce.fe.dynamic_insertion import DynamicInsertion, stroke
 from needleforce.fe.dynamics import Rayleigh
-from needleforce.fe.reduced_dynamics import ReducedTissue
 from needleforce.fe.target_motion import plan_entry
-from needleforce.fe.tissue_dynamics import TissueDynamics
+from needleforce.fe.tissue_dynamics import ReducedTissue, TissueDynamics
 
 PATH = fe.NeedlePath(24e-3, 2e-3, 0.5e-3)
 MOTION = {"speed": 0.05, "hold": 0.1}

@@ -128,7 +128,7 @@ class CondensedInsertion {
     const auto at = BetweenNodes::at(state_.tip, tissue_);
     const double by_tip =
         (1.0 - at.share) * tissue_.at(node, at.node) + at.share * tissue_.at(node, at.node + 1);
-    return displaced(state_.shaft, tissue_, node, state_.shaft.known) + state_.tip_force * by_tip;
+    return displaced(state_.shaft, tissue_, node) + state_.tip_force * by_tip;
   }
   bool accepted() const noexcept { return valid_; }
 
@@ -137,6 +137,7 @@ class CondensedInsertion {
   struct TipMove {
     double ahead = 0.0, by = 0.0;
   };
+  static constexpr double max_parts = 4.0 * max_path_nodes;
   static constexpr double shortest = 1e-7;  ///< travel from which rates are taken [m]
   // by how much a motion of the tip along the path changes how far it has to go, in the secant
   static constexpr double min_yield = 1.0, max_yield = 3.0;
@@ -182,7 +183,9 @@ class CondensedInsertion {
   Sample accept(double depth, double travel, double velocity) noexcept {
     if (!in_tissue()) state_.depth = std::max(state_.depth, std::min(depth, 0.0));
     const double before = state_.depth, way = depth - before, force_before = state_.last.force;
-    const auto parts = 1 + static_cast<std::size_t>(std::abs(way) / (0.5 * tissue_.spacing));
+    // as many as twice the path has, also where tissue that is pulled up goes along for longer
+    const auto parts =
+        1 + static_cast<std::size_t>(std::min(std::abs(way) / (0.5 * tissue_.spacing), max_parts));
     const std::size_t pierced = state_.pierced;
     layers_.at_speed(std::abs(velocity));
     refresh();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Forces along the shaft: the least of elastic energy minus work, within the bounds of friction.
+// Forces along the shaft: the minimum of elastic energy minus work, within the bounds of friction.
 #pragma once
 
 #include <algorithm>
@@ -32,12 +32,11 @@ struct ShaftState {
   for (std::size_t j = 0; j < shaft.known; ++j) displacement[j] += force * row[j];
 }
 
-/// Displacement [m] of a node by the forces at all nodes up to one. Wait-free.
-inline double displaced(const ShaftState& shaft, const CondensedTissue& tissue, std::size_t node,
-                        std::size_t forces) noexcept {
+/// Displacement [m] of a node by the shaft. Wait-free.
+inline double displaced(const ShaftState& shaft, const CondensedTissue& tissue, std::size_t node) noexcept {
   const double* row = tissue.row(node);
   double sum = 0.0;
-  for (std::size_t j = 0; j < forces; ++j) sum += row[j] * shaft.force[j];
+  for (std::size_t j = 0; j < shaft.known; ++j) sum += row[j] * shaft.force[j];
   return sum;
 }
 

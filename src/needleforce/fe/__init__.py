@@ -14,13 +14,12 @@ from .mesh import Mesh
 from .mesh_file import read_mesh
 from .modulus_fit import ModulusFit, fit_modulus
 from .needle_path import NeedlePath
-from .reduced_dynamics import ReducedTissue
 from .shaft_stiffness import modulus_of_shaft_stiffness, shaft_stiffness
 from .stress import Stress, stress
 from .surface_contact import SurfaceContact, press
 from .target_motion import EntryPlan, plan_entry
 from .tissue import Tissue
-from .tissue_dynamics import TissueDynamics
+from .tissue_dynamics import ReducedTissue, TissueDynamics
 from .vtk_file import write_vtk
 
 __all__ = [

@@ -4,6 +4,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -11,19 +12,19 @@ from numpy.typing import ArrayLike
 
 from ..errors import InputError
 
-_CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}
-_DIMENSION = {"triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3}
+CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}
+DIMENSION = {"triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3}
+_PROJECTS = {"skfem": "scikit-fem", "meshio": "meshio"}
 _TO_SKFEM = {"hexahedron": [6, 2, 5, 7, 1, 3, 4, 0]}  # order of corners in VTK and meshio -> in scikit-fem
 
 
-def library() -> Any:
-    """The package skfem. Raises InputError that names the extra if it is not installed."""
+def library(name: str = "skfem") -> Any:
+    """A package of the extra ``fe``. Raises InputError that names the extra if it is not installed."""
     try:
-        import skfem
+        return import_module(name)
     except ImportError as missing:
         step = 'Run pip install "needleforce[fe]".'
-        raise InputError("scikit-fem", "not installed", "finite elements need it", next_step=step) from missing
-    return skfem
+        raise InputError(_PROJECTS[name], "not installed", "finite elements need it", next_step=step) from missing
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +59,8 @@ class Mesh:
 
     def __post_init__(self) -> None:
         points, cells = np.asarray(self.points, dtype=float), np.asarray(self.cells)
-        if self.shape not in _CORNERS:
-            raise InputError("shape of cells", self.shape, f"must be one of {', '.join(_CORNERS)}")
+        if self.shape not in CORNERS:
+            raise InputError("shape of cells", self.shape, f"must be one of {', '.join(CORNERS)}")
         _check_arrays(points, cells, self.shape)
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "cells", cells.astype(np.int64))
@@ -69,7 +70,7 @@ class Mesh:
     @property
     def dimension(self) -> int:
         """2 or 3."""
-        return _DIMENSION[self.shape]
+        return DIMENSION[self.shape]
 
     @property
     def low(self) -> np.ndarray:
@@ -111,7 +112,7 @@ class Mesh:
 
 
 def _check_arrays(points: np.ndarray, cells: np.ndarray, shape: str) -> None:
-    dimension, corners = _DIMENSION[shape], _CORNERS[shape]
+    dimension, corners = DIMENSION[shape], CORNERS[shape]
     if points.ndim != 2 or points.shape[1] != dimension:
         raise InputError("points", f"of shape {points.shape}", f"must be (n, {dimension}) for cells of shape {shape}")
     if cells.ndim != 2 or cells.shape[1] != corners or not len(cells):

@@ -16,25 +16,16 @@ import numpy as np
 from .. import units
 from ..errors import InputError
 from ..files import enough_memory, open_regular
-from .mesh import Mesh
+from .mesh import CORNERS, DIMENSION, Mesh, library
 
 _MAX_SIZE_M = 10.0
-_DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}
-_CORNERS = {"vertex": 1, "line": 2, "triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}
+# in a file there are also boundaries, and shapes that are named when they are refused
+_DIMENSION = {"vertex": 0, "line": 1, "wedge": 3, "pyramid": 3, **DIMENSION}
+_CORNERS = {"vertex": 1, "line": 2, **CORNERS}
 _LAGRANGE = {"CURVE": "line", "TRIANGLE": "triangle", "QUADRILATERAL": "quad", "TETRAHEDRON": "tetra"}
 # cell data with the number of a label, in order of preference; the last is the number of a shape in gmsh
 _NUMBERS = ("gmsh:physical", "medit:ref", "cell_tags", "su2:tag", "label", "labels", "material", "material_id",
             "materialid", "region", "gmsh:geometrical")  # fmt: skip
-
-
-def meshio_library() -> Any:
-    """The package meshio. Raises InputError that names the extra if it is not installed."""
-    try:
-        import meshio
-    except ImportError as missing:
-        step = 'Run pip install "needleforce[fe]".'
-        raise InputError("meshio", "not installed", "files of meshes need it", next_step=step) from missing
-    return meshio
 
 
 @dataclass(frozen=True)
@@ -121,7 +112,7 @@ def read_mesh(
 
 def _read(path: str | os.PathLike) -> Any:
     """What meshio reads, which prints and ends the program where it cannot."""
-    meshio, printed = meshio_library(), io.StringIO()
+    meshio, printed = library("meshio"), io.StringIO()
     open_regular(path, "mesh").close()
     try:
         with enough_memory(path), warnings.catch_warnings(), redirect_stdout(printed), redirect_stderr(printed):

@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import InputError
 from ..files import atomic_write, checked_target
-from .mesh import Mesh
-from .mesh_file import meshio_library
+from .mesh import Mesh, library
 from .stress import Stress, checked_solution, stress
 from .tissue import Tissue
 
@@ -61,7 +60,7 @@ def write_vtk(path: str | os.PathLike, tissue: Tissue | Body, solution: ArrayLik
     values = checked_solution(linear, solution)
     cells = stress(linear, values) if isinstance(tissue, Tissue) else tissue.stress(values)
     labels, numbers = np.unique(tissue.mesh.labels.astype(str), return_inverse=True)
-    content = meshio_library().Mesh(
+    content = library("meshio").Mesh(
         _three(tissue.mesh.points), [(tissue.mesh.shape, tissue.mesh.cells)],
         point_data={"displacement": _three(values[linear.elements.dofs.nodal_dofs].T)},
         cell_data={
