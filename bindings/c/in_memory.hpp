@@ -7,9 +7,13 @@
 
 #include "by_name.hpp"
 #include "needleforce/insertion.hpp"
+#include "needleforce/solid/condensed_insertion.hpp"
 
 struct nf_insertion {
   needleforce::Insertion insertion;
+};
+struct nf_solid {
+  needleforce::solid::CondensedInsertion insertion;
 };
 
 namespace needleforce::c {

@@ -5,19 +5,31 @@
 #include <array>
 #include <cstring>
 #include <new>
+#include <type_traits>
+#include <variant>
 
 #include "in_memory.hpp"
-#include "needleforce/bending/flexible_insertion.hpp"
+#include "needleforce/solid/bent_in_solid.hpp"
 
 using namespace needleforce;
 using bending::LateralLayer;
-using Saved = bending::SpatialInsertion::Saved;
+using InLayers = bending::SpatialInsertion;
+using InSolid = solid::BentInSolid<2>;
 
 struct nf_bend {
-  bending::SpatialInsertion needle;
+  std::variant<InLayers, InSolid> needle;
 };
 
 namespace {
+
+constexpr std::size_t snapshot_size = std::max(sizeof(InLayers::Saved), sizeof(InSolid::Saved));
+
+/// Calls `f` with the needle of whichever kind.
+template <class Bend, class F>
+auto with(Bend* self, F f) noexcept {
+  auto* in_layers = std::get_if<InLayers>(&self->needle);
+  return in_layers ? f(*in_layers) : f(*std::get_if<InSolid>(&self->needle));
+}
 
 bool read_form(const char* form, LateralLayer& layer, nf_fault& why) noexcept {
   layer.form = FoundationForm::linear;
@@ -85,6 +97,18 @@ bool read(const nf_bending* given, bending::FlexibleSettings& settings, nf_fault
   return !quantity || c::refuse(why, "bending", quantity, "is outside its range or out of order");
 }
 
+template <class Needle, class Axial>
+nf_bend* made(void* memory, size_t size, const Axial* axial, const nf_bending* given,
+              nf_fault* why) noexcept {
+  nf_fault ignored{};
+  nf_fault& fault = why ? *why : ignored;
+  fault = nf_fault{};
+  bending::FlexibleSettings settings;
+  if (!axial && !c::refuse(fault, "bending", "axial", "is missing")) return nullptr;
+  if (!c::holds<nf_bend>(memory, size, fault) || !read(given, settings, fault)) return nullptr;
+  return new (memory) nf_bend{Needle(axial->insertion, settings)};
+}
+
 }  // namespace
 
 extern "C" {
@@ -93,19 +117,17 @@ size_t nf_bend_size(void) { return sizeof(nf_bend); }
 
 nf_bend* nf_bend_init(void* memory, size_t size, const nf_insertion* axial, const nf_bending* given,
                       nf_fault* why) {
-  nf_fault ignored{};
-  nf_fault& fault = why ? *why : ignored;
-  fault = nf_fault{};
-  bending::FlexibleSettings settings;
-  if (!axial && !c::refuse(fault, "bending", "axial", "is missing")) return nullptr;
-  if (!c::holds<nf_bend>(memory, size, fault) || !read(given, settings, fault)) return nullptr;
-  return new (memory) nf_bend{bending::SpatialInsertion(axial->insertion, settings)};
+  return made<InLayers>(memory, size, axial, given, why);
+}
+nf_bend* nf_bend_init_in_solid(void* memory, size_t size, const nf_solid* axial, const nf_bending* given,
+                               nf_fault* why) {
+  return made<InSolid>(memory, size, axial, given, why);
 }
 
 void nf_bend_step(nf_bend* self, const nf_base* base, double dt, nf_bent* out) {
   const bending::Base at{
       base->depth, {base->lateral[0], base->lateral[1]}, {base->tilt[0], base->tilt[1]}, base->roll};
-  const bending::BentSample s = self->needle.step(at, dt);
+  const bending::BentSample s = with(self, [&](auto& needle) noexcept { return needle.step(at, dt); });
   std::copy(s.tip.begin(), s.tip.end(), out->tip);
   std::copy(s.tangent.begin(), s.tangent.end(), out->tangent);
   std::copy(s.wrench.begin(), s.wrench.end(), out->wrench);
@@ -119,28 +141,40 @@ void nf_bend_step(nf_bend* self, const nf_base* base, double dt, nf_bent* out) {
 
 size_t nf_bend_shape(const nf_bend* self, double* points, size_t count) {
   std::size_t n = 0;
-  self->needle.shape([&](const bending::Vector& point) noexcept {
-    if (n++ < count) points = std::copy(point.begin(), point.end(), points);
+  with(self, [&](const auto& needle) noexcept {
+    needle.shape([&](const bending::Vector& point) noexcept {
+      if (n++ < count) points = std::copy(point.begin(), point.end(), points);
+    });
   });
   return n;
 }
 
-void nf_bend_reset(nf_bend* self) { self->needle.reset(); }
+void nf_bend_reset(nf_bend* self) {
+  with(self, [](auto& needle) noexcept { needle.reset(); });
+}
 
-size_t nf_bend_snapshot_size(void) { return sizeof(Saved); }
+size_t nf_bend_snapshot_size(void) { return snapshot_size; }
 
 int nf_bend_snapshot(const nf_bend* self, void* bytes, size_t size) {
-  if (!bytes || size < sizeof(Saved)) return 0;
-  const Saved saved = self->needle.save();
-  std::memcpy(bytes, &saved, sizeof saved);
+  if (!bytes || size < snapshot_size) return 0;
+  with(self, [&](const auto& needle) noexcept {
+    const auto saved = needle.save();
+    std::memset(bytes, 0, snapshot_size);
+    std::memcpy(bytes, &saved, sizeof saved);
+  });
   return 1;
 }
 
 int nf_bend_restore(nf_bend* self, const void* bytes, size_t size) {
-  if (!bytes || size < sizeof(Saved)) return 0;
-  Saved saved;
-  std::memcpy(&saved, bytes, sizeof saved);
-  return self->needle.restore(saved);
+  if (!bytes || size < snapshot_size) return 0;
+  return with(self, [&](auto& needle) noexcept {
+    typename std::remove_cvref_t<decltype(needle)>::Saved saved;
+    std::memcpy(&saved, bytes, sizeof saved);
+    const auto* all = static_cast<const unsigned char*>(bytes);
+    const bool clean =
+        std::all_of(all + sizeof saved, all + snapshot_size, [](unsigned char byte) { return byte == 0; });
+    return int(clean && needle.restore(saved));
+  });
 }
 
 }  // extern "C"

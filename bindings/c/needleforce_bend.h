@@ -6,6 +6,7 @@
 #ifndef NEEDLEFORCE_BEND_H
 #define NEEDLEFORCE_BEND_H
 #include "needleforce.h"
+#include "needleforce_solid.h"
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -38,12 +39,14 @@ typedef struct {
 size_t nf_bend_size(void); /* bytes of memory, aligned as a double */
 /* Before the loop. `axial` is copied: its force, its limits, and with a bevel its lateral force. NULL if refused. */
 nf_bend* nf_bend_init(void* memory, size_t size, const nf_insertion* axial, const nf_bending* bending, nf_fault* why);
+/* The same around a condensed solid: along the needle the solid, across it the layers of `bending`. */
+nf_bend* nf_bend_init_in_solid(void* memory, size_t size, const nf_solid* axial, const nf_bending* bending, nf_fault* why);
 void nf_bend_step(nf_bend* needle, const nf_base* base, double dt, nf_bent* sample);
 /* Writes x, y, z of up to `count` points from the base to the tip; returns how many there are. */
 size_t nf_bend_shape(const nf_bend* needle, double* points, size_t count);
 void nf_bend_reset(nf_bend* needle);
 
-size_t nf_bend_snapshot_size(void); /* about 105 kB, most of it the path of the tip */
+size_t nf_bend_snapshot_size(void); /* about 110 kB, most of it the path of the tip */
 /* 1, or 0 and nothing changes: too small a buffer, bytes of another version, model or settings, altered bytes. */
 int nf_bend_snapshot(const nf_bend* needle, void* bytes, size_t size);
 int nf_bend_restore(nf_bend* needle, const void* bytes, size_t size);

@@ -8,15 +8,10 @@
 #include <span>
 
 #include "in_memory.hpp"
-#include "needleforce/solid/condensed_insertion.hpp"
 #include "settings_by_name.hpp"
 
 using namespace needleforce;
 using solid::CondensedInsertion;
-
-struct nf_solid {
-  CondensedInsertion insertion;
-};
 
 namespace {
 

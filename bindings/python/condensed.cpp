@@ -100,15 +100,16 @@ void bind_condensed(nb::module_& module) {
       .def(
           "__init__",
           [](CondensedInsertion* self, double spacing, const Rows& compliance, const Stack& layers,
-             const Limits& limits) {
+             const Limits& limits, const Bevel& bevel) {
             const auto tissue = table(spacing, compliance);
             const auto list = stacked(layers);
             if (const char* reason = CondensedInsertion::fault(tissue, list))
               raise_input("model", nb::str("refused"), reason,
                           "Use coulomb, karnopp or lugre friction, without relaxation.");
-            new (self) CondensedInsertion(tissue, list, limits);
+            new (self) CondensedInsertion(tissue, list, limits, bevel);
           },
-          nb::arg("spacing"), nb::arg("compliance"), nb::arg("layers"), nb::arg("limits") = Limits{})
+          nb::arg("spacing"), nb::arg("compliance"), nb::arg("layers"), nb::arg("limits") = Limits{},
+          nb::arg("bevel") = Bevel{})
       .def(
           "step",
           [](CondensedInsertion& self, double depth, std::optional<double> velocity, double dt) {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "module.hpp"
-#include "needleforce/bending/flexible_insertion.hpp"
+#include "needleforce/solid/bent_in_solid.hpp"
 #include "parameters.hpp"
 
 namespace needleforce::python {
@@ -60,11 +60,11 @@ bending::FlexibleSettings settings_of(const std::vector<bending::LateralLayer>& 
   return settings;
 }
 
-template <std::size_t dimension>
-using Bent = bending::FlexibleInsertion<dimension>;
+template <std::size_t dimension, class Axial>
+using Bent = bending::FlexibleInsertion<dimension, Axial>;
 
-template <std::size_t dimension>
-nb::dict run(Bent<dimension>& self, const Values& depth, const Rows& lateral, const Rows& tilt,
+template <std::size_t dimension, class Axial>
+nb::dict run(Bent<dimension, Axial>& self, const Values& depth, const Rows& lateral, const Rows& tilt,
              const Values& roll, const Values& dt) {
   const std::size_t n = depth.shape(0);
   for (std::size_t length : {lateral.shape(0), tilt.shape(0), roll.shape(0), dt.shape(0)})
@@ -97,16 +97,16 @@ nb::dict run(Bent<dimension>& self, const Values& depth, const Rows& lateral, co
   return result;
 }
 
-template <std::size_t dimension>
-nb::ndarray<nb::numpy, double, nb::ndim<2>> shape(const Bent<dimension>& self) {
+template <std::size_t dimension, class Axial>
+nb::ndarray<nb::numpy, double, nb::ndim<2>> shape(const Bent<dimension, Axial>& self) {
   double* points;
   auto array = new_rows(self.shape_points(), 3, points);
   self.shape([&](const bending::Vector& point) { points = std::copy(point.begin(), point.end(), points); });
   return array;
 }
 
-template <std::size_t dimension>
-nb::ndarray<nb::numpy, double, nb::ndim<2>> path(const Bent<dimension>& self) {
+template <std::size_t dimension, class Axial>
+nb::ndarray<nb::numpy, double, nb::ndim<2>> path(const Bent<dimension, Axial>& self) {
   const auto& cut = self.path();
   const std::size_t n = cut.empty() ? 0 : cut.nodes();
   double* rows;
@@ -119,15 +119,15 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> path(const Bent<dimension>& self) {
   return array;
 }
 
-template <std::size_t dimension>
-nb::bytes saved_bytes(const Bent<dimension>& self) {
-  const auto saved = std::make_unique<typename Bent<dimension>::Saved>(self.save());
+template <std::size_t dimension, class Axial>
+nb::bytes saved_bytes(const Bent<dimension, Axial>& self) {
+  const auto saved = std::make_unique<typename Bent<dimension, Axial>::Saved>(self.save());
   return nb::bytes(saved.get(), sizeof *saved);
 }
 
-template <std::size_t dimension>
-void restore_bytes(Bent<dimension>& self, const nb::bytes& bytes) {
-  const auto saved = std::make_unique<typename Bent<dimension>::Saved>();
+template <std::size_t dimension, class Axial>
+void restore_bytes(Bent<dimension, Axial>& self, const nb::bytes& bytes) {
+  const auto saved = std::make_unique<typename Bent<dimension, Axial>::Saved>();
   const bool fits = bytes.size() == sizeof *saved;
   if (fits) std::memcpy(saved.get(), bytes.data(), sizeof *saved);
   if (!fits || !self.restore(*saved))
@@ -170,13 +170,13 @@ void bind_bent_sample(nb::module_& module) {
       });
 }
 
-template <std::size_t dimension>
+template <std::size_t dimension, class Axial = Insertion>
 void bind_flexible(nb::module_& module, const char* name, const char* doc) {
-  using Self = Bent<dimension>;
+  using Self = Bent<dimension, Axial>;
   nb::class_<Self>(module, name, doc)
       .def(
           "__init__",
-          [](Self* self, const Insertion& axial, const std::vector<bending::LateralLayer>& lateral,
+          [](Self* self, const Axial& axial, const std::vector<bending::LateralLayer>& lateral,
              const std::vector<std::array<double, 3>>& sections, const bending::Support& support,
              const bending::Bending& lengths, std::size_t elements, bool small_slopes) {
             new (self) Self(axial, settings_of(lateral, sections, support, lengths, elements, small_slopes));
@@ -189,18 +189,18 @@ void bind_flexible(nb::module_& module, const char* name, const char* doc) {
              const std::array<double, 2>& tilt, double roll,
              double dt) { return self.step(Base{depth, lateral, tilt, roll}, dt); },
           nb::arg("depth"), nb::arg("lateral"), nb::arg("tilt"), nb::arg("roll"), nb::arg("dt"))
-      .def("run", &run<dimension>, nb::arg("depth"), nb::arg("lateral"), nb::arg("tilt"), nb::arg("roll"),
-           nb::arg("dt"))
-      .def("shape", &shape<dimension>, "(n, 3) points of the needle from the base to the tip [m]")
-      .def("path", &path<dimension>, "(n, 3) the cut path, over the travel in tissue [m]")
+      .def("run", &run<dimension, Axial>, nb::arg("depth"), nb::arg("lateral"), nb::arg("tilt"),
+           nb::arg("roll"), nb::arg("dt"))
+      .def("shape", &shape<dimension, Axial>, "(n, 3) points of the needle from the base to the tip [m]")
+      .def("path", &path<dimension, Axial>, "(n, 3) the cut path, over the travel in tissue [m]")
       .def(
           "copy", [](const Self& self) { return Self(self); }, "A copy with its state.")
       .def("reset", &Self::reset, "Back to before the first contact.")
       .def(
           "restore", [](Self& self, const Self& saved) { self = saved; }, nb::arg("snapshot"),
           "Back to a snapshot, state and model.")
-      .def("save", &saved_bytes<dimension>, "The memory alone, as bytes that any process may keep.")
-      .def("restore", &restore_bytes<dimension>, nb::arg("snapshot"),
+      .def("save", &saved_bytes<dimension, Axial>, "The memory alone, as bytes that any process may keep.")
+      .def("restore", &restore_bytes<dimension, Axial>, nb::arg("snapshot"),
            "The memory from bytes of save(); raises InputError for those of another version, model or "
            "settings, or altered ones.");
 }
@@ -214,6 +214,9 @@ void bind_flexible(nb::module_& module) {
   bind_bent_sample(module);
   bind_flexible<1>(module, "PlanarInsertion", "A needle that bends in the plane of x and z.");
   bind_flexible<2>(module, "SpatialInsertion", "A needle that bends in space.");
+  using Solid = solid::CondensedInsertion;
+  bind_flexible<1, Solid>(module, "PlanarInSolid", "A needle that bends in a plane of a condensed solid.");
+  bind_flexible<2, Solid>(module, "SpatialInSolid", "A needle that bends in a condensed solid.");
 }
 
 }  // namespace needleforce::python

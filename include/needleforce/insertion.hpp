@@ -102,17 +102,18 @@ class Insertion {
     print.add(lateral_ratio_);
     return print.value();
   }
-  /// Friction [N] along the shaft in one layer, and where the shaft is embedded in it [m].
-  struct ShaftFriction {
-    double force, from, length;
-  };
-  /// Of layer i at the last accepted step, whose velocity [m/s] it was. Wait-free.
-  ShaftFriction shaft_friction(std::size_t i, double velocity) const noexcept {
-    const LayerState& layer = state_.layers[i];
-    return {layers_[i].friction(layer, velocity), layer.shaft.surface, layer.shaft.embedded};
+  /// Deepest travel that a step takes [m].
+  static constexpr double reach() noexcept { return farthest; }
+  /// Calls `visit(from, to, force)` from the surface down: friction [N] along the shaft between two depths,
+  /// of the last accepted step, whose velocity [m/s] it was. Wait-free.
+  template <class Visit>
+  void along_shaft(double velocity, Visit visit) const noexcept {
+    for (std::size_t i = 0; i < count_; ++i) {
+      const LayerState& layer = state_.layers[i];
+      const auto& [from, length] = std::pair{layer.shaft.surface, layer.shaft.embedded};
+      if (length > 0.0) visit(from, from + length, layers_[i].friction(layer, velocity));
+    }
   }
-  /// How many layers there are.
-  std::size_t layers() const noexcept { return count_; }
 
  private:
   /// Ordinary input passes a few comparisons; the rest is classified.
@@ -130,12 +131,7 @@ class Insertion {
     const bool waits = dt > 0.0 && std::isfinite(dt);
     if (waits) state_.waited += dt;
     const bool holding = valid_ && waits && state_.waited <= limits_.hold_time;
-    Sample sample = holding ? state_.last : Sample{};
-    sample.depth = state_.depth;
-    sample.velocity = 0.0;
-    sample.contact = sample.punctured = sample.exit = false;
-    sample.status = status;
-    return sample;
+    return refused(holding ? state_.last : Sample{}, state_.depth, status);
   }
 
   Move moved(double depth, double travel, double velocity, double elapsed) const noexcept {

@@ -28,4 +28,13 @@ struct Sample {
   bool exit = false;       ///< true in the one step that leaves the tissue
 };
 
+/// The row of a step that was refused: what is held of the last one, at rest where it was, without an event.
+inline Sample refused(Sample held, double depth, Status status) noexcept {
+  held.depth = depth;
+  held.velocity = 0.0;
+  held.contact = held.punctured = held.exit = false;
+  held.status = status;
+  return held;
+}
+
 }  // namespace needleforce

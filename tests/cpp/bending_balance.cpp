@@ -143,7 +143,7 @@ TEST(BendingBalance, FollowerForceDoesNotBendAStraightNeedle) {
   model.cutting = laws::ConstantCutting{5.0, 20e-6};
   Insertion insertion(model, any_speed);
   insertion.step(0.049, no_velocity, 1.0);
-  load.axial = AxialLoad(insertion, insertion.step(0.05, no_velocity, 1.0));
+  load.axial.take(insertion, insertion.step(0.05, no_velocity, 1.0));
   EXPECT_NEAR(load.axial.tip(), 5.0, 1e-12);
   EXPECT_TRUE(compressed.solve(properties, path, load).stable);
   const double ratio = compressed.mesh().tip().place[0] / free_of_force.mesh().tip().place[0];

@@ -150,4 +150,23 @@ TEST(CondensedInsertion, CutsWithItsForceWhateverTheStep) {
   }
 }
 
+TEST(CondensedInsertion, ForcesAlongTheShaftAddUpAndEndAtTheTip) {
+  CondensedInsertion solid = insertion(2e-3, laws_of(20.0, 0.1, 0.2));
+  double at = -1e-3;
+  for (double to : {10.3e-3, 30e-3, 29.8e-3, 20e-3, 1e-3}) {
+    const Sample sample = go(solid, at, to);
+    double sum = 0.0, last = 0.0, densest = 0.0;
+    solid.along_shaft(sample.velocity, [&](double from, double end, double force) {
+      EXPECT_DOUBLE_EQ(from, last);
+      EXPECT_GT(end, from);
+      sum += force;
+      last = end;
+      if (end - from > 0.9e-3) densest = std::max(densest, std::abs(force) / (end - from));
+    });
+    EXPECT_NEAR(sum, sample.friction, 1e-12);
+    EXPECT_DOUBLE_EQ(last, std::min(solid.state().tip, to));
+    EXPECT_LE(densest, 20.0 * 1.6);  // friction per length, and in the last piece what is left of a node
+  }
+}
+
 }  // namespace

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "../../bindings/c/needleforce_solid.h"
+#include "../../bindings/c/needleforce_bend.h"
+#include "bending.hpp"
+#include "needleforce/solid/bent_in_solid.hpp"
 #include "solid.hpp"
 
 using namespace solid_tests;
@@ -98,6 +100,41 @@ TEST(CondensedSolidInC, NamesWhatItRefuses) {
   given.layer.friction.name = "glue";
   EXPECT_EQ(given.made(1e-3, 61, compliance.data()), nullptr);
   EXPECT_NE(given.why.reason, nullptr);
+}
+
+TEST(CondensedSolidInC, BendsToTheBitAsInCpp) {
+  const CondensedTissue table = tissue(2e-3);
+  const std::vector<double> compliance = rows(table);
+  Solid given;
+  nf_solid* solid = given.made(table.spacing, table.nodes, compliance.data());
+  ASSERT_NE(solid, nullptr) << given.why.reason;
+  const nf_parameter lengths[] = {
+      {"needle_length", 1.0}, {"guide_distance", 0.03}, {"bevel_length", 0.002612}};
+  const nf_section section{1.0, 0.0206517998, 0.0};
+  const nf_lateral_layer layer{{{"modulus", 20e3}, {"tip_force", 0.2}}, nullptr};
+  const nf_bending bending{&layer, 1, &section, 1, lengths, 3, 0};
+  std::vector<double> memory(nf_bend_size() / sizeof(double) + 1), kept(nf_bend_snapshot_size() / 8 + 1);
+  nf_bend* needle = nf_bend_init_in_solid(memory.data(), nf_bend_size(), solid, &bending, &given.why);
+  ASSERT_NE(needle, nullptr) << given.why.reason;
+  EXPECT_EQ(nf_bend_init_in_solid(memory.data(), nf_bend_size(), nullptr, &bending, &given.why), nullptr);
+  needle = nf_bend_init_in_solid(memory.data(), nf_bend_size(), solid, &bending, &given.why);
+  bending::FlexibleSettings settings = bending_tests::guided();
+  settings.small_slopes = false;
+  solid::BentInSolid<2> same(insertion(2e-3, laws_of(20.0, 0.1, 0.2)), settings);
+  for (int i = 0; i < 400; ++i) {
+    const double depth = -1e-3 + 1e-4 * (i < 300 ? i : 600 - i);
+    const nf_base base{depth, {1e-5 * i, 0.0}, {}, 0.01 * i};
+    nf_bent sample;
+    nf_bend_step(needle, &base, 1e-2, &sample);
+    const auto expected = same.step({.depth = depth, .lateral = {1e-5 * i, 0.0}, .roll = 0.01 * i}, 1e-2);
+    ASSERT_EQ(sample.tip[0], expected.tip[0]) << i;
+    ASSERT_EQ(sample.force, expected.force) << i;
+    ASSERT_EQ(sample.status, 0) << i;
+    if (i == 350) nf_bend_snapshot(needle, kept.data(), nf_bend_snapshot_size());
+  }
+  EXPECT_EQ(nf_bend_restore(needle, kept.data(), nf_bend_snapshot_size()), 1);
+  reinterpret_cast<unsigned char*>(kept.data())[nf_bend_snapshot_size() - 1] ^= 1;
+  EXPECT_EQ(nf_bend_restore(needle, kept.data(), nf_bend_snapshot_size()), 0);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "every_model.hpp"
 #include "needleforce/bending/tip_estimator.hpp"
 #include "needleforce/flight_recorder.hpp"
+#include "needleforce/solid/bent_in_solid.hpp"
 #include "solid.hpp"
 
 namespace {
@@ -301,8 +302,8 @@ TEST(RealTime, GuardAllocatesNothingAndKeepsItsClampForAnyInput) {
 }
 
 /// Steps of a needle that bends with the allocator armed, on a random walk of its base with spoiled values.
-template <std::size_t dimension>
-Seen bent(bending::FlexibleInsertion<dimension> needle, int n) {
+template <std::size_t dimension, class Axial>
+Seen bent(bending::FlexibleInsertion<dimension, Axial> needle, int n) {
   RandomInput input(2e-5), aside(1e-6);
   Seen seen;
   armed = true;
@@ -353,6 +354,13 @@ TEST(RealTime, NeedleThatBendsAllocatesNothingOnAnyFoundation) {
     expect_sound(bent(bending::SpatialInsertion(with_bevel(), bevelled(form)), 10000), "in space");
     expect_sound(bent(bending::PlanarInsertion(with_bevel(), bevelled(form)), 20000), "in a plane");
   }
+}
+
+TEST(RealTime, NeedleThatBendsInASolidAllocatesNothing) {
+  const auto settings = bevelled(FoundationForm::linear);
+  const solid::CondensedInsertion axial = solid_tests::insertion(2e-3, solid_tests::laws_of(20.0, 0.1, 0.2));
+  expect_sound(bent(solid::BentInSolid<2>(axial, settings), 20000), "in space");
+  expect_sound(bent(solid::BentInSolid<1>(axial, settings), 20000), "in a plane");
 }
 
 TEST(RealTime, EstimatorAllocatesNothingAndStaysFiniteForAnyReading) {

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <memory>
+#include <type_traits>
 
 #include "bent_from_bytes.hpp"
 #include "c_bending.hpp"
@@ -27,23 +28,25 @@ bool same_bent(const auto& a, const auto& b) {
   return std::bit_cast<Bits>(bent_numbers_of(a)) == std::bit_cast<Bits>(bent_numbers_of(b));
 }
 
-template <std::size_t dimension>
+template <std::size_t dimension, class Axial = Insertion>
 class BentTrial {
  public:
-  using Engine = bending::FlexibleInsertion<dimension>;
+  using Engine = bending::FlexibleInsertion<dimension, Axial>;
 
-  BentTrial(std::span<const Layer> layers, const Limits& limits, const Bevel& bevel,
-            const bending::FlexibleSettings& settings)
+  /// `axial` is made of these layers, limits and bevel; `axial_valid`: whether it has to be accepted.
+  BentTrial(const Axial& axial, bool axial_valid, std::span<const Layer> layers, const Limits& limits,
+            const Bevel& bevel, const bending::FlexibleSettings& settings)
       : settings_(settings),
         limits_(limits),
-        axial_valid_(!first_fault(layers).reason && needleforce::valid(limits) && !first_invalid(bevel)),
+        axial_valid_(axial_valid),
         valid_(axial_valid_ && !fault(settings)),
         max_(axial_valid_ ? bounds::of(layers, bounds::fastest_accepted(limits)) : bounds::Parts{}),
-        engine_(std::make_unique<Engine>(Insertion(layers, limits, bevel), settings)),
+        engine_(std::make_unique<Engine>(axial, settings)),
         shadow_(std::make_unique<Engine>(*engine_)),
         kept_(std::make_unique<typename Engine::Saved>(engine_->save())),
         c_axial_(layers, limits, bevel) {
-    if (dimension == 1 || settings.small_slopes || !c_axial_.made() || settings.beam.elements == 0) return;
+    constexpr bool in_c = dimension == 2 && std::is_same_v<Axial, Insertion>;
+    if (!in_c || settings.small_slopes || !c_axial_.made() || settings.beam.elements == 0) return;
     c_ = std::make_unique<CNeedle>(c_axial_, settings);
     require(c_->made() == valid_, "C takes the needles that C++ takes");
     if (!valid_) c_.reset();
@@ -174,5 +177,22 @@ class BentTrial {
   CFace c_axial_;
   std::unique_ptr<CNeedle> c_;
 };
+
+/// Motions of the base and other requests, as long as there are bytes.
+template <std::size_t dimension>
+void run(auto& trial, from_bytes::Bytes& bytes) {
+  from_bytes::BentMotion motion;
+  bending::Base kept;
+  while (!bytes.empty() && trial.in_time()) {
+    const from_bytes::BentCycle cycle = motion.next(bytes);
+    if (cycle.ask == from_bytes::Ask::step) {
+      for (std::size_t i = 0; i < cycle.times; ++i) trial.step(motion.moved(cycle, i, dimension), cycle.dt);
+      continue;
+    }
+    trial.ask(cycle);
+    if (cycle.ask == from_bytes::Ask::keep) kept = motion.base();
+    motion.set(cycle.ask == from_bytes::Ask::reset ? bending::Base{} : kept);
+  }
+}
 
 }  // namespace needleforce::proof

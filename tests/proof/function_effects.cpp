@@ -10,7 +10,7 @@
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/guard.hpp"
 #include "needleforce/live.hpp"
-#include "needleforce/solid/condensed_insertion.hpp"
+#include "needleforce/solid/bent_in_solid.hpp"
 
 namespace {
 
@@ -64,19 +64,20 @@ using needleforce::Sample;
 }
 
 // a needle that bends
-template <std::size_t dimension>
-double bend(needleforce::bending::FlexibleInsertion<dimension>& needle) noexcept [[clang::nonblocking]] {
-  const needleforce::bending::FlexibleInsertion<dimension> copy = needle.snapshot();
+template <class Needle>
+double bend(Needle& needle) noexcept [[clang::nonblocking]] {
+  const Needle copy = needle.snapshot();
   double sum = needle.step({}, 1e-3).force;
   copy.shape([&](const needleforce::bending::Vector& point) noexcept { sum += point[0]; });
   const auto saved = needle.save();
   needle.reset();
   return needle.restore(saved) ? sum : 0.0;
 }
-[[maybe_unused]] double bend_both(needleforce::bending::PlanarInsertion& plane,
-                                  needleforce::bending::SpatialInsertion& space) noexcept
+[[maybe_unused]] double bend_all(needleforce::bending::PlanarInsertion& plane,
+                                 needleforce::bending::SpatialInsertion& space,
+                                 needleforce::solid::BentInSolid<2>& in_solid) noexcept
     [[clang::nonblocking]] {
-  return bend(plane) + bend(space);
+  return bend(plane) + bend(space) + bend(in_solid);
 }
 
 [[maybe_unused]] double c_solid(nf_solid* solid, nf_sample* sample, double* values, void* bytes,

@@ -46,7 +46,7 @@ link $planted/fuzz.o $planted/needleforce.o -o $planted/fuzz
 link $objects/fuzz.o $objects/needleforce.o -o $folder/fuzz
 link $objects/fuzz_live.o $objects/needleforce.o -o $folder/fuzz_live
 link $objects/fuzz_bend.o $objects/needleforce.o $objects/needleforce_bend.o -o $folder/fuzz_bend
-link $objects/fuzz_solid.o $objects/needleforce.o $objects/needleforce_solid.o -o $folder/fuzz_solid
+link $objects/fuzz_solid.o $objects/needleforce.o $objects/needleforce_solid.o $objects/needleforce_bend.o -o $folder/fuzz_solid
 if $planted/fuzz -artifact_prefix=$planted/ $seeds/* > $folder/planted.log 2>&1; then
   echo "a step that takes NaN was not seen from the seeds"
   exit 1

@@ -14,19 +14,9 @@ void run(from_bytes::Bytes& bytes) {
   const Bevel bevel = from_bytes::bevel(bytes);
   const bending::FlexibleSettings settings = from_bytes::flexible_settings(bytes);
   const std::vector<Layer> layers = from_bytes::axial_layers(bytes);
-  proof::BentTrial<dimension> trial(layers, limits, bevel, settings);
-  from_bytes::BentMotion motion;
-  bending::Base kept;
-  while (!bytes.empty() && trial.in_time()) {
-    const from_bytes::BentCycle cycle = motion.next(bytes);
-    if (cycle.ask == from_bytes::Ask::step) {
-      for (std::size_t i = 0; i < cycle.times; ++i) trial.step(motion.moved(cycle, i, dimension), cycle.dt);
-      continue;
-    }
-    trial.ask(cycle);
-    if (cycle.ask == from_bytes::Ask::keep) kept = motion.base();
-    motion.set(cycle.ask == from_bytes::Ask::reset ? bending::Base{} : kept);
-  }
+  const bool valid = !first_fault(layers).reason && needleforce::valid(limits) && !first_invalid(bevel);
+  proof::BentTrial<dimension> trial(Insertion(layers, limits, bevel), valid, layers, limits, bevel, settings);
+  proof::run<dimension>(trial, bytes);
 }
 
 }  // namespace

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A fuzzer on condensed solids: any table, laws and motion. Nothing that is not finite comes out, bad input
 // is reported, forces stay within what the laws allow, the tip stays on its path, and the same input gives
-// the same bits, also from saved bytes on and through the C face.
+// the same bits, also from saved bytes on and through the C face; a needle that bends in them, too.
 #include "../../bindings/c/needleforce_solid.h"
-#include "needleforce/solid/condensed_insertion.hpp"
+#include "bent_trial.hpp"
+#include "needleforce/solid/bent_in_solid.hpp"
 #include "trial.hpp"
 
 namespace {
@@ -140,10 +141,27 @@ class SolidTrial {
   CSolid c_;
 };
 
+/// The same around a needle that bends.
+void run_bent(from_bytes::Bytes& bytes) {
+  const Limits limits = from_bytes::limits(bytes);
+  const Bevel bevel = from_bytes::bevel(bytes);
+  const bending::FlexibleSettings settings = from_bytes::flexible_settings(bytes);
+  const CondensedTissue tissue = table(bytes);
+  const std::vector<Layer> layers = solid_layers(bytes);
+  const CondensedInsertion axial(tissue, layers, limits, bevel);
+  const bool taken = !CondensedInsertion::fault(tissue, layers) && valid(limits) && !first_invalid(bevel);
+  proof::BentTrial<2, CondensedInsertion> trial(axial, taken, layers, limits, bevel, settings);
+  proof::run<2>(trial, bytes);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   from_bytes::Bytes bytes(data, size);
+  if (bytes.below(3) == 0) {
+    run_bent(bytes);
+    return 0;
+  }
   const Limits limits = from_bytes::limits(bytes);
   const CondensedTissue tissue = table(bytes);
   const std::vector<Layer> layers = solid_layers(bytes);

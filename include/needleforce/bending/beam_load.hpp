@@ -28,7 +28,7 @@ struct BeamLoad {
   Place lateral{}, tilt{};   ///< of the base [m], [rad]
   Place tip_force{};         ///< [N]
   Place bend{};              ///< direction in which the unloaded needle is bent, a unit vector
-  AxialLoad axial{};
+  AxialLoad axial;
   double rub = 0.0;       ///< axial friction over lateral pressure, of the direction of the motion [1]
   double contact = 0.0;   ///< lateral stiffness of a tip that presses on the surface [N/m]
   Place contact_place{};  ///< where it touched

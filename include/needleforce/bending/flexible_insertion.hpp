@@ -17,9 +17,10 @@
 
 namespace needleforce::bending {
 
-/// A needle that bends in layered tissue, in a plane (1) or in space (2). Trivially copyable: a snapshot is a
-/// copy. docs/decisions/0023-bending.md
-template <std::size_t dimension>
+/// A needle that bends in layered tissue, in a plane (1) or in space (2), around an insertion that gives the
+/// axial force: an `Insertion`, or a `solid::CondensedInsertion`. Trivially copyable: a snapshot is a copy.
+/// docs/decisions/0023-bending.md
+template <std::size_t dimension, class Axial = Insertion>
 class FlexibleInsertion {
  public:
   using Place = std::array<double, dimension>;
@@ -27,7 +28,7 @@ class FlexibleInsertion {
   /// Around an insertion that gives the axial force and, with a bevel, the lateral force on the tip; its
   /// limits hold for the motion across, too. With invalid values every step gives no force and
   /// `invalid_parameter`.
-  FlexibleInsertion(const Insertion& axial, const FlexibleSettings& settings) noexcept
+  FlexibleInsertion(const Axial& axial, const FlexibleSettings& settings) noexcept
       : axial_(axial),
         settings_(settings),
         valid_(axial.accepted() && !fault(settings)),
@@ -52,7 +53,7 @@ class FlexibleInsertion {
 
   /// The memory without model and settings, as bytes that may leave the process: most of it the path.
   struct Saved {
-    Insertion::Saved axial;
+    typename Axial::Saved axial;
     StateBytes<FlexibleState<dimension>> bending;
   };
   /// Wait-free.
@@ -85,7 +86,7 @@ class FlexibleInsertion {
     bool contact = false, punctured = false, exit = false, converged = true;
   };
 
-  static std::uint64_t number_of(const Insertion& axial, const FlexibleSettings& settings) noexcept {
+  static std::uint64_t number_of(const Axial& axial, const FlexibleSettings& settings) noexcept {
     if (!axial.accepted() || fault(settings)) return 0;
     Fingerprint print;
     print.add(axial.model_fingerprint());
@@ -109,7 +110,7 @@ class FlexibleInsertion {
       if (std::abs(base.lateral[d]) > farthest || std::abs(base.tilt[d]) > 1.0) return false;
       if (d >= dimension && (base.lateral[d] != 0.0 || base.tilt[d] != 0.0)) return false;
     }
-    return support.reaches(base.depth) && base.depth <= state_.path.longest() &&
+    return support.reaches(base.depth) && base.depth <= std::min(state_.path.longest(), axial_.reach()) &&
            support.free_length(base.depth) + std::min(0.0, base.depth) >= 0.0;
   }
   bool can_move(const Base& base, double elapsed) const noexcept {
@@ -297,7 +298,7 @@ class FlexibleInsertion {
       load.bend[d] = bevel[d];
       load.tip_force[d] = full * state_.tip_load.share()[d];
     }
-    load.axial = AxialLoad(axial_, state_.sample);
+    load.axial.take(axial_, state_.sample);
     if (in_tissue) {
       load.cuts = base.depth >= state_.path.front();
       load.rub = settings_.lengths.pressure_friction * state_.rub;
@@ -378,7 +379,7 @@ class FlexibleInsertion {
     result.wrench = {fx - tx * fz, fy - ty * fz, fz + tx * fx + ty * fy, mx, my, tx * mx + ty * my};
   }
 
-  Insertion axial_;
+  Axial axial_;
   FlexibleSettings settings_;
   bool valid_, yields_;
   std::uint64_t model_;  // the fingerprint of model and settings

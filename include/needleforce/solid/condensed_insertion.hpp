@@ -11,6 +11,7 @@
 #include <span>
 #include <utility>
 
+#include "../bevel.hpp"
 #include "../fingerprint.hpp"
 #include "../limits.hpp"
 #include "../sample.hpp"
@@ -62,10 +63,13 @@ class CondensedInsertion {
   static constexpr std::size_t max_turns = 4;     ///< of balance and motion of the tip
   static constexpr double tolerance = 1e-9;       ///< change of a displacement that ends the sweeps [m]
 
-  CondensedInsertion(const CondensedTissue& tissue, std::span<const Layer> layers,
-                     const Limits& limits = {}) noexcept
-      : tissue_(tissue), limits_(limits), valid_(!fault(tissue, layers) && needleforce::valid(limits)) {
+  CondensedInsertion(const CondensedTissue& tissue, std::span<const Layer> layers, const Limits& limits = {},
+                     const Bevel& bevel = {}) noexcept
+      : tissue_(tissue),
+        limits_(limits),
+        valid_(!fault(tissue, layers) && needleforce::valid(limits) && !first_invalid(bevel)) {
     if (!valid_) return;
+    lateral_ratio_ = bevel.lateral_ratio();
     layers_ = PathLayers(layers, tissue);
     Fingerprint print;
     print.add(fingerprint(layers));
@@ -131,6 +135,36 @@ class CondensedInsertion {
     return displaced(state_.shaft, tissue_, node) + state_.tip_force * by_tip;
   }
   bool accepted() const noexcept { return valid_; }
+  const Limits& limits() const noexcept { return limits_; }
+  std::size_t pierced_layers() const noexcept { return state_.pierced; }
+  /// Deepest travel that a step takes [m].
+  double reach() const noexcept { return tissue_.length(); }
+  /// A number that distinguishes tissues and models, with the lateral force of the bevel.
+  std::uint64_t model_fingerprint() const noexcept {
+    Fingerprint print;
+    print.add(model_);
+    print.add(lateral_ratio_);
+    return print.value();
+  }
+  /// Calls `visit(from, to, force)` from the surface down: the force [N] of the tissue on the shaft between
+  /// two distances along the path; half of a node's is on either side of it. Wait-free.
+  template <class Visit>
+  void along_shaft(double, Visit visit) const noexcept {
+    const double end = std::min(state_.tip, state_.depth), h = tissue_.spacing;
+    if (!(end > 0.0)) return;
+    const auto& force = state_.shaft.force;
+    double left = state_.last.friction, half = 0.0;  // half: of the node above
+    for (std::size_t k = 0; static_cast<double>(k) * h < end && k + 1 < state_.shaft.known; ++k) {
+      const double from = h * static_cast<double>(k), to = std::min(from + h, end);
+      const bool last = to == end || k + 2 == state_.shaft.known;
+      const double above = k == 0 ? force[0] : half;
+      half = 0.5 * force[k + 1];
+      const double between = last ? left : above + half;
+      left -= between;
+      visit(from, to, between);
+      if (last) return;
+    }
+  }
 
  private:
   /// Motion of the tip along the path in one turn, and how far it had to go [m].
@@ -156,12 +190,7 @@ class CondensedInsertion {
     const bool waits = dt > 0.0 && std::isfinite(dt);
     if (waits) state_.waited += dt;
     const bool holding = valid_ && waits && state_.waited <= limits_.hold_time;
-    Sample sample = holding ? state_.last : Sample{};
-    sample.depth = state_.depth;
-    sample.velocity = 0.0;
-    sample.contact = sample.punctured = sample.exit = false;
-    sample.status = status;
-    return sample;
+    return refused(holding ? state_.last : Sample{}, state_.depth, status);
   }
 
   bool in_tissue() const noexcept {
@@ -369,6 +398,7 @@ class CondensedInsertion {
     for (std::size_t i = 0; i < state_.shaft.known; ++i) sample.friction += state_.shaft.force[i];
     (state_.on_contact ? sample.stiffness : sample.cutting) = state_.tip_force;
     sample.force = sample.friction + state_.tip_force;
+    sample.lateral = lateral_ratio_ * sample.cutting;
     sample.punctured = punctured;
     const bool was_in = state_.phase != Phase::free;
     const bool in = in_tissue();
@@ -388,6 +418,7 @@ class CondensedInsertion {
   PathLayers layers_{};
   CondensedState state_{};
   Limits limits_{};
+  double lateral_ratio_ = 0.0;
   std::uint64_t model_ = 0;
   bool valid_ = false;
 };

@@ -23,6 +23,14 @@ _NO_FORCE = core.Laws(
     core.laws.NoCutting(),
 )
 
+# by planar, in a solid
+_ENGINES = {
+    (False, False): core.SpatialInsertion,
+    (True, False): core.PlanarInsertion,
+    (False, True): core.SpatialInSolid,
+    (True, True): core.PlanarInSolid,
+}
+
 
 class FlexibleInsertion:
     """An ``Insertion`` whose needle bends, on a foundation that is attached to the path that its tip has cut.
@@ -39,7 +47,10 @@ class FlexibleInsertion:
         Bending stiffness and length [m] from hub to tip.
     lateral : float or sequence of LateralLayer, optional
         Foundation modulus [Pa] of one linear layer, or layers from the surface down. Default: Vesic's modulus of the
-        model's tissue.
+        model's tissue. ``nf.fe.lateral_foundation`` has layers that stand for a solid.
+    tissue : nf.fe.CondensedTissue, optional
+        The solid that the needle drags along its axis; friction and cutting of the model act on it. Default: tissue
+        that does not give along the axis.
     guide_distance : float, optional
         Distance of the guide's exit above the surface [m]; the default is a needle held at its hub.
     lateral_compliance, rotational_compliance : float
@@ -83,6 +94,7 @@ class FlexibleInsertion:
         needle: core.Needle,
         *,
         lateral: float | Sequence[core.LateralLayer] | None = None,
+        tissue: Any = None,
         guide_distance: float = np.inf,
         lateral_compliance: float = 0.0,
         rotational_compliance: float = 0.0,
@@ -112,8 +124,9 @@ class FlexibleInsertion:
         )
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
         length = _bevel_length(needle) if bevel_length is None else bevel_length
-        self._core = (core.PlanarInsertion if planar else core.SpatialInsertion)(
-            axial=core.Insertion(model.stack if model else [(0.0, _NO_FORCE)], limits, bevel or core.Bevel()),
+        axial = _axial(model, tissue, limits, bevel or core.Bevel())
+        self._core = _ENGINES[planar, tissue is not None](
+            axial=axial,
             lateral=self.lateral,
             sections=list(sections) if sections is not None else [(np.inf, needle.bending_stiffness, 0.0)],
             support=support,
@@ -222,6 +235,19 @@ class FlexibleInsertion:
     def __repr__(self) -> str:
         layers = f"{len(self.lateral)} lateral layer{'s' if len(self.lateral) > 1 else ''}"
         return f"<FlexibleInsertion, {layers}, axial force: {self.model.name if self.model else 'none'}>"
+
+
+def _axial(model: Model | None, tissue: Any, limits: core.Limits, bevel: core.Bevel) -> Any:
+    """What gives the axial force: layers, or a solid."""
+    if tissue is None:
+        return core.Insertion(model.stack if model else [(0.0, _NO_FORCE)], limits, bevel)
+    if model is None:
+        step = "Give a model: its friction and cutting drag the solid."
+        raise InputError("model", None, "needed with a tissue", next_step=step)
+    if not hasattr(tissue, "compliance"):
+        step = "Give tissue.condense(path), or nf.fe.load_condensed(file)."
+        raise InputError("tissue", type(tissue).__name__, "not a CondensedTissue", next_step=step)
+    return core.CondensedInsertion(tissue.spacing, tissue.compliance, model.stack, limits, bevel)
 
 
 def _lateral_layers(lateral: Any, model: Model | None, needle: core.Needle) -> list[core.LateralLayer]:
