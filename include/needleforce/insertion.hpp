@@ -102,6 +102,8 @@ class Insertion {
     print.add(lateral_ratio_);
     return print.value();
   }
+  /// How many layers there are.
+  std::size_t layers() const noexcept { return count_; }
   /// Deepest travel that a step takes [m].
   static constexpr double reach() noexcept { return farthest; }
   /// Calls `visit(from, to, force)` from the surface down: friction [N] along the shaft between two depths,
