@@ -28,17 +28,17 @@ ALLOWED = {
     "rig": MODELS | {"recording", "wire"},
     "acquisition": CORE | {"recording", "wire"},
     "protocol": MODELS | {"recording", "wire", "acquisition"},
-    "mujoco": MODELS,
+    "mujoco": MODELS | {"fe"},
     "campaign": MODELS | {"recording", "segmentation", "identification"},
-    "report": MODELS | {"recording", "segmentation", "identification", "campaign", "steering"},
+    "report": MODELS | {"recording", "segmentation", "identification", "campaign", "steering", "fe"},
     "control": MODELS,
     "fe": MODELS | {"recording", "segmentation", "identification"},
     "steering": MODELS | {"display", "recording"},
     "references": set(),
     "export": MODELS,
 }
-# the one step back: a fit, a campaign, a plan write their own report when they are asked to
-EXCEPTIONS = {("identification", "report"), ("campaign", "report"), ("steering", "report")}
+# the one step back: a fit, a campaign, a plan, a solid write their own report when they are asked to
+EXCEPTIONS = {("identification", "report"), ("campaign", "report"), ("steering", "report"), ("fe", "report")}
 # what may not be imported when needleforce is
 SLOW = {"pandas", "scipy", "matplotlib", "typer", "rich"}
 

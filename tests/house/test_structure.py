@@ -9,8 +9,8 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 340,
-    "modules imported by one other alone": 100,
+    "Python files": 360,
+    "modules imported by one other alone": 110,
     "files that run in `nf.read(file)`": 28,
     "files that run in `nf.identify(recording)`": 40,
     "calls with six or more positional arguments": 0,

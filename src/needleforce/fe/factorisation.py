@@ -58,20 +58,27 @@ def _halves(matrix, places, numbers):  # type: ignore[no-untyped-def]
     if len(numbers) <= _LEAF:
         yield numbers
         return
-    at = places[numbers]
-    along = at[:, np.ptp(at, axis=0).argmax()]
-    low = along < np.partition(along, len(along) // 2)[len(along) // 2]
-    if not low.any():  # all at one coordinate
+    cuts = [cut for axis in range(places.shape[1]) if (cut := _cut(matrix, places[numbers, axis], numbers)) is not None]
+    if not cuts:  # all at one place
         yield numbers
         return
+    low, high, between = min(cuts, key=lambda cut: len(cut[2]))
+    yield from _halves(matrix, places, low)
+    yield from _halves(matrix, places, high)
+    yield between
+
+
+def _cut(matrix, along, numbers):  # type: ignore[no-untyped-def]
+    """Numbers below the middle of an axis, above it, and those above next to ones below; None if all are there."""
+    low = along < np.partition(along, len(along) // 2)[len(along) // 2]
+    if not low.any():
+        return None
     inside = np.zeros(matrix.shape[0], dtype=bool)
     inside[numbers[low]] = True
     high = numbers[~low]
     rows = matrix[high]
     touching = np.diff(np.concatenate([[0], np.cumsum(inside[rows.indices])])[rows.indptr]) > 0
-    yield from _halves(matrix, places, numbers[low])
-    yield from _halves(matrix, places, high[~touching])
-    yield high[touching]
+    return numbers[low], high[~touching], high[touching]
 
 
 def _check_memory(unknowns: int, dimension: int) -> None:

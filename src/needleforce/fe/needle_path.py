@@ -12,9 +12,9 @@ from ..errors import InputError
 from .elements import Elements, Symmetry
 from .mesh import Mesh
 
-_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 _MIN_SHARE = 1e-7  # of the smallest principal compliance of a path in the largest
-_AROUND = 8  # points around the circumference of a needle in space
+_AROUND = 24  # points around the circumference of a needle in space
 
 
 class Body(Protocol):

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What a solid is across a needle: for each layer the foundation modulus that gives the needle the same deflection."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import core
+from ..errors import InputError
+from .elements import Symmetry
+from .needle_path import NeedlePath, check_resolved
+from .tissue import Tissue
+
+_MAX_LAYERS = 8
+_MIN_NODES = 5  # of a path that a needle bends along
+_PER_SPACING = 50  # points at which the label of the tissue is looked up
+_TURNS = 6  # for modulus and the length over which a lateral load decays, which depend on each other
+_MAX_SHARE = 0.75  # of the length over which a lateral load decays, in a spacing
+
+
+@dataclass(frozen=True, eq=False)
+class LateralFoundation:
+    """Layers of a foundation that stand for a solid across a needle.
+
+    Attributes
+    ----------
+    layers : tuple of LateralLayer
+        From the surface down, for ``nf.FlexibleInsertion(lateral=…)``.
+    labels : tuple of str
+        Of the tissue in each.
+    compliance : ndarray, shape (n, n)
+        Displacement across at each node of the path for a unit force across at each [m/N], the mean of both directions.
+    tip_depth : ndarray, shape (k,)
+        Of the tip along the path [m].
+    solid_deflection, deflection : ndarray, shape (k,)
+        Of a tip at these depths per lateral force on it, in the solid and on the foundation [m/N]: how well one stands
+        for the other.
+    """
+
+    layers: tuple[core.LateralLayer, ...]
+    labels: tuple[str, ...]
+    compliance: np.ndarray
+    tip_depth: np.ndarray
+    solid_deflection: np.ndarray
+    deflection: np.ndarray
+
+
+def lateral_foundation(tissue: Tissue, path: NeedlePath, bending_stiffness: float) -> LateralFoundation:
+    """Find the foundation modulus of each layer from the solid around a needle.
+
+    Parameters
+    ----------
+    tissue : Tissue
+        In space, with cells about as small as the needle's radius along the path.
+    path : NeedlePath
+        Of the needle, with a spacing below the length over which a lateral load decays.
+    bending_stiffness : float
+        E I of the needle [N m^2], as ``Needle.bending_stiffness``.
+
+    Returns
+    -------
+    LateralFoundation
+        Layers from the surface down, one for each label on the path.
+
+    Raises
+    ------
+    InputError
+        If the mesh is not in space, the path leaves it or is too coarse, or it crosses more than eight layers.
+
+    Notes
+    -----
+    A solid has no foundation modulus: what it does to a beam depends on how the beam bends. Here the needle has the
+    shape of a long beam with a lateral force on its tip, exp(-b s) cos(b s) at a distance s behind the tip, at each
+    node of the path in turn; the moduli are those for which the energy of the foundation is that of the solid. Biot
+    and Vesic found theirs for a beam on a half-space. Good from a depth of two decay lengths 1/b on.
+    """
+    if tissue.symmetry is not Symmetry.SOLID:
+        step = "Use fe.cylinder(…), fe.block of three sizes, or a mesh of your own in space."
+        raise InputError("tissue", str(tissue.symmetry), "a needle bends across it only in space", next_step=step)
+    _check(path, bending_stiffness)
+    tops, labels = _layers_along(tissue, path)
+    compliance = lateral_compliance(tissue, path)
+    moduli = _moduli(compliance, path, tops, bending_stiffness)
+    _check_spacing(path, bending_stiffness, moduli.max())
+    tips = _tips(path)
+    return LateralFoundation(
+        layers=tuple(core.LateralLayer(top=float(z), modulus=float(k)) for z, k in zip(tops, moduli)),
+        labels=tuple(labels),
+        compliance=compliance,
+        tip_depth=path.nodes[tips],
+        solid_deflection=np.array([_bent(compliance, path, bending_stiffness, k)[0][k] for k in tips]),
+        deflection=np.array([_on_foundation(path, tops, moduli, bending_stiffness, k) for k in tips]),
+    )
+
+
+def _moduli(compliance: np.ndarray, path: NeedlePath, tops: list[float], stiffness: float) -> np.ndarray:
+    """Of each layer [Pa], so that the foundation has the energy of the solid for a needle with its tip at each node."""
+    from scipy.optimize import nnls
+
+    layer, tips = _layer_of_node(path, tops), _tips(path)
+    squares, energies = np.zeros((len(tips), len(tops))), np.zeros(len(tips))
+    for row, k in enumerate(tips):
+        shape, energies[row] = _decaying(np.linalg.inv(compliance[: k + 1, : k + 1]), path.nodes[: k + 1], stiffness)
+        np.add.at(
+            squares[row], layer[: k + 1], path.nodes[1] * np.where(np.arange(k + 1) % k == 0, 0.5, 1.0) * shape**2
+        )
+    return nnls(squares / energies[:, None], np.ones(len(tips)))[0]
+
+
+def _decaying(resistance: np.ndarray, at: np.ndarray, stiffness: float) -> tuple[np.ndarray, float]:
+    """Shape of a long beam on a foundation with a force at its tip, and twice the solid's energy for it."""
+    decay, above = at[-1], at[-1] - at
+    lengths = at[1] * np.where(np.arange(len(at)) % (len(at) - 1) == 0, 0.5, 1.0)
+    for _ in range(_TURNS):
+        shape = np.exp(-above / decay) * np.cos(above / decay)
+        energy = float(shape @ resistance @ shape)
+        decay = (4.0 * stiffness * (lengths @ shape**2) / energy) ** 0.25
+    return shape, energy
+
+
+def _tips(path: NeedlePath) -> np.ndarray:
+    """Nodes at which the tip may be: a load at the last is spread over half as much as at the others."""
+    return np.arange(_MIN_NODES - 2, len(path.nodes) - 1)
+
+
+def lateral_compliance(tissue: Tissue, path: NeedlePath) -> np.ndarray:
+    """Displacement across a path at each node for a unit force across at each, (n, n) [m/N], mean of two directions."""
+    along = path.along(3)
+    first = np.cross(along, np.eye(3)[np.abs(along).argmin()])
+    first /= np.linalg.norm(first)
+    total = np.zeros((len(path.nodes), len(path.nodes)))
+    for direction in (first, np.cross(along, first)):
+        loads = path.loads(tissue, direction)
+        total += 0.5 * (loads.T @ tissue.solve(loads.toarray()))
+    total = 0.5 * (total + total.T)
+    check_resolved(total, path)
+    return total
+
+
+def _bent(compliance: np.ndarray, path: NeedlePath, stiffness: float, tip: int) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements of a needle's nodes under a unit force at its tip, and the forces on the solid."""
+    return _balance(np.linalg.inv(compliance[: tip + 1, : tip + 1]), path, stiffness)
+
+
+def _balance(resistance: np.ndarray, path: NeedlePath, stiffness: float) -> tuple[np.ndarray, np.ndarray]:
+    matrix = _beam(len(resistance), path.nodes[1], stiffness)
+    matrix[::2, ::2] += resistance
+    load = np.zeros(len(matrix))
+    load[-2] = 1.0
+    shape = np.linalg.solve(matrix, load)[::2]
+    return shape, resistance @ shape
+
+
+def _beam(count: int, h: float, stiffness: float) -> np.ndarray:
+    """Stiffness of a free beam of equal elements: displacement and slope times h of each node."""
+    element = stiffness / h**3 * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+    matrix = np.zeros((2 * count, 2 * count))
+    for k in range(count - 1):
+        matrix[2 * k : 2 * k + 4, 2 * k : 2 * k + 4] += element
+    return matrix
+
+
+def _on_foundation(path: NeedlePath, tops: list[float], moduli: np.ndarray, stiffness: float, tip: int) -> float:
+    h = path.nodes[1]
+    places = (np.arange(tip + 1)[:, None] + np.linspace(-0.49, 0.49, _PER_SPACING)) * h
+    inside = (places >= 0.0) & (places <= h * tip)
+    at = moduli[np.searchsorted(tops, places, side="right").clip(1) - 1]
+    return float(_balance(np.diag((at * inside).mean(axis=1) * h), path, stiffness)[0][-1])
+
+
+def _layers_along(tissue: Tissue, path: NeedlePath) -> tuple[list[float], list[str]]:
+    """Where on the path each layer begins [m], and its label."""
+    count = _PER_SPACING * (len(path.nodes) - 1)
+    at = (np.arange(count) + 0.5) * path.depth / count
+    points = path.start(3) + at[:, None] * path.along(3)
+    cells = tissue.mesh.skfem.element_finder(mapping=tissue.elements.mapping)(*points.T)
+    labels = tissue.mesh.labels[cells].astype(str)
+    begins = np.flatnonzero(np.append(True, labels[1:] != labels[:-1]))
+    if len(begins) > _MAX_LAYERS:
+        raise InputError("layers along the path", len(begins), f"at most {_MAX_LAYERS}")
+    tops = [0.0 if k == 0 else float(at[k] - 0.5 * (at[1] - at[0])) for k in begins]
+    thin = np.setdiff1d(np.arange(len(tops)), _layer_of_node(path, tops)[:-1])
+    if len(thin):
+        step = "Use a smaller spacing, or join thin layers."
+        raise InputError("layer", f"{thin[0] + 1} from the surface", "has no node of the path", next_step=step)
+    return tops, [str(labels[k]) for k in begins]
+
+
+def _layer_of_node(path: NeedlePath, tops: list[float]) -> np.ndarray:
+    return np.searchsorted(tops, path.nodes + 1e-9, side="right") - 1
+
+
+def _check(path: NeedlePath, stiffness: float) -> None:
+    if not (np.isfinite(stiffness) and stiffness > 0.0):
+        step = "Give needle.bending_stiffness."
+        raise InputError("bending_stiffness", f"{stiffness} N m^2", "must be above 0", next_step=step)
+    if len(path.nodes) < _MIN_NODES:
+        raise InputError("nodes of the path", len(path.nodes), f"must be {_MIN_NODES} or more")
+
+
+def _check_spacing(path: NeedlePath, stiffness: float, modulus: float) -> None:
+    decay = (4.0 * stiffness / modulus) ** 0.25
+    if path.nodes[1] > _MAX_SHARE * decay:
+        limit = f"a lateral load decays over {1e3 * decay:.3g} mm"
+        step = f"Use a spacing of at most {1e3 * _MAX_SHARE * decay:.2g} mm."
+        raise InputError("spacing of the path", f"{1e3 * path.nodes[1]:.3g} mm", limit, next_step=step)
