@@ -13,6 +13,7 @@ extern "C" {
 /* clang-format off */
 
 #define nf_bend_init nf_bend_init_v2 /* as in needleforce.h */
+#define nf_bend_init_in_solid nf_bend_init_in_solid_v2
 #define nf_bend_step nf_bend_step_v2
 
 typedef struct nf_bend nf_bend;

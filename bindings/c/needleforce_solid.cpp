@@ -45,14 +45,15 @@ nf_solid* nf_solid_init(void* memory, size_t size, const nf_layer* named, size_t
   std::array<Layer, max_layers> layers{};
   solid::CondensedTissue tissue;
   if (!c::holds<nf_solid>(memory, size, fault) || !c::in_range(c::limits_of(chosen), fault) ||
-      !c::read_layers(named, count, layers, fault) || !read_table(spacing, nodes, compliance, tissue, fault))
+      !c::in_range(c::bevel_of(chosen), fault) || !c::read_layers(named, count, layers, fault) ||
+      !read_table(spacing, nodes, compliance, tissue, fault))
     return nullptr;
   const std::span<const Layer> stack(layers.data(), count);
   if (const char* reason = CondensedInsertion::fault(tissue, stack)) {
     c::refuse(fault, "solid", "compliance or friction", reason);
     return nullptr;
   }
-  return new (memory) nf_solid{CondensedInsertion(tissue, stack, c::limits_of(chosen))};
+  return new (memory) nf_solid{CondensedInsertion(tissue, stack, c::limits_of(chosen), c::bevel_of(chosen))};
 }
 
 void nf_solid_step(nf_solid* self, double depth, double velocity, double dt, nf_sample* out) {

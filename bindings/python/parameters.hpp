@@ -9,6 +9,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <variant>
@@ -128,12 +129,14 @@ std::string described(const T& value, const std::string& type) {
   return text + ")";
 }
 
+inline bool begins_with_the(std::string_view meaning) { return meaning.starts_with("the "); }
+
 template <class T>
 void check_range(const T& value) {
   if (const Parameter<T>* bad = first_invalid(value))
     raise_input(std::string(T::name) + "." + bad->name, nb::float_(value.*bad->member),
                 "outside " + number(bad->low) + " to " + number(bad->high) + " " + bad->unit,
-                std::string("It is the ") + bad->meaning + ".");
+                std::string(begins_with_the(bad->meaning) ? "It is " : "It is the ") + bad->meaning + ".");
   check_flaw(value);
   if constexpr (requires { value.contradiction(); }) {
     if (const char* words = value.contradiction())

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C face of a needle that bends for JavaScript: given piece by piece, after the model of its axial force.
+// The C face of a needle that bends for JavaScript: given piece by piece, after the model of its axial force,
+// in layers or in a solid.
 #include <cstddef>
 
 #include "../c/needleforce_bend.h"
@@ -49,7 +50,9 @@ int EXPORT(make_bend)(int elements) {
   snapshot = static_cast<unsigned char*>(room(nf_bend_snapshot_size()));
   while (parameters[bending.parameter_count].name) ++bending.parameter_count;
   bending.elements = elements;
-  needle = nf_bend_init(memory, nf_bend_size(), pieces::insertion, &bending, &pieces::fault);
+  needle = pieces::solid
+               ? nf_bend_init_in_solid(memory, nf_bend_size(), pieces::solid, &bending, &pieces::fault)
+               : nf_bend_init(memory, nf_bend_size(), pieces::insertion, &bending, &pieces::fault);
   return needle != nullptr;
 }
 

@@ -14,13 +14,13 @@
  *     }]);
  *     hand.step(1e-3, null, 1e-3).force;
  *
- * `FlexibleInsertion` is the same with a needle that bends: the motion of its base in, tip, shape and forces out.
+ * `CondensedInsertion` is the same in a solid that was condensed onto the path. `FlexibleInsertion` has a needle that
+ * bends, in layers or in a solid: the motion of its base in, tip, shape and forces out.
  */
 
-const FAMILIES = ["stiffness", "puncture", "friction", "cutting", "relaxation"];
+import { Core, SampleAt, giveNumbers, makeInsertion, makeSolid, refuse } from "./pieces.mjs";
+
 const NO_VELOCITY = Number.MAX_VALUE;
-const PARTS = ["depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth",
-  "force_by_velocity"];
 
 async function bytesOf(source) {
   if (source instanceof ArrayBuffer || ArrayBuffer.isView(source)) return source;
@@ -33,118 +33,16 @@ async function bytesOf(source) {
 
 /**
  * Compiles the core, once. `source`: the place of needleforce.wasm, or its bytes; the default is this file's folder.
- * Gives `{ Insertion, FlexibleInsertion, version }`.
+ * Gives `{ Insertion, CondensedInsertion, FlexibleInsertion, version }`.
  */
 export async function load(source = new URL("needleforce.wasm", import.meta.url)) {
   const module = await WebAssembly.compile(await bytesOf(source));
   return {
     Insertion: insertionOf(module),
+    CondensedInsertion: condensedInsertionOf(module),
     FlexibleInsertion: flexibleInsertionOf(module),
     version: new Core(module).text("version"),
   };
-}
-
-/** One instance of the core, with texts. */
-class Core {
-  constructor(module) {
-    this.calls = new WebAssembly.Instance(module, {}).exports;
-    this.calls._initialize();
-  }
-  /** A text that stays in the core's memory. */
-  put(text) {
-    if (text === undefined) return 0;
-    const bytes = new TextEncoder().encode(`${text}\0`);
-    const at = this.calls.room(bytes.length);
-    new Uint8Array(this.calls.memory.buffer).set(bytes, at);
-    return at;
-  }
-  /** The text that a call returns. */
-  text(call, ...given) {
-    const start = this.calls[call](...given);
-    if (start === 0) return "";
-    const bytes = new Uint8Array(this.calls.memory.buffer);
-    return new TextDecoder().decode(bytes.subarray(start, bytes.indexOf(0, start)));
-  }
-  /** The words of phases and status. */
-  names() {
-    const named = (call, n) => Array.from({ length: n }, (_, i) => this.text(call, i));
-    return { phase: named("phase_name", 5), status: named("status_name", 4) };
-  }
-  /** What was refused: layer, law, quantity, value, reason. */
-  fault() {
-    const [law, quantity, reason] = [0, 1, 2].map((i) => this.text("fault_text", i));
-    const [layer, value] = [0, 1].map((i) => this.calls.fault_number(i));
-    return { layer, law, quantity, value, reason };
-  }
-  /** The bytes of a snapshot, which `at` and `size` name, as they are in the core's memory. */
-  bytes(at, size) {
-    return new Uint8Array(this.calls.memory.buffer, this.calls[at](), this.calls[size]());
-  }
-}
-
-/** A sample in the core's memory, which does not move after the construction. */
-class SampleAt {
-  #numbers;
-  #words;
-  #names;
-  constructor(core, at) {
-    const { buffer } = core.calls.memory;
-    this.#numbers = new Float64Array(buffer, at, PARTS.length);
-    this.#words = new Int32Array(buffer, at + 8 * PARTS.length, 5);
-    this.#names = core.names();
-  }
-  read() {
-    const sample = {};
-    for (let i = 0; i < PARTS.length; ++i) sample[PARTS[i]] = this.#numbers[i];
-    const [phase, status, contact, punctured, exit] = this.#words;
-    sample.phase = this.#names.phase[phase];
-    sample.status = this.#names.status[status];
-    return Object.assign(sample, { contact: contact === 1, punctured: punctured === 1, exit: exit === 1 });
-  }
-}
-
-function refuse(what, value, why) {
-  throw new RangeError(`${what} (${value}) ${why}`);
-}
-
-function giveNumbers(core, numbers, where) {
-  for (const [name, value] of Object.entries(numbers)) {
-    if (typeof value !== "number") refuse(`${where}.${name}`, value, "is not a number");
-    if (!core.calls.give(core.put(name), value)) refuse(`${where}.${name}`, value, "is one parameter too many");
-  }
-}
-
-function giveTip(core, { name, equivalence, radii = [], heights = [], ...numbers }) {
-  core.calls.choose_tip(core.put(name), core.put(equivalence));
-  if (radii.length !== heights.length) refuse("heights", heights.length, `are not as many as radii, ${radii.length}`);
-  radii.forEach((radius, k) => core.calls.add_knot(radius, heights[k]) || refuse("radii", radii.length, "are too many"));
-  giveNumbers(core, numbers, name);
-}
-
-function giveLayer(core, { top = 0, ...laws }) {
-  if (!core.calls.add_layer(top)) refuse("layers", "10 or more", "are too many");
-  for (const [family, { name, tip, ...numbers }] of Object.entries(laws)) {
-    const index = FAMILIES.indexOf(family);
-    if (index < 0) refuse("family", family, `is none of ${FAMILIES.join(", ")}`);
-    core.calls.choose_law(index, core.put(name));
-    giveNumbers(core, numbers, name);
-    if (tip) giveTip(core, tip);
-  }
-}
-
-function giveSettings(core, settings) {
-  for (const [name, value] of Object.entries(settings))
-    if (!core.calls.set(core.put(name), value)) refuse("setting", name, "is not known");
-}
-
-/** The layers and settings of the axial force. */
-function makeInsertion(core, layers, settings) {
-  core.calls.begin();
-  giveSettings(core, settings);
-  layers.forEach((layer) => giveLayer(core, layer));
-  if (core.calls.make()) return;
-  const { layer, law, quantity, value, reason } = core.fault();
-  refuse(`layer ${layer + 1}, ${law} ${quantity}`, value, reason);
 }
 
 function insertionOf(module) {
@@ -175,15 +73,65 @@ function insertionOf(module) {
     }
     /** The memory as bytes. */
     snapshot() {
-      this.#core.calls.save();
-      return this.#core.bytes("snapshot_at", "snapshot_size").slice();
+      return this.#core.snapshot("");
     }
     /** Takes a memory back; false, and nothing changes, for bytes of another version or model, or altered ones. */
     restore(bytes) {
-      const at = this.#core.bytes("snapshot_at", "snapshot_size");
-      if (bytes.length !== at.length) return false;
-      at.set(bytes);
-      return this.#core.calls.restore(at.length) === 1;
+      return this.#core.restore("", bytes);
+    }
+  };
+}
+
+function condensedInsertionOf(module) {
+  /** A needle going in and out of a solid that was condensed onto its path, as `nf_solid` in needleforce_solid.h. */
+  return class CondensedInsertion {
+    #core;
+    #sample;
+
+    /**
+     * `tissue`: `spacing` [m] of the nodes, the first at the surface, and `compliance` [m/N] between them, 2 to 64
+     * rows of as many numbers, as Tissue.condense of the Python package gives it. `layers` and `settings` as for an
+     * Insertion; friction needs a sliding force per length. Throws a RangeError with what was refused, and why.
+     */
+    constructor(tissue, layers, settings = {}) {
+      this.#core = new Core(module);
+      makeSolid(this.#core, tissue, layers, settings);
+      this.#sample = new SampleAt(this.#core, this.#core.calls.sample_at());
+    }
+
+    /** One cycle: depth [m], velocity [m/s] or null for the change of depth, dt [s]. Never throws. */
+    step(depth, velocity, dt) {
+      this.#core.calls.solid_step(depth, velocity ?? NO_VELOCITY, dt);
+      return this.#sample.read();
+    }
+    /** Where the tip is along the path, in the undeformed tissue [m]. */
+    get tip() {
+      return this.#core.calls.solid_tip();
+    }
+    /** Forces of shaft and tip on the tissue at the nodes [N]. */
+    nodeForces() {
+      return this.#atNodes("solid_forces");
+    }
+    /** Displacements of the tissue at the nodes [m]. */
+    displacements() {
+      return this.#atNodes("solid_displacements");
+    }
+    #atNodes(call) {
+      const { calls } = this.#core;
+      const length = calls[call]();
+      return Array.from(this.#core.numbers(calls.nodes_at(), length));
+    }
+    /** Back to before the first contact. */
+    reset() {
+      this.#core.calls.solid_reset();
+    }
+    /** The memory as bytes. */
+    snapshot() {
+      return this.#core.snapshot("solid_");
+    }
+    /** Takes a memory back; false, and nothing changes, for bytes of another version, tissue or model, or altered. */
+    restore(bytes) {
+      return this.#core.restore("solid_", bytes);
     }
   };
 }
@@ -213,15 +161,17 @@ function flexibleInsertionOf(module) {
      * `layers` and `settings` as for an Insertion. `bending`: `lateral` layers from the surface down
      * `{ top, modulus, tip_force, ..., form }`; `sections` from the tip on `{ end, stiffness, curvature }`; `elements`
      * along the embedded needle, 40 if left out; and the parameters of needle, support and lengths by name:
-     * `needle_length`, `guide_distance`, `bevel_length`, ... Throws a RangeError with what was refused, and why.
+     * `needle_length`, `guide_distance`, `bevel_length`, ... With a `tissue` as that of a CondensedInsertion, the
+     * needle drags a solid along its axis. Throws a RangeError with what was refused, and why.
      */
-    constructor(layers, bending, settings = {}) {
+    constructor(layers, { tissue, ...bending }, settings = {}) {
       const core = (this.#core = new Core(module));
-      makeInsertion(core, layers, settings);
+      if (tissue) makeSolid(core, tissue, layers, settings);
+      else makeInsertion(core, layers, settings);
       if (!core.calls.make_bend(giveBending(core, bending))) this.#explain();
       const { buffer } = core.calls.memory;
       const at = core.calls.bent_at();
-      this.#numbers = new Float64Array(buffer, at, 15);
+      this.#numbers = core.numbers(at, 15);
       this.#axial = new SampleAt(core, at + 8 * 15);
       this.#words = new Int32Array(buffer, at + 8 * 27, 2);
       this.#status = core.names().status;
@@ -256,7 +206,7 @@ function flexibleInsertionOf(module) {
     shape() {
       const { calls } = this.#core;
       const length = calls.bend_shape();
-      const points = new Float64Array(calls.memory.buffer, calls.points_at(), 3 * length);
+      const points = this.#core.numbers(calls.points_at(), 3 * length);
       return Array.from({ length }, (_, i) => Array.from(points.subarray(3 * i, 3 * i + 3)));
     }
     /** Back to before the first contact. */
@@ -265,15 +215,11 @@ function flexibleInsertionOf(module) {
     }
     /** The memory as bytes. */
     snapshot() {
-      this.#core.calls.bend_save();
-      return this.#core.bytes("bend_snapshot_at", "bend_snapshot_size").slice();
+      return this.#core.snapshot("bend_");
     }
     /** Takes a memory back; false, and nothing changes, for bytes of another version, model or settings, or altered. */
     restore(bytes) {
-      const at = this.#core.bytes("bend_snapshot_at", "bend_snapshot_size");
-      if (bytes.length !== at.length) return false;
-      at.set(bytes);
-      return this.#core.calls.bend_restore(at.length) === 1;
+      return this.#core.restore("bend_", bytes);
     }
   };
 }

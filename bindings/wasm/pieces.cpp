@@ -19,14 +19,10 @@ namespace {
 constexpr std::size_t page = 65536, max_layers = 9,
                       max_knots = 33;  // one more than is accepted, to be refused
 
-nf_layer layers[max_layers];
 nf_tip tips[max_layers];
 double radii[max_layers][max_knots], heights[max_layers][max_knots];
-std::size_t count;
 nf_parameter* parameters;  // of the law or tip given last
 std::size_t given, room_left;
-nf_settings settings;
-nf_sample sample;
 unsigned char* snapshot;
 
 struct Setting {
@@ -42,14 +38,18 @@ constexpr Setting known[] = {{"max_speed", &nf_settings::max_speed},
                              {"bevel_friction_coefficient", &nf_settings::bevel_friction_coefficient},
                              {"bevel_face_share", &nf_settings::bevel_face_share}};
 
-nf_layer& layer() { return layers[count - 1]; }
-nf_tip& tip() { return tips[count - 1]; }
+nf_layer& layer() { return pieces::layers[pieces::count - 1]; }
+nf_tip& tip() { return tips[pieces::count - 1]; }
 
 }  // namespace
 
 namespace pieces {
 
+nf_layer layers[max_layers];
+std::size_t count;
+nf_settings settings;
 nf_insertion* insertion;
+nf_sample sample;
 nf_fault fault;
 
 void open(nf_parameter* list, std::size_t most) {
@@ -62,7 +62,7 @@ void open(nf_parameter* list, std::size_t most) {
 
 using namespace pieces;
 
-// needleforce.mjs reads samples so: nine doubles, then five integers
+// pieces.mjs reads samples so: nine doubles, then five integers
 static_assert(offsetof(nf_sample, phase) == 9 * sizeof(double) && sizeof(int) == 4);
 
 extern "C" {

@@ -7,7 +7,7 @@
 
 #include "../../bindings/c/needleforce_bend.h"
 
-enum { MAX_LAYERS = 16, MOST_KNOTS = 32, MOST_WORDS = 64, MOST_POINTS = 200 };
+enum { MAX_LAYERS = 16, MOST_KNOTS = 32, MOST_WORDS = 64, MOST_POINTS = 200, MOST_NODES = 64 };
 
 typedef struct {
   nf_layer layers[MAX_LAYERS];
@@ -17,12 +17,15 @@ typedef struct {
   nf_settings settings;
   void *memory, *kept;
   nf_insertion* insertion;
+  double spacing, *compliance; /* of a solid, otherwise NULL */
+  size_t nodes;
+  nf_solid* solid;
   nf_lateral_layer lateral[MAX_LAYERS];
   nf_section sections[MAX_LAYERS];
   nf_parameter lengths[MAX_LAYERS];
   nf_bending bending;
   nf_bend* needle;
-  int made;
+  int made, accepted;
   long ticks;
   long base[6]; /* of a needle that bends, the same; [0] is not used */
 } Case;
@@ -86,6 +89,18 @@ static void add_knot(Case* c, const Words* w) {
   c->heights[c->count - 1][tip->knots++] = number(w->word[2]);
 }
 
+static void describe_solid(Case* c, const Words* w) {
+  const double scale = number(w->word[3]), fall = number(w->word[4]);
+  c->spacing = number(w->word[1]);
+  c->nodes = (size_t)atol(w->word[2]);
+  c->compliance = malloc(c->nodes * c->nodes * sizeof(double));
+  for (size_t i = 0; i < c->nodes; ++i)
+    for (size_t j = 0; j < c->nodes; ++j) {
+      const double apart = (double)i - (double)j;
+      c->compliance[i * c->nodes + j] = scale / (1.0 + fall * (apart * apart));
+    }
+}
+
 static void add_lateral(Case* c, const Words* w) {
   nf_lateral_layer* layer = &c->lateral[c->bending.layer_count++];
   const Words numbers = {{NULL}, 0};
@@ -123,6 +138,8 @@ static int describe(Case* c, const Words* w) {
     choose_tip(c, w);
   } else if (!strcmp(w->word[0], "knot")) {
     add_knot(c, w);
+  } else if (!strcmp(w->word[0], "solid")) {
+    describe_solid(c, w);
   } else if (!strcmp(w->word[0], "lateral")) {
     add_lateral(c, w);
   } else if (!strcmp(w->word[0], "section")) {
@@ -144,7 +161,10 @@ static void print(nf_sample s) {
 }
 static void step(Case* c, double depth, double velocity, double dt) {
   nf_sample s;
-  nf_step(c->insertion, depth, velocity, dt, &s);
+  if (c->solid)
+    nf_solid_step(c->solid, depth, velocity, dt, &s);
+  else
+    nf_step(c->insertion, depth, velocity, dt, &s);
   print(s);
 }
 
@@ -191,43 +211,77 @@ static void shape(const Case* c) {
     printf("point %.17g %.17g %.17g\n", points[3 * i], points[3 * i + 1], points[3 * i + 2]);
 }
 
-static size_t kept_size(const Case* c) { return c->needle ? nf_bend_snapshot_size() : nf_snapshot_size(); }
-static void reset(Case* c) { c->needle ? nf_bend_reset(c->needle) : nf_reset(c->insertion); }
+static void nodes(const Case* c) {
+  double forces[MOST_NODES], displacements[MOST_NODES];
+  const size_t n = nf_solid_forces(c->solid, forces, MOST_NODES);
+  nf_solid_displacements(c->solid, displacements, MOST_NODES);
+  printf("tip %.17g\n", nf_solid_tip(c->solid));
+  for (size_t i = 0; i < n; ++i) printf("node %.17g %.17g\n", forces[i], displacements[i]);
+}
+
+static size_t kept_size(const Case* c) {
+  return c->needle ? nf_bend_snapshot_size() : c->solid ? nf_solid_snapshot_size() : nf_snapshot_size();
+}
+static void reset(Case* c) {
+  if (c->needle)
+    nf_bend_reset(c->needle);
+  else if (c->solid)
+    nf_solid_reset(c->solid);
+  else
+    nf_reset(c->insertion);
+}
 static void keep(Case* c) {
   if (c->needle)
     nf_bend_snapshot(c->needle, c->kept, kept_size(c));
+  else if (c->solid)
+    nf_solid_snapshot(c->solid, c->kept, kept_size(c));
   else
     nf_snapshot(c->insertion, c->kept, kept_size(c));
 }
 static void restore(Case* c) {
-  const int taken = c->needle ? nf_bend_restore(c->needle, c->kept, kept_size(c))
-                              : nf_restore(c->insertion, c->kept, kept_size(c));
+  const size_t size = kept_size(c);
+  const int taken = c->needle  ? nf_bend_restore(c->needle, c->kept, size)
+                    : c->solid ? nf_solid_restore(c->solid, c->kept, size)
+                               : nf_restore(c->insertion, c->kept, size);
   puts(taken ? "taken" : "refused");
 }
 
+static int make_axial(Case* c) {
+  const size_t size = c->compliance ? nf_solid_size() : nf_size();
+  c->memory = malloc(size);
+  if (c->compliance)
+    c->solid = nf_solid_init(c->memory, size, c->layers, c->count, &c->settings, c->spacing, c->nodes,
+                             c->compliance, NULL);
+  else
+    c->insertion = nf_init(c->memory, size, c->layers, c->count, &c->settings, NULL);
+  return c->solid || c->insertion;
+}
+static int make_needle(Case* c) {
+  const size_t size = nf_bend_size();
+  void* memory = malloc(size);
+  c->bending.layers = c->lateral, c->bending.sections = c->sections, c->bending.parameters = c->lengths;
+  c->needle = c->solid ? nf_bend_init_in_solid(memory, size, c->solid, &c->bending, NULL)
+                       : nf_bend_init(memory, size, c->insertion, &c->bending, NULL);
+  return c->needle != NULL;
+}
 static void make(Case* c) {
   c->made = 1;
-  c->memory = malloc(nf_size());
-  c->insertion = nf_init(c->memory, nf_size(), c->layers, c->count, &c->settings, NULL);
-  if (c->insertion && c->bending.layer_count) {
-    c->bending.layers = c->lateral, c->bending.sections = c->sections, c->bending.parameters = c->lengths;
-    c->needle = nf_bend_init(malloc(nf_bend_size()), nf_bend_size(), c->insertion, &c->bending, NULL);
-    if (!c->needle) c->insertion = NULL;
-  }
+  c->accepted = make_axial(c) && (!c->bending.layer_count || make_needle(c));
   c->kept = malloc(kept_size(c));
-  if (!c->insertion) puts("refused");
+  if (!c->accepted) puts("refused");
 }
 
 static void move(Case* c, const Words* w) {
   const char* what = w->word[0];
   if (!c->made) make(c);
-  if (!c->insertion) return;
+  if (!c->accepted) return;
   if (!strcmp(what, "at")) c->ticks = atol(w->word[1]);
   if (!strcmp(what, "go")) go(c, w);
   if (!strcmp(what, "step")) step(c, number(w->word[1]), velocity_of(w->word[2]), number(w->word[3]));
   if (!strcmp(what, "carry")) carry(c, w);
   if (!strcmp(what, "base")) one_base(c, w);
   if (!strcmp(what, "shape")) shape(c);
+  if (!strcmp(what, "nodes")) nodes(c);
   if (!strcmp(what, "reset")) reset(c);
   if (!strcmp(what, "keep")) keep(c);
   if (!strcmp(what, "restore")) restore(c);

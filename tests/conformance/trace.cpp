@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The conformance set through the C++ headers; README.md describes a case.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -8,14 +9,19 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <variant>
 #include <vector>
 
-#include "needleforce/bending/flexible_insertion.hpp"
+#include "needleforce/solid/bent_in_solid.hpp"
 
 namespace {
 
 using namespace needleforce;
 using bending::SpatialInsertion;
+using solid::CondensedInsertion;
+using BentInSolid = solid::BentInSolid<2>;
+// what is stepped: rigid or bent, in layers or in a solid
+using Engine = std::variant<std::monostate, Insertion, CondensedInsertion, SpatialInsertion, BentInSolid>;
 
 struct Words : std::istringstream {
   using std::istringstream::istringstream;
@@ -109,6 +115,19 @@ struct Flexible {
   }
 };
 
+solid::CondensedTissue read_solid(Words& words) {
+  solid::CondensedTissue tissue;
+  tissue.spacing = words.number();
+  tissue.nodes = std::size_t(words.number());
+  const double scale = words.number(), fall = words.number();
+  for (std::size_t i = 0; i < std::min(tissue.nodes, solid::max_path_nodes); ++i)
+    for (std::size_t j = 0; j < std::min(tissue.nodes, solid::max_path_nodes); ++j) {
+      const double apart = double(i) - double(j);
+      tissue.compliance[i * solid::max_path_nodes + j] = scale / (1.0 + fall * (apart * apart));
+    }
+  return tissue;
+}
+
 class Case {
  public:
   void read(const std::string& line) {
@@ -123,6 +142,7 @@ class Case {
   bool describe(const std::string& what, Words& words) {
     if (what == "layer") return layers_.push_back({words.number(), {}}), true;
     if (what == "set") return set(words), true;
+    if (what == "solid") return tissue_ = read_solid(words), true;
     if (flexible_.describe(what, words)) return true;
     if (layers_.empty()) return false;
     Model& laws = layers_.back().laws;
@@ -150,7 +170,7 @@ class Case {
   }
 
   void move(const std::string& what, Words& words) {
-    if (!insertion_) make();
+    if (!made_) make();
     if (!accepted_) return;
     if (what == "at") ticks_ = std::atol(words.word().c_str());
     if (what == "go") go(words);
@@ -160,26 +180,58 @@ class Case {
     }
     if (what == "carry") carry(words);
     if (what == "base") base(words);
-    if (what == "shape")
-      needle_->shape(
-          [](const bending::Vector& p) { std::printf("point %.17g %.17g %.17g\n", p[0], p[1], p[2]); });
-    needle_ ? remember(what, words, *needle_, kept_needle_) : remember(what, words, *insertion_, kept_);
+    if (what == "shape") shape();
+    if (what == "nodes") nodes(std::get<CondensedInsertion>(engine_));
+    std::visit([&](auto& engine) { remember(what, words, engine); }, engine_);
   }
-  template <class Engine>
-  void remember(const std::string& what, Words& words, Engine& engine, typename Engine::Saved& kept) {
+  void remember(const std::string&, Words&, std::monostate) {}
+  template <class T>
+  void remember(const std::string& what, Words& words, T& engine) {
+    typename T::Saved bytes;
     if (what == "reset") engine.reset();
-    if (what == "keep") kept = engine.save();
+    if (what == "keep") {
+      bytes = engine.save();
+      kept_.resize(sizeof bytes);
+      std::memcpy(kept_.data(), &bytes, sizeof bytes);
+    }
     if (what != "restore" && what != "alter") return;
-    typename Engine::Saved bytes = kept;
+    std::memcpy(&bytes, kept_.data(), sizeof bytes);
     if (what == "alter") reinterpret_cast<unsigned char*>(&bytes)[std::size_t(words.number())] ^= 1;
     std::puts(engine.restore(bytes) ? "taken" : "refused");
   }
   void make() {
-    accepted_ = known_ && !first_fault(layers_).reason && valid(limits_);
-    accepted_ = accepted_ && (!flexible_.given() || flexible_.accepted());
-    insertion_.emplace(layers_, limits_, bevel_);
-    if (accepted_ && flexible_.given()) needle_.emplace(*insertion_, flexible_.settings);
-    if (!accepted_) std::puts("refused");
+    made_ = true;
+    accepted_ = known_ && !first_fault(layers_).reason && valid(limits_) && !first_invalid(bevel_) &&
+                !(tissue_ && CondensedInsertion::fault(*tissue_, layers_)) &&
+                (!flexible_.given() || flexible_.accepted());
+    if (!accepted_)
+      std::puts("refused");
+    else if (tissue_)
+      choose_needle<BentInSolid>(CondensedInsertion(*tissue_, layers_, limits_, bevel_));
+    else
+      choose_needle<SpatialInsertion>(Insertion(layers_, limits_, bevel_));
+  }
+  template <class Bent, class Rigid>
+  void choose_needle(const Rigid& rigid) {
+    if (flexible_.given())
+      engine_.emplace<Bent>(rigid, flexible_.settings);
+    else
+      engine_ = rigid;
+  }
+  void shape() {
+    const auto print_point = [](const bending::Vector& p) {
+      std::printf("point %.17g %.17g %.17g\n", p[0], p[1], p[2]);
+    };
+    std::visit(
+        [&](const auto& engine) {
+          if constexpr (requires { engine.shape(print_point); }) engine.shape(print_point);
+        },
+        engine_);
+  }
+  static void nodes(const CondensedInsertion& solid) {
+    std::printf("tip %.17g\n", solid.state().tip);
+    for (std::size_t i = 0; i < solid.tissue().nodes; ++i)
+      std::printf("node %.17g %.17g\n", solid.node_force(i), solid.displacement(i));
   }
   void go(Words& words) {
     const int n = std::atoi(words.word().c_str());
@@ -190,7 +242,14 @@ class Case {
     for (int i = 0; i < n; ++i)
       step(std::ldexp(double(ticks_ += travels[i % travels.size()]), -30), velocity, dt);
   }
-  void step(double depth, double velocity, double dt) { print(insertion_->step(depth, velocity, dt)); }
+  void step(double depth, double velocity, double dt) {
+    std::visit(
+        [&](auto& engine) {
+          if constexpr (requires { engine.step(depth, velocity, dt); })
+            print(engine.step(depth, velocity, dt));
+        },
+        engine_);
+  }
   static void print(const Sample& s) {
     for (const double number : {s.depth, s.velocity, s.force, s.stiffness, s.friction, s.cutting, s.lateral,
                                 s.force_by_depth, s.force_by_velocity})
@@ -216,7 +275,14 @@ class Case {
     bend(at, words.number());
   }
   void bend(const std::array<double, 6>& at, double dt) {
-    const bending::BentSample s = needle_->step({at[0], {at[1], at[2]}, {at[3], at[4]}, at[5]}, dt);
+    const bending::Base base{at[0], {at[1], at[2]}, {at[3], at[4]}, at[5]};
+    std::visit(
+        [&](auto& engine) {
+          if constexpr (requires { engine.step(base, dt); }) print(engine.step(base, dt));
+        },
+        engine_);
+  }
+  static void print(const bending::BentSample& s) {
     print(s.axial);
     std::printf("bent");
     for (const double number : s.tip) std::printf(" %.17g", number);
@@ -229,12 +295,11 @@ class Case {
   std::vector<Layer> layers_;
   Limits limits_;
   Bevel bevel_;
-  std::optional<Insertion> insertion_;
-  Insertion::Saved kept_{};
+  std::optional<solid::CondensedTissue> tissue_;
   Flexible flexible_;
-  std::optional<SpatialInsertion> needle_;
-  SpatialInsertion::Saved kept_needle_{};
-  bool known_ = true, accepted_ = false;
+  Engine engine_;
+  std::vector<unsigned char> kept_;
+  bool known_ = true, made_ = false, accepted_ = false;
   long ticks_ = 0;
   std::array<long, 6> base_{};  // of a needle that bends, the same; the first is not used
 };

@@ -5,7 +5,7 @@ import { pathToFileURL } from "node:url";
 
 const [module, ...paths] = process.argv.slice(2);
 const { load } = await import(pathToFileURL(module));
-const { Insertion, FlexibleInsertion } = await load();
+const { Insertion, CondensedInsertion, FlexibleInsertion } = await load();
 const FAMILIES = ["stiffness", "puncture", "friction", "cutting", "relaxation"];
 const PARTS = ["depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth",
   "force_by_velocity"];
@@ -32,6 +32,12 @@ function lateral([top, ...words]) {
   return layer;
 }
 
+/** A solid: `SPACING NODES SCALE FALL`. */
+function solid([spacing, length, scale, fall]) {
+  const row = (_, i) => Array.from({ length }, (_, j) => scale / (1 + fall * ((i - j) * (i - j))));
+  return { spacing, compliance: Array.from({ length }, row) };
+}
+
 class Case {
   layers = [];
   settings = {};
@@ -47,6 +53,7 @@ class Case {
     else if (FAMILIES.includes(what)) layer[what] = named(words);
     else if (what === "tip") layer.stiffness.tip = named(words);
     else if (what === "knot") this.knot(layer.stiffness.tip, ...words.map(number));
+    else if (what === "solid") this.tissue = solid(words.map(number));
     else if (what === "lateral") this.bending.lateral.push(lateral(words));
     else if (what === "section") this.section(...words.map(number));
     else if (what === "bending") this.bending[words[0]] = number(words[1]);
@@ -60,12 +67,14 @@ class Case {
   section(end, stiffness, curvature) {
     this.bending.sections.push({ end, stiffness, curvature });
   }
+  engine() {
+    const { layers, tissue, bending, settings } = this;
+    if (bending.lateral.length > 0) return new FlexibleInsertion(layers, { ...bending, tissue }, settings);
+    return tissue ? new CondensedInsertion(tissue, layers, settings) : new Insertion(layers, settings);
+  }
   make() {
-    const bends = this.bending.lateral.length > 0;
     try {
-      this.insertion = bends
-        ? new FlexibleInsertion(this.layers, this.bending, this.settings)
-        : new Insertion(this.layers, this.settings);
+      this.insertion = this.engine();
     } catch (error) {
       if (!(error instanceof RangeError)) throw error;
       this.insertion = null;
@@ -81,10 +90,16 @@ class Case {
     if (what === "carry") this.carry(...words);
     if (what === "base") this.bend(words.map(number));
     if (what === "shape") this.insertion.shape().forEach((point) => said.push(["point", ...point.map(text)].join(" ")));
+    if (what === "nodes") this.nodes(this.insertion);
     if (what === "reset") this.insertion.reset();
     if (what === "keep") this.kept = this.insertion.snapshot();
     if (what === "restore") this.restore(this.kept);
     if (what === "alter") this.restore(this.kept.map((byte, i) => (i === Number(words[0]) ? byte ^ 1 : byte)));
+  }
+  nodes(solid) {
+    said.push(`tip ${text(solid.tip)}`);
+    const displacements = solid.displacements();
+    solid.nodeForces().forEach((force, i) => said.push(`node ${text(force)} ${text(displacements[i])}`));
   }
   restore(bytes) {
     said.push(this.insertion.restore(bytes) ? "taken" : "refused");

@@ -5,7 +5,10 @@ import sys
 from math import ldexp
 from pathlib import Path
 
+import numpy as np
+
 import needleforce as nf
+from needleforce import fe
 from needleforce.models.laws import FAMILIES, law_called
 
 PARTS = ("depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth")
@@ -22,10 +25,15 @@ def velocity_of(word: str) -> float | None:
     return None if word == "-" else float(word)
 
 
+def solid(spacing: str, nodes: str, scale: str, fall: str) -> fe.CondensedTissue:
+    apart = np.subtract.outer(np.arange(int(nodes)), np.arange(int(nodes))).astype(float)
+    return fe.CondensedTissue(float(spacing), float(scale) / (1.0 + float(fall) * (apart * apart)))
+
+
 class Case:
     def __init__(self):
         self.layers, self.settings, self.ticks, self.insertion, self.made = [], {}, 0, None, False
-        self.lateral, self.sections, self.bending, self.base_ticks = [], [], {}, [0] * 5
+        self.tissue, self.lateral, self.sections, self.bending, self.base_ticks = None, [], [], {}, [0] * 5
 
     def describe(self, what: str, words: list[str]) -> bool:
         """True for a line of the model."""
@@ -37,6 +45,8 @@ class Case:
             self.layers[-1][what] = words
         elif what in ("tip", "knot"):
             self.layers[-1].setdefault(what, []).append(words)
+        elif what == "solid":
+            self.tissue = solid(*words)
         elif what == "lateral":
             self.lateral.append(words)
         elif what == "section":
@@ -69,14 +79,15 @@ class Case:
             print("refused")
 
     def engine(self, model, limits: dict, bevel):
+        if not self.lateral and self.tissue is not None:
+            return fe.CondensedInsertion(self.tissue, model, **limits, bevel=bevel)
         if not self.lateral:
             return nf.Insertion(model, **limits, bevel=bevel)
         lateral = [nf.LateralLayer(top=float(top), **numbers(words)) for top, *words in self.lateral]
         lengths = {name: int(value) if name == "elements" else value for name, value in self.bending.items()}
         needle = nf.Needle(1e-3, 0.0, lengths.pop("needle_length", float("nan")), 1e11, 0.3)
-        return nf.FlexibleInsertion(
-            model, needle, lateral=lateral, sections=self.sections, bevel=bevel, **limits, **lengths
-        )
+        lengths |= {"tissue": self.tissue, "bevel": bevel, **limits}
+        return nf.FlexibleInsertion(model, needle, lateral=lateral, sections=self.sections, **lengths)
 
     def move(self, what: str, words: list[str]):
         if not self.made:
@@ -114,6 +125,11 @@ class Case:
     def shape(self):
         for point in self.insertion.shape():
             print("point", *map(float, point))
+
+    def nodes(self):
+        print("tip", self.insertion.tip)
+        for force, displacement in zip(self.insertion.node_force, self.insertion.displacement):
+            print("node", float(force), float(displacement))
 
     def reset(self):
         self.insertion.reset()

@@ -13,13 +13,16 @@ import pytest
 from needleforce import core
 from needleforce.models.laws import FAMILIES, laws_of
 
-# relative to the largest value of each column: every language has its own mathematics library
+# relative to the largest value of each column: every language has its own mathematics library. The sweeps of a solid
+# end when no node moves by more than 1e-9 m: after as many in every language, as changes differ by last bits alone
 TOLERANCE = 1e-12
 FACES = ("c++", "c", "python", "wasm")
 # columns of a step: numbers, then words
 NUMBERS, FORCES = 9, slice(2, 7)
 # of a needle that bends: tip, tangent, wrench, force, lateral, unsupported length; columns of one unit
 BENT, POINT = 15, 3
+# of a node of a solid: force, displacement
+NODE = 2
 # relative to the largest of a unit: a linear foundation is solved once; others are iterated until no node moves by more
 # than 1e-9 m, with matrices whose rounding moves a tip by 1e-11 m, so that the wrench at the base differs most
 LINEAR, ITERATED = 1e-11, 1e-6
@@ -34,32 +37,36 @@ def compiled(root, folder, compiler: list, source: str, *more):
 
 
 def c_trace(root, folder):
-    """Built as a C program: two objects from C++, everything else from C, without the C++ library."""
+    """Built as a C program: three objects from C++, everything else from C, without the C++ library."""
     as_c_needs_it = ["-std=c++20", "-O1", "-fno-exceptions", "-fno-rtti", f"-I{root / 'include'}"]
-    objects = [folder / "needleforce.o", folder / "needleforce_bend.o"]
+    objects = [folder / f"needleforce{part}.o" for part in ("", "_bend", "_solid")]
     for each in objects:
         source = root / "bindings" / "c" / f"{each.stem}.cpp"
         subprocess.run(["g++", *as_c_needs_it, "-c", source, "-o", each], check=True)
     return compiled(root, folder, ["gcc", "-std=c11", "-Wall", "-Werror"], "trace.c", *objects, "-lm")
 
 
-def wasm_trace(root, folder):
+@pytest.fixture(scope="module")
+def wasm(root, tmp_path_factory):
+    """The folder with needleforce.mjs."""
     missing = [tool for tool in ("clang++-19", "node") if shutil.which(tool) is None]
     if missing:
         pytest.skip(f"no {' and no '.join(missing)}: tools/system_packages.sh proof installs what WebAssembly needs")
+    folder = tmp_path_factory.mktemp("wasm")
     subprocess.run([root / "bindings" / "wasm" / "build.sh", folder], check=True)
-    return ["node", root / "tests" / "conformance" / "trace.mjs", folder / "needleforce.mjs"]
+    return folder
 
 
 @pytest.fixture(scope="module")
-def trace(root, tmp_path_factory):
+def trace(root, tmp_path_factory, request):
     """The output of a face for every case, each run once: lines of words by case."""
     folder, cases, outputs = tmp_path_factory.mktemp("traces"), sorted(root.glob("tests/conformance/cases/*.txt")), {}
+    source = root / "tests" / "conformance"
     command = {
         "c++": lambda: compiled(root, folder, ["g++", "-std=c++20", "-Wall", "-Werror"], "trace.cpp"),
         "c": lambda: c_trace(root, folder),
-        "python": lambda: [sys.executable, root / "tests" / "conformance" / "trace.py"],
-        "wasm": lambda: wasm_trace(root, folder),
+        "python": lambda: [sys.executable, source / "trace.py"],
+        "wasm": lambda: ["node", source / "trace.mjs", request.getfixturevalue("wasm") / "needleforce.mjs"],
     }
 
     def of(face: str) -> dict:
@@ -83,7 +90,7 @@ def rows_of(lines: list[str], kind: str, count: int) -> tuple[np.ndarray, list]:
 
 def steps(lines: list[str]) -> tuple[np.ndarray, list]:
     """Numbers (n, 9) of the steps, and the words of every line."""
-    rows = [line.split() for line in lines if not line.startswith(("bent ", "point "))]
+    rows = [line.split() for line in lines if not line.startswith(("bent ", "point ", "tip ", "node "))]
     numbers = [row[:NUMBERS] for row in rows if len(row) > NUMBERS]
     return np.array(numbers, float).reshape(-1, NUMBERS), [row[NUMBERS:] or row for row in rows]
 
@@ -129,6 +136,51 @@ def test_every_face_bends_the_needle_in_the_same_way(root, trace, face):
         assert points.shape == other_points.shape, f"{face}, {case}: shapes have other numbers of points"
         error = np.abs(other_points - points)
         assert np.all(error <= tolerance * np.abs(points).max(initial=0.0)), f"{face}, {case}: {error.max(axis=0)}"
+
+
+@pytest.mark.parametrize("face", FACES[1:])
+def test_every_face_drags_the_solid_in_the_same_way(trace, face):
+    cases = {case: lines for case, lines in trace("c++").items() if case.startswith("solid_")}
+    assert len(cases) == 5
+    for case, lines in cases.items():
+        for kind, count in (("tip", 1), ("node", NODE)):
+            numbers, others = (rows_of(each, kind, count)[0] for each in (lines, trace(face)[case]))
+            assert numbers.shape == others.shape and len(numbers), f"{face}, {case}: other numbers of rows"
+            error, unit = np.abs(others - numbers), np.abs(numbers).max(axis=0)
+            assert np.all(error <= TOLERANCE * unit), f"{face}, {case}, {kind}: {error.max(axis=0)}"
+
+
+SHAFT = """[{ stiffness: { name: "polynomial", linear: 100, quadratic: 0 },
+  puncture: { name: "puncture_force", force: 0.2 }, friction: { name: "coulomb", per_length: 20 },
+  cutting: { name: "constant_cutting", force: 0.1 } }]"""
+LENGTHS = "lateral: [{ modulus: 2e4 }], sections: [{ stiffness: 0.02 }], needle_length: 0.3"
+
+
+@pytest.mark.parametrize(
+    ("spacing", "compliance", "message"),
+    [
+        ("1e-3", "[[1, 0], [0]]", "compliance[1] (1 numbers) is not as long as there are rows, 2"),
+        ("1e-3", "[[1, '0'], [0, 1]]", "compliance[0][1] (0) is not a number"),
+        ("1e-3", "7", "compliance (7) is no array of rows"),
+        ("1e-3", "Array(66).fill([])", "compliance (66 rows) has too many"),
+        ("1e-3", "[[1]]", "solid nodes (1 nodes, 0.001 m apart) is outside its range"),
+        ("1e-3", "[[1, 0.5], [0, 1]]", "(2 nodes, 0.001 m apart) the compliance is not symmetric"),
+        ("1", "[[1, 0], [0, 1]]", "(2 nodes, 1 m apart) the spacing is not 1e-6 to 0.1 m"),
+        ("'1'", "[[1, 0], [0, 1]]", "spacing (1) is not a number"),
+    ],
+)
+def test_webassembly_names_what_is_wrong_with_a_solid(wasm, spacing, compliance, message):
+    tissue = f"{{ spacing: {spacing}, compliance: {compliance} }}"
+    for made in (
+        f"CondensedInsertion({tissue}, {SHAFT})",
+        f"FlexibleInsertion({SHAFT}, {{ {LENGTHS}, tissue: {tissue} }})",
+    ):
+        program = f"""import {{ load }} from "{(wasm / "needleforce.mjs").as_uri()}";
+          const {{ CondensedInsertion, FlexibleInsertion }} = await load();
+          try {{ new {made}; }} catch (error) {{ console.log(error.name, error.message); }}"""
+        run = ["node", "--input-type=module", "-e", program]
+        output = subprocess.run(run, capture_output=True, text=True, check=True).stdout
+        assert output.startswith("RangeError ") and message in output
 
 
 def test_the_cases_include_every_law_and_tip(root):
