@@ -176,6 +176,8 @@ class CondensedInsertion(core.CondensedInsertion):
         Largest speed between two steps [m/s]; a faster step is refused.
     hold_time : float
         How long a refused step keeps the last force before it becomes 0 [s], 0 to 1.
+    bevel : core.Bevel, optional
+        For the lateral force on the tip per cutting force.
 
     Raises
     ------
@@ -183,7 +185,15 @@ class CondensedInsertion(core.CondensedInsertion):
         If the table is no compliance, or a law does not fit.
     """
 
-    def __init__(self, tissue: CondensedTissue, model: Model, *, max_speed: float = 1.0, hold_time: float = 0.0):
+    def __init__(
+        self,
+        tissue: CondensedTissue,
+        model: Model,
+        *,
+        max_speed: float = 1.0,
+        hold_time: float = 0.0,
+        bevel: core.Bevel | None = None,
+    ):
         if not isinstance(model, Model):
             step = "Give nf.preset(…) or nf.Model(…)."
             raise InputError("model", type(model).__name__, "not a Model", next_step=step)
@@ -191,7 +201,7 @@ class CondensedInsertion(core.CondensedInsertion):
             step = "Give tissue.condense(path), or load_condensed(file)."
             raise InputError("tissue", type(tissue).__name__, "not a CondensedTissue", next_step=step)
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
-        super().__init__(tissue.spacing, tissue.compliance, model.stack, limits)
+        super().__init__(tissue.spacing, tissue.compliance, model.stack, limits, bevel or core.Bevel())
         self.model, self.tissue = model, tissue
 
     def snapshot(self) -> "CondensedInsertion":

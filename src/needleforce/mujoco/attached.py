@@ -150,10 +150,9 @@ def named(m: Any, kind: str, name: str) -> int:
 class Attached:
     """A needle in tissue; ``sample`` is its last sample, ``place`` its joint or site. Use one for each ``MjData``."""
 
-    def __init__(self, model: Model, place: OnJoint | AtSite, max_speed: float, bevel: core.Bevel | None):
+    def __init__(self, insertion: Any, place: OnJoint | AtSite):
         self.place, self.sample = place, None
-        self._memory = Insertion(model, max_speed=max_speed, bevel=bevel)
-        self._trial = Insertion(model, max_speed=max_speed, bevel=bevel)
+        self._memory, self._trial = insertion, insertion.snapshot()
 
     def reset(self) -> None:
         """Reset to intact tissue, as after ``mj_resetData``."""
@@ -209,6 +208,7 @@ def attach(
     surface_normal: ArrayLike | None = None,
     max_speed: float = 1.0,
     bevel: core.Bevel | None = None,
+    tissue: Any = None,
 ) -> Attached:
     """Attach tissue to a needle in a MuJoCo model, on a slide joint or at the site of its tip.
 
@@ -233,6 +233,8 @@ def attach(
         As for ``nf.Insertion`` [m/s].
     bevel : core.Bevel, optional
         As for ``nf.Insertion``.
+    tissue : nf.fe.CondensedTissue, optional
+        A solid that needle and tissue of the model drag along the path on which it was condensed.
 
     Returns
     -------
@@ -253,7 +255,11 @@ def attach(
         surface_height=surface_height,
         surface_normal=surface_normal,
     )
-    return Attached(model, place, max_speed, bevel)
+    if tissue is None:
+        return Attached(Insertion(model, max_speed=max_speed, bevel=bevel), place)
+    from ..fe.condensed import CondensedInsertion
+
+    return Attached(CondensedInsertion(tissue, model, max_speed=max_speed, bevel=bevel), place)
 
 
 def step(mj_model: Any, data: Any, *needles: Attached) -> None:
