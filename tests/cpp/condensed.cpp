@@ -34,6 +34,18 @@ TEST(CondensedInsertion, IsTheAxialLawWhereTissueDoesNotGive) {
     EXPECT_NEAR(go(solid, one, to).force, go(axial, other, to).force, 1e-5) << to;
 }
 
+TEST(CondensedInsertion, BreaksIntoTheSurfaceAsItsContactLawSays) {
+  // 100 N/m to 0.2 N, whatever the solid is: nothing else is in it yet
+  for (double scale : {1e-6, 2e-3, 2e-2, 0.2}) {
+    CondensedInsertion solid = insertion(scale, laws_of(20.0, 0.1, 0.2));
+    double at = -1e-3;
+    EXPECT_NEAR(go(solid, at, 1.5e-3).force, 0.15, 1e-9) << scale;
+    EXPECT_EQ(solid.state().pierced, 0u) << scale;
+    go(solid, at, 2.01e-3);
+    EXPECT_EQ(solid.state().pierced, 1u) << scale;
+  }
+}
+
 TEST(CondensedInsertion, BalancesForceAndDisplacementAtEveryNode) {
   CondensedInsertion solid = insertion(2e-3, laws_of(20.0, 0.1, 0.2));
   double at = -1e-3;

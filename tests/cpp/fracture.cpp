@@ -4,11 +4,11 @@
 
 namespace {
 
-constexpr double radius = 0.35e-3, modulus = 154666.55782265437;  // E' of 116 kPa at nu = 0.5
-const double spreading = 0.25 * std::numbers::pi * modulus * radius * radius;
+constexpr double crack_radius = 0.35e-3, modulus = 154666.55782265437;  // E' of 116 kPa at nu = 0.5
+const double spreading = 0.25 * std::numbers::pi * modulus * crack_radius * crack_radius;
 
 laws::Fracture fracture(double recovered) {
-  return {0.0776 / 0.7e-3, 0.7e-3, modulus, radius, recovered, 1e-6};
+  return {0.0776 / 0.7e-3, 0.7e-3, modulus, crack_radius, recovered, 1e-6};
 }
 
 TEST(Fracture, CrackAndSpreadingForcesAreTheClosedForms) {

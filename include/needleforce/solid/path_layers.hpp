@@ -36,7 +36,8 @@ class PathLayer {
         contact_(prepare(layer.laws.stiffness)),
         friction_(prepare(layer.laws.friction)),
         cutting_(prepare(layer.laws.cutting)),
-        puncture(puncture_depth(layer.laws.puncture, contact_)) {}
+        puncture(puncture_depth(layer.laws.puncture, contact_)),
+        breaks_at(law_of_contact(puncture)) {}
 
   /// The law of contact [N], continued by a line where it would be stiffer than the solid around the tip.
   double contact_force(double indentation) const noexcept {
@@ -46,10 +47,10 @@ class PathLayer {
   }
   /// Force at which the tip breaks through [N].
   double puncture_force() const noexcept { return breaks_at; }
-  /// Before the loop: no stiffer than the solid, whose compliance [m/N] to a load at its top this is. Two
-  /// springs side by side that were each stiffer alone would have no balance.
+  /// Before the loop, of a layer below others: no stiffer than the solid, whose compliance [m/N] to a load at
+  /// its top this is. Tip and shaft are springs side by side there; if each were stiffer alone, they would
+  /// have no balance.
   void limit(double compliance) noexcept {
-    breaks_at = law_of_contact(puncture);
     solid_stiffness = 1.0 / compliance;
     if (slope_of_contact(puncture) <= solid_stiffness) return;
     double low = 0.0, high = puncture;
@@ -122,7 +123,7 @@ class PathLayers {
     for (std::size_t i = 0; i < count_; ++i) {
       layers_[i] = PathLayer(layers[i]);
       presliding_[i] = layers_[i].presliding_stiffness();
-      layers_[i].limit(BetweenNodes::at(layers_[i].top, tissue).compliance(tissue));
+      if (i > 0) layers_[i].limit(BetweenNodes::at(layers_[i].top, tissue).compliance(tissue));
     }
   }
   std::size_t count() const noexcept { return count_; }
