@@ -11,7 +11,8 @@ from test_elements import VALUES, reference
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.dynamic_insertion import DynamicInsertion, bounded_forces, stroke
+from needleforce.fe.bounded_forces import bounded_forces
+from needleforce.fe.dynamic_insertion import DynamicInsertion, stroke
 from needleforce.fe.dynamics import DynamicSystem, Rayleigh
 from needleforce.fe.tissue_dynamics import ReducedTissue, TissueDynamics
 
