@@ -334,3 +334,20 @@ def test_the_example_runs_and_its_picture_is_the_one_of_the_page(root, tmp_path)
     solid, axial = (float(number) for number in re.findall(r"([\d.]+) N ", done.stdout)[:2])
     assert 0.85 * axial < solid < axial  # the embedded length is shorter by what the tissue is dragged
     assert (tmp_path / "solid.svg").stat().st_size > 20_000
+
+
+def test_a_simulated_recording_in_a_solid_is_that_of_its_engine_and_identified():
+    apart = np.abs(np.subtract.outer(np.arange(31), np.arange(31)))
+    tissue = fe.CondensedTissue(1e-3, 2e-3 * np.exp(-0.25 * apart), summary="a table")
+    motion = nf.Motion.insert(start=-2e-3, speed=5e-3, depth=25e-3, hold=0.5, withdraw=True)
+    recording = nf.simulate(nf.preset("paper"), motion, tissue=tissue)
+    engine = fe.CondensedInsertion(tissue, nf.preset("paper"))
+    alone = engine.run(recording.depth, np.full(len(recording.depth), 1e-3))
+    np.testing.assert_array_equal(recording.force, alone["force"])
+    assert recording.card.tissue == "solid: a table" and recording.notes == ()
+    fit = nf.identify(recording)
+    assert fit.parameters["friction_per_length"].value == pytest.approx(nf.preset("paper").friction.per_length, rel=0.1)
+    deep = nf.Motion.insert(start=-2e-3, speed=5e-3, depth=35e-3)
+    assert nf.simulate(nf.preset("paper"), deep, tissue=tissue).notes[0].kind == "outside_range"
+    with pytest.raises(nf.InputError, match="not a CondensedTissue"):
+        nf.simulate(nf.preset("paper"), motion, tissue="cup.toml")

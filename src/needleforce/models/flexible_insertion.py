@@ -12,6 +12,7 @@ from .. import core
 from ..errors import InputError
 from ..mechanics.foundation import foundation_modulus
 from .model import Model
+from .solid_engine import solid_engine
 
 LateralLayer = core.LateralLayer
 
@@ -124,7 +125,10 @@ class FlexibleInsertion:
         )
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
         length = _bevel_length(needle) if bevel_length is None else bevel_length
-        axial = _axial(model, tissue, limits, bevel or core.Bevel())
+        if tissue is not None:
+            axial = solid_engine(model, tissue, limits, bevel)
+        else:
+            axial = core.Insertion(model.stack if model else [(0.0, _NO_FORCE)], limits, bevel or core.Bevel())
         self._core = _ENGINES[planar, tissue is not None](
             axial=axial,
             lateral=self.lateral,
@@ -235,19 +239,6 @@ class FlexibleInsertion:
     def __repr__(self) -> str:
         layers = f"{len(self.lateral)} lateral layer{'s' if len(self.lateral) > 1 else ''}"
         return f"<FlexibleInsertion, {layers}, axial force: {self.model.name if self.model else 'none'}>"
-
-
-def _axial(model: Model | None, tissue: Any, limits: core.Limits, bevel: core.Bevel) -> Any:
-    """What gives the axial force: layers, or a solid."""
-    if tissue is None:
-        return core.Insertion(model.stack if model else [(0.0, _NO_FORCE)], limits, bevel)
-    if model is None:
-        step = "Give a model: its friction and cutting drag the solid."
-        raise InputError("model", None, "needed with a tissue", next_step=step)
-    if not hasattr(tissue, "compliance"):
-        step = "Give tissue.condense(path), or nf.fe.load_condensed(file)."
-        raise InputError("tissue", type(tissue).__name__, "not a CondensedTissue", next_step=step)
-    return core.CondensedInsertion(tissue.spacing, tissue.compliance, model.stack, limits, bevel)
 
 
 def _lateral_layers(lateral: Any, model: Model | None, needle: core.Needle) -> list[core.LateralLayer]:

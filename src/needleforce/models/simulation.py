@@ -3,6 +3,7 @@
 filter or noise."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,7 @@ from ..errors import InputError
 from ..recording import Card, Note, Recording
 from ..vocabulary import Status
 from .model import Insertion, Model
+from .solid_engine import solid_engine
 from .validity import crossed_by_depth
 
 MAX_SAMPLES = 50_000_000
@@ -156,7 +158,7 @@ def _check(start: float, speed: float, depth: float, hold: float, acceleration: 
             raise InputError(f"motion.{quantity}", value, f"outside {low:.6g} to {high:g} {unit}")
 
 
-def simulate(model: Model, motion: Motion, rate: float = 1000.0) -> Recording:
+def simulate(model: Model, motion: Motion, rate: float = 1000.0, *, tissue: Any = None) -> Recording:
     """Simulate the force of a model along a motion; sensor, filter and clocks are added by the virtual rig instead.
 
     Parameters
@@ -167,6 +169,8 @@ def simulate(model: Model, motion: Motion, rate: float = 1000.0) -> Recording:
         The motion of the tip.
     rate : float
         Sampling rate [Hz], above 0 and at most 1e6.
+    tissue : nf.fe.CondensedTissue, optional
+        A solid that the needle drags along its path.
 
     Returns
     -------
@@ -177,7 +181,8 @@ def simulate(model: Model, motion: Motion, rate: float = 1000.0) -> Recording:
     Raises
     ------
     InputError
-        If the rate is outside its range, or the simulation has fewer than 2 or more than 5e7 samples.
+        If the rate is outside its range, the simulation has fewer than 2 or more than 5e7 samples, or the model does
+        not fit the tissue.
     """
     if not (np.isfinite(rate) and 0.0 < rate <= 1e6):
         raise InputError("rate", rate, "outside 0 to 1e6 Hz")
@@ -186,11 +191,14 @@ def simulate(model: Model, motion: Motion, rate: float = 1000.0) -> Recording:
         raise InputError("samples", count, f"outside 2 to {MAX_SAMPLES}", "simulation", "Change rate, speed or hold.")
     time = np.arange(count) / rate
     depth, velocity = motion.at(time)
-    columns = Insertion(model).run(depth, velocity, np.full(len(time), 1.0 / rate))
+    dt = np.full(len(time), 1.0 / rate)
+    columns = (
+        Insertion(model).run(depth, velocity, dt) if tissue is None else solid_engine(model, tissue).run(depth, dt)
+    )
     card = Card(
         source=f"simulated: {model.name}",
         needle=repr(model.needle or ""),
-        tissue=repr(model.tissue or ""),
+        tissue=f"solid: {tissue.summary}" if tissue is not None else repr(model.tissue or ""),
         assumptions=(*model.warnings, *crossed_by_depth(model, depth.max())),
     )
     axes = {part: columns[part] for part in PARTS}

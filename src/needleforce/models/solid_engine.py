@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The engine of a model in a condensed solid."""
+
+from typing import Any
+
+from .. import core
+from ..errors import InputError
+from .model import Model
+
+
+def solid_engine(
+    model: Model | None, tissue: Any, limits: core.Limits | None = None, bevel: core.Bevel | None = None
+) -> core.CondensedInsertion:
+    """An insertion of a model into a solid.
+
+    Parameters
+    ----------
+    model : Model
+        Its friction and cutting drag the solid.
+    tissue : nf.fe.CondensedTissue
+        Of ``Tissue.condense`` or ``nf.fe.load_condensed``.
+    limits : core.Limits, optional
+        Of a step.
+    bevel : core.Bevel, optional
+        For the lateral force on the tip.
+
+    Raises
+    ------
+    InputError
+        If there is no model, the tissue is not condensed, or a law does not fit.
+    """
+    if model is None:
+        step = "Give a model: its friction and cutting drag the solid."
+        raise InputError("model", None, "needed with a tissue", next_step=step)
+    if not hasattr(tissue, "compliance"):
+        step = "Give tissue.condense(path), or nf.fe.load_condensed(file)."
+        raise InputError("tissue", type(tissue).__name__, "not a CondensedTissue", next_step=step)
+    return core.CondensedInsertion(
+        tissue.spacing, tissue.compliance, model.stack, limits or core.Limits(), bevel or core.Bevel()
+    )
