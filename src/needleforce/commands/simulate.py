@@ -23,6 +23,9 @@ def run(
     hold_s: Annotated[float, typer.Option(help="Hold at the maximum depth.")] = 0.0,
     withdraw: Annotated[bool, typer.Option(help="Withdraw the needle after the hold.")] = True,
     rate_hz: Annotated[float, typer.Option(help="Sampling rate.")] = 1000.0,
+    tissue: Annotated[
+        Path | None, typer.Option(help="Condensed solid that the needle drags along, of CondensedTissue.save (.toml).")
+    ] = None,
     citations: Annotated[
         bool, typer.Option("--citations", help="Also print the references of the laws and values used.")
     ] = False,
@@ -30,10 +33,11 @@ def run(
     """Simulate an insertion and write it as a recording, without sensor, filter or noise."""
     import needleforce as nf
 
-    check_outputs([output], [preset])
+    check_outputs([output], [preset, tissue])
     model = nf.preset(preset)
     motion = nf.Motion.insert(1e-3 * start_mm, 1e-3 * speed_mm_s, 1e-3 * depth_mm, hold_s, withdraw)
-    recording = nf.simulate(model, motion, rate_hz)
+    solid = nf.fe.load_condensed(tissue) if tissue else None
+    recording = nf.simulate(model, motion, rate_hz, tissue=solid)
     nf.write(recording, output)
     for assumption in recording.card.assumptions:
         say(f"note: {assumption}")

@@ -4,7 +4,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from .insertion_curve import InsertionCurve, insertion_curve
 from .insertion_search import Found, InsertionSearch
 from .materials import Elastic
 from .needle_path import NeedlePath
+from .path_layers import layers_along
 from .stiffness_by_label import StiffnessByLabel, stiffness_by_label
 from .tissue import Tissue
 
@@ -162,7 +162,7 @@ def _scaled(tissue: Tissue, factors: dict[str, float]) -> Tissue:
 
 def _half_space(tissue: Tissue, path: NeedlePath, search: InsertionSearch, found: Found) -> float:
     """Modulus [Pa] of a half-space with the same curve."""
-    first = tissue.materials[_labels_at(tissue, path, path.nodes[:2].mean(keepdims=True))[0]]
+    first = tissue.materials[layers_along(tissue, path)[0][0]]
     solid = _unit_half_space(path.depth, path.spacing, path.radius, first.poisson_ratio)
     logarithm = np.log(first.young_modulus) + found.numbers[0]
     start = np.append(logarithm - _LOG_UNIT, found.numbers[search.moduli.stop :])
@@ -181,23 +181,10 @@ def _unit_half_space(depth: float, spacing: float, radius: float, poisson_ratio:
 
 def _layers(tissue: Tissue, path: NeedlePath) -> list[tuple[str, float]]:
     """Labels along the path and the distances at which they begin [m]; one that comes again has a number."""
-    at = np.linspace(0.0, path.depth, 50 * len(path.nodes) + 1)
-    at = 0.5 * (at[1:] + at[:-1])
-    names = _labels_at(tissue, path, at)
-    changes = [0.5 * (at[k] + at[k + 1]) for k in range(len(at) - 1) if names[k] != names[k + 1]]
-    starts = [names[0], *(b for a, b in pairwise(names) if a != b)]
-    again = [f"_{starts[:k].count(name) + 1}" if name in starts[:k] else "" for k, name in enumerate(starts)]
-    return [(name + number, top) for name, number, top in zip(starts, again, [0.0, *changes])]
-
-
-def _labels_at(tissue: Tissue, path: NeedlePath, distances: np.ndarray) -> list[str]:
-    """Labels of the cells at distances along the path [m]."""
-    dimension = tissue.mesh.dimension
-    points = path.start(dimension) + distances[:, None] * path.along(dimension)
-    points[:, 0] += 0.1 * path.radius  # not on the faces between cells on both sides
-    elements = tissue.elements
-    cells = tissue.mesh.skfem.element_finder(mapping=elements.mapping)(*points.T)
-    return [str(label) for label in tissue.mesh.labels[cells]]
+    layers = layers_along(tissue, path)
+    names = [name for name, _ in layers]
+    again = [f"_{names[:k].count(name) + 1}" if name in names[:k] else "" for k, name in enumerate(names)]
+    return [(name + number, top) for (name, top), number in zip(layers, again)]
 
 
 def _check_path(curve: InsertionCurve, path: NeedlePath) -> None:

@@ -9,11 +9,12 @@ from .. import core
 from ..errors import InputError
 from .elements import Symmetry
 from .needle_path import NeedlePath, check_resolved
+from .path_layers import layers_along
 from .tissue import Tissue
 
 _MAX_LAYERS = 8
 _MIN_NODES = 5  # of a path that a needle bends along
-_PER_SPACING = 50  # points at which the label of the tissue is looked up
+_PER_NODE = 50  # points at which the foundation is averaged around a node
 _TURNS = 6  # for modulus and the length over which a lateral load decays, which depend on each other
 _MAX_SHARE = 0.75  # of the length over which a lateral load decays, in a spacing
 
@@ -78,18 +79,20 @@ def lateral_foundation(tissue: Tissue, path: NeedlePath, bending_stiffness: floa
         step = "Use fe.cylinder(…), fe.block of three sizes, or a mesh of your own in space."
         raise InputError("tissue", str(tissue.symmetry), "a needle bends across it only in space", next_step=step)
     _check(path, bending_stiffness)
-    tops, labels = _layers_along(tissue, path)
+    labels, tops = _layers(tissue, path)
     compliance = lateral_compliance(tissue, path)
     moduli = _moduli(compliance, path, tops, bending_stiffness)
     _check_spacing(path, bending_stiffness, moduli.max())
     tips = _tips(path)
+    of_solid = (np.linalg.inv(compliance[: k + 1, : k + 1]) for k in tips)
+    of_layers = (_of_foundation(path, tops, moduli, k) for k in tips)
     return LateralFoundation(
         layers=tuple(core.LateralLayer(top=float(z), modulus=float(k)) for z, k in zip(tops, moduli)),
         labels=tuple(labels),
         compliance=compliance,
         tip_depth=path.nodes[tips],
-        solid_deflection=np.array([_bent(compliance, path, bending_stiffness, k)[0][k] for k in tips]),
-        deflection=np.array([_on_foundation(path, tops, moduli, bending_stiffness, k) for k in tips]),
+        solid_deflection=np.array([_tip_deflection(each, path, bending_stiffness) for each in of_solid]),
+        deflection=np.array([_tip_deflection(each, path, bending_stiffness) for each in of_layers]),
     )
 
 
@@ -101,21 +104,24 @@ def _moduli(compliance: np.ndarray, path: NeedlePath, tops: list[float], stiffne
     squares, energies = np.zeros((len(tips), len(tops))), np.zeros(len(tips))
     for row, k in enumerate(tips):
         shape, energies[row] = _decaying(np.linalg.inv(compliance[: k + 1, : k + 1]), path.nodes[: k + 1], stiffness)
-        np.add.at(
-            squares[row], layer[: k + 1], path.nodes[1] * np.where(np.arange(k + 1) % k == 0, 0.5, 1.0) * shape**2
-        )
+        np.add.at(squares[row], layer[: k + 1], _lengths(path.nodes[: k + 1]) * shape**2)
     return nnls(squares / energies[:, None], np.ones(len(tips)))[0]
 
 
 def _decaying(resistance: np.ndarray, at: np.ndarray, stiffness: float) -> tuple[np.ndarray, float]:
     """Shape of a long beam on a foundation with a force at its tip, and twice the solid's energy for it."""
     decay, above = at[-1], at[-1] - at
-    lengths = at[1] * np.where(np.arange(len(at)) % (len(at) - 1) == 0, 0.5, 1.0)
+    lengths = _lengths(at)
     for _ in range(_TURNS):
         shape = np.exp(-above / decay) * np.cos(above / decay)
         energy = float(shape @ resistance @ shape)
         decay = (4.0 * stiffness * (lengths @ shape**2) / energy) ** 0.25
     return shape, energy
+
+
+def _lengths(at: np.ndarray) -> np.ndarray:
+    """Of the needle, that belong to its nodes [m]."""
+    return at[1] * np.where((at == at[0]) | (at == at[-1]), 0.5, 1.0)
 
 
 def _tips(path: NeedlePath) -> np.ndarray:
@@ -137,18 +143,13 @@ def lateral_compliance(tissue: Tissue, path: NeedlePath) -> np.ndarray:
     return total
 
 
-def _bent(compliance: np.ndarray, path: NeedlePath, stiffness: float, tip: int) -> tuple[np.ndarray, np.ndarray]:
-    """Displacements of a needle's nodes under a unit force at its tip, and the forces on the solid."""
-    return _balance(np.linalg.inv(compliance[: tip + 1, : tip + 1]), path, stiffness)
-
-
-def _balance(resistance: np.ndarray, path: NeedlePath, stiffness: float) -> tuple[np.ndarray, np.ndarray]:
+def _tip_deflection(resistance: np.ndarray, path: NeedlePath, stiffness: float) -> float:
+    """Displacement of the last node of a needle whose nodes are resisted so [N/m], per force on it [m/N]."""
     matrix = _beam(len(resistance), path.nodes[1], stiffness)
     matrix[::2, ::2] += resistance
     load = np.zeros(len(matrix))
     load[-2] = 1.0
-    shape = np.linalg.solve(matrix, load)[::2]
-    return shape, resistance @ shape
+    return float(np.linalg.solve(matrix, load)[-2])
 
 
 def _beam(count: int, h: float, stiffness: float) -> np.ndarray:
@@ -160,30 +161,26 @@ def _beam(count: int, h: float, stiffness: float) -> np.ndarray:
     return matrix
 
 
-def _on_foundation(path: NeedlePath, tops: list[float], moduli: np.ndarray, stiffness: float, tip: int) -> float:
+def _of_foundation(path: NeedlePath, tops: list[float], moduli: np.ndarray, tip: int) -> np.ndarray:
+    """Resistance of layers at the nodes down to the tip's [N/m], diagonal."""
     h = path.nodes[1]
-    places = (np.arange(tip + 1)[:, None] + np.linspace(-0.49, 0.49, _PER_SPACING)) * h
+    places = (np.arange(tip + 1)[:, None] + np.linspace(-0.49, 0.49, _PER_NODE)) * h
     inside = (places >= 0.0) & (places <= h * tip)
     at = moduli[np.searchsorted(tops, places, side="right").clip(1) - 1]
-    return float(_balance(np.diag((at * inside).mean(axis=1) * h), path, stiffness)[0][-1])
+    return np.diag((at * inside).mean(axis=1) * h)
 
 
-def _layers_along(tissue: Tissue, path: NeedlePath) -> tuple[list[float], list[str]]:
-    """Where on the path each layer begins [m], and its label."""
-    count = _PER_SPACING * (len(path.nodes) - 1)
-    at = (np.arange(count) + 0.5) * path.depth / count
-    points = path.start(3) + at[:, None] * path.along(3)
-    cells = tissue.mesh.skfem.element_finder(mapping=tissue.elements.mapping)(*points.T)
-    labels = tissue.mesh.labels[cells].astype(str)
-    begins = np.flatnonzero(np.append(True, labels[1:] != labels[:-1]))
-    if len(begins) > _MAX_LAYERS:
-        raise InputError("layers along the path", len(begins), f"at most {_MAX_LAYERS}")
-    tops = [0.0 if k == 0 else float(at[k] - 0.5 * (at[1] - at[0])) for k in begins]
+def _layers(tissue: Tissue, path: NeedlePath) -> tuple[list[str], list[float]]:
+    """Labels along the path and where each begins [m]."""
+    labels, tops = (list(each) for each in zip(*layers_along(tissue, path)))
+    if len(tops) > _MAX_LAYERS:
+        step = "Give neighbouring layers one label."
+        raise InputError("layers along the path", len(tops), f"must be at most {_MAX_LAYERS}", next_step=step)
     thin = np.setdiff1d(np.arange(len(tops)), _layer_of_node(path, tops)[:-1])
     if len(thin):
         step = "Use a smaller spacing, or join thin layers."
         raise InputError("layer", f"{thin[0] + 1} from the surface", "has no node of the path", next_step=step)
-    return tops, [str(labels[k]) for k in begins]
+    return labels, tops
 
 
 def _layer_of_node(path: NeedlePath, tops: list[float]) -> np.ndarray:

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Layers along a needle's path: the labels of the cells it passes, and where each begins."""
+
+import numpy as np
+
+from .needle_path import NeedlePath
+from .tissue import Tissue
+
+_PER_SPACING = 50  # points of the path that are looked at, between two nodes
+_ASIDE = 0.1  # of the needle's radius: not on the faces between cells on both sides
+
+
+def layers_along(tissue: Tissue, path: NeedlePath) -> list[tuple[str, float]]:
+    """Labels along the path and the distances at which they begin [m], the first at 0."""
+    count = _PER_SPACING * (len(path.nodes) - 1)
+    at = (np.arange(count) + 0.5) * path.depth / count
+    names = labels_along(tissue, path, at)
+    changes = np.flatnonzero(names[1:] != names[:-1])
+    return [(str(names[0]), 0.0), *((str(names[k + 1]), float(0.5 * (at[k] + at[k + 1]))) for k in changes)]
+
+
+def labels_along(tissue: Tissue, path: NeedlePath, distances: np.ndarray) -> np.ndarray:
+    """Labels of the cells at distances along the path (n,) [m], (n,) of str."""
+    dimension = tissue.mesh.dimension
+    points = path.start(dimension) + distances[:, None] * path.along(dimension)
+    points[:, 0] += _ASIDE * path.radius
+    cells = tissue.mesh.skfem.element_finder(mapping=tissue.elements.mapping)(*points.T)
+    return tissue.mesh.labels[cells].astype(str)
