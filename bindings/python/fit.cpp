@@ -187,9 +187,22 @@ fit::LayeredRun run_of(nb::handle given, const fit::LayeredSettings& settings) {
   return run;
 }
 
+/// Rows of what is known beforehand: place in x among the values of the layers, value and weight.
+std::vector<fit::LayeredPrior> priors_of(const nb::list& rows, std::size_t layers) {
+  std::vector<fit::LayeredPrior> priors;
+  for (const nb::handle row : rows) {
+    const auto given = nb::cast<nb::tuple>(row);
+    priors.push_back(
+        {nb::cast<std::size_t>(given[0]), nb::cast<double>(given[1]), nb::cast<double>(given[2])});
+    if (priors.back().place >= fit::per_layer * layers) throw nb::index_error("no such value of a layer");
+  }
+  return priors;
+}
+
 void begin_problem(Problem* self, const char* form, std::size_t layers, std::pair<double, double> times,
-                   double brittleness, double ridge, const nb::list& repeats) {
-  const fit::LayeredSettings settings{form_of(form), layers, times.first, times.second, brittleness, ridge};
+                   double brittleness, double ridge, const nb::list& repeats, const nb::list& priors) {
+  const fit::LayeredSettings settings{
+      form_of(form), layers, times.first, times.second, brittleness, ridge, priors_of(priors, layers)};
   std::vector<fit::LayeredRun> runs;
   for (const nb::handle repeat : repeats) runs.push_back(run_of(repeat, settings));
   new (self) Problem(settings, std::move(runs));
@@ -258,7 +271,7 @@ Output squares_by_puncture(const Problem& problem, std::size_t run, std::size_t 
 void bind_layered(nb::module_& module) {
   nb::class_<Problem>(module, "LayeredProblem")
       .def("__init__", &begin_problem, nb::arg("form"), nb::arg("layers"), nb::arg("times"),
-           nb::arg("brittleness"), nb::arg("ridge"), nb::arg("repeats"))
+           nb::arg("brittleness"), nb::arg("ridge"), nb::arg("repeats"), nb::arg("priors"))
       .def("forces", &forces, nb::arg("run"), nb::arg("x"))
       .def("residuals", &residuals, nb::arg("run"), nb::arg("x"))
       .def("jacobian", &jacobian, nb::arg("run"), nb::arg("x"), nb::arg("free"))

@@ -42,12 +42,20 @@ struct LayeredRun {
   std::size_t zeros() const noexcept { return steps.empty() ? 0 : zero.size() / steps.size(); }
 };
 
+/// What is known beforehand of the value at a `place` in x: a row of the least squares as of a measurement,
+/// with the square `weight` (x - value)^2.
+struct LayeredPrior {
+  std::size_t place;
+  double value, weight;
+};
+
 /// What does not change with x. `ridge` [1/mm] is the residual per distance of a puncture from the runs'
 /// mean.
 struct LayeredSettings {
   LayeredForm form;
   std::size_t layers;
   double time_1, time_2, brittleness, ridge;
+  std::vector<LayeredPrior> priors;
 };
 
 /// The sum of squares as a function of the vector x of all values, and what a search of its minimum needs.
@@ -158,6 +166,8 @@ class LayeredProblem {
         found.cost += 0.5 * distance * distance;
       }
     }
+    for (const auto& [place, value, weight] : settings_.priors)
+      found.cost += 0.5 * weight * (x[place] - value) * (x[place] - value);
     return found;
   }
   double cost(const X& x) const { return evaluate(x).cost; }
@@ -217,6 +227,7 @@ class LayeredProblem {
       add(r, at, columns, now.residuals[r], sum);
     }
     add_ridge(x, sum);
+    add_priors(x, sum);
     return sum;
   }
 
@@ -306,6 +317,13 @@ class LayeredProblem {
         for (std::size_t s = 0; s < runs(); ++s)
           sum.gram[k * size() + puncture(s, layer)] += square * ((r == s ? 1.0 : 0.0) - share);
       }
+    }
+  }
+
+  void add_priors(const X& x, Equations& sum) const {
+    for (const auto& [place, value, weight] : settings_.priors) {
+      sum.slope[place] += weight * (x[place] - value);
+      sum.gram[place * size() + place] += weight;
     }
   }
 

@@ -47,11 +47,13 @@ LONG_CORRELATED = (
 
 @dataclass(frozen=True, eq=False)
 class FitInputs:
-    """Inputs in addition to the recordings: the needle, its saturation depth [m] or None, and bench tests by name."""
+    """Inputs in addition to the recordings: the needle, its saturation depth [m] or None, bench tests by name, and the
+    stiffnesses of layers that are known beforehand."""
 
     needle: Needle | None
     saturation: float | None
     bench: dict[str, Estimate]
+    stiffness: tuple = ()
 
 
 def reference_of(singles: list[SegmentedRecording]) -> str:

@@ -2,7 +2,7 @@
 """Identification of a model from recordings."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -70,6 +70,7 @@ def identify(
     bending: str | Path | None = None,
     tension: str | Path | None = None,
     layers: int | None = None,
+    tissue_stiffness: Sequence[tuple[float, float] | None] | None = None,
     progress: Progress | None = None,
 ) -> Fit:
     """Identify one condition from one recording or from several repeats of it, without starting values.
@@ -98,6 +99,10 @@ def identify(
         CSV table of the tension test of the tissue, which gives its Young modulus.
     layers : int, optional
         Number of layers of a layered model, 1 to 3. Default: the number that the recordings support.
+    tissue_stiffness : sequence, optional
+        What is known beforehand of the stiffness of dragged tissue in each layer, from the surface down: its value
+        [N/m] and its relative error, the standard deviation of its logarithm; None for a layer of which nothing is
+        known. Needs a layered model and ``layers``.
     progress : callable, optional
         ``progress(iterable, text)`` wraps the work over recordings.
 
@@ -109,8 +114,8 @@ def identify(
     Raises
     ------
     InputError
-        For an unknown model, no recording, a file given twice, second passes that do not pair with the recordings, or
-        a bending test without a needle.
+        For an unknown model, no recording, a file given twice, second passes that do not pair with the recordings, a
+        bending test without a needle, or stiffnesses that are not those of the layers.
 
     Notes
     -----
@@ -123,7 +128,11 @@ def identify(
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
     if model in LAYERED:
-        return _layered(recordings, seconds, model, FitInputs(needle, None, bench), layers=layers, progress=progress)
+        given = FitInputs(needle, None, bench, _known(tissue_stiffness, layers))
+        return _layered(recordings, seconds, model, given, layers=layers, progress=progress)
+    if tissue_stiffness is not None:
+        step = "Give model='layered' and layers, or leave it out."
+        raise InputError("tissue_stiffness", "given", f"the model {model or 'paper'} has no layers", next_step=step)
     if layers not in (None, 1):
         step = "Give model='layered' or leave layers out."
         raise InputError("layers", layers, f"the model {model or 'paper'} has one layer", next_step=step)
@@ -186,6 +195,15 @@ def _with_layers(
         return fit
     chosen = layered if evidence.for_layers else fit
     return dataclasses.replace(chosen, warnings=(evidence.sentence(law, DEFAULT_LAYERED), *chosen.warnings))
+
+
+def _known(given: Sequence | None, layers: int | None) -> tuple:
+    """The stiffnesses of layers that are known beforehand."""
+    if given is None:
+        return ()
+    from .layered.known_stiffness import known_stiffnesses
+
+    return known_stiffnesses(given, layers)
 
 
 def _layered(

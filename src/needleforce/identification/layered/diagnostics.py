@@ -7,6 +7,7 @@ from ...display.quantities import counted
 from ..estimates import Estimate
 from ..recording_fit import RecordingFit
 from ..result import FitSettings
+from .known_stiffness import disagreements
 from .model_selection import MIN_REPEATS, Candidate, as_good
 from .parameters import MM, NO_RELAXATION, prefix
 from .result import Evidence, LayeredSettings
@@ -32,7 +33,7 @@ def warnings(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[str,
             f"The scatter between repeats is not known from {counted(len(cycles), 'recording')}: the "
             "intervals contain only the noise within each recording. Give three or more."
         )
-    found += _other_zeros(recordings)
+    found += [*_other_zeros(recordings), *disagreements(solved.problem.known)]
     residuals = [(each.file, each.quality.nrmse) for each in recordings if each.quality is not None]
     middle = float(np.median([residual for _, residual in residuals])) if residuals else 0.0
     if middle > MAX_RESIDUAL:
@@ -69,6 +70,7 @@ def held_fixed(solved: Solved) -> tuple[str, ...]:
     held = ["embedded length: measured from the moving surface; a separate cutting force then tends to zero"]
     if solved.x[unknowns.relaxing] > NO_RELAXATION:
         held.append(f"time constants of relaxation: {times[0]:.2g} s and {times[1]:.2g} s, from the decay in the hold")
+    held += [f"{each.name}: {each.text}, in the fit as one measurement more" for each in solved.problem.known]
     without = sorted(name for name in absent(solved) if name.endswith("saturation_depth"))
     if without:
         held.append(f"{', '.join(without)}: not in the model, as the contact does not saturate before its rupture")

@@ -17,6 +17,7 @@ from ..result import Choice, Fit
 from ..strokes import cycle_span
 from . import diagnostics
 from .binned_cycle import COARSE, FINE, BinnedCycle, binned_cycles
+from .known_stiffness import refined_with, with_known
 from .model import model_of, own_ruptures
 from .model_selection import (
     Candidate,
@@ -52,7 +53,8 @@ def identify_layered(
     """The layered fit of segmented recordings; ``layers`` is their number, None selects it by the evidence.
 
     ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and are not fitted. A
-    puncture is not needed: a withdrawal shows as much. Calls with the same recordings may share ``grown``.
+    puncture is not needed: a withdrawal shows as much. Calls with the same recordings may share ``grown``. A stiffness
+    that is ``given`` needs ``layers``.
     """
     usable = [single for single in singles if single.events.contact is not None]
     if not any(single.events.punctures or single.events.spans(Phase.extraction) for single in usable):
@@ -66,7 +68,7 @@ def identify_layered(
     if form != "as_fitted":
         work = made_passive(solved, form, binned_cycles(pairs, COARSE[form]))
         solved = list(_watched(work, len(solved), progress, "in the passive form"))
-    tried, best = _evidence(solved[-1:] if layers else solved, progress)
+    tried, best = _evidence([with_known(solved[-1], given.stiffness)] if layers else solved, progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
     ended, population = next(work), next(work)
     found = ruptures(ended)
@@ -95,7 +97,7 @@ def identify_layered(
 
 def _ended(solved: Solved, fine: tuple[BinnedCycle, ...]) -> Iterator[Solved | None]:
     """The fit with short bins, then the population fit, for which at least two runs are needed."""
-    ended = refined(solved, fine)
+    ended = refined_with(solved, fine) if solved.problem.known else refined(solved, fine)
     yield ended
     yield population_fit(ended) if len(fine) > 1 else None
 

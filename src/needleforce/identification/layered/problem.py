@@ -10,7 +10,7 @@ from ... import core
 from ..estimates import Estimate
 from ..statistics.noise import TWO_SIDED, noise_of
 from .binned_cycle import COARSE, BinnedCycle
-from .parameters import COEFFICIENT, MM, PER_LAYER, RESTING_SURFACE, TISSUE_STIFFNESS, TOP, LayeredParameters
+from .parameters import COEFFICIENT, MM, PER_LAYER, RESTING_SURFACE, TISSUE_STIFFNESS, TOP, LayeredParameters, prefix
 
 FREE_RIDGE, TIED_RIDGE = 3e-4, 0.3
 """[1/mm] Residual per distance of a puncture from the mean: small, for layers that a run does not reach; and large, so
@@ -18,6 +18,55 @@ that all runs have one puncture depth."""
 TOP_MARGIN_MM = 0.5  # [mm] by which the first layer may begin above the smallest contact depth
 MIN_BINS = min(COARSE.values())  # of a stroke in the search
 REFUSED_RESIDUAL = 1e3  # [scale] for values that the core refuses
+BEYOND_LIMIT = np.log(2.0)  # of the logarithm of a known stiffness outside the usual limits, to the limit that it sets
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownStiffness:
+    """A layer's stiffness of dragged tissue that is known before the fit, one row more of the least squares.
+
+    Attributes
+    ----------
+    layer : int
+        The layer, 0 at the surface.
+    value, relative_error : float
+        The stiffness [N/m], and the standard deviation of its logarithm.
+    noise : float
+        Variance of the residuals by which the row is weighted; 0 as long as no fit has shown it.
+    alone, alone_error : float
+        The stiffness [N/m] by the recordings alone, and the standard error of its logarithm.
+    contradicted : bool
+        True if the recordings alone contradict it.
+    """
+
+    layer: int
+    value: float
+    relative_error: float
+    noise: float = 0.0
+    alone: float = np.nan
+    alone_error: float = np.inf
+    contradicted: bool = False
+
+    @property
+    def place(self) -> int:
+        """Its index in x."""
+        return PER_LAYER * self.layer + TISSUE_STIFFNESS
+
+    @property
+    def name(self) -> str:
+        """The name of the parameter."""
+        return f"{prefix(self.layer)}tissue_stiffness"
+
+    @property
+    def weight(self) -> float:
+        """Factor of the square of its logarithm's error in the sum of squares. Minus twice the logarithm of the
+        likelihood is that sum over the noise, and of the prior the square over that of the relative error."""
+        return self.noise / self.relative_error / self.relative_error
+
+    @property
+    def text(self) -> str:
+        """What is known, in words."""
+        return f"{self.value:.4g} N/m within {100 * self.relative_error:.3g} % known beforehand"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -25,7 +74,7 @@ class Problem:
     """The law with ``unknowns`` and the ``cycles`` of the repeats, in a ``form`` of ``LAYERED``.
 
     ``ridge`` keeps the punctures of the runs near their mean: ``FREE_RIDGE`` or ``TIED_RIDGE``. ``speed`` [m/s] is that
-    to which the parameters refer.
+    to which the parameters refer, ``known`` what is known of springs beforehand.
     """
 
     cycles: tuple[BinnedCycle, ...]
@@ -33,6 +82,7 @@ class Problem:
     form: str
     speed: float
     ridge: float = FREE_RIDGE
+    known: tuple[KnownStiffness, ...] = ()
 
     @cached_property
     def _core(self) -> core.LayeredProblem:
@@ -56,6 +106,7 @@ class Problem:
             brittleness=unknowns.brittleness,
             ridge=self.ridge,
             repeats=repeats,
+            priors=[(each.place, float(np.log(each.value)), each.weight) for each in self.known],
         )
 
     @cached_property
@@ -78,7 +129,8 @@ class Problem:
         return self._core.residuals(run, x)
 
     def cost(self, x: np.ndarray) -> float:
-        """Half the sum of squares of all residuals, and of the punctures' distances from their mean."""
+        """Half the sum of squares of all residuals, of the punctures' distances from their mean, and of the
+        distances from what is known beforehand."""
         return self._core.cost(x)
 
     def zero(self, run: int, x: np.ndarray) -> Estimate:
@@ -109,7 +161,8 @@ class Problem:
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest x (size,): a layer begins between the smallest contact depth, with a margin, and the
         deepest point, its surface comes to rest inside the tissue, and no spring is stiffer than one that the largest
-        force strains by a bin of the search. A stiffer one is a rigid body: it would fit the noise of the depth."""
+        force strains by a bin of the search. A stiffer one is a rigid body: it would fit the noise of the depth. A
+        limit moves beyond a stiffness that is known beforehand."""
         low, high = self.unknowns.bounds()
         first = PER_LAYER * np.arange(self.unknowns.layers)
         contact = min(cycle.contact for cycle in self.cycles)
@@ -123,6 +176,9 @@ class Problem:
         high[first + TISSUE_STIFFNESS] = np.log(max(peak / strain, 1.0))
         high[first + COEFFICIENT] = np.log(max(peak / strain**2, 10.0))
         low[first + RESTING_SURFACE], high[first + RESTING_SURFACE] = 0.0, (deepest - contact) / MM
+        for place, value in ((each.place, np.log(each.value)) for each in self.known):
+            if not low[place] <= value <= high[place]:
+                low[place], high[place] = min(low[place], value - BEYOND_LIMIT), max(high[place], value + BEYOND_LIMIT)
         return low, high
 
     def squares_by_puncture(self, run: int, layer: int, x: np.ndarray, depths: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Uncertainty of the parameters of a layered fit: intervals, correlations, draws."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -71,6 +71,12 @@ class Uncertainty:
         Names of parameters at a limit of the search, whose intervals have no meaning.
     undecided : frozenset of str
         Names of saturation depths without which the fit is about as good: their intervals have no upper end.
+    for_unit_noise : numpy.ndarray
+        Variances (p,) that uncorrelated residuals of variance 1 would give.
+    by_prior : numpy.ndarray or float
+        Part (p,) of the standard errors that stems from what was known beforehand; it is in ``within`` too.
+    known : dict of str to str
+        What was known beforehand, in words, by the names of the parameters.
     """
 
     units: dict[str, str]
@@ -82,6 +88,9 @@ class Uncertainty:
     absent: frozenset[str] = frozenset()
     limited: frozenset[str] = frozenset()
     undecided: frozenset[str] = frozenset()
+    for_unit_noise: np.ndarray | float = np.nan
+    by_prior: np.ndarray | float = 0.0
+    known: dict[str, str] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -106,11 +115,13 @@ class Uncertainty:
     @cached_property
     def half(self) -> np.ndarray:
         """Half widths (p,) of the intervals: Student's on the scatter between repeats, not less than from the error
-        within runs; with fewer than three repeats from the error within runs."""
+        within runs; with fewer than three repeats from the error within runs. The scatter does not contain the error of
+        what was known beforehand, which is the same in all repeats."""
         within = TWO_SIDED * self.within_sd
         if self.runs < MIN_REPEATS:
             return within
-        return np.fmax(within, student_quantile(self.runs - 1) * self.between_sd / np.sqrt(self.runs))
+        scatter = student_quantile(self.runs - 1) * self.between_sd / np.sqrt(self.runs)
+        return np.fmax(within, np.hypot(scatter, TWO_SIDED * self.by_prior))
 
     def _indentation(self, name: str) -> float:
         """Indentation [m] at the rupture of the layer to which a parameter belongs, within the travel."""
@@ -143,7 +154,7 @@ class Uncertainty:
                 high,
                 between_repeats_sd=float(self.between_sd[k]) if enough else None,
                 identifiable=bool(identifiable and name not in self.limited),
-                source=source,
+                source=f"{source}, with {self.known[name]}" if name in self.known else source,
                 within_run_sd=float(self.within_sd[k]) if enough else None,
             )
         return made
@@ -185,7 +196,8 @@ class Uncertainty:
 
 
 def uncertainty_of(solved: Solved) -> Uncertainty:
-    """The uncertainty of the parameters of a fit."""
+    """The uncertainty of the parameters of a fit. A value known beforehand is one more measurement with its own noise:
+    it adds to J'J, and by its own error to the covariance."""
     problem, size = solved.problem, solved.problem.unknowns.size
     grams, slopes, longs, zeros = [], [], [], []
     for run, cycle in enumerate(problem.cycles):
@@ -200,10 +212,11 @@ def uncertainty_of(solved: Solved) -> Uncertainty:
         moved[places] = jacobian.T @ cycle.weight * (cycle.zero.error if cycle.zero.known else 0.0)
         zeros.append(np.outer(moved, moved))
         longs.append(noise_of(residual, len(cycle.depth)).long_run)
-    total, by = sum(grams), by_unknowns(solved.problem.unknowns, solved.x)
+    prior, by_error, pull = _of_priors(solved)
+    total, by = sum(grams) + prior, by_unknowns(solved.problem.unknowns, solved.x)
     known = total.diagonal() > MIN_SENSITIVITY * np.median(total.diagonal()[problem.unknowns.free])
     bread = by @ _inverse(total, known)
-    within = bread @ (sum(long * gram for long, gram in zip(longs, grams)) + sum(zeros)) @ bread.T
+    within = bread @ (sum(long * gram for long, gram in zip(longs, grams)) + sum(zeros) + by_error) @ bread.T
     fitted = np.isin(np.arange(size), problem.unknowns.free)
     unknown = np.abs(by[:, ~known & fitted]).max(axis=1, initial=0.0) > 0.0
     within[unknown, unknown] = np.inf
@@ -212,12 +225,25 @@ def uncertainty_of(solved: Solved) -> Uncertainty:
         units=named,
         value=values(solved.problem.unknowns, solved.x),
         within=within,
-        moves=_moves(solved, by, grams, slopes, known),
+        moves=_moves(solved, by, (grams, slopes), (total, sum(slopes) + pull), known),
         travel=max(float(np.ptp(cycle.depth)) for cycle in problem.cycles),
         deepest=max(cycle.deepest for cycle in problem.cycles),
         absent=absent(solved),
         limited=_limited(solved),
+        for_unit_noise=(bread * by).sum(axis=1),
+        by_prior=np.sqrt((bread @ by_error * bread).sum(axis=1)),
+        known={each.name: each.text for each in problem.known},
     )
+
+
+def _of_priors(solved: Solved) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """What is known beforehand: its parts of J'J (size, size), of the covariance of J'r, and of J'r (size,)."""
+    size = solved.problem.unknowns.size
+    weight, noise, pull = np.zeros(size), np.zeros(size), np.zeros(size)
+    for each in solved.problem.known:
+        weight[each.place], noise[each.place] = each.weight, each.noise
+        pull[each.place] = each.weight * (solved.x[each.place] - np.log(each.value))
+    return np.diag(weight), np.diag(noise * weight), pull
 
 
 def absent(solved: Solved) -> frozenset[str]:
@@ -246,11 +272,13 @@ def _limited(solved: Solved) -> frozenset[str]:
     return frozenset(common | {prefix(k // PER_LAYER) + NAMES[k % PER_LAYER] for k in places if k % PER_LAYER in NAMES})
 
 
-def _moves(solved: Solved, by: np.ndarray, grams: list, slopes: list, known: np.ndarray) -> np.ndarray:
-    """Changes (runs, p) of the values if each run is left out, minus their mean."""
+def _moves(solved: Solved, by: np.ndarray, runs: tuple, all_rows: tuple, known: np.ndarray) -> np.ndarray:
+    """Changes (runs, p) of the values if each run is left out, minus their mean; J'J and J'r of each of the ``runs``,
+    and those of all rows."""
+    (grams, slopes), (total, slope) = runs, all_rows
     if len(grams) < MIN_REPEATS:
         return np.zeros((len(grams), len(by)))
-    total, slope, own = sum(grams), sum(slopes), values(solved.problem.unknowns, solved.x)
+    own = values(solved.problem.unknowns, solved.x)
     steps = [-_inverse(total - gram, known) @ (slope - part) for gram, part in zip(grams, slopes)]
     moves = np.array(
         [by @ step + values(solved.problem.unknowns, solved.x, run) - own for run, step in enumerate(steps)]
