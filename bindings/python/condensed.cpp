@@ -148,6 +148,15 @@ void bind_condensed(nb::module_& module) {
           "deepest_cut", [](const CondensedInsertion& self) { return self.state().cut; },
           "along the path, in the undeformed tissue [m]")
       .def_prop_ro(
+          "puncture",
+          [](const CondensedInsertion& self) {
+            return nb::make_tuple(self.surface_layer().puncture, self.surface_layer().puncture_force());
+          },
+          "indentation [m] and force [N] at which the contact law breaks through the surface")
+      .def_prop_ro(
+          "surface_compliance", [](const CondensedInsertion& self) { return self.tissue().at(0, 0); },
+          "displacement of the surface for a force at its node [m/N]")
+      .def_prop_ro(
           "pierced_layers", [](const CondensedInsertion& self) { return self.state().pierced; },
           "how many, from the surface down");
 }

@@ -67,7 +67,8 @@ inline Status refusal(double depth, double velocity, double dt) noexcept {
 /// is given, is that of the travel. Wait-free.
 inline bool consistent(const Limits& limits, double travel, double velocity, double elapsed) noexcept {
   const double noise = 2.0 * limits.depth_noise;
-  if (std::abs(travel) > std::min(limits.max_speed, fastest) * elapsed + noise) return false;
+  constexpr double rounding = 1.0 + 1e-9;  // of a part of a step at the limit
+  if (std::abs(travel) > rounding * std::min(limits.max_speed, fastest) * elapsed + noise) return false;
   if (velocity == no_velocity) return true;
   const double measured = travel / elapsed, larger = std::max(std::abs(velocity), std::abs(measured));
   const double slack = limits.velocity_slack, apart = std::abs(velocity - measured) - noise / elapsed;

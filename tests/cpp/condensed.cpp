@@ -46,6 +46,25 @@ TEST(CondensedInsertion, BreaksIntoTheSurfaceAsItsContactLawSays) {
   }
 }
 
+TEST(CondensedInsertion, HasTheSlopeOfItsContactLawAlsoAtRest) {
+  CondensedInsertion solid = insertion(2e-3, laws_of(20.0, 0.1, 0.2));
+  double at = -1e-3;
+  EXPECT_NEAR(go(solid, at, 1e-3).force_by_depth, 100.0, 1e-9);
+  EXPECT_NEAR(solid.step(at, no_velocity, 1e-3).force_by_depth, 100.0, 1e-9);
+  const double moving = go(solid, at, 20e-3).force_by_depth;
+  EXPECT_GT(moving, 1.0);
+  EXPECT_EQ(solid.step(at, no_velocity, 1e-3).force_by_depth, moving);
+}
+
+TEST(CondensedInsertion, FirstStepAboveThePuncturePressesAndBelowItIsInTheTissue) {
+  CondensedInsertion pressing = insertion(2e-3, laws_of(20.0, 0.1, 0.2)), deep = pressing;
+  const Sample sample = pressing.step(1e-3, no_velocity, 1e-3);
+  EXPECT_EQ(sample.phase, Phase::deformation);
+  EXPECT_NEAR(sample.force, 0.1, 1e-9);
+  deep.step(2.1e-3, no_velocity, 1e-3);
+  EXPECT_EQ(deep.pierced_layers(), 1u);
+}
+
 TEST(CondensedInsertion, BalancesForceAndDisplacementAtEveryNode) {
   CondensedInsertion solid = insertion(2e-3, laws_of(20.0, 0.1, 0.2));
   double at = -1e-3;

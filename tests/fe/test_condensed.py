@@ -351,3 +351,15 @@ def test_a_simulated_recording_in_a_solid_is_that_of_its_engine_and_identified()
     assert nf.simulate(nf.preset("paper"), deep, tissue=tissue).notes[0].kind == "outside_range"
     with pytest.raises(nf.InputError, match="not a CondensedTissue"):
         nf.simulate(nf.preset("paper"), motion, tissue="cup.toml")
+
+
+def test_a_contact_law_that_is_stiffer_than_the_solid_is_named():
+    apart = np.abs(np.subtract.outer(np.arange(31), np.arange(31)))
+    soft, firm = (fe.CondensedTissue(1e-3, scale * np.exp(-0.25 * apart)) for scale in (3e-2, 1e-3))
+    model = nf.preset("paper")
+    depth, force = fe.CondensedInsertion(soft, model).puncture
+    [sentence] = fe.CondensedInsertion(soft, model).warnings
+    assert f"{1e3 * 3e-2 * force:.3g} mm down where the tip is {1e3 * depth:.3g} mm deep" in sentence
+    assert fe.CondensedInsertion(firm, model).warnings == ()
+    recording = nf.simulate(model, nf.Motion.insert(start=-1e-3, speed=5e-3, depth=5e-3), tissue=soft)
+    assert sentence in recording.card.assumptions

@@ -329,7 +329,7 @@ def test_a_depth_without_solution_is_named_with_the_last_one():
         ({"force": lambda x: np.random.default_rng(1).normal(size=200)}, "force is not rising with depth"),
         ({"both": lambda x: x[60:]}, r"contact depth is at the start of the curve .*contact_depth"),
         ({"contact_depth": 1.0}, "contact depth is 1000 mm, more than 10 samples must be deeper"),
-        ({"contact_depth": np.nan}, "contact depth is nan mm"),
+        ({"contact_depth": np.nan}, "contact_depth is nan, not a finite number"),
         ({"labels": ("skin",)}, r"label is skin, must be one of \['tissue'\]"),
         ({"labels": ("tissue", "tissue")}, "each once"),
         ({"find_c01": True}, "find_c01 is True, no material that is found is Mooney-Rivlin"),
@@ -348,3 +348,18 @@ def test_curves_and_options_that_do_not_fit_are_named(change, words):
             body.tissue if "tissue" in change else body,
             change.get("depth", same)(depth), change.get("force", same)(force), bonded=False, **options,
         )  # fmt: skip
+
+
+def test_wrong_kinds_of_choices_are_named():
+    mesh = fe.axisymmetric_block(10e-3, 8e-3, 1e-3, growth=0.0)
+    body = fe.HyperelasticTissue(mesh, fe.NeoHookean(2e3), symmetry="axisymmetric")
+    depth = np.linspace(0.0, 1e-3, 50)
+    for wrong, message in (
+        ({"bonded": "x"}, "bonded is 'x', must be True or False"),
+        ({"bonded": True, "steps": 4.5}, "steps is 4.5, must be a whole number"),
+        ({"bonded": True, "steps": np.nan}, "must be a whole number"),
+        ({"bonded": True, "labels": 3}, "labels is 3, must be names"),
+        ({"bonded": True, "contact_depth": "0"}, "contact_depth is '0', not a finite"),
+    ):
+        with pytest.raises(nf.InputError, match=message):
+            fe.fit_hyperelastic(body, depth, depth, **wrong)

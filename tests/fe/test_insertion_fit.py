@@ -227,3 +227,19 @@ def test_recordings_that_show_no_modulus_are_named(true, specimen):
         fe.fit_insertion(specimen, PATH, (time, depth, force), contact_depth=90e-3)
     with pytest.raises(nf.InputError, match=r"travel after the breakthrough is .* means, at least 10"):
         fe.fit_insertion(specimen, PATH, (time, depth, force), puncture_depth=16.5e-3)
+
+
+def test_wrong_kinds_of_choices_are_named():
+    mesh = fe.axisymmetric_block(10e-3, 20e-3, 0.5e-3, needle_depth=10e-3)
+    tissue = fe.Tissue(mesh, fe.Elastic(20e3), symmetry="axisymmetric")
+    path, curve = fe.NeedlePath(10e-3, 1e-3, 0.35e-3), (np.arange(3.0), np.arange(3.0), np.arange(3.0))
+    for wrong, message in (
+        ({"labels": ["tissue", "tissue"]}, "each once"),
+        ({"labels": "tissue"}, "must be names"),
+        ({"contact_depth": "0"}, "contact_depth is '0', not a finite"),
+        ({"contact_depth": 1e-3, "puncture_depth": 0.5e-3}, "must not be above the contact"),
+    ):
+        with pytest.raises(nf.InputError, match=message):
+            fe.fit_insertion(tissue, path, curve, **wrong)
+    with pytest.raises(nf.InputError, match="tissue is NoneType, not a Tissue"):
+        fe.fit_insertion(None, path, curve)

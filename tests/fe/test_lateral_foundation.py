@@ -201,3 +201,61 @@ def test_a_needle_needs_a_model_and_a_condensed_solid(gel):
         nf.FlexibleInsertion(None, NEEDLE, lateral=20e3, tissue=table(1e-3))
     with pytest.raises(nf.InputError, match="tissue is Tissue, not a Condensed"):
         nf.FlexibleInsertion(MODEL, NEEDLE, lateral=20e3, tissue=gel)
+
+
+@pytest.mark.parametrize("stiffness", [1.5e-5, 1.5e-4])
+def test_thin_soft_layers_over_stiff_ones_have_moduli_that_grow_with_what_is_below(stiffness):
+    mesh = cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, layers=[("a", 2e-3), ("b", 1.0)])
+    path, found = fe.NeedlePath(24e-3, 1e-3, RADIUS), []
+    for ratio in (3.0, 10.0, 100.0):
+        materials = {"a": fe.Elastic(5e3, 0.49), "b": fe.Elastic(ratio * 5e3, 0.49)}
+        tissue = fe.Tissue(mesh, materials, supports={"bottom": "fixed", "sides": "fixed"})
+        foundation = fe.lateral_foundation(tissue, path, stiffness)
+        found.append([layer.modulus / 5e3 for layer in foundation.layers])
+        assert foundation.deflection[-1] == pytest.approx(foundation.solid_deflection[-1], rel=0.12)
+    top, below = np.transpose(found)
+    assert np.all(top > 1.0) and np.all(top < 8.0)
+    # in proportion, but for a decay length that falls to two spacings
+    assert np.all(below / [3.0, 10.0, 100.0] > 1.5) and np.all(below / [3.0, 10.0, 100.0] < 6.0)
+
+
+def test_a_needle_on_the_surface_of_a_solid_is_held_as_on_tissue_that_does_not_give():
+    thin = nf.Needle(0.35e-3, 0.0, 0.15, 60e9, 0.3)
+    settings = {"lateral": 3e4, "guide_distance": 60e-3, "planar": True}
+    for tissue in (None, table(2e-3)):
+        needle = nf.FlexibleInsertion(MODEL, thin, tissue=tissue, **settings)
+        needle.run(np.linspace(-1e-3, 3e-3, 401), dt=5e-3)
+        assert not needle.step(3e-3, dt=5e-3).buckled
+        assert needle.step(3e-3 + 5e-8, dt=5e-3).status == "ok"
+
+
+def test_a_needle_that_left_elsewhere_punctures_again():
+    peaks = []
+    for tissue in (None, table(2e-3)):
+        needle = nf.FlexibleInsertion(MODEL, NEEDLE, tissue=tissue, **BEVEL)
+        needle.run(np.linspace(-1e-3, 20e-3, 421), dt=5e-3)
+        aside = np.stack([np.linspace(0.0, 8e-3, 400), np.zeros(400)], axis=1)
+        needle.run(np.linspace(20e-3, 0.0, 401)[1:], aside, dt=5e-3)
+        peaks.append(needle.run(np.linspace(0.0, 5e-3, 501)[1:], (8e-3, 0.0), dt=5e-3)["force"][:320].max())
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-3)
+
+
+def test_wrong_kinds_of_values_are_named(gel, path, found):
+    with pytest.raises(nf.InputError, match="tissue is Mesh, not a Tissue"):
+        fe.lateral_foundation(gel.mesh, path, STIFFNESS)
+    with pytest.raises(nf.InputError, match="path is None"):
+        fe.lateral_foundation(gel, None, STIFFNESS)
+    for wrong in ("1e-4", None, [1e-4], True, 1e300, 0.0):
+        with pytest.raises(nf.InputError, match="bending_stiffness"):
+            fe.lateral_foundation(gel, path, wrong)
+    with pytest.raises(nf.InputError, match="outside the mesh"):
+        fe.lateral_foundation(gel, fe.NeedlePath(60e-3, 2e-3, RADIUS), STIFFNESS)
+    with pytest.raises(nf.InputError, match="not a CondensedTissue"):
+        nf.FlexibleInsertion(MODEL, NEEDLE, lateral=20e3, tissue=found)
+    with pytest.raises(nf.InputError, match="neither a number nor layers"):
+        nf.FlexibleInsertion(MODEL, NEEDLE, lateral="20e3")
+    wide = fe.CondensedTissue(1e-3, table(1e-3).compliance, radius=2e-3)
+    with pytest.raises(nf.InputError, match=r"radius of the needle is 0.5 mm, the tissue is condensed for 2 mm"):
+        nf.FlexibleInsertion(MODEL, NEEDLE, lateral=20e3, tissue=wide)
+    assert nf.FlexibleInsertion(MODEL, NEEDLE, lateral=found).lateral == list(found.layers)
+    assert nf.FlexibleInsertion(MODEL, NEEDLE, lateral=np.float32(2e4)).lateral[0].modulus == 2e4

@@ -116,6 +116,7 @@ class CondensedInsertion {
   }
 
   const CondensedTissue& tissue() const noexcept { return tissue_; }
+  const PathLayer& surface_layer() const noexcept { return layers_[0]; }
   const CondensedState& state() const noexcept { return state_; }
   /// Force [N] of the shaft on the tissue at a node, without that of the tip. Wait-free.
   double shaft_force(std::size_t node) const noexcept {
@@ -198,14 +199,19 @@ class CondensedInsertion {
     return state_.tip_force > 0.0 || state_.tip > 0.0 || below;
   }
 
-  /// A first step in the tissue finds the needle there, in a path that it cut, without any force.
+  /// A first step below the puncture of a layer finds the needle there, in a path that it cut, without any
+  /// force on the shaft.
   void begin(double depth) noexcept {
     state_.depth = depth;
     state_.started = true;
-    if (depth <= 0.0) return;
-    while (state_.pierced < layers_.count() && layers_[state_.pierced].top < depth) ++state_.pierced;
-    state_.tip = state_.cut = depth;
-    know(depth);
+    const auto pierces = [depth](const PathLayer& layer) noexcept {
+      return depth > layer.top + layer.puncture;
+    };
+    while (state_.pierced < layers_.count() && pierces(layers_[state_.pierced])) ++state_.pierced;
+    if (state_.pierced == 0) return;
+    const bool all = state_.pierced == layers_.count();
+    state_.tip = state_.cut = all ? depth : std::min(depth, layers_[state_.pierced].top);
+    know(state_.tip);
   }
 
   /// In parts of at most half a spacing, so that bounds and tip follow; in the air at once.
@@ -409,7 +415,9 @@ class CondensedInsertion {
                                   : travel > 0.0        ? Phase::insertion
                                   : travel < 0.0        ? Phase::extraction
                                                         : Phase::hold;
-    if (std::abs(travel) >= shortest) sample.force_by_depth = (sample.force - force_before) / travel;
+    sample.force_by_depth = state_.pierced == 0            ? layers_[0].contact_slope(depth)
+                            : std::abs(travel) >= shortest ? (sample.force - force_before) / travel
+                                                           : state_.last.force_by_depth;
     state_.last = sample;
     return sample;
   }

@@ -45,6 +45,11 @@ class PathLayer {
     const double within = std::min(indentation, linear_from);
     return law_of_contact(within) + (indentation - within) * solid_stiffness;
   }
+  /// Its derivative by the indentation [N/m].
+  double contact_slope(double indentation) const noexcept {
+    if (indentation <= 0.0) return 0.0;
+    return indentation < linear_from ? slope_of_contact(indentation) : solid_stiffness;
+  }
   /// Force at which the tip breaks through [N].
   double puncture_force() const noexcept { return breaks_at; }
   /// Before the loop, of a layer below others: no stiffer than the solid, whose compliance [m/N] to a load at

@@ -93,6 +93,7 @@ def _across(low: float, high: float, cell: float, growth: float) -> np.ndarray:
 
 
 def _downwards(depth: float, cell: float, needle_depth: float, growth: float, layers: Layers) -> np.ndarray:
+    _check_layers(layers)
     if not 0.0 <= needle_depth <= depth:
         raise InputError("needle_depth", f"{1e3 * needle_depth:g} mm", f"must be 0 to {1e3 * depth:g} mm")
     ends = np.cumsum([0.0, *_lengths([thickness for _, thickness in layers[:-1]], range(len(layers) + 1))])
@@ -105,10 +106,20 @@ def _downwards(depth: float, cell: float, needle_depth: float, growth: float, la
     return graded_lines(list(stops), lambda z: cell + growth * np.maximum(z - needle_depth - cell, 0.0))
 
 
+def _check_layers(layers: Layers) -> None:
+    for each in layers:
+        if isinstance(each, str) or not isinstance(each, Sequence) or len(each) != 2 or not isinstance(each[0], str):
+            step = 'Give layers=[("skin", 2e-3), ("fat", 1.0)].'
+            raise InputError("layers", repr(each)[:60], "must be pairs of label and thickness", next_step=step)
+
+
 def _lengths(values: Sequence[float], counts: Sequence[int]) -> np.ndarray:
-    array = np.asarray(values, dtype=float)
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        array = np.array(np.nan)
     if array.ndim != 1 or len(array) not in counts or not np.all(np.isfinite(array)) or not np.all(array > 0.0):
-        raise InputError("length", list(values), f"must be {' or '.join(map(str, counts))} numbers above 0 [m]")
+        raise InputError("length", repr(values)[:60], f"must be {' or '.join(map(str, counts))} numbers above 0 [m]")
     return array
 
 

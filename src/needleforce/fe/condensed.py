@@ -16,6 +16,7 @@ from .. import core
 from ..errors import InputError
 from ..files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
 from ..models.model import Model
+from ..models.solid_engine import contact_warnings
 from .needle_path import Body, NeedlePath, check_resolved
 
 MAX_NODES = 64
@@ -163,7 +164,8 @@ class CondensedInsertion(core.CondensedInsertion):
 
     Methods: ``step(depth, velocity, dt) -> Sample``, ``run(depth, dt)`` over arrays, ``reset()``, ``snapshot()``,
     ``restore(snapshot)``, ``save()``; ``shaft_force`` [N] and ``displacement`` [m] at the nodes of the path, ``tip``
-    [m]. A step never raises; the ``status`` of its sample reports invalid input.
+    [m]. A step never raises; the ``status`` of its sample reports invalid input, and ``warnings`` states what does not
+    fit together.
 
     Parameters
     ----------
@@ -203,6 +205,11 @@ class CondensedInsertion(core.CondensedInsertion):
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
         super().__init__(tissue.spacing, tissue.compliance, model.stack, limits, bevel or core.Bevel())
         self.model, self.tissue = model, tissue
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What does not fit together in model and tissue, as sentences."""
+        return contact_warnings(self)
 
     def snapshot(self) -> "CondensedInsertion":
         """A copy with its state, which can be stepped independently or passed to ``restore``."""

@@ -3,6 +3,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -68,7 +69,7 @@ def cylinder(
     volume is ``m sin(2 pi / m) / (2 pi)`` of the cylinder's: 2.6 % less for 16, 0.6 % for 32. A shaft that sticks on
     the axis of a cup is 4 % stiffer than in an axisymmetric mesh, 2 % with ``growth=0.25``, which has finer cells.
     """
-    at = np.asarray(entry, dtype=float)
+    at = np.asarray(entry, dtype=float) if is_row(entry) else np.zeros(0)
     _check(radius, depth, cell, growth)
     _check_needle(radius, depth, needle_depth, at)
     _check_fit(radius, cell, at)
@@ -152,11 +153,16 @@ def _extruded(section: _Section, depths: np.ndarray, labels: np.ndarray) -> Mesh
     return Mesh(points, cells, "hexahedron", np.repeat(labels, len(section.cells)), boundaries)
 
 
+def is_row(values: object) -> bool:
+    """True for a row of numbers."""
+    return isinstance(values, (Sequence, np.ndarray)) and all(isinstance(each, Real) for each in values)
+
+
 def _check(radius: float, depth: float, cell: float, growth: float) -> None:
     for quantity, value in (("radius of the cylinder", radius), ("depth of the cylinder", depth), ("cell", cell)):
-        if not (np.isfinite(value) and value > 0.0):
+        if not (isinstance(value, Real) and np.isfinite(value) and value > 0.0):
             raise InputError(quantity, f"{value} m", "must be above 0", next_step="Give it in m.")
-    if not 0.05 <= growth <= 2.0:
+    if not (isinstance(growth, Real) and 0.05 <= growth <= 2.0):
         raise InputError("growth", growth, "must be 0.05 to 2", next_step="Use 0.4.")
 
 
@@ -165,7 +171,9 @@ def _check_needle(radius: float, depth: float, needle_depth: float, entry: np.nd
         limit = f"must be 0 to {1e3 * depth:g} mm, the depth of the cylinder"
         raise InputError("needle_depth", f"{1e3 * needle_depth:g} mm", limit, next_step="Give a deeper cylinder.")
     if entry.shape != (2,) or not np.all(np.isfinite(entry)):
-        raise InputError("entry", entry.tolist(), "must be x and y", next_step="Give where the needle's line is [m].")
+        raise InputError(
+            "entry", entry.tolist(), "must be two numbers, x and y", next_step="Give where the needle's line is [m]."
+        )
     off = np.hypot(*entry)
     if off > _MAX_OFF_CENTRE * radius:
         limit = f"must be at most {1e3 * _MAX_OFF_CENTRE * radius:g} mm, {_MAX_OFF_CENTRE:g} of the radius"

@@ -7,6 +7,7 @@ some depths; its logarithm is linear in the logarithm of that factor, and nearly
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -140,10 +141,24 @@ def fit_hyperelastic(
     slides is for depths up to a tenth of its radius; deeper, the surface creeps out from under its edge. A share of c01
     outside 0 to 1 is extrapolated from there.
     """
+    _check_choices(bonded, steps, labels, contact_depth)
     pressed = PressedSolid(tissue, boundary, bonded=bonded, steps=steps)
     parameters = HyperelasticParameters(tissue.materials, tuple(labels), find_c01)
     line = _StraightLine(*_checked(depth, force), radius=pressed.radius, given=contact_depth)
     return _StiffnessSearch(pressed, parameters, line).found()
+
+
+def _check_choices(bonded: object, steps: object, labels: object, contact_depth: object) -> None:
+    if not isinstance(bonded, (bool, np.bool_)):
+        raise InputError("bonded", repr(bonded)[:60], "must be True or False")
+    if not isinstance(steps, (int, np.integer)) or isinstance(steps, bool):
+        raise InputError("steps", repr(steps)[:60], "must be a whole number", next_step="Use 10.")
+    if isinstance(labels, str) or not isinstance(labels, Sequence) or len(set(labels)) < len(labels):
+        raise InputError(
+            "labels", repr(labels)[:60], "must be names, each once", next_step='Give labels=("skin", "fat").'
+        )
+    if contact_depth is not None and not (isinstance(contact_depth, Real) and np.isfinite(contact_depth)):
+        raise InputError("contact_depth", repr(contact_depth)[:60], "not a finite number", next_step="Give it in m.")
 
 
 def _checked(depth: ArrayLike, force: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

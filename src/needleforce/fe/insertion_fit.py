@@ -4,6 +4,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from numbers import Real
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from .insertion_curve import InsertionCurve, insertion_curve
 from .insertion_search import Found, InsertionSearch
 from .materials import Elastic
 from .needle_path import NeedlePath
-from .path_layers import layers_along
+from .path_layers import check_kinds, layers_along
 from .stiffness_by_label import StiffnessByLabel, stiffness_by_label
 from .tissue import Tissue
 
@@ -123,9 +124,9 @@ def fit_insertion(
     with cells of the needle's radius, 1 % with half of it. Tissue is elastic: if a tenth of the force relaxes, the
     modulus is some 6 % too large. A spring between shaft and tissue, such as bristles, is taken for tissue.
     """
-    unknown = [label for label in labels if label not in tissue.materials]
-    if unknown:
-        raise InputError("label", unknown[0], f"the mesh has {list(tissue.materials)}")
+    check_kinds(tissue, path)
+    _check_labels(labels, tissue)
+    _check_depths(contact_depth=contact_depth, puncture_depth=puncture_depth)
     curve = insertion_curve(recording_of(recording), float(path.nodes[1]), contact_depth, puncture_depth)
     _check_path(curve, path)
     layers = _layers(tissue, path) if labels else [("", 0.0)]
@@ -185,6 +186,26 @@ def _layers(tissue: Tissue, path: NeedlePath) -> list[tuple[str, float]]:
     names = [name for name, _ in layers]
     again = [f"_{names[:k].count(name) + 1}" if name in names[:k] else "" for k, name in enumerate(names)]
     return [(name + number, top) for (name, top), number in zip(layers, again)]
+
+
+def _check_labels(labels: Sequence[str], tissue: Tissue) -> None:
+    if isinstance(labels, str) or not isinstance(labels, Sequence) or len(set(labels)) < len(labels):
+        raise InputError(
+            "labels", repr(labels)[:60], "must be names, each once", next_step='Give labels=("skin", "fat").'
+        )
+    unknown = [label for label in labels if label not in tissue.materials]
+    if unknown:
+        raise InputError("label", unknown[0], f"the mesh has {list(tissue.materials)}")
+
+
+def _check_depths(**depths: float | None) -> None:
+    for name, value in depths.items():
+        if value is not None and not (isinstance(value, Real) and np.isfinite(value)):
+            raise InputError(name, repr(value)[:60], "not a finite number", next_step="Give it in m.")
+    contact, puncture = depths["contact_depth"], depths["puncture_depth"]
+    if contact is not None and puncture is not None and puncture < contact:
+        limit = f"must not be above the contact at {1e3 * contact:.4g} mm"
+        raise InputError("puncture_depth", f"{1e3 * puncture:.4g} mm", limit, next_step="Both are in m, + inwards.")
 
 
 def _check_path(curve: InsertionCurve, path: NeedlePath) -> None:

@@ -2,6 +2,7 @@
 """What a solid is across a needle: for each layer the foundation modulus that gives the needle the same deflection."""
 
 from dataclasses import dataclass
+from numbers import Real
 
 import numpy as np
 
@@ -13,9 +14,11 @@ from .path_layers import layers_along
 from .tissue import Tissue
 
 _MAX_LAYERS = 8
+_MAX_STIFFNESS = 1e9  # as a section of a needle that bends
 _MIN_NODES = 5  # of a path that a needle bends along
 _PER_NODE = 50  # points at which the foundation is averaged around a node
 _TURNS = 6  # for modulus and the length over which a lateral load decays, which depend on each other
+_PROPORTION = 0.3  # relative error of a row over that of moduli in proportion to Young's moduli: some 0.1 over 0.3
 _MAX_SHARE = 0.75  # of the length over which a lateral load decays, in a spacing
 
 
@@ -72,16 +75,26 @@ def lateral_foundation(tissue: Tissue, path: NeedlePath, bending_stiffness: floa
     -----
     A solid has no foundation modulus: what it does to a beam depends on how the beam bends. Here the needle has the
     shape of a long beam with a lateral force on its tip, exp(-b s) cos(b s) at a distance s behind the tip, at each
-    node of the path in turn; the moduli are those for which the energy of the foundation is that of the solid. Biot
-    and Vesic found theirs for a beam on a half-space. Good from a depth of two decay lengths 1/b on.
+    node of the path in turn; the moduli are those for which the energy of the foundation is that of the solid, and
+    where that does not determine them, in thin layers, in proportion to Young's moduli. Biot and Vesic found theirs
+    for a beam on a half-space.
+
+    Good for forces on the tip from a depth of two decay lengths 1/b on. A base that moves aside at the surface meets a
+    foundation that is too stiff: the solid is displaced 1.4 to 1.6 times as much there.
     """
+    for name, value, kind in (("tissue", tissue, Tissue), ("path", path, NeedlePath)):
+        if not isinstance(value, kind):
+            raise InputError(
+                name, type(value).__name__, f"not a {kind.__name__}", next_step=f"Give fe.{kind.__name__}."
+            )
     if tissue.symmetry is not Symmetry.SOLID:
         step = "Use fe.cylinder(…), fe.block of three sizes, or a mesh of your own in space."
         raise InputError("tissue", str(tissue.symmetry), "a needle bends across it only in space", next_step=step)
     _check(path, bending_stiffness)
     labels, tops = _layers(tissue, path)
     compliance = lateral_compliance(tissue, path)
-    moduli = _moduli(compliance, path, tops, bending_stiffness)
+    young = [tissue.materials[label].young_modulus for label in labels]
+    moduli = _moduli(compliance, path, tops, stiffness=bending_stiffness, young=young)
     _check_spacing(path, bending_stiffness, moduli.max())
     tips = _tips(path)
     of_solid = (np.linalg.inv(compliance[: k + 1, : k + 1]) for k in tips)
@@ -96,16 +109,32 @@ def lateral_foundation(tissue: Tissue, path: NeedlePath, bending_stiffness: floa
     )
 
 
-def _moduli(compliance: np.ndarray, path: NeedlePath, tops: list[float], stiffness: float) -> np.ndarray:
+def _moduli(compliance: np.ndarray, path: NeedlePath, tops: list[float], stiffness: float, young: list[float]):  # type: ignore[no-untyped-def]
     """Of each layer [Pa], so that the foundation has the energy of the solid for a needle with its tip at each node."""
-    from scipy.optimize import nnls
-
     layer, tips = _layer_of_node(path, tops), _tips(path)
     squares, energies = np.zeros((len(tips), len(tops))), np.zeros(len(tips))
     for row, k in enumerate(tips):
         shape, energies[row] = _decaying(np.linalg.inv(compliance[: k + 1, : k + 1]), path.nodes[: k + 1], stiffness)
         np.add.at(squares[row], layer[: k + 1], _lengths(path.nodes[: k + 1]) * shape**2)
-    return nnls(squares / energies[:, None], np.ones(len(tips)))[0]
+    return _solved(squares / energies[:, None], np.asarray(young))
+
+
+def _solved(shares: np.ndarray, young: np.ndarray) -> np.ndarray:
+    """Moduli (k,) [Pa] for which ``shares @ moduli`` is 1 in each row, as far as can be.
+
+    Where the rows do not determine them they are in proportion to Young's moduli.
+
+    A layer that is thinner than a decay length is in all rows with others, and what the solid does there depends on
+    its neighbours: alone, the rows would make some moduli 0.
+    """
+    from scipy.optimize import least_squares
+
+    even = young / np.exp(np.log(shares @ young).mean())
+
+    def residual(logarithms: np.ndarray) -> np.ndarray:
+        return np.append(np.log(shares @ (even * np.exp(logarithms))), _PROPORTION * logarithms)
+
+    return even * np.exp(least_squares(residual, np.zeros(len(young))).x)
 
 
 def _decaying(resistance: np.ndarray, at: np.ndarray, stiffness: float) -> tuple[np.ndarray, float]:
@@ -188,9 +217,10 @@ def _layer_of_node(path: NeedlePath, tops: list[float]) -> np.ndarray:
 
 
 def _check(path: NeedlePath, stiffness: float) -> None:
-    if not (np.isfinite(stiffness) and stiffness > 0.0):
-        step = "Give needle.bending_stiffness."
-        raise InputError("bending_stiffness", f"{stiffness} N m^2", "must be above 0", next_step=step)
+    number = isinstance(stiffness, Real) and not isinstance(stiffness, bool)
+    if not (number and 0.0 < stiffness <= _MAX_STIFFNESS):
+        limit = f"must be above 0 and at most {_MAX_STIFFNESS:g} N m^2"
+        raise InputError("bending_stiffness", stiffness, limit, next_step="Give needle.bending_stiffness.")
     if len(path.nodes) < _MIN_NODES:
         raise InputError("nodes of the path", len(path.nodes), f"must be {_MIN_NODES} or more")
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Materials of a solid: linear elastic, neo-Hookean, Mooney-Rivlin."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..errors import InputError
@@ -61,3 +62,10 @@ class Elastic:
         """Lamé's first constant [Pa]."""
         nu = self.poisson_ratio
         return self.young_modulus * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
+
+
+def check_labels(labels: object) -> None:
+    """Raise InputError for what are no names of layers, each once."""
+    if isinstance(labels, str) or not isinstance(labels, Sequence) or len(set(labels)) < len(labels):
+        step = 'Give labels=("skin", "fat").'
+        raise InputError("labels", repr(labels)[:60], "must be names, each once", next_step=step)

@@ -3,11 +3,20 @@
 
 import numpy as np
 
+from ..errors import InputError
 from .needle_path import NeedlePath
 from .tissue import Tissue
 
 _PER_SPACING = 50  # points of the path that are looked at, between two nodes
 _ASIDE = 0.1  # of the needle's radius: not on the faces between cells on both sides
+
+
+def check_kinds(tissue: object, path: object) -> None:
+    """Raise InputError for what is no tissue or no path."""
+    for name, value, kind in (("tissue", tissue, Tissue), ("path", path, NeedlePath)):
+        if not isinstance(value, kind):
+            step = f"Give an fe.{kind.__name__}."
+            raise InputError(name, type(value).__name__, f"not a {kind.__name__}", next_step=step)
 
 
 def layers_along(tissue: Tissue, path: NeedlePath) -> list[tuple[str, float]]:
@@ -20,9 +29,19 @@ def layers_along(tissue: Tissue, path: NeedlePath) -> list[tuple[str, float]]:
 
 
 def labels_along(tissue: Tissue, path: NeedlePath, distances: np.ndarray) -> np.ndarray:
-    """Labels of the cells at distances along the path (n,) [m], (n,) of str."""
+    """Labels of the cells at distances along the path (n,) [m], (n,) of str.
+
+    Raises
+    ------
+    InputError
+        If the path leaves the mesh.
+    """
     dimension = tissue.mesh.dimension
     points = path.start(dimension) + distances[:, None] * path.along(dimension)
     points[:, 0] += _ASIDE * path.radius
-    cells = tissue.mesh.skfem.element_finder(mapping=tissue.elements.mapping)(*points.T)
+    try:
+        cells = tissue.mesh.skfem.element_finder(mapping=tissue.elements.mapping)(*points.T)
+    except ValueError:
+        tissue.values_at(points)  # names the point
+        raise
     return tissue.mesh.labels[cells].astype(str)

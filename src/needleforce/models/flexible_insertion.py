@@ -3,6 +3,7 @@
 
 import math
 from collections.abc import Sequence
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,10 @@ _NO_FORCE = core.Laws(
     core.laws.Coulomb(per_length=0.0),
     core.laws.NoCutting(),
 )
+
+MAX_RADIUS_RATIO = 1.5
+"""Largest ratio of the radii of a needle and of the path for which its tissue was condensed: stiffness goes with their
+logarithm."""
 
 # by planar, in a solid
 _ENGINES = {
@@ -127,6 +132,7 @@ class FlexibleInsertion:
         length = _bevel_length(needle) if bevel_length is None else bevel_length
         if tissue is not None:
             axial = solid_engine(model, tissue, limits, bevel)
+            _check_radius(tissue, needle)
         else:
             axial = core.Insertion(model.stack if model else [(0.0, _NO_FORCE)], limits, bevel or core.Bevel())
         self._core = _ENGINES[planar, tissue is not None](
@@ -241,6 +247,15 @@ class FlexibleInsertion:
         return f"<FlexibleInsertion, {layers}, axial force: {self.model.name if self.model else 'none'}>"
 
 
+def _check_radius(tissue: Any, needle: core.Needle) -> None:
+    """Raise InputError for a solid that was condensed for another needle."""
+    given, own = tissue.radius, 0.5 * needle.outer_diameter
+    if given > 0.0 and not 1.0 / MAX_RADIUS_RATIO <= own / given <= MAX_RADIUS_RATIO:
+        limit = f"the tissue is condensed for {1e3 * given:.3g} mm"
+        step = "Condense it onto a NeedlePath with the needle's radius."
+        raise InputError("radius of the needle", f"{1e3 * own:.3g} mm", limit, next_step=step)
+
+
 def _lateral_layers(lateral: Any, model: Model | None, needle: core.Needle) -> list[core.LateralLayer]:
     if lateral is None:
         if model is None or model.tissue is None:
@@ -248,9 +263,13 @@ def _lateral_layers(lateral: Any, model: Model | None, needle: core.Needle) -> l
                 "lateral", "missing", "needed where the model has no tissue", next_step="Give a modulus in Pa."
             )
         lateral = foundation_modulus(needle, model.tissue)
-    if isinstance(lateral, (int, float)) and not isinstance(lateral, bool):
+    if isinstance(lateral, Real) and not isinstance(lateral, bool):
         return [core.LateralLayer(modulus=float(lateral))]
-    layers = list(lateral)
+    layers = getattr(lateral, "layers", lateral)  # of nf.fe.lateral_foundation
+    if isinstance(layers, (str, bytes)) or not isinstance(layers, Sequence):
+        step = "Give a modulus in Pa, or nf.LateralLayer(…) from the surface down."
+        raise InputError("lateral", repr(lateral)[:60], "neither a number nor layers", next_step=step)
+    layers = list(layers)
     for number, layer in enumerate(layers, 1):
         if not isinstance(layer, core.LateralLayer):
             raise InputError(

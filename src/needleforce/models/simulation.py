@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..recording import Card, Note, Recording
 from ..vocabulary import Status
 from .model import Insertion, Model
-from .solid_engine import solid_engine
+from .solid_engine import contact_warnings, solid_engine
 from .validity import crossed_by_depth
 
 MAX_SAMPLES = 50_000_000
@@ -192,14 +192,16 @@ def simulate(model: Model, motion: Motion, rate: float = 1000.0, *, tissue: Any 
     time = np.arange(count) / rate
     depth, velocity = motion.at(time)
     dt = np.full(len(time), 1.0 / rate)
-    columns = (
-        Insertion(model).run(depth, velocity, dt) if tissue is None else solid_engine(model, tissue).run(depth, dt)
-    )
+    if tissue is None:
+        columns, doubts = Insertion(model).run(depth, velocity, dt), ()
+    else:
+        engine = solid_engine(model, tissue)
+        columns, doubts = engine.run(depth, dt), contact_warnings(engine)
     card = Card(
         source=f"simulated: {model.name}",
         needle=repr(model.needle or ""),
         tissue=f"solid: {tissue.summary}" if tissue is not None else repr(model.tissue or ""),
-        assumptions=(*model.warnings, *crossed_by_depth(model, depth.max())),
+        assumptions=(*model.warnings, *crossed_by_depth(model, depth.max()), *doubts),
     )
     axes = {part: columns[part] for part in PARTS}
     notes = _status_notes(columns["status"])
