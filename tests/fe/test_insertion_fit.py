@@ -104,14 +104,14 @@ def test_in_a_large_block_it_is_the_half_space_and_its_shaft_that_of_a_pile():
     assert found.condensed.bonded_stiffness(12e-3) == pytest.approx(pile, rel=0.1)
 
 
-@pytest.mark.parametrize("noise, inside", [(10e-3, 10), (30e-3, 10)])
-def test_intervals_contain_the_modulus(true, specimen, noise, inside):
+@pytest.mark.parametrize("noise", [10e-3, 30e-3])
+def test_intervals_contain_the_modulus(true, specimen, noise):
     hits, widths = 0, []
-    for seed in range(12):
+    for seed in range(8):
         found = fe.fit_insertion(specimen, PATH, insertion(true, noise=noise, depth_noise=2e-6, seed=seed))
         hits += found.low["tissue"] < YOUNG < found.high["tissue"]
         widths.append(np.log(found.high["tissue"] / found.low["tissue"]))
-    assert hits >= inside and 0.01 < np.mean(widths) < 0.15
+    assert hits >= 7 and 0.01 < np.mean(widths) < 0.15
 
 
 def test_tissue_with_mass_in_an_independent_simulation(specimen):
