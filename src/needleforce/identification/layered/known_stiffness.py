@@ -16,9 +16,8 @@ from .problem import KnownStiffness, Problem
 from .search import FINAL_STEPS, MIN_GAIN, Solved, again, best
 from .uncertainty import uncertainty_of
 
-MIN_RELATIVE_ERROR = (
-    1e-6  # smaller ones count as this one: no interval shows them, and their rows would hide all others
-)
+MIN_RELATIVE_ERROR = 1e-6
+"""Smaller ones count as this one: no interval shows them, and their rows would hide all others."""
 LIMITS = next((row["low"], row["high"]) for row in core.laws.DraggedTissue.table() if row["name"] == "stiffness")
 MAX_RATIO = 0.999  # of friction over the spring's force at rest, for starts
 MAX_ROUNDS = 3  # of a search, with the weights by the fit without what is known that the round before has led to
