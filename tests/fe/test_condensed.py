@@ -363,3 +363,12 @@ def test_a_contact_law_that_is_stiffer_than_the_solid_is_named():
     assert fe.CondensedInsertion(firm, model).warnings == ()
     recording = nf.simulate(model, nf.Motion.insert(start=-1e-3, speed=5e-3, depth=5e-3), tissue=soft)
     assert sentence in recording.card.assumptions
+
+
+def test_a_layer_that_is_thinner_than_the_needle_is_named():
+    mesh = fe.axisymmetric_block(10e-3, 20e-3, 0.2e-3, needle_depth=10e-3, layers=[("film", 0.6e-3), ("fat", 1.0)])
+    tissue = fe.Tissue(mesh, {"film": fe.Elastic(80e3), "fat": fe.Elastic(20e3)}, symmetry="axisymmetric")
+    tissue.condense(fe.NeedlePath(10e-3, 1e-3, 0.25e-3))
+    message = r"layer 'film' is at 0 mm, 0.6 mm thick, is thinner than the needle, 0.7 mm"
+    with pytest.raises(nf.InputError, match=message):
+        tissue.condense(fe.NeedlePath(10e-3, 1e-3, 0.35e-3))

@@ -144,10 +144,10 @@ def test_what_has_no_foundation_is_named(gel, path):
     with pytest.raises(nf.InputError, match="a lateral load decays over"):
         fe.lateral_foundation(gel, fe.NeedlePath(24e-3, 4e-3, RADIUS), 1e-3 * STIFFNESS)
     thin = cylinder(
-        15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8, layers=[("a", 2.2e-3), ("b", 0.4e-3), ("c", 1.0)]
+        15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8, layers=[("a", 2.5e-3), ("b", 1.2e-3), ("c", 1.0)]
     )
     with pytest.raises(nf.InputError, match="layer is 2 from the surface, has no node"):
-        fe.lateral_foundation(fe.Tissue(thin, fe.Elastic(20e3, 0.4)), path, STIFFNESS)
+        fe.lateral_foundation(fe.Tissue(thin, fe.Elastic(20e3, 0.4)), fe.NeedlePath(24e-3, 2e-3, RADIUS), STIFFNESS)
     with pytest.raises(nf.InputError, match="nodes of the path is 2, must be 5"):
         fe.lateral_foundation(gel, fe.NeedlePath(24e-3, 24e-3, RADIUS), STIFFNESS)
 

@@ -18,6 +18,7 @@ from ..files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_b
 from ..models.model import Model
 from ..models.solid_engine import contact_warnings
 from .needle_path import Body, NeedlePath, check_resolved
+from .path_layers import check_thickness
 
 MAX_NODES = 64
 _NEXT = "Give a file that CondensedTissue.save wrote."
@@ -127,13 +128,14 @@ def condensed(tissue: Body, path: NeedlePath) -> CondensedTissue:
     Raises
     ------
     InputError
-        If the path has more than 64 nodes, or leaves the mesh.
+        If the path has more than 64 nodes or leaves the mesh, or a layer on it is thinner than the needle.
     """
     count = len(path.nodes)
     if count > MAX_NODES:
         step = f"Use a spacing of at least {1e3 * path.depth / (MAX_NODES - 1):.3g} mm."
         raise InputError("nodes of the path", count, f"must be at most {MAX_NODES}", next_step=step)
     loads = path.loads(tissue)
+    check_thickness(tissue, path)
     dense = loads.toarray()
     compliance = loads.T @ tissue.solve(dense)
     compliance = 0.5 * (compliance + compliance.T)

@@ -10,7 +10,7 @@ from .. import core
 from ..errors import InputError
 from .elements import Symmetry
 from .needle_path import NeedlePath, check_resolved
-from .path_layers import layers_along
+from .path_layers import check_kinds, check_thickness, layers_along
 from .tissue import Tissue
 
 _MAX_LAYERS = 8
@@ -82,11 +82,7 @@ def lateral_foundation(tissue: Tissue, path: NeedlePath, bending_stiffness: floa
     Good for forces on the tip from a depth of two decay lengths 1/b on. A base that moves aside at the surface meets a
     foundation that is too stiff: the solid is displaced 1.4 to 1.6 times as much there.
     """
-    for name, value, kind in (("tissue", tissue, Tissue), ("path", path, NeedlePath)):
-        if not isinstance(value, kind):
-            raise InputError(
-                name, type(value).__name__, f"not a {kind.__name__}", next_step=f"Give fe.{kind.__name__}."
-            )
+    check_kinds(tissue, path)
     if tissue.symmetry is not Symmetry.SOLID:
         step = "Use fe.cylinder(…), fe.block of three sizes, or a mesh of your own in space."
         raise InputError("tissue", str(tissue.symmetry), "a needle bends across it only in space", next_step=step)
@@ -201,6 +197,7 @@ def _of_foundation(path: NeedlePath, tops: list[float], moduli: np.ndarray, tip:
 
 def _layers(tissue: Tissue, path: NeedlePath) -> tuple[list[str], list[float]]:
     """Labels along the path and where each begins [m]."""
+    check_thickness(tissue, path)
     labels, tops = (list(each) for each in zip(*layers_along(tissue, path)))
     if len(tops) > _MAX_LAYERS:
         step = "Give neighbouring layers one label."

@@ -132,7 +132,7 @@ class Tissue:
         Raises
         ------
         InputError
-            If the path leaves the mesh or has too many nodes.
+            If the path leaves the mesh or has too many nodes, or a layer on it is thinner than the needle.
         """
         return condensed(self, path)
 
