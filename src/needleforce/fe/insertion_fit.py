@@ -19,9 +19,9 @@ from .insertion_curve import InsertionCurve, insertion_curve
 from .insertion_search import Found, InsertionSearch
 from .materials import Elastic
 from .needle_path import NeedlePath
-from .path_layers import check_kinds, layers_along
+from .path_layers import layers_along
 from .stiffness_by_label import StiffnessByLabel, stiffness_by_label
-from .tissue import Tissue
+from .tissue import Tissue, check_kinds
 
 MAX_HALF_WIDTH = float(np.log(10.0))  # of the logarithm of a modulus: beyond, the curve does not show it
 MIN_STICKING = 3.0  # [resolutions of the depth] travel after a reversal in which the shaft sticks

@@ -10,8 +10,8 @@ from .. import core
 from ..errors import InputError
 from .elements import Symmetry
 from .needle_path import NeedlePath, check_resolved
-from .path_layers import check_kinds, check_thickness, layers_along
-from .tissue import Tissue
+from .path_layers import check_thickness, layers_along
+from .tissue import Tissue, check_kinds
 
 _MAX_LAYERS = 8
 _MAX_STIFFNESS = 1e9  # as a section of a needle that bends

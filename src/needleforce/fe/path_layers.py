@@ -12,16 +12,6 @@ _PER_SPACING = 50  # points of the path that are looked at, between two nodes
 _ASIDE = 0.1  # of the needle's radius: not on the faces between cells on both sides
 
 
-def check_kinds(tissue: object, path: object) -> None:
-    """Raise InputError for what is no tissue or no path."""
-    from .tissue import Tissue  # which condenses, and checks layers meanwhile
-
-    for name, value, kind in (("tissue", tissue, Tissue), ("path", path, NeedlePath)):
-        if not isinstance(value, kind):
-            step = f"Give an fe.{kind.__name__}."
-            raise InputError(name, type(value).__name__, f"not a {kind.__name__}", next_step=step)
-
-
 def check_thickness(tissue: Body, path: NeedlePath) -> None:
     """Raise InputError for a layer on the path that is thinner than the needle, around which loads are spread."""
     if len(np.unique(tissue.mesh.labels.astype(str))) == 1:

@@ -176,6 +176,14 @@ class Tissue:
         return shear[numbers], lame[numbers]
 
 
+def check_kinds(tissue: object, path: object) -> None:
+    """Raise InputError for what is no tissue or no path."""
+    for name, value, kind in (("tissue", tissue, Tissue), ("path", path, NeedlePath)):
+        if not isinstance(value, kind):
+            step = f"Give an fe.{kind.__name__}."
+            raise InputError(name, type(value).__name__, f"not a {kind.__name__}", next_step=step)
+
+
 def _materials(mesh: Mesh, materials: Elastic | Mapping[str, Elastic]) -> dict[str, Elastic]:
     labels = [str(label) for label in np.unique(mesh.labels.astype(str))]
     if isinstance(materials, Elastic):
