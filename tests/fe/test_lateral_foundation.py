@@ -86,7 +86,7 @@ def free_tip_deflection(stiffness, modulus, length):
 
 @pytest.fixture(scope="module")
 def gel():
-    mesh = cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3)
+    mesh = cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8)
     return fe.Tissue(mesh, fe.Elastic(20e3, 0.49), supports={"bottom": "fixed", "sides": "fixed"})
 
 
@@ -125,7 +125,7 @@ def test_stiffer_tissue_and_needle_keep_their_proportion(gel, path, found):
 
 
 def test_each_layer_has_its_own(path):
-    mesh = cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, layers=[("soft", 12e-3), ("stiff", 1.0)])
+    mesh = cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8, layers=[("soft", 12e-3), ("stiff", 1.0)])
     moduli = {"soft": fe.Elastic(10e3, 0.49), "stiff": fe.Elastic(40e3, 0.49)}
     tissue = fe.Tissue(mesh, moduli, supports={"bottom": "fixed", "sides": "fixed"})
     found = fe.lateral_foundation(tissue, path, STIFFNESS)
@@ -205,9 +205,9 @@ def test_a_needle_needs_a_model_and_a_condensed_solid(gel):
 
 @pytest.mark.parametrize("stiffness", [1.5e-5, 1.5e-4])
 def test_thin_soft_layers_over_stiff_ones_have_moduli_that_grow_with_what_is_below(stiffness):
-    mesh = cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, layers=[("a", 2e-3), ("b", 1.0)])
+    mesh = cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8, layers=[("a", 2e-3), ("b", 1.0)])
     path, found = fe.NeedlePath(24e-3, 1e-3, RADIUS), []
-    for ratio in (3.0, 10.0, 100.0):
+    for ratio in (3.0, 100.0):
         materials = {"a": fe.Elastic(5e3, 0.49), "b": fe.Elastic(ratio * 5e3, 0.49)}
         tissue = fe.Tissue(mesh, materials, supports={"bottom": "fixed", "sides": "fixed"})
         foundation = fe.lateral_foundation(tissue, path, stiffness)
@@ -216,7 +216,7 @@ def test_thin_soft_layers_over_stiff_ones_have_moduli_that_grow_with_what_is_bel
     top, below = np.transpose(found)
     assert np.all(top > 1.0) and np.all(top < 8.0)
     # in proportion, but for a decay length that falls to two spacings
-    assert np.all(below / [3.0, 10.0, 100.0] > 1.5) and np.all(below / [3.0, 10.0, 100.0] < 6.0)
+    assert np.all(below / [3.0, 100.0] > 1.5) and np.all(below / [3.0, 100.0] < 6.0)
 
 
 def test_a_needle_on_the_surface_of_a_solid_is_held_as_on_tissue_that_does_not_give():

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # fuzz.sh SECONDS [SEED]: first a planted fault that the seeds alone must find, then the fuzzer from them on for half of the
-# time; then needles that bend, models that are replaced while the loop runs, and condensed solids. What it found useful
+# time; at the same time needles that bend, models that are replaced while the loop runs, and condensed solids. What it found useful
 # stays in build/fuzz/corpus; an input that breaks a property is kept in build/fuzz.
 set -eu
 cd "$(dirname "$0")/../.."
@@ -54,16 +54,22 @@ fi
 
 # hunt NAME SECONDS CORPUS WHAT SEEDS
 hunt() {
-  if ! $folder/$1 -seed="$chance" -max_total_time="$2" -max_len=3000 -len_control=0 -artifact_prefix=$folder/ "$3" "$5" > $folder/log 2>&1; then
-    grep -E 'property broken|runtime error|ERROR|SUMMARY|Test unit' $folder/log
+  local log=$folder/$1.log
+  if ! $folder/$1 -seed="$chance" -max_total_time="$2" -max_len=3000 -len_control=0 -artifact_prefix=$folder/ "$3" "$5" > $log 2>&1; then
+    grep -E 'property broken|runtime error|ERROR|SUMMARY|Test unit' $log
     exit 1
   fi
   awk -v what="$4" '/ counters\)/ {match($0, /\(([0-9]+) inline/); total = substr($0, RSTART + 1, RLENGTH - 8)}
     / cov: / {for (i = 1; i < NF; ++i) if ($i == "cov:") seen = $(i + 1)}
-    /^Done/ {print "fuzz, " what ": " $2 " inputs in " $5 " s, " seen " of " total " edges, nothing found"}' $folder/log
+    /^Done/ {print "fuzz, " what ": " $2 " inputs in " $5 " s, " seen " of " total " edges, nothing found"}' $log
+}
+others() {
+  hunt fuzz_bend $(($1 * 3 / 10)) $folder/corpus_bend "needles that bend" ${seeds}_bend
+  hunt fuzz_live $(($1 / 10)) $folder/corpus_live "replaced models" $seeds
+  hunt fuzz_solid $(($1 / 10)) $folder/corpus_solid "condensed solids" $seeds
 }
 echo "fuzz: a planted fault was seen"
+# side by side; an exit of either is one of this script
+others "$1" &
 hunt fuzz $(($1 / 2)) $folder/corpus "engine, C face and guard" $seeds
-hunt fuzz_bend $(($1 * 3 / 10)) $folder/corpus_bend "needles that bend" ${seeds}_bend
-hunt fuzz_live $(($1 / 10)) $folder/corpus_live "replaced models" $seeds
-hunt fuzz_solid $(($1 / 10)) $folder/corpus_solid "condensed solids" $seeds
+wait $!

@@ -90,8 +90,7 @@ class SolidTrial {
   SolidTrial(const CondensedTissue& tissue, std::span<const Layer> layers, const Limits& limits)
       : limits_(limits),
         valid_(!CondensedInsertion::fault(tissue, layers) && valid(limits)),
-        max_(first_fault(layers).reason ? bounds::Parts{}
-                                        : bounds::of(layers, bounds::fastest_accepted(limits))),
+        max_(valid_ ? bounds::of(layers, bounds::fastest_accepted(limits)) : bounds::Parts{}),
         engine_(tissue, layers, limits),
         shadow_(engine_),
         kept_(engine_.save()),
