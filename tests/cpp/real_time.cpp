@@ -73,15 +73,12 @@ Seen run(Engine insertion, RandomInput input, int n) {
   for (int i = 0; i < n; ++i) {
     const double depth = input.depth(), velocity = input.velocity(), dt = input.dt();
     const Sample sample = insertion.step(depth, velocity, dt);
-    seen.finite = seen.finite && std::isfinite(sample.force) && std::isfinite(sample.force_by_depth) &&
-                  std::isfinite(sample.force_by_velocity);
+    const bool finite = std::isfinite(sample.force) && std::isfinite(sample.force_by_depth) &&
+                        std::isfinite(sample.force_by_velocity);
     const bool bad = !std::isfinite(depth) || !std::isfinite(velocity) || !std::isfinite(dt) || !(dt > 0.0);
-    seen.faults_say_so = seen.faults_say_so && (!bad || sample.status != Status::ok);
-    seen.refused += sample.status != Status::ok;
-    seen.largest = std::fmax(seen.largest, std::abs(sample.force));
+    seen.add(finite, bad, sample.status, sample.force);
   }
   armed = false;
-  seen.steps = n;
   return seen;
 }
 

@@ -63,6 +63,15 @@ struct Seen {
   bool finite = true, faults_say_so = true;
   double largest = 0.0;
   long refused = 0, steps = 0;
+
+  /// One step: whether its numbers are finite, whether its input was bad, and what came out.
+  void add(bool numbers_finite, bool bad, Status status, double force) {
+    ++steps;
+    finite = finite && numbers_finite;
+    faults_say_so = faults_say_so && (!bad || status != Status::ok);
+    refused += status != Status::ok;
+    largest = std::fmax(largest, std::abs(force));
+  }
 };
 
 inline void expect_sound(const Seen& seen, const std::string& name) {

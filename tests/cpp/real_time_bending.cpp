@@ -37,13 +37,9 @@ Seen bent(bending::FlexibleInsertion<dimension, Axial> needle, int n) {
     double sum = sample.force + sample.tip[0] + sample.tip[1] + sample.tip[2];
     for (const double component : sample.wrench) sum += component;
     const bool bad = !std::isfinite(base.depth + base.lateral[0] + base.lateral[1] + dt) || !(dt > 0.0);
-    seen.finite = seen.finite && std::isfinite(sum);
-    seen.faults_say_so = seen.faults_say_so && (!bad || sample.status != Status::ok);
-    seen.refused += sample.status != Status::ok;
-    seen.largest = std::fmax(seen.largest, std::abs(sample.force));
+    seen.add(std::isfinite(sum), bad, sample.status, sample.force);
   }
   armed = false;
-  seen.steps = n;
   return seen;
 }
 
@@ -118,14 +114,10 @@ Seen condensed(solid::CondensedInsertion insertion, double size, int n) {
     if (i % 500 == 0) seen.finite = seen.finite && insertion.restore(insertion.save());
     const double sum =
         sample.force + sample.friction + sample.cutting + sample.stiffness + sample.force_by_depth;
-    seen.finite = seen.finite && std::isfinite(sum) && std::isfinite(insertion.displacement(3));
     const bool bad = !std::isfinite(depth + velocity + dt) || !(dt > 0.0);
-    seen.faults_say_so = seen.faults_say_so && (!bad || sample.status != Status::ok);
-    seen.refused += sample.status != Status::ok;
-    seen.largest = std::fmax(seen.largest, std::abs(sample.force));
+    seen.add(std::isfinite(sum + insertion.displacement(3)), bad, sample.status, sample.force);
   }
   armed = false;
-  seen.steps = n;
   return seen;
 }
 

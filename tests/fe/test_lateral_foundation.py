@@ -6,8 +6,8 @@ import pytest
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.cylinder_mesh import cylinder
 from needleforce.fe.lateral_foundation import lateral_compliance
+from needleforce.mechanics.foundation import foundation_modulus
 
 RADIUS = 0.5e-3
 NEEDLE = nf.Needle(
@@ -31,7 +31,7 @@ def disc_modulus(material, radius, outer):
 def test_a_slice_that_is_held_around_resists_as_a_disc_does(ratio, cell, growth, error):
     gel = fe.Elastic(10e3, ratio)
     depth = 4.0 * cell  # two cells, which are twice as long as wide
-    mesh = cylinder(8e-3, depth, cell, needle_depth=depth, growth=growth)
+    mesh = fe.cylinder(8e-3, depth, cell, needle_depth=depth, growth=growth)
     held = {"bottom": "sliding", "top": "sliding", "sides": "fixed"}
     path = fe.NeedlePath(depth, 0.5 * depth, RADIUS)
     compliance = lateral_compliance(fe.Tissue(mesh, gel, supports=held), path)
@@ -60,6 +60,16 @@ def test_the_head_of_a_pile_gives_way_as_published(half_space, ratio):
     assert 0.85 < _head(compliance, path.nodes[1], stiffness) / published < 1.02
 
 
+def test_steel_feels_three_times_the_modulus_of_vesic_with_the_width_of_the_source_paper():
+    steel = nf.Needle(2.0 * RADIUS, 0.0, 0.2, 200e9, 0.3)
+    mesh = fe.cylinder(0.1, 0.12, 1e-3, needle_depth=60e-3, growth=1.0)
+    tissue = fe.Tissue(mesh, fe.Elastic(10e3, 0.49), supports={"bottom": "fixed", "sides": "fixed"})
+    path = fe.NeedlePath(60e-3, 4e-3, RADIUS)
+    found = fe.lateral_foundation(tissue, path, steel.bending_stiffness).layers[0].modulus
+    vesic = foundation_modulus(steel, nf.Tissue(young_modulus=10e3, poisson_ratio=0.49))
+    assert 2.5 < found / vesic < 4.0
+
+
 def _head(compliance, spacing, stiffness):
     """Displacement of a beam's first node per force on it, by minimising energy over a space of splines."""
     from scipy.interpolate import BSpline
@@ -86,7 +96,7 @@ def free_tip_deflection(stiffness, modulus, length):
 
 @pytest.fixture(scope="module")
 def gel():
-    mesh = cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8)
+    mesh = fe.cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8)
     return fe.Tissue(mesh, fe.Elastic(20e3, 0.49), supports={"bottom": "fixed", "sides": "fixed"})
 
 
@@ -115,8 +125,16 @@ def test_the_foundation_gives_the_needle_the_deflection_of_the_solid(found):
 def test_a_stiffer_needle_feels_softer_tissue_as_on_a_half_space(gel, path, found):
     # Biot (1937), Vesic (1961): the modulus goes with the -1/12 power of the bending stiffness
     softer = fe.lateral_foundation(gel, path, 0.1 * STIFFNESS)
+    long = softer.tip_depth > 2.0 * (0.4 * STIFFNESS / softer.layers[0].modulus) ** 0.25
+    np.testing.assert_allclose(softer.deflection[long], softer.solid_deflection[long], rtol=0.12)
     power = np.log(softer.layers[0].modulus / found.layers[0].modulus) / np.log(10.0)
     assert 0.5 / 12.0 < power < 2.0 / 12.0
+
+
+def test_a_base_that_moves_aside_meets_a_foundation_that_is_too_stiff(found):
+    modulus = found.layers[0].modulus
+    on_foundation = free_tip_deflection(STIFFNESS, modulus, 24e-3)
+    assert 1.3 < _head(found.compliance, 1e-3, STIFFNESS) / on_foundation < 1.7
 
 
 def test_stiffer_tissue_and_needle_keep_their_proportion(gel, path, found):
@@ -125,7 +143,7 @@ def test_stiffer_tissue_and_needle_keep_their_proportion(gel, path, found):
 
 
 def test_each_layer_has_its_own(path):
-    mesh = cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8, layers=[("soft", 12e-3), ("stiff", 1.0)])
+    mesh = fe.cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8, layers=[("soft", 12e-3), ("stiff", 1.0)])
     moduli = {"soft": fe.Elastic(10e3, 0.49), "stiff": fe.Elastic(40e3, 0.49)}
     tissue = fe.Tissue(mesh, moduli, supports={"bottom": "fixed", "sides": "fixed"})
     found = fe.lateral_foundation(tissue, path, STIFFNESS)
@@ -143,7 +161,7 @@ def test_what_has_no_foundation_is_named(gel, path):
         fe.lateral_foundation(gel, path, np.nan)
     with pytest.raises(nf.InputError, match="a lateral load decays over"):
         fe.lateral_foundation(gel, fe.NeedlePath(24e-3, 4e-3, RADIUS), 1e-3 * STIFFNESS)
-    thin = cylinder(
+    thin = fe.cylinder(
         15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8, layers=[("a", 2.5e-3), ("b", 1.2e-3), ("c", 1.0)]
     )
     with pytest.raises(nf.InputError, match="layer is 2 from the surface, has no node"):
@@ -205,7 +223,7 @@ def test_a_needle_needs_a_model_and_a_condensed_solid(gel):
 
 @pytest.mark.parametrize("stiffness", [1.5e-5, 1.5e-4])
 def test_thin_soft_layers_over_stiff_ones_have_moduli_that_grow_with_what_is_below(stiffness):
-    mesh = cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8, layers=[("a", 2e-3), ("b", 1.0)])
+    mesh = fe.cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8, layers=[("a", 2e-3), ("b", 1.0)])
     path, found = fe.NeedlePath(24e-3, 1e-3, RADIUS), []
     for ratio in (3.0, 100.0):
         materials = {"a": fe.Elastic(5e3, 0.49), "b": fe.Elastic(ratio * 5e3, 0.49)}
