@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Published devices held by an arm, with every shipped preset in their loops: the stretch that is proved to rest, the
-chatter and the creep that are left, and MuJoCo's friction in the same scene. Prints the tables of docs/evidence/rest.md;
-with ``--write`` it replaces them there."""
+chatter and the creep that are left, and MuJoCo's friction in the same scene. Prints the tables of
+docs/evidence/rest.md; with ``--write`` it replaces them there."""
 
 import argparse
 import contextlib
