@@ -33,9 +33,9 @@ HEAD = """# Recordings of other laboratories
 
 Made by `python benchmarks/other_laboratories.py --write docs/evidence/other_laboratories.md`. Nothing in the program
 knows these files. *Eye* are depths [mm] with the forces [N] at and after the fall, read from plots before the detector
-ran; *found* are those of `nf.segment`. *Model / measured* is the largest force of the identified model up to the first puncture over
-the measured one, from `nf.identify` without a model named. A law that misses the measured force by more than 5 % or
-its noise is no model: the recording is *declined*, with the reason.
+ran; *found* are those of `nf.segment`. *Model / measured* is the largest force of the identified model up to the first
+puncture over the measured one, from `nf.identify` without a model named. A law that misses the measured force by more
+than 5 % or its noise is no model: the recording is *declined*, with the reason.
 
 The stalks are hollow, and a one-layer model describes the first wall: the residual over the complete cycle is
 that of the second wall, which a warning names. The microneedles are arrays pressed into a film, without withdrawal and
