@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import InputError
+from ..errors import InputError
 from .law_fit import StressCurve
 from .tables import QUANTITIES, BenchTable, check_names, column_of, in_si, missing, read_table
 

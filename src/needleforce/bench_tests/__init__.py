@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The two bench tests, bending of the needle and tension or compression of the tissue, from files to moduli."""
+"""Bench tests from files to values: tension and compression of tissue, bending of a needle, penetration of films."""
 
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ...core import Needle
-from ...display.quantities import percent
-from ...errors import InputError
-from ..estimates import Estimate
+from ..core import Needle
+from ..display.quantities import percent
+from ..errors import InputError
+from ..identification.estimates import Estimate
 from .bending import BendingFit, needle_modulus, three_point_modulus
 from .elastica import (
     cantilever_deflection,
@@ -19,6 +19,8 @@ from .elastica import (
 )
 from .laws import LAWS, MODES, initial_modulus, nominal_stress, stable_range, strain_energy
 from .ogden import fit_ogden
+from .penetration import PenetrationTest, penetration_test
+from .penetration_statistics import PenetrationTests, penetration_tests
 from .reading import UNIAXIAL, ZERO_FITTED, read_bending, read_stress
 from .stress_fit import MAX_MISFIT, LawFit, StressCurve, StressFit, fit_stress, modulus_by_mode
 
@@ -28,6 +30,8 @@ __all__ = [
     "MODES",
     "BendingFit",
     "LawFit",
+    "PenetrationTest",
+    "PenetrationTests",
     "StressCurve",
     "StressFit",
     "cantilever_deflection",
@@ -41,6 +45,8 @@ __all__ = [
     "needle_estimate",
     "needle_modulus",
     "nominal_stress",
+    "penetration_test",
+    "penetration_tests",
     "read_bending",
     "read_stress",
     "stable_range",
