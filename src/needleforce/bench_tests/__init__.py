@@ -1,14 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bench tests from files to values: tension and compression of tissue, bending of a needle, penetration of films."""
 
-from dataclasses import replace
-from pathlib import Path
-from typing import Any
-
-from ..core import Needle
-from ..display.quantities import percent
-from ..errors import InputError
-from ..identification.estimates import Estimate
 from .bending import BendingFit, needle_modulus, three_point_modulus
 from .elastica import (
     cantilever_deflection,
@@ -21,7 +13,7 @@ from .laws import LAWS, MODES, initial_modulus, nominal_stress, stable_range, st
 from .ogden import fit_ogden
 from .penetration import PenetrationTest, penetration_test
 from .penetration_statistics import PenetrationTests, penetration_tests
-from .reading import UNIAXIAL, ZERO_FITTED, read_bending, read_stress
+from .reading import needle_estimate, read_bending, read_stress, tissue_estimate
 from .stress_fit import MAX_MISFIT, LawFit, StressCurve, StressFit, fit_stress, modulus_by_mode
 
 __all__ = [
@@ -55,30 +47,3 @@ __all__ = [
     "three_point_modulus",
     "tissue_estimate",
 ]
-
-
-def tissue_estimate(path: str | Path, law: str | None = None, mode: str | None = None) -> Estimate:
-    """``tissue_young_modulus`` [Pa] from the table of a tension or compression test, see ``read_stress`` and
-    ``fit_stress``; its source states law, mode and misfit."""
-    try:
-        curve, assumptions = read_stress(path, mode=mode)
-        found = fit_stress(curve, law=law, fit_zero=ZERO_FITTED in assumptions)
-    except InputError as error:
-        raise (error if Path(path).name in error.place else error.at(Path(path).name)) from None
-    misfit = f"misfit {percent(found.misfit)} of the peak" + ", above 5 %" * (found.misfit > MAX_MISFIT)
-    assumed = f"{UNIAXIAL} mode assumed; " if mode is None else ""
-    return replace(found.young_modulus, source=f"{found.young_modulus.source}; {assumed}{misfit}")
-
-
-def needle_estimate(path: str | Path, needle: Needle) -> Estimate:
-    """``needle_young_modulus`` [Pa] from a table with the columns position, force and tip_deflection, units in the
-    headers."""
-    try:
-        readings, _ = read_bending(path)
-        found = needle_modulus(readings["force"], readings["position"], readings["tip_deflection"], needle)
-    except InputError as error:
-        raise (error if Path(path).name in error.place else error.at(Path(path).name)) from None
-    limits: tuple[Any, ...] = (found.low, found.high)
-    clamp = ", elastic clamp" if found.clamp_compliance else ""
-    source = f"cantilever, large deflections{clamp}, {len(found.used)} readings; misfit {percent(found.misfit)}"
-    return Estimate("needle_young_modulus", found.young_modulus, "Pa", *limits, source=source)

@@ -327,7 +327,7 @@ def bench_estimates(
         raise InputError("needle", "missing", "the bending test needs its section and length", next_step=step)
     if bending is None and tension is None:
         return {}
-    from ..bench_tests import needle_estimate, tissue_estimate
+    from ..bench_tests.reading import needle_estimate, tissue_estimate
 
     found = [needle_estimate(bending, needle)] if bending is not None else []
     found += [tissue_estimate(tension)] if tension is not None else []
