@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tension, compression and bending tests from tables: curves and readings in SI with what is assumed, and the moduli."""
+"""Tension, compression and bending tests from tables: curves and readings in SI, what is assumed, and the moduli."""
 
 from collections.abc import Mapping
 from dataclasses import replace
