@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce penetration``: the figures of penetration tests of needles, one or many, with statistics."""
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -51,7 +50,7 @@ def run(
     options["work_to"] = None if work_to_mm is None else work_to_mm / 1e3
     needles = needles_of(files, column, unit, **reading)
     tests = penetration_tests(needles, **options)
-    write_json(penetration_document(tests), json)
+    write_json(tests.to_json(), json)
     _write_penetration(tests, table_file, report)
     _show_penetration(tests, quiet=json == "-")
     if all(test.empty for test in tests.tests):
@@ -83,24 +82,6 @@ def _plateau_travel(text: str | None) -> tuple[float, float] | None:
         limit = "first and last travel in mm are needed"
         raise InputError("--plateau-mm", repr(text), limit, next_step="Write for example --plateau-mm 5:9.") from None
     return first, last
-
-
-def penetration_document(tests: "PenetrationTests") -> dict:
-    """The tests as a document for JSON: a list of needles with figures and peaks, and the statistics."""
-    group_of = {id(test): group for group, members in tests.groups.items() for test in members}
-    needles = [
-        {
-            "name": test.name,
-            "group": group_of[id(test)],
-            "figures": [asdict(each) for each in test.figures.values()],
-            "peaks": [asdict(each) for each in test.features],
-            "plateau": None if test.plateau is None else asdict(test.plateau),
-            "noise_N": test.noise,
-            "notes": list(test.notes),
-        }
-        for test in tests.tests
-    ]
-    return {"needles": needles, "statistics": [asdict(each) for each in tests.statistics()]}
 
 
 def _write_penetration(tests: "PenetrationTests", table_file: Path | None, report: Path | None) -> None:

@@ -97,12 +97,9 @@ def report(
         If the solution does not fit, depth and force are not of one length, or the file cannot be written.
     """
     found = facts(tissue, solution, path, tip=tip, depth=depth, force=force)
-    from ..files import atomic_write
-    from ..report.solid_page import solid_page  # loads matplotlib, which importing needleforce.fe must not do
+    from .solid_page import solid_page  # loads matplotlib, which importing needleforce.fe must not do
 
-    text = solid_page(found, title)
-    with atomic_write(file) as opened:
-        opened.write(text)
+    solid_page(found, title).write(file)
 
 
 def facts(

@@ -4,7 +4,7 @@
 import math
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from .result import SteeringResult
 from .steering_model import SteeringModel
 from .steering_parameters import MODELS, Progress, held_at, search, within_reach
 from .tip_paths import TipPath
+
+if TYPE_CHECKING:
+    from ..display.page import Figure
 
 
 class SteeringFit(SteeringResult):
@@ -50,6 +53,11 @@ class SteeringFit(SteeringResult):
         return {
             name: {"rms_m": value, "left_out_rms_m": left_out.get(name, math.nan)} for name, value in self.rms.items()
         }
+
+    def _tip_figures(self) -> "Sequence[Figure]":
+        from .figures import tips  # loads matplotlib
+
+        return [tips([(path, self.predict(path)) for path in self.model.predictor.insertions])]
 
     @property
     def left_out(self) -> dict[str, float]:

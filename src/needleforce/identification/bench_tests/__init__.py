@@ -17,10 +17,12 @@ from .elastica import (
     elastica_deflection,
     three_point_load,
 )
+from .law_fit import LawFit, StressCurve
 from .laws import LAWS, MODES, initial_modulus, nominal_stress, stable_range, strain_energy
 from .ogden import fit_ogden
 from .reading import UNIAXIAL, ZERO_FITTED, read_bending, read_stress
-from .stress_fit import MAX_MISFIT, LawFit, StressCurve, StressFit, fit_stress, modulus_by_mode
+from .stress_fit import fit_stress
+from .stress_result import MAX_MISFIT, StressFit, modulus_by_mode
 
 __all__ = [
     "LAWS",

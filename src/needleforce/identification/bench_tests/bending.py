@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ...core import Needle
 from ...display.quantities import percent
 from ...errors import InputError
-from ..estimates import Estimate
+from ..estimates import Estimate, EstimateResult
 from ..statistics.noise import student_quantile
 from .elastica import three_point_load, tip_compliance, tip_of_cantilever
 from .stress_fit import ROUNDING, inflation_of
@@ -23,8 +23,8 @@ SOFTER_STARTS = (0.5, 0.2)  # [of the modulus for small deflections] further sta
 _STEP = 1e-5  # relative, of the derivatives of the readings
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class BendingFit:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class BendingFit(EstimateResult):
     """Young modulus of a needle from bending.
 
     Attributes
@@ -71,6 +71,21 @@ class BendingFit:
             ),
         ]
         return tuple(each for each in found if math.isfinite(each.value) and each.value != 0.0)
+
+    def _heading(self) -> str:
+        stiffness = f"bending stiffness E I {self.bending_stiffness:.4g} N m²"
+        return f"BendingFit: {stiffness}, misfit {percent(self.misfit)} of the peak, {int(self.used.sum())} readings"
+
+    def document(self) -> dict:
+        """The numbers for JSON: ``parameters`` as of every other result, what else was found next to them."""
+        return super().document() | {
+            "bending_stiffness_Nm2": self.bending_stiffness,
+            "slack_m": self.slack,
+            "small_deflection_modulus_Pa": self.small_deflection_modulus,
+            "misfit": self.misfit,
+            "readings": int(self.used.sum()),
+            "notes": list(self.notes),
+        }
 
 
 def needle_modulus(

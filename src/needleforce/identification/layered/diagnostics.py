@@ -6,11 +6,10 @@ import numpy as np
 from ...display.quantities import counted
 from ..estimates import Estimate
 from ..recording_fit import RecordingFit
-from ..result import FitSettings
+from ..settings import Evidence, FitSettings, LayeredSettings
 from .known_stiffness import disagreements
 from .model_selection import MIN_REPEATS, Candidate, as_good
 from .parameters import MM, NO_RELAXATION, prefix
-from .result import Evidence, LayeredSettings
 from .search import Solved
 from .uncertainty import absent
 

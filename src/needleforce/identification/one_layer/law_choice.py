@@ -5,7 +5,7 @@ import math
 import statistics
 from weakref import WeakKeyDictionary
 
-from ..result import Choice
+from ..settings import Choice
 from ..statistics.noise import noise_of
 from ..statistics.regression import VERY_STRONG_BIC, independent_samples
 from .loading_curves import FITS

@@ -6,19 +6,21 @@ import re
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backend_bases import FigureCanvasBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from ..display.markup import Markup, element, escape, join
 from ..errors import InputError
 from ..files import atomic_write
+from .markup import Markup, element, join
 
 # measured light (its labels darker, in slate), model dark and thicker: they differ in a greyscale print, too
 INK, QUIET, MEASURED, SLATE = "#222222", "#6d7278", "#88929b", "#566069"
@@ -65,7 +67,7 @@ FULL, WITH_SIDE_CAPTION, NARROW = Sheet(640.0), Sheet(390.0), Sheet(262.0, narro
 def drawing(name: str, draw: Callable, heights: tuple[float, float], alt: str, wide: Sheet = FULL) -> Markup:
     """``draw(figure, sheet)`` on a wide and a narrow sheet of ``heights`` [points]; the page shows one of the two."""
     sheets = zip(("wide", "narrow"), (wide, NARROW), heights)
-    return join(element("div", _svg(name, draw, sheet, height, alt), class_=kind) for kind, sheet, height in sheets)
+    return join(element("div", svg(name, draw, sheet, height, alt), class_=kind) for kind, sheet, height in sheets)
 
 
 def panels(
@@ -100,23 +102,26 @@ def save_drawing(path: Path, draw: Callable, height: float, sheet: Sheet = FULL)
         raise InputError("figure", path.name, f"known endings are {', '.join(FORMATS)}", next_step="Give one of them.")
     style = _STYLE | {"svg.hashsalt": path.stem, "svg.fonttype": "path", "figure.facecolor": "white"}
     with matplotlib.rc_context(style), atomic_write(path) as file:
-        figure = Figure(figsize=(sheet.width / 72.0, height / 72.0), dpi=72)
-        FigureCanvasAgg(figure)
-        draw(figure, sheet)
+        figure = _drawn(draw, sheet, height, FigureCanvasAgg)
         figure.savefig(file.buffer, format=kind, dpi=216, metadata={"Date": None} if kind == "svg" else None)
 
 
-def _svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:
+def _drawn(draw: Callable, sheet: Sheet, height: float, canvas: type[FigureCanvasBase]) -> Figure:
+    """A figure of the sheet's width and ``height`` [points], drawn."""
+    figure = Figure(figsize=(sheet.width / 72.0, height / 72.0), dpi=72)
+    canvas(figure)
+    draw(figure, sheet)
+    return figure
+
+
+def svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:
     """One drawing as an ``svg`` element, the same for the same input."""
     # the salt makes the names of clip paths unique: two drawings of one page must not share them
     style = _STYLE | {"svg.hashsalt": f"{name}-{sheet.width:g}"}
     with matplotlib.rc_context(style), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph")  # the browser's fonts draw the text, not matplotlib's
-        figure = Figure(figsize=(sheet.width / 72.0, height / 72.0), dpi=72)
-        FigureCanvasSVG(figure)
-        draw(figure, sheet)
         text = io.StringIO()
-        figure.savefig(text, format="svg", metadata=_NO_METADATA)
+        _drawn(draw, sheet, height, FigureCanvasSVG).savefig(text, format="svg", metadata=_NO_METADATA)
     return _inline(text.getvalue(), sheet, height, alt)
 
 
@@ -129,7 +134,8 @@ def _inline(text: str, sheet: Sheet, height: float, alt: str) -> Markup:
     content = re.sub(r' transform="rotate\(-?0 [^"]*"', "", content)
     content = re.sub(r' d="([^"]*)"', lambda path: f' d="{_short(path[1])}"', content)
     view = f"0 0 {sheet.width:g} {height:g}"
-    return Markup(f'<svg viewBox="{view}" role="img" aria-label="{escape(alt)}">{content.strip()}')
+    opening = Markup('<svg viewBox="{}" role="img" aria-label="{}">').format(view, alt)
+    return opening + Markup(content.strip())
 
 
 def _short(path: str) -> str:
@@ -204,3 +210,38 @@ def _boxes(points: np.ndarray, width: float, height: float) -> np.ndarray:
     sides = np.array(_SIDES)
     corners = np.concatenate([points + reach * side - size * (1 - side) / 2 for reach in _REACHES for side in sides])
     return np.hstack([corners, corners + size])
+
+
+def line(
+    axes: Axes, x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0, **style: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draw (x, y) reduced to about 4 points per column; returns the points drawn."""
+    x, y = envelope(np.asarray(x), np.asarray(y), columns, shift)
+    axes.plot(x, y, **style)
+    return x, y
+
+
+def envelope(x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """``x``, ``y`` (n,) reduced to 4 points per column: the first, lowest, highest and last ``y``, in their order.
+
+    Columns have equal travel of x, forward and backward, so a peak or a drop of a single sample is always kept.
+    ``shift`` (share of a column) offsets the columns, so that overlaid curves do not have the same ones.
+    """
+    if len(x) <= 4 * columns:
+        return x, y
+    travel = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(x)))))
+    edges = np.searchsorted(travel, (np.arange(columns) + 1.0 - shift % 1.0) * travel[-1] / columns)
+    edges = np.unique(np.concatenate(([0], np.minimum(edges, len(x) - 1), [len(x)])))
+    keep = np.unique([k for first, last in pairwise(edges) for k in _extremes(y, first, last)])
+    return x[keep], y[keep]
+
+
+def _extremes(y: np.ndarray, first: int, last: int) -> tuple[int, int, int, int]:
+    """Indices of the first, lowest, highest and last value of ``y[first:last]``."""
+    part = y[first:last]
+    return first, first + int(np.argmin(part)), first + int(np.argmax(part)), last - 1
+
+
+def columns_for(lines: int, width: float) -> int:
+    """Columns of each of ``lines`` curves in a drawing ``width`` points wide, so that the file stays small."""
+    return int(np.clip(1600 // max(lines, 1), 60, width))

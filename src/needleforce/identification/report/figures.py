@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Measured and modelled force over time and over depth: the paper's figures 2, 4 and 8."""
+"""Measured and modelled force over time and over depth, the paper's figures 2, 4 and 8, and what is left."""
 
 import math
 from collections.abc import Sequence
@@ -9,9 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ..display.markup import visible
-from ..models.model import Insertion, Model
-from .canvas import (
+from ...display.axes import FORCE, INDENTATION, TIME
+from ...display.canvas import (
     INK,
     MEASURED,
     MEDIUM,
@@ -26,24 +25,20 @@ from .canvas import (
     Labels,
     Sheet,
     axis_names,
+    columns_for,
+    envelope,
+    line,
     panels,
 )
-from .curves import DrawnRepeat, columns_for, envelope, loading, loading_speed
+from ...display.markup import visible
+from ...models.model import Insertion, Model
+from .curves import DrawnRepeat, binned, loading, loading_speed
 from .words import file_name, phase_name
 
-FORCE, DEPTH, TIME = "force [N]", "indentation [mm]", "time [s]"
+RESIDUAL = "measured − model [N]"
 OFFSET = {"textcoords": "offset points", "va": "bottom"}
 _STEPS = 200  # of a loading curve: the error of a relaxation is of first order in the step
 _FREE_SHARE = 0.25  # of the deepest indentation: free travel shown in the figure of force over depth
-
-
-def line(
-    axes: Axes, x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0, **style: Any
-) -> tuple[np.ndarray, np.ndarray]:
-    """Draw (x, y) reduced to about 4 points per column; returns the points drawn."""
-    x, y = envelope(np.asarray(x), np.asarray(y), columns, shift)
-    axes.plot(x, y, **style)
-    return x, y
 
 
 def over_time(figure: Figure, sheet: Sheet, one: DrawnRepeat) -> None:
@@ -86,7 +81,7 @@ def over_depth(
     axes.margins(x=0.01)
     cut_free_travel(axes, drawn)
     _headroom(axes, curves, 0.06)
-    axis_names(axes, DEPTH, FORCE)
+    axis_names(axes, INDENTATION, FORCE)
     labels = Labels(axes, [*curves, zero_line(axes)])
     if chosen.has_model:
         labels.on("model", *curves[len(drawn)], MODEL)
@@ -139,7 +134,7 @@ def before_puncture(figure: Figure, sheet: Sheet, drawn: Sequence[DrawnRepeat], 
     axes.set_xlim(left=0.0)
     axes.margins(x=0.08)
     _headroom(axes, curves, 0.12, floor=0.0)
-    axis_names(axes, DEPTH, FORCE)
+    axis_names(axes, INDENTATION, FORCE)
     labels = Labels(axes, curves)
     if len(peaks):
         labels.at("puncture" if len(peaks) == 1 else "punctures", *np.median(peaks, axis=0), INK)
@@ -251,3 +246,30 @@ def _headroom(axes: Axes, curves: Sequence[tuple], share: float, floor: float | 
     spread = (high - low) or 1.0
     axes.set_ylim(low - 0.05 * spread if floor is None else min(floor, low), high + share * spread)
     axes.set_yticks([tick for tick in axes.get_yticks() if axes.get_ylim()[0] <= tick <= high + 0.04 * spread])
+
+
+def residuals(figure: Figure, sheet: Sheet, drawn: Sequence[DrawnRepeat], rmse: float) -> None:
+    """Measured minus modelled force over indentation, a panel for each stroke, with a band of ± the rms residual."""
+    rows, columns = (2, 1) if sheet.narrow else (1, 2)
+    both = panels(figure, sheet, rows, columns, sharex=True, sharey=True).ravel()
+    edges = np.linspace(0.0, max(one.indentation.max() for one in drawn), 141)
+    for axes, name, stroke in zip(both, ("insertion", "withdrawal"), ("inward", "outward")):
+        axes.axhspan(-rmse, rmse, color=MODEL, alpha=0.2, lw=0)
+        _bins(axes, drawn, stroke, edges)
+        axes.axhline(0.0, color=MODEL, lw=1.0)
+        axes.tick_params(labelbottom=True, labelleft=True)
+        axis_names(axes, INDENTATION, RESIDUAL)
+        axes.annotate(name, (1.0, 1.0), (0, 8), xycoords="axes fraction", ha="right", color=QUIET, **OFFSET)
+    place = {"xycoords": both[-1].get_yaxis_transform(), **OFFSET}
+    both[-1].annotate("± rms", (1.0, rmse), (-2, 1), ha="right", color=MODEL, fontsize=TEXT - 1, **place)
+
+
+def _bins(axes: Axes, drawn: Sequence[DrawnRepeat], stroke: str, edges: np.ndarray) -> None:
+    """The mean residual of each repeat at each depth as a line, over the grey range of all samples of all repeats."""
+    found = [binned(one.indentation[getattr(one, stroke)], one.residual[getattr(one, stroke)], edges) for one in drawn]
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    normal = [bins for one, bins in zip(drawn, found) if not one.anomalous] or found
+    low, high = np.fmin.reduce([low for _, low, _ in normal]), np.fmax.reduce([high for _, _, high in normal])
+    axes.fill_between(middle, low, high, color="#d9dcdf", lw=0)
+    for one, (mean, _, _) in zip(drawn, found):
+        line(axes, middle, mean, len(middle), **repeat_style(one, len(drawn)))
