@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.special import stdtrit
 
-from ...display.axes import FORCE, TRAVEL
-from ...display.quantities import counted, plain, quantity
-from ...display.result import Result
-from ...errors import InputError
-from ...recording import Recording
-from ..statistics.noise import INTERVAL
+from ..display.axes import FORCE, TRAVEL
+from ..display.quantities import counted, plain, quantity
+from ..display.result import Result
+from ..errors import InputError
+from ..identification.statistics.noise import INTERVAL
+from ..recording import Recording
 from .penetration import FIGURES, PenetrationTest, penetration_test, without_figures
 
 if TYPE_CHECKING:
     import pandas
 
-    from ...display.page import Page
+    from ..display.page import Page
 
 REPEAT = re.compile(r"[\s_.#-]+\d+$")  # the number of a repeat at the end of a name
 SUMMARY_FIGURES = ("entry_force", "heel_force", "drag", "max_force", "work")

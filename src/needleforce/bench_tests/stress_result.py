@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...display.markup import listing, table
-from ...display.quantities import DASH, percent, plain, quantity, scale
-from ..estimates import Estimate, EstimateResult
-from ..statistics.noise import INTERVAL, TWO_SIDED
+from ..display.markup import listing, table
+from ..display.quantities import DASH, percent, plain, quantity, scale
+from ..identification.estimates import Estimate, EstimateResult
+from ..identification.statistics.noise import INTERVAL, TWO_SIDED
 from .law_fit import LawFit, StressCurve
 from .laws import MODES, coefficient_names, initial_stiffness, mode_number, nominal_stress
 
 if TYPE_CHECKING:
-    from ...display.page import Page
+    from ..display.page import Page
 
 MAX_MISFIT = 0.05  # [of the peak stress] rms residual above which a warning is given
 MIN_WEIGHT = 0.05  # a law with a smaller weight does not fit comparably
@@ -122,7 +122,7 @@ class StressFit(EstimateResult):
 
     def _page(self, assumptions: Sequence[str] = (), mode_assumed: bool = False) -> "Page":
         """The page; ``assumptions`` are those of reading the file."""
-        from ...display.page import Figure, Page, note, section
+        from ..display.page import Figure, Page, note, section
         from .stress_figure import HEIGHTS, stress_figure
 
         names = ", ".join(curve.name for curve in self.curves if curve.name)
@@ -151,7 +151,7 @@ class StressFit(EstimateResult):
 
     def save_figure(self, path: str | Path) -> None:
         """Write the figure as SVG, PNG or PDF, by the ending. Raises InputError for another one."""
-        from ...display.canvas import save_drawing
+        from ..display.canvas import save_drawing
         from .stress_figure import HEIGHTS, stress_figure
 
         save_drawing(Path(path), partial(stress_figure, laws=self.laws, curves=self.curves), HEIGHTS[0])

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...display.axes import FORCE, MEASURED, MODEL, TRAVEL
-from ...display.quantities import counted, plain, quantity
-from ...display.result import Result
-from ..statistics.noise import INTERVAL, TWO_SIDED
+from ..display.axes import FORCE, MEASURED, MODEL, TRAVEL
+from ..display.quantities import counted, plain, quantity
+from ..display.result import Result
+from ..identification.statistics.noise import INTERVAL, TWO_SIDED
 from .penetration_curve import (
     Curve,
     Plateau,

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ...display.canvas import MEASURED, MODEL, QUIET, SECOND, SLATE, THICK, THIN, Labels, Sheet, axis_names, panels
+from ..display.canvas import MEASURED, MODEL, QUIET, SECOND, SLATE, THICK, THIN, Labels, Sheet, axis_names, panels
 from .law_fit import LawFit, StressCurve
 from .laws import nominal_stress
 from .stress_result import MIN_WEIGHT, STRETCH, law_name, stress_scale

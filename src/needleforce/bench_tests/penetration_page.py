@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure as Drawing
 
-from ...display.axes import FORCE, TRAVEL
-from ...display.canvas import (
+from ..display.axes import FORCE, TRAVEL
+from ..display.canvas import (
     INK,
     MEASURED,
     MODEL,
@@ -29,10 +29,10 @@ from ...display.canvas import (
     envelope,
     panels,
 )
-from ...display.markup import Markup, element, listing, table
-from ...display.page import Figure, Page, figure_html, section
-from ...display.quantities import counted, quantity, scale
-from ..statistics.noise import INTERVAL
+from ..display.markup import Markup, element, listing, table
+from ..display.page import Figure, Page, figure_html, section
+from ..display.quantities import counted, quantity, scale
+from ..identification.statistics.noise import INTERVAL
 from .penetration import FIGURES, PenetrationTest
 from .penetration_statistics import ALL, SUMMARY_FIGURES, FigureStatistics, PenetrationTests, statistics_cells
 
