@@ -12,7 +12,7 @@ from test_report_page import figures, plain
 import needleforce as nf
 from needleforce.display.quantities import quantity
 from needleforce.identification.report.curves import DrawnRepeat, repeats
-from needleforce.identification.report.layers import layer_forces
+from needleforce.identification.report.force_figures import layer_forces
 from needleforce.identification.report.words import by_layer
 
 

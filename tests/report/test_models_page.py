@@ -14,7 +14,6 @@ from needleforce.identification.comparison import (
     best_possible,
     floor_words,
     model_rows,
-    over_floor,
 )
 from needleforce.identification.cross_validation import CrossValidation
 
@@ -68,7 +67,7 @@ def test_lowest_error_of_any_model_agrees_with_random_repeats(rows):
 
 def test_dots_have_the_rms_of_the_table_and_omit_repeats_without_a_floor():
     floor = np.array([0.03, np.nan, 0.04, 0.05])
-    prediction, replay, floors = over_floor(row("any", 2.0, floor).cross_validation)
+    prediction, replay, floors = row("any", 2.0, floor).cross_validation.dots()
     assert len(prediction) == 3
     for dots, rms in ((prediction, 2.0), (replay, 1.8), (floors, 1.0)):
         assert np.sqrt(np.mean(dots**2)) == pytest.approx(rms)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display.axes import FORCE, MEASURED, MODEL, TRAVEL
+from ..display.axes import FORCE, TRAVEL
+from ..display.canvas import MEASURED, MODEL
 from ..display.quantities import counted, plain, quantity
 from ..display.result import Result
 from ..identification.statistics.noise import INTERVAL, TWO_SIDED
@@ -135,8 +136,7 @@ class PenetrationTest(Result):
     def _heading(self) -> str:
         return f"Penetration test {self.name}"
 
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: a figure in each row."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         rows = [(each.meaning, str(each), each.reason) for each in self.figures.values()]
         return ("figure", f"value, {INTERVAL}", "not given because"), rows
 

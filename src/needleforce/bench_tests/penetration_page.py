@@ -5,12 +5,9 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure as Drawing
 
 from ..display.axes import FORCE, TRAVEL
 from ..display.canvas import (
@@ -36,6 +33,10 @@ from ..identification.statistics.noise import INTERVAL
 from .penetration import FIGURES, PenetrationTest
 from .penetration_statistics import ALL, SUMMARY_FIGURES, FigureStatistics, PenetrationTests, statistics_cells
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
+
 GROUP_COLOURS = (MODEL, SECOND, "#00806a", "#8a4f9e", "#8c6d00", INK)
 PLATEAU_COLOUR = "#00806a"
 MAX_BANDS = 2  # groups whose bands are drawn; more would cover each other
@@ -59,7 +60,7 @@ DEFINITIONS = (
 )
 
 
-def draw_curves(axes: Axes, tests: PenetrationTests) -> None:
+def draw_curves(axes: "Axes", tests: PenetrationTests) -> None:
     """All curves over travel with the mean of each group, and a legend's labels."""
     _draw_all(axes, tests, THIN)
     for group, colour in zip(_drawn_groups(tests), GROUP_COLOURS):
@@ -72,7 +73,9 @@ def _drawn_groups(tests: PenetrationTests) -> dict[str, Sequence[PenetrationTest
     return groups if len(groups) <= len(GROUP_COLOURS) else {"": tests.tests}
 
 
-def _draw_all(axes: Axes, tests: PenetrationTests, width: float) -> None:
+def _draw_all(axes: "Axes", tests: PenetrationTests, width: float) -> None:
+    from matplotlib.collections import LineCollection
+
     lines = [np.column_stack(envelope(1e3 * test.travel, test.force, 300)) for test in tests.tests if len(test.travel)]
     alpha = min(1.0, max(0.12, 12.0 / max(len(lines), 1)))
     axes.add_collection(LineCollection(lines, colors=MEASURED, linewidths=width, alpha=alpha))
@@ -80,7 +83,7 @@ def _draw_all(axes: Axes, tests: PenetrationTests, width: float) -> None:
 
 
 def _draw_mean(
-    axes: Axes, tests: PenetrationTests, group: str, colour: str, label: str | None = None
+    axes: "Axes", tests: PenetrationTests, group: str, colour: str, label: str | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """The mean of a group with its band of a standard deviation; returns the drawn line."""
     travel, mean, sd = tests.mean_curve(group or None)
@@ -90,7 +93,7 @@ def _draw_mean(
     return 1e3 * travel, mean
 
 
-def curves_figure(figure: Drawing, sheet: Sheet, tests: PenetrationTests) -> None:
+def curves_figure(figure: "Drawing", sheet: Sheet, tests: PenetrationTests) -> None:
     """All curves, the mean of each group, and the band of a standard deviation."""
     axes = panels(figure, sheet)[0, 0]
     _draw_all(axes, tests, 0.7)
@@ -104,7 +107,7 @@ def curves_figure(figure: Drawing, sheet: Sheet, tests: PenetrationTests) -> Non
         labels.on(f"mean of {group}" if group else "mean of all", *line, colour)
 
 
-def dots_figure(figure: Drawing, sheet: Sheet, tests: PenetrationTests, names: Sequence[str]) -> None:
+def dots_figure(figure: "Drawing", sheet: Sheet, tests: PenetrationTests, names: Sequence[str]) -> None:
     """Each figure by group: a dot a needle, the mean and its interval."""
     columns = 1 if sheet.narrow else min(len(names), 3)
     groups = list(tests.groups)
@@ -118,7 +121,7 @@ def dots_figure(figure: Drawing, sheet: Sheet, tests: PenetrationTests, names: S
         _dots(axes, tests, names[k], labelled=k % columns == 0)
 
 
-def _dots(axes: Axes, tests: PenetrationTests, name: str, labelled: bool) -> None:
+def _dots(axes: "Axes", tests: PenetrationTests, name: str, labelled: bool) -> None:
     """The panel of one figure."""
     unit = FIGURES[name][0]
     found = [[test[name].value for test in each if test[name].value is not None] for each in tests.groups.values()]
@@ -146,7 +149,7 @@ def _short(group: str) -> str:
     return group if len(group) <= 16 else group[:15] + "…"
 
 
-def needles_figure(figure: Drawing, sheet: Sheet, shown: Sequence[PenetrationTest]) -> None:
+def needles_figure(figure: "Drawing", sheet: Sheet, shown: Sequence[PenetrationTest]) -> None:
     """The curve of each needle with its marked peaks and plateau, each on its own scales."""
     columns = _cell_columns(sheet)
     height, wide, high = 72.0 * figure.get_figheight(), sheet.width / columns, CELL[1]
@@ -158,7 +161,7 @@ def needles_figure(figure: Drawing, sheet: Sheet, shown: Sequence[PenetrationTes
         _cell(axes, test, (left, top - high + 34.0, wide - 42.0, high - 40.0))
 
 
-def _cell(axes: Axes, test: PenetrationTest, box: tuple[float, float, float, float]) -> None:
+def _cell(axes: "Axes", test: PenetrationTest, box: tuple[float, float, float, float]) -> None:
     """One curve within a ``box`` of left, bottom, width and height [points]."""
     left, bottom, width, height = box
     first, last = float(test.travel[0]), float(test.travel[-1])

@@ -138,8 +138,7 @@ class PenetrationTests(Result):
     def _heading(self) -> str:
         return f"PenetrationTests: {counted(len(self.tests), 'needle')} in {counted(len(self.groups), 'group')}"
 
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: the statistics of a figure over a group in each row."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         head = ("group", "figure", "n", f"mean, {INTERVAL}", "sd", "median", "range", "missing")
         return head, [statistics_cells(each) for each in self.statistics() if each.n]
 
@@ -160,7 +159,7 @@ class PenetrationTests(Result):
         return {"needles": needles, "statistics": [asdict(each) for each in self.statistics()]}
 
     def _page(self) -> "Page":
-        from .penetration_page import penetration_page  # loads matplotlib, which importing needleforce must not do
+        from .penetration_page import penetration_page
 
         return penetration_page(self)
 

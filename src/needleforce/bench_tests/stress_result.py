@@ -11,7 +11,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..display.canvas import (
+    MEASURED,
+    MODEL,
+    QUIET,
+    SECOND,
+    SLATE,
+    THICK,
+    THIN,
+    Labels,
+    Sheet,
+    axis_names,
+    panels,
+    save_drawing,
+)
 from ..display.markup import listing, table
+from ..display.page import Figure, Page, note, section
 from ..display.quantities import DASH, percent, plain, quantity, scale
 from ..identification.estimates import Estimate, EstimateResult
 from ..identification.statistics.noise import INTERVAL, TWO_SIDED
@@ -19,7 +34,8 @@ from .law_fit import LawFit, StressCurve
 from .laws import MODES, coefficient_names, initial_stiffness, mode_number, nominal_stress
 
 if TYPE_CHECKING:
-    from ..display.page import Page
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
 
 MAX_MISFIT = 0.05  # [of the peak stress] rms residual above which a warning is given
 MIN_WEIGHT = 0.05  # a law with a smaller weight does not fit comparably
@@ -29,6 +45,10 @@ NAMES = {
     "neo_hookean": "neo-Hookean", "mooney_rivlin": "Mooney-Rivlin", "yeoh": "Yeoh", "ogden_1": "Ogden, 1 term",
     "ogden_2": "Ogden, 2 terms", "ogden_3": "Ogden, 3 terms",
 }  # fmt: skip
+HEIGHTS = 380.0, 380.0
+MAX_MARKS = 80  # readings of a curve; more are drawn as a line
+_POINTS = 200  # of a drawn curve
+_MARKS = "os^Dv"  # of several curves
 CAPTION = (
     "Marks or dark line: readings. Thick: the best law. Blue, dashed: laws that fit comparably. Grey: the others. "
     "Below: measured minus fitted."
@@ -95,14 +115,11 @@ class StressFit(EstimateResult):
     def _heading(self) -> str:
         return self.headline()
 
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: a law in each row, the best first."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         return LAW_HEAD, law_rows(self)
 
     def _draw(self, axes: Any) -> tuple[str, ...]:
         """Nominal stress over stretch with the curves of all laws."""
-        from .stress_figure import draw_curves
-
         factor, unit = stress_scale(self.curves)
         draw_curves(axes, self.laws, self.curves, factor)
         return STRETCH, f"nominal stress [{unit}]"
@@ -120,11 +137,8 @@ class StressFit(EstimateResult):
             "notes": list(self.notes),
         }
 
-    def _page(self, assumptions: Sequence[str] = (), mode_assumed: bool = False) -> "Page":
+    def _page(self, assumptions: Sequence[str] = (), mode_assumed: bool = False) -> Page:
         """The page; ``assumptions`` are those of reading the file."""
-        from ..display.page import Figure, Page, note, section
-        from .stress_figure import HEIGHTS, stress_figure
-
         names = ", ".join(curve.name for curve in self.curves if curve.name)
         figure = Figure(
             name="stress",
@@ -151,9 +165,6 @@ class StressFit(EstimateResult):
 
     def save_figure(self, path: str | Path) -> None:
         """Write the figure as SVG, PNG or PDF, by the ending. Raises InputError for another one."""
-        from ..display.canvas import save_drawing
-        from .stress_figure import HEIGHTS, stress_figure
-
         save_drawing(Path(path), partial(stress_figure, laws=self.laws, curves=self.curves), HEIGHTS[0])
 
 
@@ -221,3 +232,82 @@ def modulus_by_mode(fit: StressFit) -> dict[str, float]:
     """E [Pa] that the same initial slope of one curve means in each loading mode."""
     slope = fit.young_modulus.value * float(initial_stiffness(mode_number(fit.curves[0].mode)))
     return {mode: slope / float(initial_stiffness(t)) for mode, t in MODES.items()}
+
+
+def stress_figure(figure: "Drawing", sheet: Sheet, laws: Sequence[LawFit], curves: Sequence[StressCurve]) -> None:
+    """Nominal stress over stretch with the curves of all laws, and their residuals below."""
+    margins = {"left": 46.0, "down": 44.0}
+    upper, lower = panels(figure, sheet, 2, 1, margins, sharex=True, height_ratios=(2.2, 1.0)).ravel()
+    factor, unit = stress_scale(curves)
+    drawn = draw_curves(upper, laws, curves, factor)
+    axis_names(upper, "", f"nominal stress [{unit}]")
+    measured = [(curve.stretch, factor * curve.stress) for curve in curves]
+    labels = Labels(upper, [*measured, *(line for _, line in drawn)])
+    for law, line in _labelled(drawn, laws, curves):
+        labels.on(law_name(law), *line, _style(law, laws, len(curves))["color"])
+    for curve in curves if len(curves) > 1 else ():
+        labels.at(curve.mode, float(curve.stretch[-1]), factor * float(curve.stress[-1]), SLATE)
+    _draw_residuals(lower, laws, curves)
+    axis_names(lower, STRETCH, "residual [% of the largest stress]")
+
+
+def draw_curves(
+    axes: "Axes", laws: Sequence[LawFit], curves: Sequence[StressCurve], factor: float
+) -> list[tuple[LawFit, tuple[np.ndarray, np.ndarray]]]:
+    """Draw readings and laws; each law with its line, curve by curve, the best law first."""
+    drawn = []
+    for k, curve in enumerate(curves):
+        mark = _MARKS[k % len(_MARKS)]
+        readings = {"color": SLATE, "mfc": "white", "mec": SLATE, "mew": 0.9, "ms": 3.5, "zorder": 3}
+        dense = len(curve.stretch) > MAX_MARKS
+        style = {"marker": "" if dense else mark, "ls": "-" if dense else "", "lw": 1.2}
+        axes.plot(curve.stretch, factor * curve.stress, **readings, **style)
+        stretch = np.linspace(min(curve.stretch.min(), 1.0), max(curve.stretch.max(), 1.0), _POINTS)
+        for law in laws:
+            stress = factor * nominal_stress(law.law, stretch, law.coefficients, curve.mode)
+            axes.plot(stretch, stress, **_style(law, laws, len(curves)))
+            drawn.append((law, (stretch, stress)))
+    stresses = np.concatenate([factor * curve.stress for curve in curves] + [np.zeros(1)])
+    axes.set_ylim(stresses.min() - 0.1 * np.ptp(stresses), stresses.max() + 0.12 * np.ptp(stresses))
+    return drawn
+
+
+def _labelled(
+    drawn: list[tuple[LawFit, tuple]], laws: Sequence[LawFit], curves: Sequence[StressCurve]
+) -> list[tuple[LawFit, tuple]]:
+    """The laws to label, on their line of the first curve: the best, comparable ones, and of a single curve those that
+    differ visibly."""
+    first = drawn[: len(laws)]
+    clear = 2.0 * max(laws[0].misfit, 0.005)
+    return [
+        (law, line)
+        for law, line in first
+        if law is laws[0] or law.weight >= MIN_WEIGHT or (len(curves) == 1 and law.misfit > clear)
+    ]
+
+
+def _style(law: LawFit, laws: Sequence[LawFit], curves: int) -> dict:
+    """The line of a law: the best one strong, those that fit comparably in a second colour, the others grey."""
+    if law is laws[0]:
+        return {"color": MODEL, "lw": THICK, "zorder": 4}
+    if law.weight >= MIN_WEIGHT:
+        return {"color": SECOND, "lw": 1.1, "ls": (0, (5, 2)), "zorder": 3.5}
+    faint = 1.0 if curves == 1 else 0.4
+    return {
+        "color": QUIET if not law.excluded else MEASURED,
+        "lw": THIN,
+        "ls": (0, (2, 2)),
+        "alpha": faint,
+        "zorder": 2,
+    }
+
+
+def _draw_residuals(axes: "Axes", laws: Sequence[LawFit], curves: Sequence[StressCurve]) -> None:
+    """Residuals of the laws that fit comparably, in per cent of the largest stress."""
+    peak = max(float(np.abs(curve.stress).max()) for curve in curves)
+    axes.axhline(0.0, color=QUIET, lw=0.6)
+    ends = np.cumsum([len(curve.stretch) for curve in curves])[:-1]
+    for law in reversed([law for law in laws if law is laws[0] or law.weight >= MIN_WEIGHT]):
+        for k, (curve, part) in enumerate(zip(curves, np.split(100.0 * law.residual / peak, ends))):
+            mark = _MARKS[k % len(_MARKS)] if len(part) <= MAX_MARKS else ""
+            axes.plot(curve.stretch, part, marker=mark, ms=2.5, **_style(law, laws, len(curves)) | {"lw": 0.8})

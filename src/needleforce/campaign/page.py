@@ -4,11 +4,9 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from ..display.axes import FORCE, INDENTATION
 from ..display.canvas import MEASURED, MEDIUM, MODEL, QUIET, THICK, THIN, Sheet, axis_names, panels, svg
@@ -22,6 +20,10 @@ from ..identification.statistics.noise import INTERVAL
 from .recording_result import RecordingResult
 from .result import Campaign, Condition, quality_cells
 from .summary import Trace
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 COLOURS = ("#0072b2", "#a3428a", "#00735c", "#6a4fb3")  # of anomalies, as in campaign.css
 MAX_LINKS = 6  # to recordings, for one reason in a caption
@@ -257,7 +259,7 @@ def reference_traces(condition: Condition) -> Iterator[Trace]:
     yield from () if condition.shown is None else (condition.shown,)
 
 
-def draw_panel(figure: Figure, sheet: Sheet, condition: Condition, scale: Scale, colours: dict[str, int]) -> None:
+def draw_panel(figure: "Figure", sheet: Sheet, condition: Condition, scale: Scale, colours: dict[str, int]) -> None:
     """Every repeat as a thin line, the model as a thick one; ``colours`` of anomalous repeats are by file."""
     axes = panels(figure, sheet, margins={"left": 34.0})[0, 0]
     axes.set(xlim=(scale.left, scale.right), ylim=(scale.low, scale.high))
@@ -278,7 +280,7 @@ def _line_of(one: RecordingResult, colours: dict[str, int]) -> dict[str, Any]:
     return {"color": COLOURS[colours[one.file]], "lw": MEDIUM, "ls": (0, (4, 3)) if one.left_out else "-"}
 
 
-def _draw_trace(axes: Axes, trace: Trace, **style: Any) -> None:
+def _draw_trace(axes: "Axes", trace: Trace, **style: Any) -> None:
     axes.plot(1e3 * trace.indentation, trace.force, **style)
 
 

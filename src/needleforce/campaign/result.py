@@ -134,8 +134,7 @@ class Campaign(Result):
         conditions, recordings = counted(len(self.conditions), "condition"), counted(len(self.recordings), "recording")
         return f"Campaign of {recordings}: {identified} of {conditions} identified"
 
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: a condition in each row."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         rows = [
             (
                 each.name,
@@ -168,7 +167,7 @@ class Campaign(Result):
         }
 
     def _page(self) -> "Page":
-        from .page import campaign_page  # loads matplotlib, which importing needleforce must not do
+        from .page import campaign_page
 
         return campaign_page(self)
 

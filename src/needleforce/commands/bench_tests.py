@@ -172,19 +172,7 @@ def _bending_fit(readings: dict, body: object, span_mm: float | None, compliance
 
 
 def _show_bending(fit: "BendingFit", quiet: bool) -> None:
-    from ..display.quantities import percent, plain, quantity
-    from ..identification.statistics.noise import INTERVAL
-
     if not quiet:
-        rows = [["bending stiffness E I", f"{fit.bending_stiffness:.4g} N m²"], ["slack", plain(fit.slack, "m")]]
-        if fit.young_modulus == fit.young_modulus:
-            value = str(quantity(fit.young_modulus, fit.low, fit.high, "Pa"))
-            rows.insert(0, ["Young's modulus", value])
-            rows.append(["by the formula for small deflections", plain(fit.small_deflection_modulus, "Pa")])
-        if fit.clamp_compliance:
-            limits = (fit.clamp_compliance, fit.clamp_low, fit.clamp_high)
-            rows.append(["clamp compliance", str(quantity(*limits, "rad/(N m)"))])
-        rows.append(["misfit", f"{percent(fit.misfit)} of the peak"])
-        table("bending", ["quantity", f"value, {INTERVAL}"], rows)
+        table("bending", *fit.cells())
     for sentence in fit.notes:
         say(f"warning: {sentence}")

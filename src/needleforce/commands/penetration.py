@@ -99,6 +99,7 @@ def _write_penetration(tests: "PenetrationTests", table_file: Path | None, repor
 
 def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:
     from ..bench_tests.penetration import FIGURES
+    from ..bench_tests.penetration_page import STATISTICS_HEAD
     from ..bench_tests.penetration_statistics import SUMMARY_FIGURES, statistics_cells
     from ..identification.statistics.noise import INTERVAL
 
@@ -108,8 +109,7 @@ def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:
         table(f"penetration tests, values with their {INTERVAL}", head, rows)
         if len(tests) > 1:
             statistics = [list(statistics_cells(each)) for each in tests.statistics(*SUMMARY_FIGURES) if each.n]
-            head = ["group", "figure", "n", f"mean, {INTERVAL}", "sd", "median", "range", "not given"]
-            table("statistics over the needles", head, statistics)
+            table("statistics over the needles", STATISTICS_HEAD, statistics)
     for test in tests.tests:
         reasons = [test[name] for name in SUMMARY_FIGURES if test[name].reason]
         for reason in dict.fromkeys(each.reason for each in reasons):

@@ -246,7 +246,7 @@ def _obstacles(spheres: list[str], boxes: list[str]) -> "list[Obstacle]":
 def _show_plan(found: "Plan", quiet: bool) -> None:
     if not quiet:
         table("motion of the base", *found.cells())
-    say(found.headline())
+    say(found.heading())
     for fault in found.faults:
         say(f"fault: {fault}")
 

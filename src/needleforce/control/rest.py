@@ -128,8 +128,7 @@ class RestResult(Printed):
     def _heading(self) -> str:
         return f"{self.model.name} in {self.device.name}: {self.verdict}. {self.reason}"
 
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: name, value and meaning of each quantity."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         return HEAD, self.rows
 
 

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from .canvas import MEASURED, MODEL
 
-MEASURED = "#5b6b7b"
-MODEL = "#d9480f"
 # depth is in the zero of a recording or below the surface of a model, indentation from a contact
 TIME, DEPTH, INDENTATION, TRAVEL = "time [s]", "depth [mm]", "indentation [mm]", "travel [mm]"
 FORCE = "force [N]"

@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings as inline SVG: one for a wide page and for print, one for a narrow screen, both with readable text."""
+"""Drawings as inline SVG: one for a wide page and for print, one for a narrow screen, both with readable text.
+
+matplotlib is loaded when something is drawn.
+"""
 
 import io
 import re
@@ -8,19 +11,17 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backend_bases import FigureCanvasBase
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 
 from ..errors import InputError
 from ..files import atomic_write
 from .markup import Markup, element, join
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # measured light (its labels darker, in slate), model dark and thicker: they differ in a greyscale print, too
 INK, QUIET, MEASURED, SLATE = "#222222", "#6d7278", "#88929b", "#566069"
@@ -71,7 +72,7 @@ def drawing(name: str, draw: Callable, heights: tuple[float, float], alt: str, w
 
 
 def panels(
-    figure: Figure, sheet: Sheet, rows: int = 1, columns: int = 1, margins: dict | None = None, **options: Any
+    figure: "Figure", sheet: Sheet, rows: int = 1, columns: int = 1, margins: dict | None = None, **options: Any
 ) -> np.ndarray:
     """Axes (rows, columns) with margins in points, independent of fonts and of the digits of tick labels."""
     height = 72.0 * figure.get_figheight()
@@ -86,7 +87,7 @@ def panels(
     return figure.subplots(rows, columns, gridspec_kw=grid, squeeze=False, **options)
 
 
-def axis_names(axes: Axes, x: str, y: str) -> None:
+def axis_names(axes: "Axes", x: str, y: str) -> None:
     """Quantity and unit of both axes; that of the vertical axis is horizontal text above it."""
     axes.set_xlabel(x, loc="right")
     axes.annotate(y, (0.0, 1.0), (-32.0, 8.0), xycoords="axes fraction", textcoords="offset points", va="bottom")
@@ -100,29 +101,31 @@ def save_drawing(path: Path, draw: Callable, height: float, sheet: Sheet = FULL)
     kind = path.suffix.removeprefix(".").lower()
     if kind not in FORMATS:
         raise InputError("figure", path.name, f"known endings are {', '.join(FORMATS)}", next_step="Give one of them.")
-    style = _STYLE | {"svg.hashsalt": path.stem, "svg.fonttype": "path", "figure.facecolor": "white"}
-    with matplotlib.rc_context(style), atomic_write(path) as file:
-        figure = _drawn(draw, sheet, height, FigureCanvasAgg)
-        figure.savefig(file.buffer, format=kind, dpi=216, metadata={"Date": None} if kind == "svg" else None)
-
-
-def _drawn(draw: Callable, sheet: Sheet, height: float, canvas: type[FigureCanvasBase]) -> Figure:
-    """A figure of the sheet's width and ``height`` [points], drawn."""
-    figure = Figure(figsize=(sheet.width / 72.0, height / 72.0), dpi=72)
-    canvas(figure)
-    draw(figure, sheet)
-    return figure
+    style = {"svg.hashsalt": path.stem, "svg.fonttype": "path", "figure.facecolor": "white"}
+    metadata = {"Date": None} if kind == "svg" else None
+    with atomic_write(path) as file:
+        _save(draw, sheet, height, style, file.buffer, format=kind, dpi=216, metadata=metadata)
 
 
 def svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:
     """One drawing as an ``svg`` element, the same for the same input."""
     # the salt makes the names of clip paths unique: two drawings of one page must not share them
-    style = _STYLE | {"svg.hashsalt": f"{name}-{sheet.width:g}"}
-    with matplotlib.rc_context(style), warnings.catch_warnings():
+    style, text = {"svg.hashsalt": f"{name}-{sheet.width:g}"}, io.BytesIO()
+    with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph")  # the browser's fonts draw the text, not matplotlib's
-        text = io.StringIO()
-        _drawn(draw, sheet, height, FigureCanvasSVG).savefig(text, format="svg", metadata=_NO_METADATA)
-    return _inline(text.getvalue(), sheet, height, alt)
+        _save(draw, sheet, height, style, text, format="svg", metadata=_NO_METADATA)
+    return _inline(text.getvalue().decode(), sheet, height, alt)
+
+
+def _save(draw: Callable, sheet: Sheet, height: float, style: dict, file: BinaryIO, **options: Any) -> None:
+    """Draw a figure of the sheet's width and ``height`` [points] in our style, and save it."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(_STYLE | style):
+        figure = Figure(figsize=(sheet.width / 72.0, height / 72.0), dpi=72)
+        draw(figure, sheet)
+        figure.savefig(file, **options)
 
 
 def _inline(text: str, sheet: Sheet, height: float, alt: str) -> Markup:
@@ -147,7 +150,7 @@ def _short(path: str) -> str:
 class Labels:
     """Labels in ``axes`` that avoid each other and the ``curves`` (x, y), in data units; the limits become final."""
 
-    def __init__(self, axes: Axes, curves: Iterable[tuple[np.ndarray, np.ndarray]]):
+    def __init__(self, axes: "Axes", curves: Iterable[tuple[np.ndarray, np.ndarray]]):
         self.axes = axes
         axes.autoscale_view()  # places are computed from the final limits
         self.taken = np.zeros(np.ceil(np.array(axes.figure.bbox.size) / _CELL).astype(int) + 1, bool)
@@ -213,7 +216,7 @@ def _boxes(points: np.ndarray, width: float, height: float) -> np.ndarray:
 
 
 def line(
-    axes: Axes, x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0, **style: Any
+    axes: "Axes", x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0, **style: Any
 ) -> tuple[np.ndarray, np.ndarray]:
     """Draw (x, y) reduced to about 4 points per column; returns the points drawn."""
     x, y = envelope(np.asarray(x), np.asarray(y), columns, shift)

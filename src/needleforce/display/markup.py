@@ -23,17 +23,7 @@ def templates() -> Any:
 
 
 def visible(text: str) -> str:
-    """Replace control and text-direction characters, which can hide part of a file name.
-
-    Parameters
-    ----------
-    text : str
-        Any text; tabs and line breaks are kept.
-
-    Returns
-    -------
-    str
-    """
+    """Replace control and text-direction characters, which can hide part of a file name; keep tabs and line breaks."""
     hidden = (c for c in set(text) - {"\n", "\t"} if unicodedata.category(c).startswith("C"))
     return text.translate(dict.fromkeys(map(ord, hidden), "\N{REPLACEMENT CHARACTER}"))
 
@@ -44,20 +34,9 @@ def join(contents: Iterable[object], between: str = "") -> Markup:
 
 
 def element(name: str, *contents: object, **attributes: object) -> Markup:
-    """Return the HTML element ``<name …>contents</name>``.
+    """The HTML element ``<name …>contents</name>``; contents and attributes that are not Markup are escaped.
 
-    Parameters
-    ----------
-    name : str
-        Name of the element.
-    *contents : object
-        Pieces; those that are not Markup are escaped.
-    **attributes : object
-        Attributes; ``class_`` sets the class, ``_`` becomes a hyphen, None omits the attribute.
-
-    Returns
-    -------
-    Markup
+    ``class_`` sets the class, ``_`` becomes a hyphen, None omits the attribute.
     """
     pairs = ((key.rstrip("_").replace("_", "-"), value) for key, value in attributes.items() if value is not None)
     opening = join(Markup(' {}="{}"').format(*pair) for pair in pairs)
@@ -71,21 +50,9 @@ def listing(items: Iterable[object], class_: str | None = None) -> Markup:
 
 
 def table(head: Sequence[str], rows: Iterable[Iterable[object]], class_: str = "") -> Markup:
-    """Return an HTML table whose cells carry the name of their column, for narrow screens.
+    """An HTML table whose cells carry the name of their column, for narrow screens; empty without rows.
 
-    Parameters
-    ----------
-    head : sequence of str
-        Name of each column; columns without any content are omitted.
-    rows : iterable of iterables
-        Cells, as many as there are columns.
-    class_ : str
-        Class of the table, for the style sheet.
-
-    Returns
-    -------
-    Markup
-        Empty without rows.
+    Columns without any content are omitted; ``class_`` is for the style sheet.
     """
     cells = [tuple(row) for row in rows]
     keep = [k for k in range(len(head)) if any(str(row[k]) for row in cells)]

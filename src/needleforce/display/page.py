@@ -41,7 +41,7 @@ class Figure:
     side_caption: bool = False
 
     def __html__(self) -> Markup:
-        from .canvas import FULL, WITH_SIDE_CAPTION, drawing  # loads matplotlib
+        from .canvas import FULL, WITH_SIDE_CAPTION, drawing
 
         wide = WITH_SIDE_CAPTION if self.side_caption else FULL
         drawn = drawing(self.name, self.draw, self.heights, self.alt, wide)

@@ -21,18 +21,24 @@ if TYPE_CHECKING:
 class Printed:
     """What prints as a heading, a table and sentences; in a notebook as the same in HTML.
 
-    A class states them by ``_heading``, ``cells`` and ``_remarks``.
+    A class states them by ``_heading``, ``_cells`` and ``_remarks``.
     """
 
     __slots__ = ()
 
     def _heading(self) -> str:
-        """What it is, in one line."""
         raise NotImplementedError
+
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+        return (), ()
+
+    def heading(self) -> str:
+        """What it is, in one line."""
+        return self._heading()
 
     def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         """Heads of columns, and rows of text under them."""
-        return (), ()
+        return self._cells()
 
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
         """Titles with their sentences; a title without sentences is not shown."""
@@ -40,10 +46,10 @@ class Printed:
 
     def __str__(self) -> str:
         remarks = (text_list(title, sentences) for title, sentences in self._remarks())
-        return blocks(self._heading(), text_table(*self.cells()), *remarks)
+        return blocks(self.heading(), text_table(*self.cells()), *remarks)
 
     def _repr_html_(self) -> Markup:
-        heading = self._heading()
+        heading = self.heading()
         remarks = ((title, listing(sentences)) for title, sentences in self._remarks())
         lists = (join([element("p", element("b", title)), listed]) for title, listed in remarks if listed)
         shown = join([element("p", heading) if heading else "", table(*self.cells()), *lists])
@@ -53,7 +59,7 @@ class Printed:
 class Result(Printed):
     """What an identification, a test, a plan or a campaign found.
 
-    Beside what is printed a class states its curves by ``_draw``, its numbers by ``document`` and ``to_dataframe``,
+    Next to what is printed a class states its curves by ``_draw``, its numbers by ``document`` and ``to_dataframe``,
     and by ``_page`` what its report has beyond heading, curves, table and sentences.
     """
 
@@ -77,7 +83,7 @@ class Result(Printed):
         return Page(
             title=type(self).__name__,
             kind="result",
-            outcome=f"{self._heading()}.",
+            outcome=f"{self.heading()}.",
             sections=[
                 section("Figure", figure, name="figure"),
                 section("Values", table(*self.cells(), class_="cards numbers dense"), name="values"),
@@ -139,4 +145,4 @@ class Result(Printed):
         return json.dumps(json_safe(self.document()), indent=2, allow_nan=False)
 
     def __repr__(self) -> str:
-        return f"<{self._heading()}>"
+        return f"<{self.heading()}>"

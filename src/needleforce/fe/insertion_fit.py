@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..display.axes import DEPTH, FORCE, MEASURED, MODEL
+from ..display.axes import DEPTH, FORCE
+from ..display.canvas import MEASURED, MODEL
 from ..display.quantities import plain
 from ..errors import InputError
 from ..identification.estimates import Estimate, EstimateResult, Parameters

@@ -10,15 +10,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display.axes import MEASURED, MODEL
+from ..display.canvas import INK, MEASURED, MODEL, ON_WHITE, QUIET, SECOND, SLATE, TEXT, Sheet, panels
 from ..display.markup import Markup, element, join, listing, table
+from ..display.page import Figure, Page, definitions, section
 from ..display.quantities import DASH, counted, plain
 from ..display.result import Result
 from .cross_validation import DEPTH_TOLERANCE, MIN_OTHERS, SPEED_TOLERANCE, CrossValidation
 from .report.words import file_name
 
 if TYPE_CHECKING:
-    from ..display.page import Figure, Page
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
 
 MEANINGS = {
     "prediction ÷": "error on held-out repeats over the floor. Each repeat is predicted by a fit to the others only, "
@@ -37,6 +39,9 @@ MEANINGS = {
     "held out": "median error of the prediction, over the peak force.",
 }  # fmt: skip
 OVER_FLOOR = ("prediction", "replay", "insertion", "hold", "withdrawal")
+FLOOR = "mean of the others"
+_ROW_OFFSET = 0.17  # of a row: predictions are above its middle, replays below
+_OFFSET = {"textcoords": "offset points"}
 MODELS = (
     *("model", "ΔBIC loading", "ΔBIC correlated", "parameters", "residual", "held out"),
     *(f"{name}\N{NO-BREAK SPACE}÷" for name in OVER_FLOOR),
@@ -117,8 +122,7 @@ class Comparison(Result, tuple[ModelRow, ...]):
     def _heading(self) -> str:
         return ""  # the table states it
 
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: a model in each row."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         best = min((row.evidence for row in self if np.isfinite(row.evidence)), default=np.nan)
         rows = [
             (
@@ -155,10 +159,8 @@ class Comparison(Result, tuple[ModelRow, ...]):
         rows = [{name: getattr(row, name) for name in names} for row in self]
         return pandas.DataFrame(rows, index=pandas.Index([row.model for row in self], name="model"), columns=names)
 
-    def _page(self, files: Sequence[Any] = ()) -> "Page":
+    def _page(self, files: Sequence[Any] = ()) -> Page:
         """The page; ``files`` are the recordings of the comparison."""
-        from ..display.page import Page, definitions, section
-
         repeats = len(self[0].cross_validation.floor)
         return Page(
             title=f"Needle force: {counted(len(self), 'model')} on {counted(repeats, 'repeat')}",
@@ -223,16 +225,13 @@ def _breakable(name: str) -> Markup:
     return join(name.split("_"), "_<wbr>")
 
 
-def _figure(rows: Sequence[ModelRow]) -> "Figure | str":
+def _figure(rows: Sequence[ModelRow]) -> Figure | str:
     """The figure with its caption; empty without a floor."""
     if not len(floor_errors(rows)):
         return ""
-    from ..display.page import Figure
-    from .comparison_figure import FLOOR, cross_validation_figure, figure_heights
-
     marks = [" (best)", *(" (ties)" if row.ties else "" for row in rows[1:])]
-    models = [(f"{row.model}{mark}", *over_floor(row.cross_validation)[:2]) for row, mark in zip(rows, marks)]
-    floor = over_floor(rows[0].cross_validation)[2]
+    models = [(f"{row.model}{mark}", *row.cross_validation.dots()[:2]) for row, mark in zip(rows, marks)]
+    floor = rows[0].cross_validation.dots()[2]
     kinds = element("b", "Prediction", class_="model"), " filled, ", element("b", "replay", class_="replay")
     key = (
         " hollow: a dot for each repeat and a bar at their rms, the value in the table. "
@@ -309,12 +308,51 @@ def best_possible(rows: Sequence[ModelRow]) -> float:
     return math.sqrt((count - 1) / count) if count else math.nan
 
 
-def over_floor(cross_validation: CrossValidation) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Errors of prediction, replay and floor over the rms of the floor, complete cycle, for each repeat that has all.
+def cross_validation_figure(
+    figure: "Drawing",
+    sheet: Sheet,
+    models: Sequence[tuple[str, np.ndarray, np.ndarray]],
+    floor: np.ndarray,
+    lowest: float,
+) -> None:
+    """A row for each of ``models`` (name, predictions, replays) and one for the floor: prediction filled, replay
+    hollow, a bar at the rms of each; ``lowest`` is the lowest error of any model."""
+    left = 8.0 if sheet.narrow else 128.0
+    axes = panels(figure, sheet, margins={"top": 22.0, "left": left, "right": 12.0})[0, 0]
+    _lines(axes, lowest)
+    _row(axes, sheet, 0, FLOOR, (floor, MEASURED, MEASURED, 0.0))
+    for k, (name, prediction, replay) in enumerate(models, 1):
+        kinds = (prediction, MODEL, MODEL, _ROW_OFFSET), (replay, SECOND, "white", -_ROW_OFFSET)
+        _row(axes, sheet, k, name, *kinds)
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(-len(models) - 0.6, 0.7)
+    axes.set_yticks([])
+    axes.grid(True, axis="x")
+    axes.spines["left"].set_visible(False)
+    axes.set_xlabel("error / floor [1]", loc="right")
 
-    The rms of the first two are the values in the table.
-    """
-    errors = np.stack([cross_validation.prediction[:, 0], cross_validation.replay[:, 0], cross_validation.floor[:, 0]])
-    errors = errors[:, np.isfinite(errors).all(axis=0)]
-    prediction, replay, floor = errors / np.sqrt(np.mean(errors[2] ** 2)) if errors.size else errors
-    return prediction, replay, floor
+
+def figure_heights(models: int) -> tuple[float, float]:
+    """Heights [points], wide and narrow, for a number of models."""
+    return 64.0 + 26.0 * (models + 1), 64.0 + 40.0 * (models + 1)
+
+
+def _lines(axes: "Axes", lowest: float) -> None:
+    """A line at 1, the floor, and a dashed line at the lowest error of any model."""
+    place = axes.get_xaxis_transform()
+    axes.axvline(1.0, color=QUIET, lw=1.0)
+    axes.axvline(lowest, color=QUIET, lw=0.7, ls=(0, (2, 2)))
+    style = {"xycoords": place, "va": "bottom", "fontsize": TEXT - 1, "color": SLATE, **_OFFSET}
+    axes.annotate("1: floor", (1.0, 1.0), (3, 3), ha="left", **style)
+    axes.annotate(f"{lowest:.2f}", (lowest, 1.0), (-3, 3), ha="right", **style)
+
+
+def _row(axes: "Axes", sheet: Sheet, place: int, name: str, *kinds: tuple) -> None:
+    """One row: its name, a dot for each repeat and a bar at the rms; ``kinds`` are (values, edge, face, offset)."""
+    at = {"xycoords": axes.get_yaxis_transform(), "bbox": ON_WHITE if sheet.narrow else None, **_OFFSET}
+    axes.annotate(name, (0.0, -place), (0, 9) if sheet.narrow else (-128, -3), color=INK, **at)
+    for values, edge, face, shift in kinds:
+        height = np.full(len(values), shift - place - 0.15 * sheet.narrow)  # below the name
+        axes.plot(values, height, "o", ms=4.5, mec=edge, mfc=face, mew=1.1, alpha=0.9)
+        rms = float(np.sqrt(np.mean(values**2))) if len(values) else np.nan
+        axes.plot([rms, rms], [height[0] - 0.2, height[0] + 0.2] if len(values) else [np.nan] * 2, color=edge, lw=1.6)

@@ -116,8 +116,7 @@ class Parameters(Printed, dict[str, Estimate]):
     def _heading(self) -> str:
         return "" if self else "no parameters"
 
-    def cells(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
-        """One row for each estimate; "how obtained" is empty where all have the same source."""
+    def _cells(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         shared = len({each.source for each in self.values()}) == 1
         rows = [
             (
@@ -152,8 +151,7 @@ class EstimateResult(Result):
     def _found(self) -> Parameters:
         return Parameters({each.name: each for each in self.estimates})
 
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: an estimate in each row."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         return self._found().cells()
 
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:

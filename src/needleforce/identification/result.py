@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display.axes import FORCE, INDENTATION, MEASURED, MODEL
+from ..display.axes import FORCE, INDENTATION
+from ..display.canvas import MEASURED, MODEL
 from ..display.quantities import percent
 from ..errors import InputError
 from ..models.model import Model
@@ -196,7 +197,7 @@ class Fit(EstimateResult):
     def _page(self, table: Sequence[dict[str, Any]] = ()) -> "Page":
         """The report, with a comparison with known true values: rows of ``table`` with the keys quantity, unit, paper,
         paper_sd, true, identified, low and high, in SI units, None, or text such as "not yet"."""
-        from .report.page import fit_page  # loads matplotlib, which importing needleforce must not do
+        from .report.page import fit_page
 
         return fit_page(self, table)
 
@@ -226,7 +227,6 @@ class Fit(EstimateResult):
         return self.model
 
     def _heading(self) -> str:
-        """Model, recordings and residual in one line."""
         answering = sum(bool(each.parameters) for each in self.recordings)
         name = "no model" if self.model is None else f"model {self.model.name}"
         rms = "" if self.quality is None else f", residual {1e3 * self.quality.rmse_N:.3g} mN rms"

@@ -264,8 +264,7 @@ class Model(Printed):
     def _heading(self) -> str:
         return ": ".join(text for text in (f"Model {self.name}", self.summary) if text)
 
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: the parameters of every law."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         return PARAMETER_HEAD, named_rows(self._parts())
 
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:

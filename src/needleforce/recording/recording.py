@@ -224,7 +224,8 @@ class Recording(Printed):
         InputError
             For another ``over``.
         """
-        from ..display.axes import DEPTH, FORCE, MEASURED, TIME, axes_for, finish
+        from ..display.axes import DEPTH, FORCE, TIME, axes_for, finish
+        from ..display.canvas import MEASURED
 
         if over not in ("depth", "time"):
             raise InputError("over", repr(over), "known are depth and time")
@@ -260,8 +261,7 @@ class Recording(Printed):
     def _heading(self) -> str:
         return f"Recording {self.name}"
 
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: what the recording spans."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         return ("quantity", "value"), self._summary()
 
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:

@@ -3,11 +3,9 @@
 
 from collections.abc import Iterator, Sequence
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Drawing
-from matplotlib.patches import Circle, Rectangle
 
 from ..display.axes import DEPTH
 from ..display.canvas import (
@@ -28,6 +26,10 @@ from ..display.page import Figure
 from .base_motion import BaseMotion
 from .obstacles import Box, Obstacle, Sphere
 from .tip_paths import TipPath
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
 
 BLOCKED = "#b23b3b"
 TIPS = (
@@ -82,14 +84,14 @@ def tips(insertions: Sequence[tuple[TipPath, np.ndarray]]) -> Figure:
     return Figure(name="tips", draw=draw, heights=(430.0, 620.0), caption=TIPS, alt=TIPS)
 
 
-def draw_path(axes: Axes, path: np.ndarray) -> tuple[str, str]:
+def draw_path(axes: "Axes", path: np.ndarray) -> tuple[str, str]:
     """Both directions across over the depth of a path (n, 3) [m]; returns the axis labels."""
     for column, name, colour in zip(path.T, _NAMES[:2], (MODEL, SECOND)):
         axes.plot(1e3 * path[:, 2], 1e3 * column, color=colour, lw=THICK, label=name)
     return DEPTH, "tip across [mm]"
 
 
-def _projections(figure: Drawing, sheet: Sheet, path: np.ndarray) -> Iterator[tuple[Axes, int, int]]:
+def _projections(figure: "Drawing", sheet: Sheet, path: np.ndarray) -> "Iterator[tuple[Axes, int, int]]":
     """Axes with the path, and the horizontal and vertical direction in each; what is drawn in them follows."""
     rows, columns = (3, 1) if sheet.narrow else (1, 3)
     for axes, (over, up) in zip(panels(figure, sheet, rows, columns, _MARGINS).ravel(), _VIEWS):
@@ -100,7 +102,7 @@ def _projections(figure: Drawing, sheet: Sheet, path: np.ndarray) -> Iterator[tu
 
 
 def run_path_figure(
-    figure: Drawing, sheet: Sheet, path: np.ndarray, shapes: Sequence[np.ndarray], layers: Sequence[float]
+    figure: "Drawing", sheet: Sheet, path: np.ndarray, shapes: Sequence[np.ndarray], layers: Sequence[float]
 ) -> None:
     """The path of the tip in three projections, with the needle at some steps and the depths of layers."""
     for axes, over, up in _projections(figure, sheet, path):
@@ -111,7 +113,7 @@ def run_path_figure(
 
 
 def plan_path_figure(
-    figure: Drawing,
+    figure: "Drawing",
     sheet: Sheet,
     path: np.ndarray,
     tube: np.ndarray,
@@ -119,6 +121,8 @@ def plan_path_figure(
     target: np.ndarray,
 ) -> None:
     """The path of the tip in three projections, with its uncertainty, obstacles and the target."""
+    from matplotlib.patches import Circle
+
     shown, radius = 1e3 * path, 1e3 * tube
     for axes, over, up in _projections(figure, sheet, path):
         if over == 2:
@@ -131,7 +135,9 @@ def plan_path_figure(
         axes.plot(1e3 * target[over], 1e3 * target[up], marker="x", ms=7, mew=1.6, color=INK, zorder=5)
 
 
-def _draw_obstacle(axes: Axes, obstacle: object, over: int, up: int) -> None:
+def _draw_obstacle(axes: "Axes", obstacle: object, over: int, up: int) -> None:
+    from matplotlib.patches import Circle, Rectangle
+
     style = {"color": BLOCKED, "alpha": 0.25, "lw": 0.0}
     if isinstance(obstacle, Sphere):
         center = 1e3 * np.asarray(obstacle.center)
@@ -141,7 +147,7 @@ def _draw_obstacle(axes: Axes, obstacle: object, over: int, up: int) -> None:
         axes.add_patch(Rectangle((low[over], low[up]), high[over] - low[over], high[up] - low[up], **style))
 
 
-def loads_figure(figure: Drawing, sheet: Sheet, depth: np.ndarray, force: np.ndarray, wrench: np.ndarray) -> None:
+def loads_figure(figure: "Drawing", sheet: Sheet, depth: np.ndarray, force: np.ndarray, wrench: np.ndarray) -> None:
     """Axial force, lateral force and bending moment at the base over depth."""
     curves = [
         ("axial force [N]", [("", force)]),
@@ -161,7 +167,7 @@ def loads_figure(figure: Drawing, sheet: Sheet, depth: np.ndarray, force: np.nda
                 labels.on(label, *line, colour)
 
 
-def motion_figure(figure: Drawing, sheet: Sheet, motion: BaseMotion) -> None:
+def motion_figure(figure: "Drawing", sheet: Sheet, motion: BaseMotion) -> None:
     """What the base does over depth: motion across, and roll if it rolls."""
     depth, lateral, roll = motion.depth, motion.lateral, motion.roll
     rolls = bool(np.ptp(roll) > 1e-9)
@@ -179,7 +185,7 @@ def motion_figure(figure: Drawing, sheet: Sheet, motion: BaseMotion) -> None:
         axis_names(made[1], DEPTH, "roll [°]")
 
 
-def tips_figure(figure: Drawing, sheet: Sheet, insertions: Sequence[tuple[TipPath, np.ndarray]]) -> None:
+def tips_figure(figure: "Drawing", sheet: Sheet, insertions: Sequence[tuple[TipPath, np.ndarray]]) -> None:
     """Measured and predicted tips of each insertion over depth, and what is left of both."""
     made = panels(figure, sheet, 2, 2, _MARGINS, sharex="col")
     for path, predicted in insertions:
@@ -195,6 +201,6 @@ def tips_figure(figure: Drawing, sheet: Sheet, insertions: Sequence[tuple[TipPat
         axis_names(made[1, plane], DEPTH, f"measured - predicted, {name} [mm]")
 
 
-def _draw_tip(axes: Axes, path: TipPath, depth: np.ndarray, measured: np.ndarray, predicted: np.ndarray) -> None:
+def _draw_tip(axes: "Axes", path: TipPath, depth: np.ndarray, measured: np.ndarray, predicted: np.ndarray) -> None:
     axes.plot(depth, measured, ls="", marker="o", ms=2.2, mfc="white", mec=SLATE, mew=0.7)
     axes.plot(depth, predicted, color=MODEL if path.steered else MEASURED, lw=1.1)

@@ -102,8 +102,7 @@ class Plan(Result):
             raise InputError("level", level, "must be above 0 and below 1", next_step="Give 0.95 for 95 %.")
         return self.sd * math.sqrt(-2.0 * math.log(1.0 - level))
 
-    def headline(self) -> str:
-        """The plan in a sentence or two."""
+    def _heading(self) -> str:
         target = ", ".join(f"{1e3 * value:.2f}" for value in self.target)
         within = f"within {1e3 * self.tube()[-1]:.2f} mm with 95 %"
         end = f"The tip ends {1e3 * self.miss:.2f} mm from the target at ({target}) mm, {within}"
@@ -113,11 +112,7 @@ class Plan(Result):
             clear = f", and stays {1e3 * self.clearance:.2f} mm away from obstacles{touched}"
         return f"{end}{clear}." + " The plan has faults, listed below." * bool(self.faults)
 
-    def _heading(self) -> str:
-        return f"Plan of {len(self.motion)} steps: {self.headline()}"
-
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: a step in each row."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         heads = ("depth [mm]", "base x [mm]", "base y [mm]", "roll [°]", "tip x [mm]", "tip y [mm]", "95 % radius [mm]")
         rows = [
             [*(f"{value:.2f}" for value in row.values()), *(f"{1e3 * value:.2f}" for value in (*tip[:2], radius))]
@@ -163,7 +158,7 @@ class Plan(Result):
 
     def _page(self) -> "Page":
         from ..display.page import Page, section
-        from . import figures  # loads matplotlib
+        from . import figures
 
         rows = [
             (*(f"{value:.3f}" for value in row.values()), f"{1e3 * radius:.2f}", f"{force:.3f}")
@@ -175,7 +170,7 @@ class Plan(Result):
         return Page(
             title="A planned insertion",
             kind="steering plan",
-            outcome=self.headline(),
+            outcome=self.heading(),
             sections=[
                 section("Faults", listing(self.faults), name="faults"),
                 section("Path", path, name="path"),

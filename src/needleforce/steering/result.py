@@ -63,8 +63,7 @@ class SteeringResult(Result):
         pairs = [f"{a} and {b} (correlation {value:+.2f})" for a, b, value in self.trade_offs]
         return [f"trade off with each other: {', '.join(pairs)}"] if pairs else []
 
-    def heading(self) -> str:
-        """The result in a line."""
+    def _heading(self) -> str:
         sizes = [value for value in self.rms.values() if isinstance(value, float) and math.isfinite(value)]
         left = f", lateral error {1e3 * min(sizes):.2f} to {1e3 * max(sizes):.2f} mm rms" if sizes else ""
         return f"Needle identified from {len(self.rms)} {self.measured}, model {self.model.form}{left}"
@@ -76,11 +75,7 @@ class SteeringResult(Result):
         rows = [[name, *(_cell(key, fields[key]) for key in keys)] for name, fields in found.items()]
         return ["insertion", *(_HEADS.get(key, key) for key in keys)], rows
 
-    def _heading(self) -> str:
-        return self.heading()
-
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: a parameter in each row."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         rows = [
             (p.name, str(quantity(p.value, p.low, p.high, p.unit)), "yes" if p.identifiable else "no", p.meaning)
             for p in self.parameters

@@ -80,17 +80,12 @@ class SteeredRun(Result):
                 *numbers, status = row.values()
                 file.write(",".join([*(f"{value:.6g}" for value in numbers), str(status)]) + "\n")
 
-    def headline(self) -> str:
-        """Where the tip ends and with which force."""
+    def _heading(self) -> str:
         end = ", ".join(f"{1e3 * value:.2f}" for value in self.tip[-1])
         lost = " Some steps are invalid: the needle buckles, or a step is impossible." * bool(self.lost.any())
         return f"The tip ends at ({end}) mm, with an axial force of {self.force[-1]:.3f} N.{lost}"
 
-    def _heading(self) -> str:
-        return f"SteeredRun of {len(self.motion)} steps: {self.headline()}"
-
-    def cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        """Heads and rows of text: a step in each row."""
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         shown = [name for name in COLUMNS if name not in ("fz_N", "tz_Nmm")]
         rows = [
             [f"{row[name]:.3f}" if isinstance(row[name], float) else row[name] for name in shown] for row in self.rows()
@@ -115,13 +110,13 @@ class SteeredRun(Result):
 
     def _page(self) -> "Page":
         from ..display.page import Page, section
-        from . import figures  # loads matplotlib
+        from . import figures
 
         loads = figures.loads(self.motion.depth, self.force, self.wrench)
         return Page(
             title="A simulated insertion",
             kind="steering",
-            outcome=self.headline(),
+            outcome=self.heading(),
             sections=[
                 section("Path", figures.run_path(self.tip, self.shapes, self.layers), name="path"),
                 section("Force and wrench", loads, name="loads"),

@@ -55,7 +55,7 @@ class SteeringFit(SteeringResult):
         }
 
     def _tip_figures(self) -> "Sequence[Figure]":
-        from .figures import tips  # loads matplotlib
+        from .figures import tips
 
         return [tips([(path, self.predict(path)) for path in self.model.predictor.insertions])]
 
