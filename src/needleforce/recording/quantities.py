@@ -174,7 +174,7 @@ def by_late_word(header: str) -> str | None:
     return "depth" if words & set(_LATE_WORDS.split()) and fits and not words & _OTHERS else None
 
 
-RECOGNISED = (by_name, by_numbered_name, by_word, by_late_word)
+RECOGNISED = {"name": by_name, "numbered name": by_numbered_name, "word": by_word, "late word": by_late_word}
 """How a header is recognised, the surest way first."""
 
 

@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..recording.columns import Column
-from ..recording.file_table import FileTable
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
+from ..recording.table import Table
 from ..units import parse
 from .tip_paths import TipPath
 
@@ -71,7 +70,7 @@ class _Source:
     unit: str
 
 
-def _columns(table: FileTable) -> dict[str, _Source]:
+def _columns(table: Table) -> dict[str, _Source]:
     """Quantity -> column, for tip, base, orientation or slope, roll and depth."""
     found: dict[str, _Source] = {}
     for index, header in enumerate(table.headers):
@@ -101,7 +100,7 @@ def _words(text: str) -> list[str]:
     return [word for word in re.split(r"[\W_]+", text.casefold()) if word]
 
 
-def _check(table: FileTable, columns: dict[str, _Source]) -> None:
+def _check(table: Table, columns: dict[str, _Source]) -> None:
     missing = [f"tip_{axis}" for axis in AXES if f"tip_{axis}" not in columns]
     across = [axis for axis in AXES if f"base_{axis}" in columns]
     if missing or len(across) == 1:
@@ -111,16 +110,16 @@ def _check(table: FileTable, columns: dict[str, _Source]) -> None:
         raise InputError("columns", given, "not those of a tip path", str(table.path), step)
 
 
-def _labels(table: FileTable, rows: int) -> list[str]:
+def _labels(table: Table, rows: int) -> list[str]:
     """The insertion of each row."""
     names = [split_header(header)[0] for header in table.headers]
     label = next((names.index(name) for name in _LABELS if name in names), None)
     return [table.path.stem] * rows if label is None else table.texts(label)[:rows]
 
 
-def _series(table: FileTable, source: _Source, unit: str | None) -> np.ndarray:
+def _series(table: Table, source: _Source, unit: str | None) -> np.ndarray:
     try:
-        values = table.numbers({"tip": Column("tip", source.header, source.index, None)})[0]["tip"]
+        values = table.numbers(source.index)
     except InputError as error:
         column = f"column {source.header}"
         raise InputError(column, error.value, error.limit, error.place, error.next_step) from None
@@ -142,7 +141,7 @@ def _series(table: FileTable, source: _Source, unit: str | None) -> np.ndarray:
     return parse(source.unit or unit or "", "length", source.header, str(table.path)).to_si(values)
 
 
-def _angle(values: np.ndarray, source: _Source, table: FileTable) -> np.ndarray:
+def _angle(values: np.ndarray, source: _Source, table: Table) -> np.ndarray:
     """Angles [rad]. Raises InputError without a unit."""
     if not source.unit:
         step = "Name the column with its unit, such as roll_deg or roll_rad."
@@ -150,7 +149,7 @@ def _angle(values: np.ndarray, source: _Source, table: FileTable) -> np.ndarray:
     return parse(source.unit, "angle", source.header, str(table.path)).to_si(values)
 
 
-def _path(name: str, series: dict[str, np.ndarray], rows: np.ndarray, table: FileTable) -> TipPath:
+def _path(name: str, series: dict[str, np.ndarray], rows: np.ndarray, table: Table) -> TipPath:
     place = f"{table.path}, {name}"
     one = {key: values[rows] for key, values in series.items()}
     along = _along(one)

@@ -11,10 +11,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...recording.columns import Column
 from ...recording.formats.detect import tables_of
 from ...recording.formats.rows import is_unit
-from ...recording.formats.text_table import TextTable, search_fault
+from ...recording.table import Table
 from ...units import find
 
 MAX_COLUMNS, MAX_MAGNITUDE = 100, 1e30
@@ -48,7 +47,7 @@ class BenchTable:
     file: str
     headers: list[str]
     units: list[str]
-    table: Any
+    table: Table
     rows: int
     has_header: bool
     notes: list[str] = field(default_factory=list)
@@ -57,9 +56,9 @@ class BenchTable:
         """Column ``index`` as (n,); InputError for a cell that is not a finite number, with its place."""
         header = self.headers[index]
         try:
-            values = self.table.numbers({"force": Column("force", header, index, None)})[0]["force"]
-            if isinstance(self.table, TextTable) and not np.isfinite(values).all():
-                search_fault(self.table, {"force": Column("force", header, index, None)})
+            values = self.table.numbers(index)
+            if not np.isfinite(values).all():
+                self.table.is_cut_off([index])
         except InputError as error:
             raise InputError(f"column {header}", error.value, error.limit, error.place, error.next_step) from None
         values = values[: self.rows]
@@ -102,12 +101,12 @@ def read_table(path: str | Path) -> BenchTable:
     )
 
 
-def _rows(table: Any) -> int:
+def _rows(table: Table) -> int:
     """The rows of a table to the last one in which a column has a value."""
     rows = 0
-    for k, header in enumerate(table.headers[:MAX_COLUMNS]):
+    for k in range(len(table.headers[:MAX_COLUMNS])):
         try:
-            values = table.numbers({"force": Column("force", header, k, None)})[0]["force"]
+            values = table.numbers(k)
         except InputError:  # a column of text
             continue
         present = np.flatnonzero(~np.isnan(values))

@@ -14,8 +14,7 @@ import numpy as np
 
 from ... import core
 from ...files import open_regular
-from .rows import MISSING
-from .text_lines import WHITESPACE
+from .rows import MISSING, WHITESPACE
 
 _WHOLE_AND_GROUPED = 3  # looks of a column: whole numbers below 1000, and such with a sign before three digits
 NO_VALUE = sorted({word for each in MISSING for word in (each, each.upper(), each.capitalize())} - {""})

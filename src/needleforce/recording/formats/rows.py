@@ -10,6 +10,7 @@ from ...units import DIMENSIONS, find
 Row = Sequence[str]
 """The cells of one line without surrounding blanks; empty for a blank line."""
 
+WHITESPACE = r"\s+"  # a delimiter
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
 CLOCK = re.compile(r"(\d{4}-\d\d?-\d\d?|\d\d?[./]\d\d?[./]\d{2,4})?[ T]?\d{1,3}:\d\d?(:\d\d?([.,]\d+)?|\.\d+)?"
                    r" ?([AaPp][Mm]|Z|[+-]\d\d:?\d\d)?")  # fmt: skip
