@@ -17,7 +17,8 @@ from ...errors import InputError
 from ...files import read_bytes
 from ..table import Table
 from .arrays import MAX_TABLES, check_count
-from .text_rows import Encoding, TextRows
+from .text_rows import Encoding
+from .text_values import TextValues
 
 _END = "***End_of_Header***"
 _MAX_BYTES = 1 << 28
@@ -142,7 +143,7 @@ class _Form:
 def _table(form: _Form, part: _Segment) -> Table:
     names = part.names[:-1] if part.names[-1:] == ["Comment"] else part.names
     cells = [*part.names, *[""] * len(part.cells)][: len(part.cells)]  # the comment is often absent
-    text = TextRows(
+    text = TextValues(
         path=form.path, encoding=form.encoding, delimiter=form.separator, decimal=form.decimal, headers=cells,
         units=[""] * len(cells), first_row=part.number, begin=part.begin, end=part.end,
         text_columns=frozenset(range(len(names), len(cells))),

@@ -15,8 +15,7 @@ from ...errors import InputError
 from ...files import open_regular
 from .clock_times import seconds_of
 from .number_texts import NoNumber, UnclearSign, may_be_grouped, numbers_of
-from .plain_numbers import NO_VALUE
-from .rows import WHITESPACE
+from .rows import NO_VALUE, WHITESPACE
 from .text_rows import Encoding, TextRows, ambiguous_sign, check_samples
 
 _CHUNK_ROWS, _CHUNK_CELLS = 500_000, 8_000_000  # the fewer rows of the two

@@ -27,7 +27,8 @@ from .rows import (
     number_of,
 )
 from .summary_rows import without_summary
-from .text_rows import MAX_LINE_CHARS, Encoding, TextRows, long_line, split_cells
+from .text_rows import MAX_LINE_CHARS, Encoding, long_line, split_cells
+from .text_values import TextValues
 
 MAX_COLUMNS = 1024  # a recorder of all channels of a laboratory writes some hundred
 _MAX_HEADER_CHARS = 256  # of one column
@@ -180,7 +181,7 @@ def _delimited(lines: Sequence[str]) -> _Layout | None:
     return max(found, key=fitness, default=None)  # the first of equals
 
 
-def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout) -> TextRows:
+def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout) -> TextValues:
     """The longest table in ``lines``, to the end of the file."""
     block, delimiter = layout.longest, layout.delimiter
     # which column has no name cannot be known, but for numbers of rows
@@ -199,7 +200,7 @@ def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout
     _check_columns(headers, block.width, path)
     above = "".join(lines[: block.first])
     sample = layout.rows[block.first : min(block.stop, block.first + _SAMPLE_LINES)]
-    return TextRows(
+    return TextValues(
         path=path,
         encoding=encoding,
         delimiter=delimiter,
@@ -280,7 +281,7 @@ def _clocks(rows: Sequence[Sequence[str]]) -> frozenset[int]:
     return frozenset(k for row in rows for k, cell in enumerate(row) if ":" in cell and is_number(cell))
 
 
-def _table_in(path: Path, encoding: Encoding, lines: Sequence[str]) -> TextRows | None:
+def _table_in(path: Path, encoding: Encoding, lines: Sequence[str]) -> TextValues | None:
     """The table in some lines of a file; None if its numbers are in no common columns."""
     chosen = _delimited(lines)
     return None if chosen is None else _table(path, encoding, lines, chosen)

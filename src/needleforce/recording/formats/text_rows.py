@@ -1,23 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The rows of a table of text: encoding, cells of a line, values, and, only where there is a fault, its lines one by
-one."""
+"""The rows of a table of text: encoding, cells of a line, and, only where there is a fault, its lines one by one."""
 
 import csv
 import io
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import count
 from pathlib import Path
 
 import numpy as np
 
 from ...errors import InputError
-from ...files import MAX_SAMPLES, digest, open_regular
+from ...files import MAX_SAMPLES, open_regular
 from ..recording import Note
-from ..table import Table
-from .plain_numbers import PlainNumbers, RowFormat, plain_numbers
 from .rows import WHITESPACE, is_missing, is_number
 
 MAX_LINE_CHARS = 1 << 16
@@ -41,8 +38,8 @@ class Encoding:
 
 
 @dataclass(eq=False, kw_only=True)
-class TextRows:
-    """The rows of a table of text, and what stands above them.
+class TextRows(ABC):
+    """The rows of a table of text, and what stands above them; ``TextValues`` reads their values.
 
     ``begin`` and ``end`` are the bytes of its rows, ``first_row`` is the line of the first; ``headers`` are numbers of
     columns where ``has_header`` is False.
@@ -68,12 +65,6 @@ class TextRows:
     def __post_init__(self):
         """A column with times of a clock is in seconds."""
         self.units = ["s" if k in self.clock_columns else unit for k, unit in enumerate(self.units)]
-
-    def table(self) -> Table:
-        """The table of these rows."""
-        return Table(path=self.path, lines=self, headers=self.headers, units=self.units, name=self.name,
-                     comments=self.comments, preamble=self.preamble, decimal=self.decimal, notes=self.notes,
-                     first_row=self.first_row, has_header=self.has_header, text_columns=self.text_columns)  # fmt: skip
 
     def cells(self, line: str) -> list[str]:
         """The cells of one line without comment and surrounding blanks."""
@@ -116,6 +107,11 @@ class TextRows:
         return len(text) if plain else len(text.encode(self.encoding.name, self.encoding.errors))
 
     @property
+    def used(self) -> list[bool]:
+        """Whether each column has numbers."""
+        return [k not in self.text_columns for k in range(len(self.headers))]
+
+    @property
     def is_large(self) -> bool:
         """Whether the values are read in chunks, only when they are used."""
         return self.path.stat().st_size >= _CHUNKED_BYTES
@@ -154,43 +150,13 @@ class TextRows:
             raise pending
         return pending is not None
 
-    def parses(self) -> bool:
-        """Whether every line to the end is a row of numbers; a large file is not parsed for this."""
-        return self.is_large or self._plain is not None
-
+    @abstractmethod
     def numbers(self, columns: Sequence[int]) -> tuple[list[np.ndarray], bool]:
-        """The values of columns, and whether every row certainly has as many cells as the header.
+        """The values of columns, and whether every row certainly has as many cells as the header."""
 
-        Rows of plain numbers are read fast. If there is anything else in the file, pandas reads only the used columns,
-        and accepts comments. Raises InputError.
-        """
-        plain = None if self.is_large else self._plain
-        if plain and all(column in plain for column in columns):
-            for column in columns:
-                if column in plain.grouped:
-                    raise ambiguous_sign(self.headers[column], self.decimal, self.path)
-            return [plain[column] for column in columns], True
-        from .mixed_text import mixed_columns  # late, as few files need it
-
-        return mixed_columns(self, columns)
-
+    @abstractmethod
     def digest(self) -> str:
         """SHA-256 of the file."""
-        plain = None if self.is_large else self._plain
-        return plain.sha256 if plain else digest(self.path)
-
-    @cached_property
-    def _plain(self) -> PlainNumbers | None:
-        """The columns of numbers of a file that has nothing else; None if a line is not a row of numbers."""
-        if self.clock_columns:
-            return None
-        used = [k not in self.text_columns for k in range(len(self.headers))]
-        rows = RowFormat(begin=self.begin, end=self.end, encoding=self.encoding.name, delimiter=self.delimiter,
-                         decimal=self.decimal, used=used)  # fmt: skip
-        found = plain_numbers(self.path, rows)
-        if found is not None:
-            check_samples(len(found), self.path)
-        return found
 
 
 def split_cells(line: str, delimiter: str) -> list[str]:
