@@ -8,22 +8,22 @@ import numpy as np
 from ..errors import InputError
 from .formats.rows import MIN_ROWS
 from .quantities import is_label, is_unit, row_name, split
-from .roles import Roles, stated_unit
+from .roles import Column, stated_unit
 from .table import Table
 
 _MIN_ROWS = 2  # with one label: a column with another in every row numbers the samples
 _MAX_LABELS = 10_000
 
 
-def label_groups(table: Table, roles: Roles) -> list[tuple[str, np.ndarray]]:
+def label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[str, np.ndarray]]:
     """The recordings that the labels in a table distinguish.
 
     Parameters
     ----------
     table : Table
         The table.
-    roles : Roles
-        Which columns are read as quantities.
+    quantities : mapping
+        Quantity -> its column.
 
     Returns
     -------
@@ -37,26 +37,26 @@ def label_groups(table: Table, roles: Roles) -> list[tuple[str, np.ndarray]]:
     Another column of text or whole numbers is one only if the recording starts again wherever it changes: the time
     goes back, or without a time the depth returns to where it first began. A phase, a segment or a state does not.
     """
-    named = _free(table, roles, [k for k in range(len(table.headers)) if row_name(table.headers[k]) == "label"])
+    named = _free(table, quantities, [k for k in range(len(table.headers)) if row_name(table.headers[k]) == "label"])
     columns = _varying(table, named, fill=True)
-    order, timed = _order_of(table, roles) if columns else (np.empty(0), False)
+    order, timed = _order_of(table, quantities) if columns else (np.empty(0), False)
     if timed and (np.diff(order) >= 0.0).all():  # one clock: what counts or flags is no label, but a name is
         columns = {k: v for k, v in columns.items() if v.dtype.kind != "f" and is_label(table.headers[k])}
         if not columns:
             return []
     if not columns:
-        order, timed = _order_of(table, roles)
+        order, timed = _order_of(table, quantities)
         if not len(order) or (np.diff(order) >= 0.0).all():  # nothing starts again
             return []
-        others = _free(table, roles, [k for k in range(len(table.headers)) if k not in named])
+        others = _free(table, quantities, [k for k in range(len(table.headers)) if k not in named])
         columns = {k: v for k, v in _varying(table, others).items() if _starts_again(order, v, timed)}
     return _grouped(table, columns)
 
 
-def counted_cycles(table: Table, roles: Roles) -> tuple[tuple[str, int, int], ...]:
+def counted_cycles(table: Table, quantities: Mapping[str, Column]) -> tuple[tuple[str, int, int], ...]:
     """The cycles that a column of the table counts: name, first row, and the one after the last; empty without."""
     named = [k for k in range(len(table.headers)) if row_name(table.headers[k]) == "counter"]
-    for index in _free(table, roles, named):
+    for index in _free(table, quantities, named):
         values = _values(table, index)
         if values is None or values.dtype.kind != "f":
             continue
@@ -72,10 +72,10 @@ def counted_cycles(table: Table, roles: Roles) -> tuple[tuple[str, int, int], ..
     return ()
 
 
-def _free(table: Table, roles: Roles, columns: Sequence[int]) -> list[int]:
+def _free(table: Table, quantities: Mapping[str, Column], columns: Sequence[int]) -> list[int]:
     """Those of the columns that have no unit and are not read as a quantity."""
     free = [k for k in columns if not is_unit(stated_unit(table, k) or "")]
-    used = {column.index for column in roles.columns.values()}
+    used = {column.index for column in quantities.values()}
     return [k for k in free if k not in used]
 
 
@@ -125,10 +125,10 @@ def _filled(values: np.ndarray, present: np.ndarray) -> np.ndarray:
     return values[np.maximum.accumulate(np.where(present, np.arange(len(values)), 0))] if len(values) else values
 
 
-def _order_of(table: Table, roles: Roles) -> tuple[np.ndarray, bool]:
+def _order_of(table: Table, quantities: Mapping[str, Column]) -> tuple[np.ndarray, bool]:
     """The time of each row, or without one the depth, and whether it is the time; empty without either."""
-    column = roles.columns.get("time") or roles.columns.get("depth")
-    timed = "time" in roles.columns
+    column = quantities.get("time") or quantities.get("depth")
+    timed = "time" in quantities
     try:
         return (np.empty(0) if column is None else table.numbers(column.index)), timed
     except InputError:

@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import InputError
 from .formats.detect import tables_of
 from .quantities import MAIN, by_name, by_numbered_name, dimension, plain_name, row_name, split
-from .roles import Roles, assign_columns, fitting_unit, of_main, stated_unit
+from .roles import Column, Roles, assign_columns, fitting_unit, of_main, stated_unit
 from .stated import stated_by
 from .table import Table
 
@@ -35,6 +35,11 @@ class Part:
     table: Table
     roles: Roles
     cycles: tuple[tuple[str, int, int], ...] = ()
+
+    def from_row(self, number: int) -> "Part":
+        """The part without the rows above the one with this number in the file. Raises InputError as ``Table``."""
+        table = self.table.from_row(number)
+        return replace(self, table=table, roles=replace(self.roles, table=table))
 
 
 def part_of(table: Table, given: Mapping[str, str], name: str = "") -> Part:
@@ -123,10 +128,8 @@ def _is_recording(part: Part) -> bool:
 
 def _has_force(part: Part) -> bool:
     """Whether a table has a force, though nothing that it varies over."""
-    try:
-        return "force" in part.roles.chosen(("force",))
-    except InputError as error:
-        return error.value == "ambiguous"
+    fault = part.roles.faults.get("force")
+    return "force" in part.roles.columns or (fault is not None and fault.value == "ambiguous")
 
 
 def _first_present(table: Table, given: Mapping[str, Any]) -> dict[str, str]:
@@ -236,7 +239,8 @@ def _joined(table: str, group: str) -> str:
 
 def _runs(part: Part) -> Iterator[Part]:
     """The recordings of a part, one below the other: those that labels name, and runs with a time that starts again."""
-    time = np.empty(0) if part.table.is_large else _values(part, "time")
+    quantities = part.roles.alone()
+    time = np.empty(0) if part.table.is_large else _values(part.table, quantities.get("time"))
     in_order = len(time) > 0 and _increases(time) and not any(map(row_name, part.table.headers))
     if in_order or part.table.is_large:
         yield part
@@ -245,27 +249,26 @@ def _runs(part: Part) -> Iterator[Part]:
 
     labelled = [
         replace(part, name=_joined(part.name, name), table=part.table.only_rows(rows))
-        for name, rows in label_groups(part.table, part.roles)
+        for name, rows in label_groups(part.table, quantities)
     ]
     for each in labelled or [part]:
-        starts = _starts(_values(each, "time"))
-        depth, force = (_values(each, q) if len(starts) > 1 else np.empty(0) for q in ("depth", "force"))
+        columns = [quantities.get(quantity) for quantity in ("time", "depth", "force")]
+        starts = _starts(_values(each.table, columns[0]))
+        depth, force = (_values(each.table, c) if len(starts) > 1 else np.empty(0) for c in columns[1:])
         runs = _joined_phases(starts, depth, force)
         for k, phases in enumerate(runs, 1):
             alone, stop = len(runs) < 2, runs[k][0] if k < len(runs) else None
             table = each.table if alone else each.table.only_rows(slice(phases[0], stop))
             if len(phases) > 1:
-                restarts = tuple(row - phases[0] for row in phases[1:])
-                table = table.continue_time(each.roles.columns["time"].index, restarts)
+                table = table.continue_time(quantities["time"].index, tuple(row - phases[0] for row in phases[1:]))
             name = each.name if alone else _joined(each.name, f"run {k}")
-            yield replace(each, name=name, table=table, cycles=counted_cycles(table, each.roles))
+            yield replace(each, name=name, table=table, cycles=counted_cycles(table, quantities))
 
 
-def _values(part: Part, quantity: str) -> np.ndarray:
-    """The time or depth of each row in the file's unit; empty without one."""
-    column = part.roles.columns.get(quantity)
+def _values(table: Table, column: Column | None) -> np.ndarray:
+    """The column of each row in the file's unit; empty without one."""
     try:
-        return np.empty(0) if column is None else part.table.numbers(column.index)
+        return np.empty(0) if column is None else table.numbers(column.index)
     except InputError:  # reported when the part is read
         return np.empty(0)
 

@@ -225,7 +225,7 @@ def _read_part(
 ) -> tuple[Recording, np.ndarray]:
     """The recording of a part of a file, and the row of each sample; an error names the part."""
     try:
-        part = chosen if first_row is None else replace(chosen, table=chosen.table.from_row(first_row))
+        part = chosen if first_row is None else chosen.from_row(first_row)
         return recording_from_table(part, **options, assumed=assumed)
     except InputError as error:
         from .motion_source import OF_MOTION, motion_advice

@@ -102,6 +102,14 @@ class Roles:
         except InputError:
             return {}
 
+    def alone(self) -> dict[str, Column]:
+        """The column of each quantity, whatever columns were given for the others: what orders the rows of a table."""
+        if not self.given:
+            return dict(self.columns)
+        named = assign_columns(self.table, {}, self.vocabulary).columns
+        found = {q: (self.columns if q in self.given else named).get(q) for q in self.vocabulary.dimensions}
+        return {quantity: column for quantity, column in found.items() if column}
+
     def candidates(self, quantity: str) -> list[Column]:
         """The columns without a role that have a unit of a quantity."""
         used = {column.index for column in self.columns.values()}
