@@ -5,19 +5,20 @@ and their units."""
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
+from ..recording.quantities import split
+from ..recording.roles import Vocabulary, assign_columns
 from ..recording.table import Table
 from ..units import find
 
 MAX_COLUMNS, MAX_MAGNITUDE = 100, 1e30
-_UNIT_AT_END = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]|(.*?),\s*(\S+)|(.*?)\s+(?:/|in)\s+(\S+)")
 _RATIOS = {"": 1.0, "1": 1.0, "-": 1.0, "mm/mm": 1.0, "m/m": 1.0, "in/in": 1.0, "%": 0.01, "percent": 0.01,
            "-1": -1.0, "-%": -0.01}  # fmt: skip
 # other words of a header with one of these mean another quantity
@@ -69,10 +70,6 @@ class BenchTable:
             raise InputError(f"column {header}", f"{values[row]:g}", limit, self.table.place(row), step)
         return values
 
-    def first_row(self) -> list[str]:
-        """The cells of the first row."""
-        return self.table.first_cells()
-
 
 def read_table(path: str | Path) -> BenchTable:
     """The longest table of a file of any format.
@@ -90,15 +87,8 @@ def read_table(path: str | Path) -> BenchTable:
     apart = table.units or [""] * len(table.headers)
     units = [unit or _split(header)[1] for unit, header in zip(apart, table.headers, strict=True)]
     notes = [f"{len(found) - 1} shorter tables in {name} are not used"] if len(found) > 1 else []
-    return BenchTable(
-        file=name,
-        headers=table.headers,
-        units=units,
-        table=table,
-        rows=_rows(table),
-        has_header=table.has_header,
-        notes=notes,
-    )
+    return BenchTable(file=name, headers=table.headers, units=units, table=table, rows=_rows(table),
+                      has_header=table.has_header, notes=notes)  # fmt: skip
 
 
 def _rows(table: Table) -> int:
@@ -115,14 +105,9 @@ def _rows(table: Table) -> int:
 
 
 def _split(header: str) -> tuple[str, str]:
-    """Name and unit of a header: ``Force [N]``, ``Fz, gf``, ``stress / kPa``, ``stress_kPa``."""
-    found = _UNIT_AT_END.fullmatch(header.strip())
-    if found:
-        name, unit = [part for part in found.groups() if part is not None]
-        if is_unit(unit):
-            return name, unit
-    head, _, tail = header.rpartition("_")
-    return (head, tail) if head and is_unit(tail) and tail else (header, "")
+    """Name and unit of a header, of which only a unit of a bench test is one."""
+    name, unit = split(header.strip(), is_unit)
+    return (name, unit) if unit and is_unit(unit) else (header, "")
 
 
 def _words(header: str) -> list[str]:
@@ -134,24 +119,26 @@ def column_of(table: BenchTable, quantity: str, given: Mapping[str, str]) -> int
 
     Raises InputError for a given column that does not exist, and for two that match equally.
     """
-    if quantity in given:
-        return _given_column(table, quantity, given[quantity])
-    if not table.has_header:
+    if quantity not in given and not table.has_header:
         return None
-    taken = {_given_column(table, other, name) for other, name in given.items()}
-    names = [_words(_split(header)[0]) for header in table.headers]
-    for phrase in QUANTITIES[quantity][1]:
-        words = phrase.split()
-        for exact in (True, False):
-            found = [k for k, own in enumerate(names) if k not in taken and _matches(own, words, exact)]
-            found = [k for k in found if not _longer_phrase(names[k], quantity)]
-            if len(found) > 1:
-                shown = " and ".join(repr(table.headers[k]) for k in found)
-                step = f"Choose one, such as --column {quantity}={found[0] + 1}."
-                raise InputError(f"column {quantity}", "ambiguous", f"{shown} match", table.file, step)
-            if found:
-                return found[0]
-    return None
+    roles = assign_columns(table.table, given, _VOCABULARIES[quantity])
+    absent = next((q for q in ([quantity] if quantity in given else given) if q not in roles.matches), None)
+    if absent:
+        limit = f"the columns are {', '.join(table.headers)}"
+        step = f"Give --column {absent}=NAME, or its number from 1 to {len(table.headers)}."
+        raise InputError(f"column of {absent}", repr(given[absent]), limit, table.file, step)
+    found = roles.matches.get(quantity, ())
+    if len(found) > 1:
+        shown = " and ".join(repr(table.headers[k]) for k in found)
+        step = f"Choose one, such as --column {quantity}={found[0] + 1}."
+        raise InputError(f"column {quantity}", "ambiguous", f"{shown} match", table.file, step)
+    return found[0] if found else None
+
+
+def _recognise(quantity: str, phrase: str, exact: bool, header: str) -> str | None:
+    """The quantity, if the phrase is a header, or is in one, that names no other quantity."""
+    own = _words(_split(header)[0])
+    return quantity if _matches(own, phrase.split(), exact) and not _longer_phrase(own, quantity) else None
 
 
 def _matches(own: list[str], words: list[str], exact: bool) -> bool:
@@ -167,17 +154,17 @@ def _longer_phrase(own: list[str], quantity: str) -> bool:
     return any(_matches(own, phrase.split(), False) for name in special for phrase in QUANTITIES[name][1])
 
 
-def _given_column(table: BenchTable, quantity: str, name: str) -> int:
-    if name in table.headers:
-        return table.headers.index(name)
-    plain = [_words(_split(header)[0]) for header in table.headers]
-    if table.has_header and plain.count(_words(name)) == 1:
-        return plain.index(_words(name))
-    if name.isdecimal() and 1 <= int(name) <= len(table.headers):
-        return int(name) - 1
-    limit = f"the columns are {', '.join(table.headers)}"
-    step = f"Give --column {quantity}=NAME, or its number from 1 to {len(table.headers)}."
-    raise InputError(f"column of {quantity}", repr(name), limit, table.file, step)
+_VOCABULARIES = {
+    quantity: Vocabulary(
+        dimensions=dict.fromkeys(QUANTITIES, ""),
+        recognised={
+            f"{phrase}, {exact}": partial(_recognise, quantity, phrase, exact)
+            for phrase in phrases
+            for exact in (True, False)
+        },
+    )
+    for quantity, (_, phrases) in QUANTITIES.items()
+}
 
 
 def in_si(table: BenchTable, quantity: str, index: int, units: Mapping[str, str]) -> np.ndarray:
@@ -209,12 +196,12 @@ def check_names(columns: Iterable[str], units: Iterable[str], known: Iterable[st
                 raise InputError(f"quantity of --{option}", repr(name), f"known are {', '.join(known)}")
 
 
-def missing(table: BenchTable, quantity: str, alternatives: Any = "") -> InputError:
+def missing(table: BenchTable, quantity: str, alternatives: str = "") -> InputError:
     """The error for a quantity without a column; a table without header shows its first row."""
     if table.has_header:
         limit = f"the columns are {', '.join(table.headers)}"
         step = f"Name it {quantity}{alternatives}, or give --column {quantity}=NAME."
     else:
-        limit = f"the file has no header; its first row is {', '.join(table.first_row())}"
+        limit = f"the file has no header; its first row is {', '.join(table.table.first_cells())}"
         step = f"Give --column {quantity}=1, or another number, for each column that is used."
     return InputError(f"column {quantity}", "missing", limit, table.file, step)

@@ -52,7 +52,7 @@ class Vocabulary:
     Parameters
     ----------
     dimensions : mapping
-        Quantity -> its dimension.
+        Quantity -> its dimension, empty if the unit of a column does not tell several with one name apart.
     recognised : mapping
         Reason -> function of a header that returns a quantity or None, the surest first.
     """
@@ -76,6 +76,8 @@ class Roles:
         Quantity -> header, or number from 1, as the user chose.
     columns : mapping
         Quantity -> its column.
+    matches : mapping
+        Quantity -> the columns among which its column is, one or several that are as likely.
     faults : mapping
         Quantity -> why it has no column although it was given, or several columns are as likely.
     vocabulary : Vocabulary
@@ -85,6 +87,7 @@ class Roles:
     table: HasColumns
     given: Mapping[str, str | int]
     columns: Mapping[str, Column]
+    matches: Mapping[str, Sequence[int]]
     faults: Mapping[str, InputError]
     vocabulary: Vocabulary = RECORDINGS
 
@@ -176,7 +179,8 @@ def assign_columns(table: HasColumns, given: Mapping[str, str | int], vocabulary
             columns[quantity] = _single(table, quantity, found, reason)
         except InputError as error:
             faults[quantity] = error
-    return Roles(table=table, given=given, columns=columns, faults=faults, vocabulary=vocabulary)
+    matches = {quantity: found for quantity, (_, found) in taken.items()}
+    return Roles(table=table, given=given, columns=columns, matches=matches, faults=faults, vocabulary=vocabulary)
 
 
 def _unknown(quantity: str, vocabulary: Vocabulary) -> InputError:
@@ -187,7 +191,7 @@ def _unknown(quantity: str, vocabulary: Vocabulary) -> InputError:
 def fitting_unit(table: HasColumns, dimension: str, found: Sequence[int]) -> list[int]:
     """Of several columns with the name of a quantity those without the unit of another one, such as ``Load (V)`` next
     to ``Load (mN)``; all if none has a unit of the quantity."""
-    units = [stated_unit(table, index) for index in found]
+    units = [stated_unit(table, index) if dimension else None for index in found]
     fitting = [not unit or bool(find(unit, dimension)) for unit in units]
     sure = any(fits and unit for fits, unit in zip(fitting, units))
     return [index for index, fits in zip(found, fitting) if fits or not sure]
