@@ -12,7 +12,7 @@ import numpy as np
 from ..core import Needle
 from ..errors import InputError
 from ..recording.mappings import IN_FOLDER
-from ..recording.options import FileOptions, ReadOptions, keywords_of, option
+from ..recording.options import FileOptions, ReadOptions, keywords_of
 from ..recording.reader import read_file
 from ..segmentation.strokes import cycles
 from .condition import LoadedFile, condition
@@ -27,38 +27,37 @@ Progress = Callable[[Any, str], Any]
 
 @dataclass(frozen=True, kw_only=True)
 class CampaignOptions(FileOptions):
-    """The options of ``campaign``."""
+    """The options of ``campaign``: those of its files, and these.
 
-    part: str | None = option(
-        None,
-        'Which recordings of each file, as for ``read_all``: ``"cycle *"`` takes every cycle of a recording that '
-        "repeats. Recordings of one file, and cycles, are repeats of one condition. By default every recording of a "
-        "file is used, and one with cycles as a whole.",
-    )
-    instrument: str | os.PathLike | None = option(
-        None, "Options kept in a file, the ``mapping`` of ``read``."
-    )
-    pattern: str | None = option(
-        None,
-        'Pattern of the file names, such as ``"{specimen}_{speed_mm_s}_{repeat}"``, from which the fields of a file '
-        "are read.",
-    )
-    mapping: str | os.PathLike | None = option(
-        None,
-        "CSV table with a column ``file`` and one column for each field, for files that do not match the pattern. "
-        "Without either, the fields are read from the card in the file, otherwise from the names by evidence: a note "
-        "states what the values decide (date, speed, repeat) and what they do not.",
-    )
-    model: str | None = option(None, "Name of the model, as for ``identify``.")
-    needle: Needle | None = option(None, "The needle, as for ``identify``.")
-    repeats: Collection[str] = option(
-        REPEATS,
-        "Fields in which repeats of one condition differ. Files with equal other fields are repeats of one condition; "
-        "a file without fields is identified by itself.",
-    )
-    progress: Progress | None = option(
-        None, "``progress(iterable, text)`` wraps the work over files, for a progress bar."
-    )
+    Parameters
+    ----------
+    instrument : str or os.PathLike, optional
+        Options kept in a file, the ``mapping`` of ``read``.
+    pattern : str, optional
+        Pattern of the file names, such as ``"{specimen}_{speed_mm_s}_{repeat}"``, from which the fields of a file are
+        read.
+    mapping : str or os.PathLike, optional
+        CSV table with a column ``file`` and one column for each field, for files that do not match the pattern. Without
+        either, the fields are read from the card in the file, otherwise from the names by evidence: a note states what
+        the values decide (date, speed, repeat) and what they do not.
+    model : str, optional
+        Name of the model, as for ``identify``.
+    needle : Needle, optional
+        The needle, as for ``identify``.
+    repeats : collection of str
+        Fields in which repeats of one condition differ. Files with equal other fields are repeats of one condition; a
+        file without fields is identified by itself.
+    progress : callable, optional
+        ``progress(iterable, text)`` wraps the work over files, for a progress bar.
+    """
+
+    instrument: str | os.PathLike | None = None
+    pattern: str | None = None
+    mapping: str | os.PathLike | None = None
+    model: str | None = None
+    needle: Needle | None = None
+    repeats: Collection[str] = REPEATS
+    progress: Progress | None = None
 
 
 @keywords_of(CampaignOptions)
@@ -67,7 +66,9 @@ def campaign(source: str | os.PathLike | Iterable[str | os.PathLike], options: C
 
     The result does not depend on the order of the files. Only the arrays of one condition are in memory at a time. A
     file that cannot be read or identified is part of the result, with its status, and a file of the folder that is not
-    a recording is listed with the reason.
+    a recording is listed with the reason. Every recording of a file with several is used, or those of ``part``, as for
+    ``read_all``: ``"cycle *"`` takes every cycle of a recording that repeats, which by default is used as a whole. They
+    are repeats of one condition.
 
     Parameters
     ----------

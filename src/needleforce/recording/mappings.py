@@ -12,32 +12,32 @@ import msgspec
 
 from ..errors import InputError
 from ..files import MAX_DEFINITION_BYTES, atomic_write, decode_toml, read_bytes
-from .options import ReadOptions
+from .options import ReadOptions, flags, plain_type
 
 IN_FOLDER = "needleforce.toml"
 _SHIPPED = Path(__file__).with_name("mappings")
 _TABLES = {"columns": dict[str, str | int | list[str]], "units": dict[str, str]}
 
 
-def _kept() -> dict[str, tuple[str, float | None]]:
+def _kept() -> dict[str, tuple[str, float | None, Any]]:
     """The options that a mapping file keeps, all with a flag but those that name a file: the key of each, which has the
-    unit of the flag if there is one, and the factor to SI."""
-    kept = {each.name: each.metadata["flag"] for each in fields(ReadOptions) if "PathLike" not in str(each.type)}
-    return {
-        name: (name if flag.factor is None else flag.word.strip("-").replace("-", "_"), flag.factor)
-        for name, flag in kept.items()
-        if flag is not None
-    }
+    unit of the flag if there is one, the factor to SI, and the type."""
+    known, kept = flags(), {}
+    for row in fields(ReadOptions):
+        flag, of_type = known.get(row.name), plain_type(row)
+        if flag is not None and "PathLike" not in str(of_type):
+            key = row.name if flag.factor is None else flag.word.removeprefix("--").replace("-", "_")
+            kept[row.name] = (key, flag.factor, of_type)
+    return kept
 
 
 _KEPT = _kept()
-_TYPES = {each.name: each.type for each in fields(ReadOptions)}
 MappingFile = msgspec.defstruct(
     "MappingFile",
     [
         ("description", str, ""),
-        *((name, kind, {}) for name, kind in _TABLES.items()),
-        *((key, _TYPES[name], None) for name, (key, _) in _KEPT.items() if name not in _TABLES),
+        *((name, of_type, {}) for name, of_type in _TABLES.items()),
+        *((key, of_type, None) for name, (key, _, of_type) in _KEPT.items() if name not in _TABLES),
     ],
     forbid_unknown_fields=True,
     omit_defaults=True,
@@ -107,7 +107,7 @@ def completed(path: Path, options: ReadOptions) -> tuple[ReadOptions, str]:
         return options, ""
     mapping = load_mapping(of_folder if name is None else name)
     kept: dict[str, Any] = {"mapping": None}
-    for option, (key, factor) in _KEPT.items():
+    for option, (key, factor, _) in _KEPT.items():
         value, given = getattr(mapping, key), getattr(options, option)
         if option in _TABLES:
             kept[option] = value | dict(given or {})
@@ -141,7 +141,7 @@ def save_mapping(options: ReadOptions, target: str, description: str = "") -> Pa
         A file that cannot be written.
     """
     content: dict[str, Any] = {}
-    for option, (key, factor) in _KEPT.items():
+    for option, (key, factor, _) in _KEPT.items():
         value = getattr(options, option)
         if value is not None:
             content[key] = value if factor is None else float(f"{value / factor:.12g}")
