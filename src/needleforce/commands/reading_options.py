@@ -16,8 +16,8 @@ from .output import pairs
 def reads_files(*named: str, part: str | None = None) -> Callable[[Callable], Callable]:
     """A command with the flags of reading in place of its parameter ``reading``, which becomes their ``ReadOptions``.
 
-    These are the flags that all commands have, then those that are ``named``; a parameter of the command with the name of
-    one takes its place, and is left to the command. ``part`` is the default of ``--part``.
+    These are the flags that all commands have, then those that are ``named``; a parameter of the command with the name
+    of one takes its place, and is left to the command. ``part`` is the default of ``--part``.
     """
     table = flags()
     names = [name for name, flag in table.items() if not flag.named] + list(named)
