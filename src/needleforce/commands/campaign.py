@@ -7,11 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..recording.options import ReadOptions
-from .files import (
-    NEEDLE_HELP,
-)
+from .files import NEEDLE_HELP, reads_files
 from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..campaign import Campaign, Condition

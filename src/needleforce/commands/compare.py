@@ -9,13 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..recording.options import ReadOptions
-from .files import (
-    read_all,
-    readable,
-    screen_recordings,
-)
+from .files import read_all, readable, reads_files, screen_recordings
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow

@@ -8,11 +8,8 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import (
-    read_all,
-)
+from .files import read_all, reads_files
 from .output import check_outputs, say
-from .reading_options import reads_files
 
 NAME = "convert"
 ENDINGS = (".csv", ".parquet", ".mcap")

@@ -8,15 +8,8 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import (
-    MOTION_HELP,
-    NEEDLE_HELP,
-    ReadFiles,
-    read_all,
-    screen_recordings,
-)
+from .files import MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, reads_files, screen_recordings
 from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit

@@ -12,12 +12,8 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import (
-    NEEDLE_HELP,
-    read_all,
-)
+from .files import NEEDLE_HELP, read_all, reads_files
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification.indentation_tips import TipFit

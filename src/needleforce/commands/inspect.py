@@ -10,8 +10,8 @@ import typer
 from ..display.quantities import span_scale
 from ..errors import InputError
 from ..recording.options import ReadOptions
+from .files import reads_files
 from .output import check_outputs, progress, say, show, table
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..recording.look import Look

@@ -9,11 +9,8 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import (
-    read_all,
-)
+from .files import read_all, reads_files
 from .output import JSON_HELP, REPORT_HELP, check_outputs, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..bench_tests import PenetrationTests
