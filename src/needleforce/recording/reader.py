@@ -13,7 +13,6 @@ from ..errors import InputError
 from ..files import enough_memory
 from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
-from .columns import MOTION_PREFIX
 from .cycles import MIN_CYCLES, CycleSpan, chosen_cycle, cycle_spans, spans_of_rows, with_note
 from .formats.detect import format_of, tables_of
 from .from_table import recording_from_table
@@ -21,7 +20,7 @@ from .joining import INWARDS
 from .mappings import completed
 from .options import ReadOptions, keywords_of
 from .part_choice import asked, chosen_part
-from .parts import Part, from_row, header_texts, recordings_in
+from .parts import Part, recordings_in
 from .recording import Recording
 
 if TYPE_CHECKING:
@@ -145,11 +144,9 @@ def _read_log(path: Path, options: ReadOptions, assumed: AssumedMotion) -> Recor
 
 def _read_part(path: Path, chosen: Part, options: ReadOptions, assumed: AssumedMotion) -> tuple[Recording, np.ndarray]:
     """The recording of a part of a file, and the row of each sample; an error names the part."""
-    of_motion = {q: h for q, h in header_texts(options.columns).items() if q.startswith(MOTION_PREFIX)}
-    columns = {**chosen.columns, **of_motion}
     try:
-        table = chosen.table if options.first_row is None else from_row(chosen.table, options.first_row)
-        return recording_from_table(table, replace(options, columns=columns), assumed)
+        part = chosen if options.first_row is None else chosen.from_row(options.first_row)
+        return recording_from_table(part, options, assumed)
     except InputError as error:
         from .motion_source import OF_MOTION, motion_advice
 

@@ -8,11 +8,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..errors import InputError
-from .file_table import named_columns
 from .from_table import recording_from_table
 from .options import ReadOptions
+from .parts import part_of
 from .reader import read
 from .recording import Recording
+from .table import named_columns
 
 RecordingSource: TypeAlias = Any
 """A Recording, a path, a pandas DataFrame, a mapping of columns, or (time, depth, force) in SI."""
@@ -44,7 +45,7 @@ def recording_of(source: RecordingSource) -> Recording:
         return read(source)
     if (hasattr(source, "iloc") and hasattr(source, "columns")) or isinstance(source, Mapping):
         columns = source if hasattr(source, "iloc") else dict(source)
-        return recording_from_table(named_columns(columns), ReadOptions())[0]
+        return recording_from_table(part_of(named_columns(columns), {}), ReadOptions())[0]
     if is_arrays(source):
         return Recording(time=source[0], depth=source[1], force=source[2])
     raise InputError("recording", type(source).__name__, f"taken are {TAKEN}", next_step="See nf.read for files.")
