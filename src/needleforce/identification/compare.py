@@ -241,7 +241,7 @@ def _row(
         model=name,
         nrmse=fit.quality.nrmse if fit.quality else np.nan,
         left_out=float(np.median(errors)) if len(errors) else np.nan,
-        parameters=_shared_parameters(fit) if law is None else len(FITS[law].units) + 1 + 2 * _bends(law),
+        parameters=_shared_parameters(fit) if law is None else len(FITS[law].parameters) + 1 + 2 * _bends(law),
         notes=held_out.refused,
         prediction=float(ratios[0]),
         replay=float(replayed[0]),

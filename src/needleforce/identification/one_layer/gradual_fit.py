@@ -269,7 +269,7 @@ class _Made:
         half |= self._half_of_peak(reduced)
         low = {name: value - float(half.get(name, 0.0)) for name, value in values.items()}
         high = {name: value + float(half.get(name, 0.0)) for name, value in values.items()}
-        for name in (*FITS[law].units, "friction_per_length", "cutting_force"):
+        for name in (*FITS[law].parameters, "friction_per_length", "cutting_force"):
             low[name] = max(low[name], 0.0)
         residual_in = (
             reduced.force_in - values["force_offset"] - self.force(reduced.depth_in, self.numbers, self.coefficients)

@@ -3,8 +3,9 @@
 
 import dataclasses
 
+from ...models.parameter_units import UNITS
 from ..diagnostics import FitInputs
-from ..estimates import UNITS, Estimate, mean_estimate, pool
+from ..estimates import Estimate, mean_estimate, pool
 from ..one_layer.segmented_recording import SegmentedRecording
 from .bias_terms import spreading_force
 from .result import TwoPass
@@ -51,8 +52,12 @@ def _replaced(two_pass: TwoPass) -> dict[str, Estimate]:
     sites, bound = two_pass.sites, ", an upper bound" if two_pass.upper_bound else ""
     slopes, forces = [site.friction_slope for site in sites], [site.cutting for site in sites]
     by_slope = f"{TWO_PASS}, least squares with intercept"
-    friction = mean_estimate("friction_per_length", slopes, "N/m", by_slope, sites[0].friction_slope_half)
-    cutting = mean_estimate("cutting_force", forces, "N", f"first minus {TWO_PASS}{bound}", sites[0].cutting_half)
+    friction = mean_estimate(
+        "friction_per_length", slopes, UNITS["friction_per_length"], by_slope, sites[0].friction_slope_half
+    )
+    cutting = mean_estimate(
+        "cutting_force", forces, UNITS["cutting_force"], f"first minus {TWO_PASS}{bound}", sites[0].cutting_half
+    )
     cutting = dataclasses.replace(cutting, identifiable=not two_pass.upper_bound)
     extremes = {} if two_pass.upper_bound else {each.name: each for each in cutting_oscillation(two_pass) or ()}
     return {"friction_per_length": friction, "cutting_force": cutting} | extremes
