@@ -72,8 +72,8 @@ def test_numbers_are_counted_alike():
 
 def test_criterion_is_schwarz():
     noise = Noise(sse=2.0, count=100)
-    assert criterion(noise, 3, 100) == pytest.approx(100 * np.log(0.02) + 3 * np.log(100))
-    assert criterion(noise, 3, 10) == pytest.approx(10 * np.log(0.02) + 3 * np.log(10))
+    assert criterion(noise.mean_square, 3, 100) == pytest.approx(100 * np.log(0.02) + 3 * np.log(100))
+    assert criterion(noise.mean_square, 3, 10) == pytest.approx(10 * np.log(0.02) + 3 * np.log(10))
 
 
 def test_samples_behind_a_filter_count_as_one():

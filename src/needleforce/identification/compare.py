@@ -221,7 +221,7 @@ def _last(value: float) -> float:
 def correlated(loading: dict[str, DeformationFit]) -> dict[str, float]:
     """The BIC of each law's fit to the same samples, where correlated samples count as one."""
     samples = independent_samples([fit.noise for fit in loading.values()])
-    return {law: criterion(fit.noise, len(fit.order), samples) for law, fit in loading.items()}
+    return {law: criterion(fit.noise.mean_square, len(fit.order), samples) for law, fit in loading.items()}
 
 
 def _row(

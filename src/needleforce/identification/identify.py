@@ -47,7 +47,7 @@ from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .result import Fit
 from .strokes import presliding_of
-from .two_pass.estimates import two_pass_estimates
+from .two_pass.subtraction import two_pass_estimates
 
 Progress = Callable[[Any, str], Any]
 MISSES_PUNCTURE = (

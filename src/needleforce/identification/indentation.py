@@ -158,7 +158,7 @@ def fit_indentation(
         found["contact_depth"] = replace(found["contact_depth"], source="as given", **nothing)
     if tissue is not None:
         found["young_modulus"] = _young(found["reduced_modulus"], tissue)
-    bic = criterion(noise, len(values), noise.count)
+    bic = criterion(noise.mean_square, len(values), noise.count)
     return IndentationFit(tip=tip, parameters=found, residual=residual, bic=bic, notes=notes)
 
 

@@ -12,6 +12,7 @@ from ...models.parameter_units import UNITS
 from ..estimates import Estimate, is_meaningful
 from ..motion import depths_between
 from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, likely_punctures, noise_of, sandwich
+from ..statistics.regression import criterion
 from .loading_curves import CURVES, FITS
 
 UNKNOWNS = (
@@ -220,7 +221,7 @@ class CycleEstimates:
             left_out=self.left_out,
             sse=self.sse,
             n=self.n,
-            bic=self.n * math.log(max(self.variance, 1e-300)) + (6 + free) * math.log(self.n),
+            bic=criterion(self.variance, 6 + free, self.n),
             rmse=math.sqrt(self.variance),
             noise_correlation_length=long_run / plain if plain > 0.0 else 1.0,
             warnings=tuple(self._warnings(values, low, high, free)),

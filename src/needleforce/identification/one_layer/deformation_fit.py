@@ -49,12 +49,12 @@ class DeformationFit:
     @property
     def bic(self) -> float:
         """Schwarz's criterion, each sample counted as independent."""
-        return criterion(self.noise, len(self.order), self.noise.count)
+        return criterion(self.noise.mean_square, len(self.order), self.noise.count)
 
     @property
     def nrmse(self) -> float:
         """Residual rms over the largest force."""
-        return (self.noise.sse / self.noise.count) ** 0.5 / self.peak
+        return self.noise.mean_square**0.5 / self.peak
 
 
 def fit_deformation(
