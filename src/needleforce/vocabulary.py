@@ -11,7 +11,7 @@ Phase = StrEnum("Phase", core.phase_names())
 Status = StrEnum("Status", [*core.status_names(), "no_contact", "no_puncture", "incomplete", "unreadable"])
 
 SMALLEST = 1e-300
-"""In place of 0, by which nothing is divided and which has no logarithm: far below the square of any recorded force [N] or
-length [m], and its own quotients are still finite."""
+"""In place of 0, by which nothing is divided and which has no logarithm: far below the square of any recorded force [N]
+or length [m], and its own quotients are still finite."""
 
 __all__ = ["SMALLEST", "Phase", "Status", "__version__"]

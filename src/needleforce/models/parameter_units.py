@@ -7,10 +7,8 @@ import re
 from .. import core
 from ..mechanics.foundation import READINGS
 
-OF_LAWS = {
-    row["name"]: row["unit"] for law in vars(core.laws).values() if hasattr(law, "table") for row in law.table()
-}
-"""Where two laws have a parameter of one name, it has one unit: a test of the glossary."""
+OF_LAWS = {row["name"]: row["unit"] for law in vars(core.laws).values() if hasattr(law, "table") for row in law.table()}
+"""Where two laws have a parameter of one name, it has one unit: a test of the vocabulary."""
 
 UNITS = OF_LAWS | {
     # contact and punctures of a recording, in its own zero
