@@ -3,7 +3,6 @@
 
 import os
 import sys
-import time
 import zlib
 from datetime import datetime
 
@@ -180,18 +179,17 @@ def test_a_library_that_never_returns_or_dies_is_ended(tmp_path, monkeypatch):
         "    if 'die' in path.name: os.abort()\n"
         "    return []\n"
     )
-    monkeypatch.setattr(worker, "_TIME_S", 0.5)
+    monkeypatch.setattr(worker, "_TIME_S", 0.5)  # of a processor
+    monkeypatch.setattr(worker, "_WALL_FACTOR", 1000.0)
     for name in ("loop", "die", "fine"):
         (tmp_path / name).touch()
     found_here = "import needleforce.recording.formats as f; f.__path__.append(sys.path[-1]); serve()"
     monkeypatch.setattr(worker, "_START", worker._START.replace("serve()", found_here))
     monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
     worker._worker.close()
-    begun = time.monotonic()
     for name in ("loop", "die"):
         with pytest.raises(InputError, match="the library that reads it failed, or took more than"):
             worker.tables_by_worker("stub", tmp_path / name, "STUB")
-    assert time.monotonic() - begun < 30.0
     assert worker.tables_by_worker("stub", tmp_path / "fine", "STUB") == []
     worker._worker.close()
 

@@ -23,8 +23,7 @@ from .reading_options import reads_files
 if TYPE_CHECKING:
     from ..identification.indentation_tips import TipFit
     from ..recording import Recording
-    from ..recording.file_table import FileTable
-    from ..recording.formats.text_table import TextTable
+    from ..recording.table import Table
 
 NAME = "indentation"
 SEGMENT_HELP = "Use the rows in which a column has a value, such as segment=0; default: all rows up to the deepest one."
@@ -104,7 +103,7 @@ def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str,
     return recording.depth[used], recording.force[used]
 
 
-def _table_of(recording: "Recording", file: Path) -> "FileTable | TextTable":
+def _table_of(recording: "Recording", file: Path) -> "Table":
     from ..recording.part_choice import asked, chosen_part
     from ..recording.parts import recordings_in
 
@@ -116,9 +115,9 @@ def _table_of(recording: "Recording", file: Path) -> "FileTable | TextTable":
     return chosen_part(parts, part, file).table
 
 
-def _rows(table: "FileTable | TextTable", name: str, value: str, count: int) -> np.ndarray:
+def _rows(table: "Table", name: str, value: str, count: int) -> np.ndarray:
     """Whether the column ``name`` has ``value``, (n,); InputError if there is no such column or value."""
-    from ..recording.columns import columns_of
+    from ..recording.roles import columns_of
 
     if name not in table.headers:
         step = "Give one of them."

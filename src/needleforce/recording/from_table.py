@@ -4,30 +4,29 @@
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .assumed_motion import AssumedMotion
 from .card import Preamble
-from .columns import of_main
-from .file_table import FileTable
 from .force_signal import glitch_notes, remove_bias
-from .formats.text_table import TextTable
 from .joining import INWARDS, join, put_motion, put_signs, settle_motion
+from .parts import Part
 from .quantities import AXES
 from .recording import Note, Recording
+from .roles import of_main
+from .samples import timing_notes
 from .stream import Stream, read_stream
-from .timestamps import timing_notes
 
 if TYPE_CHECKING:
     from .motion_source import MotionSource
 
 
 def recording_from_table(
-    layout: FileTable | TextTable,
+    part: Part,
     *,
-    columns: Mapping[str, str],
+    columns: Mapping[str, Any] | None,
     units: Mapping[str, str] | None,
     inwards: str | None,
     filter_length: int | None,
@@ -38,15 +37,18 @@ def recording_from_table(
     start_depth: float | None,
     assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
 ) -> tuple[Recording, np.ndarray]:
-    """Read one table, also the row of each sample; the options are those of ``read``."""
-    preamble = Preamble(layout.comments, str(layout.path))
-    source = _motion_source(layout.path, preamble, motion, motion_part, motion_shift)
+    """Read one table, also the row of each sample; the options are those of ``read``, and ``columns`` are those of a
+    motion in another table."""
+    table = part.table
+    preamble = Preamble(table.comments, str(table.path))
+    source = _motion_source(table.path, preamble, motion, motion_part, motion_shift)
     wanted = ("time", "force", *AXES) if source else ("time", "force", "depth", "velocity", *AXES)
-    main = read_stream(layout, wanted, of_main(columns), of_main(units), assumed=assumed.without_motion(bool(source)))
+    within = assumed.without_motion(bool(source))
+    main = read_stream(table, part.roles, wanted, of_main(units), assumed=within)
     direction = INWARDS[inwards or "increasing"]
     if source:
         main.notes += [Note("unused", assumed.unused_with_motion())] if assumed.unused_with_motion() else []
-        join(main, source, table=layout, start_depth=start_depth, columns=columns, units=units, inwards=direction)
+        join(main, source, table=table, start_depth=start_depth, columns=columns, units=units, inwards=direction)
     elif main.motion:
         put_motion(main, main.motion, start_depth, preamble, direction)
         main.assumptions += main.motion.assumptions

@@ -10,10 +10,11 @@ import numpy as np
 
 from ..errors import InputError
 from .assumed_motion import AssumedMotion
-from .columns import Column, of_main
 from .motion_source import MotionSource
 from .parts import MAIN, Part, column_table
+from .roles import of_main
 from .stream import read_stream
+from .table import Table
 
 MAX_LISTED = 20  # columns, and recordings, that are shown
 _OF_MOTION = ("time", "depth", "velocity")
@@ -48,11 +49,10 @@ def column_looks(part: Part, used: Sequence[str] = MAIN) -> tuple[ColumnLook, ..
     )
 
 
-def _range(table: Any, index: int) -> dict[str, Any]:
+def _range(table: Table, index: int) -> dict[str, Any]:
     """Number of values, first, last, smallest and largest of a column."""
-    column = Column("force", table.headers[index], index, None)
     try:
-        values = table.numbers({"force": column})[0]["force"]
+        values = table.numbers(index)
     except InputError:
         values = np.empty(0)
     values = values[np.isfinite(values)]
@@ -141,7 +141,7 @@ def _force_time(main: Part | None, options: Mapping[str, Any]) -> np.ndarray | N
     assumed = AssumedMotion(rate=options.get("rate"))
     try:
         units = of_main(options.get("units"))
-        return read_stream(main.table, ("time", "force"), of_main(main.columns), units, assumed=assumed).values["time"]
+        return read_stream(main.table, main.roles, ("time", "force"), units, assumed=assumed).values["time"]
     except InputError:
         return None
 

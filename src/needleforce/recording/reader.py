@@ -13,16 +13,15 @@ from ..errors import InputError
 from ..files import enough_memory
 from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
-from .columns import MOTION_PREFIX
 from .cycles import MIN_CYCLES, CycleSpan, chosen_cycle, cycle_spans, spans_of_rows, with_note
-from .file_table import FileTable
 from .formats.detect import format_of, tables_of
 from .from_table import recording_from_table
 from .joining import INWARDS
 from .mappings import with_mapping
 from .part_choice import asked, chosen_part
-from .parts import Part, from_row, header_texts, recordings_in
+from .parts import Part, header_texts, part_of, recordings_in
 from .recording import Recording
+from .table import Table
 
 if TYPE_CHECKING:
     from .look import Look
@@ -225,11 +224,9 @@ def _read_part(
     path: Path, chosen: Part, first_row: int | None, options: Mapping[str, Any], assumed: AssumedMotion
 ) -> tuple[Recording, np.ndarray]:
     """The recording of a part of a file, and the row of each sample; an error names the part."""
-    of_motion = {q: h for q, h in header_texts(options["columns"]).items() if q.startswith(MOTION_PREFIX)}
-    columns = {**chosen.columns, **of_motion}
     try:
-        table = chosen.table if first_row is None else from_row(chosen.table, first_row)
-        return recording_from_table(table, **{**options, "columns": columns}, assumed=assumed)
+        part = chosen if first_row is None else chosen.from_row(first_row)
+        return recording_from_table(part, **options, assumed=assumed)
     except InputError as error:
         from .motion_source import OF_MOTION, motion_advice
 
@@ -241,7 +238,7 @@ def _read_part(
 
 
 def read_columns(
-    source: FileTable,
+    source: Table,
     *,
     columns: Mapping[str, str | int] | None = None,
     units: Mapping[str, str] | None = None,
@@ -251,9 +248,10 @@ def read_columns(
 ) -> Recording:
     """A recording from columns in memory; the options are those of ``read``."""
     _check(inwards, filter_length, "insertion")
-    options = {"columns": header_texts(columns), "units": units, "inwards": inwards, "filter_length": filter_length}
+    part = part_of(source, header_texts(columns))
+    options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
     options |= {"motion": None, "motion_part": None, "motion_shift": None, "start_depth": None}
-    return recording_from_table(source, **options, baseline=baseline)[0]
+    return recording_from_table(part, **options, baseline=baseline)[0]
 
 
 def _check(inwards: str | None, filter_length: int | None, test: str) -> None:

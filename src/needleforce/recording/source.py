@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..errors import InputError
-from .file_table import named_columns
 from .reader import read, read_columns
 from .recording import Recording
+from .table import named_columns
 
 RecordingSource: TypeAlias = Any
 """A Recording, a path, a pandas DataFrame, a mapping of columns, or (time, depth, force) in SI."""

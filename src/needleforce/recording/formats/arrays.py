@@ -13,8 +13,8 @@ import numpy as np
 
 from ...errors import InputError, printable
 from ...files import MAX_SAMPLES, open_regular
-from ..columns import split
 from ..file_table import FileTable
+from ..quantities import split
 from ..recording import Note
 
 MAX_COLUMNS = 1024  # of a table, as of a text file

@@ -149,7 +149,7 @@ def tables_of(path: Path) -> "list[FileTable]":
         step = f'Install it with pip install "{found.extra}".'
         raise InputError(f"package {error.name}", "missing", limit, str(path), step) from None
     if any(_PARTS_OF_SECOND.search(header) for table in tables for header in table.headers):
-        from .clock_times import with_stamps
+        from .clock_times import join_stamps
 
-        return [with_stamps(table) for table in tables]
+        return [join_stamps(table) for table in tables]
     return tables

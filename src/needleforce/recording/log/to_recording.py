@@ -20,8 +20,8 @@ from ..motion_source import MotionSource
 from ..quantities import AXES as RECORDING_AXES
 from ..quantities import check_known, dimension
 from ..recording import Card, Note, Recording
+from ..samples import timing_notes
 from ..stream import Stream, constant_depth
-from ..timestamps import timing_notes
 from .messages import Log, Mark, Messages
 from .reader import read_log
 from .topics import AS_TABLE, split_choice
