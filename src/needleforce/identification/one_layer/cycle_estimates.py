@@ -25,7 +25,7 @@ UNKNOWNS = (
 )
 """Order of the unknowns in the compiled core: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m], b [N]."""
 
-BESIDE_THE_CURVE = (
+ALSO_ESTIMATED = (
     "contact_depth",
     "puncture_depth",
     "puncture_indentation",
@@ -122,7 +122,7 @@ def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
     """The estimates of one cycle; without a withdrawal, friction and cutting force come from the insertion only."""
     staged = fit.by_stages and not FITS[fit.law].gradual
     source = f"{'staged fit' if staged else 'complete fit'}, {fit.law}" + ("" if has_withdrawal else ", insertion only")
-    names = [name for name in (*FITS[fit.law].parameters, *BESIDE_THE_CURVE) if name in fit.values]
+    names = [name for name in (*FITS[fit.law].parameters, *ALSO_ESTIMATED) if name in fit.values]
     return {name: _estimate(name, fit, source) for name in names}
 
 
