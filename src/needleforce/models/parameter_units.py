@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The SI unit of every parameter by its name: those of the laws from the core's tables, and those that a fit has beside
-the laws."""
+"""The SI unit of every parameter by its name: those of the laws from the core's tables, and those that a fit has in
+addition to the laws."""
 
 import re
 
