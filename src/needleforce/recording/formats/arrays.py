@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arrays of a file as tables: vectors of one length belong together, with the matrices that have as many rows."""
 
+import errno
 import hashlib
 import math
 import warnings
@@ -172,6 +173,8 @@ def reading(path: Path, what: str, step: str = _EXPORT_AGAIN) -> Iterator[None]:
     except (InputError, MemoryError):
         raise
     except Exception as error:  # their exceptions have no common base class
+        if isinstance(error, OSError) and error.errno == errno.ENOMEM:  # of a file that is mapped
+            raise MemoryError from error
         why = " ".join(f"{type(error).__name__}: {error}".split())[:_MESSAGE_CHARS]
         raise InputError("file", f"not readable as {what}", why, str(path), step) from error
 

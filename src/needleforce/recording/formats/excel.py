@@ -19,11 +19,11 @@ from ...files import MAX_RECORDING_BYTES, read_bytes, unpacked_limit
 from ..file_table import FileTable
 from ..recording import Note
 from ..stated import stating_lines
+from . import Format
 from .arrays import MAX_COLUMNS, check_count
 from .clock_times import seconds_of
 from .number_texts import NoNumber, UnclearSign, numbers_of
 from .rows import Block, blocks, is_missing, is_number
-from .worker import tables_by_worker
 
 _STATING_ROWS = 256  # above a table, that may state a rate, a speed or a unit
 _MAX_CELLS = 8_000_000  # of a sheet, empty ones included: a million rows of 8 columns
@@ -41,11 +41,6 @@ _SAVE = "Open it in a spreadsheet program and save it again as xlsx, or export t
 
 def tables(path: Path) -> list[FileTable]:
     """The tables of all sheets. Raises InputError for a workbook that is damaged, encrypted or has no table."""
-    return tables_by_worker("excel", path, "Excel workbook", _BYTES_PER_S, needs="python_calamine")
-
-
-def tables_here(path: Path) -> list[FileTable]:
-    """As ``tables``, in this process, which a damaged file may end, keep busy for ever, or fill."""
     from python_calamine import CalamineWorkbook, SheetTypeEnum
 
     content = read_bytes(path, "file", MAX_RECORDING_BYTES)
@@ -269,3 +264,10 @@ def _letters(column: int) -> str:
         column, rest = divmod(column - 1, 26)
         name = chr(ord("A") + rest) + name
     return name
+
+
+_READ_BY = {"tables": tables, "limited": True, "bytes_per_s": _BYTES_PER_S, "package": "python_calamine"}
+FORMATS = (
+    Format(name="an Excel workbook (xlsx)", suffixes=(".xlsx", ".xlsm"), member=b"xl/workbook", **_READ_BY),
+    Format(name="an Excel workbook (xls)", suffixes=(".xls",), starts=(_COMPOUND,), **_READ_BY),
+)

@@ -17,6 +17,7 @@ from ...errors import InputError
 from ...files import read_bytes
 from ..columns import Column
 from ..file_table import FileTable
+from . import Format
 from .arrays import MAX_TABLES, check_count
 from .text_lines import Encoding
 from .text_table import TextTable
@@ -185,3 +186,13 @@ def _number(text: str, decimal: str) -> float:
         return float(text.replace(decimal, "."))
     except ValueError:
         return float("nan")
+
+
+FORMATS = (
+    Format(
+        name="LabVIEW measurement (lvm)",
+        suffixes=(".lvm",),
+        starts=(b"LabVIEW Measurement",),
+        tables=tables,
+    ),
+)

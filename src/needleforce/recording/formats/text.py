@@ -12,6 +12,7 @@ from pathlib import Path
 from ...errors import InputError
 from ...files import open_regular
 from ..stated import stating_lines
+from . import Format
 from .rows import (
     MIN_ROWS,
     Block,
@@ -283,3 +284,7 @@ def _table_in(path: Path, encoding: Encoding, lines: Sequence[str]) -> TextTable
     """The table in some lines of a file; None if its numbers are in no common columns."""
     chosen = _delimited(lines)
     return None if chosen is None else _table(path, encoding, lines, chosen)
+
+
+TEXT = Format(name="text", suffixes=(".csv", ".tsv", ".txt", ".dat"), tables=tables)
+FORMATS = (TEXT,)

@@ -28,8 +28,9 @@ from ...errors import InputError
 from ...files import enough_memory, open_regular
 from ..file_table import FileTable
 from ..recording import Note
+from . import Format
 
-_TIME_S, _BYTES_PER_S = 5.0, 16e6  # processor time for one file, and more for a large one
+_TIME_S = 5.0  # of the processor for one file, and more for a large one
 _MEMORY_BYTES = 3 << 29  # address space for one file, beyond that of the process
 _MEMORY_PER_BYTE = 60  # more for each byte of it
 _KEPT_S = 5.0  # that a file stays open after the last request
@@ -40,22 +41,20 @@ _PLAIN = ("headers", "units", "name", "sha256", "row_name", "first_row", "has_he
 _START = f"import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {__name__} import serve; serve()"
 
 
-def tables_by_worker(
-    module: str, path: Path, what: str, bytes_per_s: float = _BYTES_PER_S, *, needs: str = ""
-) -> list[FileTable]:
-    """The tables that ``tables_here(path)`` of a module in this folder gives in the other process.
+def tables_by_worker(form: Format, path: Path) -> list[FileTable]:
+    """The tables of a file that ``form.tables`` gives in the other process.
 
-    ``bytes_per_s`` is the slowest at which a large file may be read, ``needs`` a package. Raises InputError as it does,
-    and for a file with which it ends, or takes too much time or memory; ImportError without the package.
+    Raises InputError as it does, and for a file with which the process ends, or takes too much time or memory;
+    ImportError without the package of the format.
     """
-    if needs and find_spec(needs) is None:
-        raise ImportError(name=needs)
+    if form.package and find_spec(form.package) is None:
+        raise ImportError(name=form.package)
     if not sys.executable:  # within a program that cannot start a second Python
-        return import_module(f".{module}", __package__).tables_here(path)
+        return form.tables(path)
     path = Path(os.path.abspath(path))
-    request = {"module": module, "bytes_per_s": bytes_per_s}
-    answer, _ = _worker.ask(path, what, request)
-    return [_table(path, what, request | {"table": number}, each) for number, each in enumerate(answer["tables"])]
+    request = {"module": form.tables.__module__, "function": form.tables.__name__, "bytes_per_s": form.bytes_per_s}
+    answer, _ = _worker.ask(path, form.name, request)
+    return [_table(path, form.name, request | {"table": number}, each) for number, each in enumerate(answer["tables"])]
 
 
 def _table(path: Path, what: str, request: dict[str, Any], stated: dict[str, Any]) -> FileTable:
@@ -215,11 +214,11 @@ def _answer(request: dict, opened: tuple[Any, list[FileTable]], answers: BinaryI
     path = Path(os.fsdecode(request["path"].encode("utf-8", "surrogateescape")))
     try:
         state = os.stat(path)
-        key = request["module"], path, state.st_ino, state.st_size, state.st_mtime_ns
+        key = request["module"], request["function"], path, state.st_ino, state.st_size, state.st_mtime_ns
         with enough_memory(path):
             if not {"column", "texts"} & request.keys() or opened[0] != key:
                 opened = (None, [])
-                opened = key, import_module(f".{request['module']}", __package__).tables_here(path)
+                opened = key, getattr(import_module(request["module"]), request["function"])(path)
             if "column" in request:
                 _send(answers, {}, _column(opened[1][request["table"]], request["column"], request["first"]))
             elif "texts" in request:
