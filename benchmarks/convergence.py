@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """How the force converges with the step, for every law in the paper's model and for every preset. ``--write`` puts the
-table into ``docs/convergence.md``, which says how it is measured."""
+table into ``docs/evidence/convergence.md``, which says how it is measured."""
 
 import argparse
 import sys
@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "docs"))
 from law_pages.typical import around, example  # noqa: E402
 
-PAGE = ROOT / "docs" / "convergence.md"
+PAGE = ROOT / "docs" / "evidence" / "convergence.md"
 HEAD = "| law or preset | states | order | error at 8 ms | at 1 ms | at 0.25 ms |\n|---|---|---|---|---|---|\n"
 COARSEST, HALVINGS, PHASES = 8e-3, 7, (0.0, 0.29, 0.53, 0.83)
 LEGS = ((2e-3, 4.8), (1e-3, 8.0), (0.0, 1.6), (-1e-3, 9.6), (2e-3, 3.2), (0.0, 0.8), (-4e-3, 3.6))  # [m/s], [s]
@@ -95,7 +95,7 @@ def models() -> dict[str, nf.Model]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--write", action="store_true", help="put the table into docs/convergence.md")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/evidence/convergence.md")
     write = parser.parse_args().write
     rows = [converges(name, model).row() for name, model in track(models().items(), "models")]
     table = HEAD + "".join(rows)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Cross-validation: held-out repeats of real recordings predicted from the others, over the repeatability floor.
 
-    python benchmarks/cross_validation.py [--full] [--write docs/cross_validation.md]
+    python benchmarks/cross_validation.py [--full] [--write docs/evidence/cross_validation.md]
 
 Uses every condition with three repeats or more; the condition is the file's name without its last two parts, repeat and
 date. Models are identified without a warm start for every held-out repeat, so that --full takes some twenty minutes on
@@ -35,8 +35,8 @@ over the *floor*, the error of the mean of the other repeats of the same motion,
 the hold. Both errors are rms over the whole cycle, hold included, over the peak. *Prediction* uses the motion only,
 *replay* also the repeat's own detected punctures. A perfect predictor would reach {perfect:.2f}.
 
-Made by `python benchmarks/cross_validation.py --full --write docs/cross_validation.md`. Conditions are taken from the
-file names; no setting depends on them.
+Made by `python benchmarks/cross_validation.py --full --write docs/evidence/cross_validation.md`. Conditions are taken
+from the file names; no setting depends on them.
 
 """
 

@@ -4,7 +4,7 @@
     python benchmarks/events_by_eye.py [--write] [--csv FILE]
 
 Prints the summary, separately for odd repeats (on which thresholds were set) and even ones; ``--write`` makes the page
-docs/events_by_eye.md, ``--csv`` a table in millimetres. The recordings were made by others and are not in this
+docs/evidence/events_by_eye.md, ``--csv`` a table in millimetres. The recordings were made by others and are not in this
 repository; without them a message is printed and nothing is done. tests/segmentation/eye_readings.csv has the readings
 and explains how they were made.
 """
@@ -24,7 +24,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "segmentation")]
 from recorded_data import RECORDINGS  # noqa: E402
 from test_segmentation_real import READING, depths, near, repeat, rows  # noqa: E402  the one parser of the table
 
-PAGE = ROOT / "docs" / "events_by_eye.md"
+PAGE = ROOT / "docs" / "evidence" / "events_by_eye.md"
 
 
 def events_of(name: str) -> tuple:
@@ -125,7 +125,7 @@ def write_csv(path: Path, lines: list[dict]) -> None:
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("--write", action="store_true", help="write docs/events_by_eye.md")
+    options.add_argument("--write", action="store_true", help="write docs/evidence/events_by_eye.md")
     options.add_argument("--csv", type=Path, help="a file for the table")
     arguments = options.parse_args()
     if not (RECORDINGS / "needle-insertion-rig").is_dir():

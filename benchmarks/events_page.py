@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page docs/events_by_eye.md: the text around the tables of ``events_by_eye.py``, and the table of recordings."""
+"""docs/evidence/events_by_eye.md: the text around the tables of ``events_by_eye.py``, and the table of recordings."""
 
 import re
 

@@ -6,7 +6,7 @@
 Each file is a valid one with changed bytes, with cells, keys or records that lie about sizes, depths and widths, or
 that expand when they are unpacked; or it is no file at all but a pipe, a device, a folder or a link to itself. A child
 process reads it under a limit of memory and time: it must read it, or refuse it with an InputError. With ``--write``
-the table of the bounds and of the worst that was seen is written into docs/hostile_files.md.
+the table of the bounds and of the worst that was seen is written into docs/evidence/hostile_files.md.
 """
 
 import argparse
@@ -35,7 +35,7 @@ from hostile_readers import FORMATS, check_advice, check_values
 import needleforce as nf
 from needleforce.recording.formats import worker
 
-PAGE = Path(__file__).parents[1] / "docs" / "hostile_files.md"
+PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "hostile_files.md"
 MARKS = "<!-- table: python benchmarks/hostile_files.py --write -->", "<!-- end of table -->"
 MEMORY_BYTES = 1536 << 20  # address space beyond that of the child at its start
 TIME_S = 20.0  # for one file

@@ -4,8 +4,8 @@
     python benchmarks/hostile_sizes.py [--only text xlsx] [--write]
 
 The files are sparse where the format allows it. Each is read by a program of its own, which must read it or refuse it
-with an InputError. With ``--write`` the table is written into docs/hostile_files.md. It takes some minutes, and 3 GB of
-the disk for a while.
+with an InputError. With ``--write`` the table is written into docs/evidence/hostile_files.md. It takes some minutes,
+and 3 GB of the disk for a while.
 """
 
 import argparse
@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-PAGE = Path(__file__).parents[1] / "docs" / "hostile_files.md"
+PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "hostile_files.md"
 MARKS = "<!-- table: python benchmarks/hostile_sizes.py --write -->", "<!-- end of sizes -->"
 GB = 1 << 30
 LARGE = 2_100_000_000  # bytes, less than the largest recording

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings of other laboratories: punctures by eye and by ``identify``, and the model's force at the first of them.
 
-    python benchmarks/other_laboratories.py [--write docs/other_laboratories.md]
+    python benchmarks/other_laboratories.py [--write docs/evidence/other_laboratories.md]
 
 Stalks (force and extension of a universal testing machine) were read by eye before the detector ran on them; the sheet
 of the microneedles has no depth, so that a steady travel is assumed."""
@@ -31,11 +31,11 @@ STEP, SPEED = 5e-6, 1e-3  # [m], [m/s] assumed for the microneedles
 MET = 0.05  # of the measured force at the puncture
 HEAD = """# Recordings of other laboratories
 
-Made by `python benchmarks/other_laboratories.py --write docs/other_laboratories.md`. Nothing in the program knows these
-files. *Eye* are depths [mm] with the forces [N] at and after the fall, read from plots before the detector ran; *found*
-are those of `nf.segment`. *Model / measured* is the largest force of the identified model up to the first puncture over
-the measured one, from `nf.identify` without a model named. A law that misses the measured force by more than 5 % or
-its noise is no model: the recording is *declined*, with the reason.
+Made by `python benchmarks/other_laboratories.py --write docs/evidence/other_laboratories.md`. Nothing in the program
+knows these files. *Eye* are depths [mm] with the forces [N] at and after the fall, read from plots before the detector
+ran; *found* are those of `nf.segment`. *Model / measured* is the largest force of the identified model up to the first
+puncture over the measured one, from `nf.identify` without a model named. A law that misses the measured force by more
+than 5 % or its noise is no model: the recording is *declined*, with the reason.
 
 The stalks are hollow, and a one-layer model describes the first wall: the residual over the complete cycle is
 that of the second wall, which a warning names. The microneedles are arrays pressed into a film, without withdrawal and

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Error on real insertions: the engine gets their motion at 1 kHz and returns the force of an identified model.
 
-    python benchmarks/replay.py [--conditions 2] [--full] [--write docs/replay.md]
+    python benchmarks/replay.py [--conditions 2] [--full] [--write docs/evidence/replay.md]
 
 Of every condition with three repeats or more (a file's name without repeat and date) the last repeat is held out, with
 --full each in turn. The model is identified from the others only, without a warm start, and run in ``nf.Insertion``

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The page docs/replay.md and its figures, with the tables of ``replay.py``."""
+"""The page docs/evidence/replay.md and its figures, with the tables of ``replay.py``."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ repeat, *replay* also its punctures. Errors are over the complete cycle: inserti
 
 Positions and forces are logged at about 100 Hz. Positions are interpolated by a cubic that is monotone in each interval
 (PCHIP): a needle at rest stays at rest, and no position exceeds the logged range. Made by
-`python benchmarks/replay.py --conditions 99 --write docs/replay.md`; `--full` holds out each repeat in turn.
+`python benchmarks/replay.py --conditions 99 --write docs/evidence/replay.md`; `--full` holds out each repeat in turn.
 
 *Jumps* are the largest change of the force in 1 ms: within {fall:g} s of a rupture, during withdrawal, and elsewhere.
 Jumps of the measured force are averages over the 10 ms between two samples; changes within a single millisecond were
@@ -32,16 +32,16 @@ not recorded. Values are medians over the held-out repeats, with the worst in br
 
 
 def write(page: Path, outcomes: list, tables: list[str], fall: float) -> None:
-    """Writes the page, and its figures into the folder ``figures`` next to it; keeps the text below the tables."""
+    """Writes the page, and its figures into ``docs/figures``; keeps the text below the tables."""
     observations = page.read_text(encoding="utf-8").partition("\n## Observations\n")[2] if page.exists() else ""
     ranked = sorted(outcomes, key=lambda outcome: relative(outcome))
     figures = []
     for name, share in FIGURES.items():
         outcome = ranked[round(share * (len(ranked) - 1))]
-        draw(outcome, page.parent / "figures" / f"replay_{name}.svg")
+        draw(outcome, page.parents[1] / "figures" / f"replay_{name}.svg")
         condition = outcome.source.rsplit("_", 1)[0].replace("__", " ")
         figures.append(
-            f"![Measured and replayed force over time](figures/replay_{name}.svg)\n\n*The {name}: {condition}.*\n"
+            f"![Measured and replayed force over time](../figures/replay_{name}.svg)\n\n*The {name}: {condition}.*\n"
         )
     parts = INTRODUCTION.format(conditions=len(outcomes), fall=fall), "\n".join(tables), "", "\n".join(figures)
     page.write_text("\n".join(parts) + "\n## Observations\n" + observations, encoding="utf-8")

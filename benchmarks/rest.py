@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Published devices held by an arm, with every shipped preset in their loops: the stretch that is proved to rest, the
-chatter and the creep that are left, and MuJoCo's friction in the same scene. Prints the tables of docs/rest.md; with
-``--write`` it replaces them there."""
+chatter and the creep that are left, and MuJoCo's friction in the same scene. Prints the tables of
+docs/evidence/rest.md; with ``--write`` it replaces them there."""
 
 import argparse
 import contextlib
@@ -18,7 +18,7 @@ import numpy as np
 import needleforce as nf
 from needleforce.control import Device, RestResult, rest_in_loop, simulated_hold
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "rest.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "evidence" / "rest.md"
 DEPTH, BELOW_PUNCTURE = 20e-3, 5e-3  # m
 SECONDS = 30.0  # of each hold; the last third counts
 KICKS = (0.0, 0.05, -0.05)  # m/s
@@ -231,6 +231,6 @@ def main(presets: list[str], write: bool) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("presets", nargs="*", default=list(nf.presets()))
-    parser.add_argument("--write", action="store_true", help="replace the tables of docs/rest.md")
+    parser.add_argument("--write", action="store_true", help="replace the tables of docs/evidence/rest.md")
     options = parser.parse_args()
     main(options.presets, options.write)

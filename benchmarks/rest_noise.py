@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Force of every preset in an hour of hold under noise of the depth; ``--write`` puts the table into decision 16."""
+"""Force of every preset in an hour of hold under noise of the depth.
+
+``--write`` puts the table into docs/evidence/depth_noise.md.
+"""
 
 import argparse
 import re
@@ -11,7 +14,7 @@ import needleforce as nf
 from needleforce import core
 from needleforce.control import depth_noise
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "decisions" / "0016-depth-noise.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "evidence" / "depth_noise.md"
 TABLE = re.compile(r"<!-- hour: .*? -->\n.*?<!-- end -->", re.DOTALL)
 DEPTH, SPEED, RATE, NOISE = 15e-3, 3e-3, 1000, 5e-6  # m, m/s, Hz, m as standard deviation
 HEAD = (

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Trial of strangers: identification on generated recordings that it was not written for, judged by their truth.
 
-The generator, with its own physics, and the judge are in ``tests/identification``; ``docs/trial_of_strangers.md`` says
-what counts as wrong. Example: ``python benchmarks/strangers.py --runs 2000 --worst 20``."""
+The generator, with its own physics, and the judge are in ``tests/identification``;
+``docs/evidence/trial_of_strangers.md`` says what counts as wrong.
+Example: ``python benchmarks/strangers.py --runs 2000 --worst 20``."""
 
 import argparse
 import json

@@ -16,6 +16,8 @@ import tempfile
 from collections import Counter, defaultdict
 from pathlib import Path
 
+from call_path import call_path
+
 ROOT = Path(__file__).resolve().parents[1]
 TABLE = re.compile(r"(<!-- figures: .*? -->\n).*?(<!-- end of figures -->)", re.S)
 # each in a process of its own: the functions that run, by the file they stand in
@@ -107,44 +109,56 @@ def functions(trees: list[ast.Module]) -> list[ast.FunctionDef]:
 
 def unannotated(function: ast.FunctionDef) -> int:
     """Parameters without a type, ``self`` and ``cls`` left out."""
-    arguments = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
-    return sum(each.annotation is None and each.arg not in ("self", "cls") for each in arguments)
+    return sum(each.annotation is None for each in named(function))
 
 
 def figures(package: Path, environment: dict[str, str]) -> list[tuple[str, str]]:
     """Each figure with its value."""
     known = modules(package)
     imports = {name: imports_of(name, path, known) for name, path in known.items()}
-    importers: dict[str, list[set[str]]] = defaultdict(list)
-    for found in imports.values():
-        for name, taken in found.items():
-            importers[name].append(taken)
-    single = [takers[0] for takers in importers.values() if len(takers) == 1]
     lines = [len(path.read_text(encoding="utf-8").splitlines()) for path in known.values()]
     trees = [ast.parse(path.read_text(encoding="utf-8")) for path in known.values()]
     calls = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Call)]
     classes = Counter(node.name for tree in trees for node in tree.body if isinstance(node, ast.ClassDef))
     loops = circles({name: set(found) for name, found in imports.items()})
+    path = call_path(known, "needleforce.recording.reader", "read")
     return [
         ("Python files", f"{len(known)}"),
+        ("lines", f"{sum(lines)}"),
         ("lines of a module, median and longest", f"{statistics.median(lines):.0f}, {max(lines)}"),
-        ("modules imported by one other alone", f"{len(single)}"),
-        ("of these for one name alone", f"{sum(len(taken) == 1 and '*' not in taken for taken in single)}"),
-        ("import circles", f"{len(loops)}" + "".join(f" ({len(loop)} modules)" for loop in loops)),
+        ("modules with one importer", f"{len(single_importers(imports, known))}"),
+        ("modules in the largest import circle", f"{max(map(len, loops), default=0)}"),
+        ("functions with eight or more parameters", f"{sum(len(named(f)) >= 8 for f in functions(trees))}"),
         ("calls with six or more positional arguments", f"{sum(len(call.args) >= 6 for call in calls)}"),
-        ("unannotated parameters", f"{sum(map(unannotated, functions(trees)))} of {parameters(trees)}"),
+        (
+            "unannotated parameters",
+            f"{sum(map(unannotated, functions(trees)))} of {sum(len(named(f)) for f in functions(trees))}",
+        ),
         ("class names that occur more than once", f"{sum(count > 1 for count in classes.values())}"),
         *((f"files that run in `{shown}`", f"{run_files(call, environment)}") for call, shown in SHOWN.items()),
+        ("stays in files on the path through `read`", f"{path.stays}"),
+        ("returns to a file on the path through `read`", f"{path.returns}"),
     ]
 
 
 SHOWN = {"read": "nf.read(file)", "identify": "nf.identify(recording)", "report": "fit.report(file)"}
 
 
-def parameters(trees: list[ast.Module]) -> int:
-    """Parameters of all functions, ``self`` and ``cls`` left out."""
-    arguments = [each.arg for f in functions(trees) for each in (*f.args.posonlyargs, *f.args.args, *f.args.kwonlyargs)]
-    return sum(name not in ("self", "cls") for name in arguments)
+def single_importers(imports: dict[str, dict[str, set[str]]], known: dict[str, Path]) -> list[str]:
+    """The modules that one other module alone imports; what a package's ``__init__`` or the command line imports is
+    an entry point and does not count."""
+    importers: dict[str, set[str]] = defaultdict(set)
+    for name, found in imports.items():
+        for other in found:
+            importers[other].add(name)
+    entry = {name for name, path in known.items() if path.name == "__init__.py"} | {"needleforce.cli"}
+    return [name for name, found in importers.items() if len(found) == 1 and not found & entry and name not in entry]
+
+
+def named(function: ast.FunctionDef) -> list[ast.arg]:
+    """The parameters of a function, ``self`` and ``cls`` left out."""
+    arguments = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
+    return [each for each in arguments if each.arg not in ("self", "cls")]
 
 
 def table(rows: list[tuple[str, str]]) -> str:

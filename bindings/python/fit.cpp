@@ -8,12 +8,12 @@
 #include <utility>
 #include <vector>
 
-#include "layered_search.hpp"
+#include "fit/cycle.hpp"
+#include "fit/dead_band.hpp"
+#include "fit/lagged.hpp"
+#include "fit/layered.hpp"
+#include "fit/layered_search.hpp"
 #include "module.hpp"
-#include "needleforce/fit/cycle.hpp"
-#include "needleforce/fit/dead_band.hpp"
-#include "needleforce/fit/lagged.hpp"
-#include "needleforce/fit/layered.hpp"
 
 namespace nb = nanobind;
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "fit/loading.hpp"
 #include "module.hpp"
-#include "needleforce/fit/loading.hpp"
 
 namespace nb = nanobind;
 

@@ -47,7 +47,7 @@ In Python and in C++:
 """
 HEAD = ("name", "symbol", "unit", "range", "default", "drawn with", "meaning", "source")
 EXACT = "the same in one step or in many, at constant velocity"
-FIRST_ORDER = "error proportional to the step, {doc}`/convergence`"
+FIRST_ORDER = "error proportional to the step, {doc}`/evidence/convergence`"
 WITHOUT_PARAMETERS = "The law has no parameters."
 
 

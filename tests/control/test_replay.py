@@ -11,7 +11,7 @@ import needleforce as nf
 from needleforce.identification.cross_validation import mean_of_others, measured_cycle
 from needleforce.identification.one_layer.segmented_recording import segmented
 
-# error over the repeatability floor, from the table in docs/cross_validation.md; its 90th percentile is 1.18
+# error over the repeatability floor, from the table in docs/evidence/cross_validation.md; its 90th percentile is 1.18
 WORST = 1.27
 
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The fit of loading curves against curves made by closed forms and against every point of a fine grid.
-#include "needleforce/fit/loading.hpp"
+#include "fit/loading.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,14 +8,14 @@
 #include <random>
 #include <vector>
 
-#include "needleforce/fit/depth_noise.hpp"
-#include "needleforce/fit/lag.hpp"
-#include "needleforce/fit/lagged.hpp"
-#include "needleforce/fit/median.hpp"
-#include "needleforce/fit/origin.hpp"
-#include "needleforce/fit/outliers.hpp"
-#include "needleforce/fit/sliding_start.hpp"
-#include "needleforce/fit/windows.hpp"
+#include "fit/depth_noise.hpp"
+#include "fit/lag.hpp"
+#include "fit/lagged.hpp"
+#include "fit/median.hpp"
+#include "fit/origin.hpp"
+#include "fit/outliers.hpp"
+#include "fit/sliding_start.hpp"
+#include "fit/windows.hpp"
 
 using namespace needleforce::fit;
 

@@ -5,7 +5,7 @@ import re
 
 import pytest
 
-FILE = re.compile(r"`([\w./]+/[\w.]+|Makefile)`")
+FILE = re.compile(r"(?<!{doc})`([\w./]+/[\w.]+|Makefile)`")
 TEST = re.compile(r"`([A-Z]\w+|test_\w+|proof-\w+)`")
 
 

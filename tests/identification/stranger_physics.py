@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Motion, tissue and sensor of the trial of strangers, in plain NumPy. Nothing here imports needleforce: the trial is a
-second opinion. All quantities in SI; ``docs/trial_of_strangers.md`` has the equations."""
+second opinion. All quantities in SI; ``docs/evidence/trial_of_strangers.md`` has the equations."""
 
 from dataclasses import dataclass, field
 

@@ -17,7 +17,7 @@ from .output import JSON_HELP, REPORT_HELP, check_outputs, say, table, write_jso
 from .reading_options import reads_files
 
 if TYPE_CHECKING:
-    from ..identification.bench_tests import PenetrationTests
+    from ..bench_tests import PenetrationTests
     from ..recording import Recording
 
 NAME = "penetration"
@@ -44,7 +44,7 @@ def run(
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
 ) -> None:
     """Figures of penetration tests of needles: peaks at tip entry and heel, plateau drag, work, with statistics."""
-    from ..identification import penetration_tests
+    from ..bench_tests import penetration_tests
 
     check_outputs([json, table_file, report], files)
     options: dict[str, Any] = {"min_fall": min_fall_n, "tips": tips, "plateau_travel": _plateau_travel(plateau_mm)}
@@ -117,8 +117,8 @@ def _write_penetration(tests: "PenetrationTests", table_file: Path | None, repor
 
 
 def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:
-    from ..identification.bench_tests.penetration import FIGURES
-    from ..identification.bench_tests.penetration_statistics import SUMMARY_FIGURES, statistics_cells
+    from ..bench_tests.penetration import FIGURES
+    from ..bench_tests.penetration_statistics import SUMMARY_FIGURES, statistics_cells
     from ..identification.statistics.noise import INTERVAL
 
     if not quiet:

@@ -12,7 +12,6 @@ from ..models.model import Model
 from ..preset_files import model_name, needle_of
 from ..recording import Recording
 from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
-from .bench_tests import needle_estimate, tissue_estimate
 from .diagnostics import (
     NO_MODEL,
     FitInputs,
@@ -326,6 +325,10 @@ def bench_estimates(
     if bending is not None and needle is None:
         step = "Give needle=nf.Needle(...) or a preset's .needle."
         raise InputError("needle", "missing", "the bending test needs its section and length", next_step=step)
+    if bending is None and tension is None:
+        return {}
+    from ..bench_tests.reading import needle_estimate, tissue_estimate
+
     found = [needle_estimate(bending, needle)] if bending is not None else []
     found += [tissue_estimate(tension)] if tension is not None else []
     return {estimate.name: estimate for estimate in found}

@@ -11,7 +11,7 @@
 #include <span>
 #include <type_traits>
 
-#include "../insertion.hpp"
+#include "needleforce/insertion.hpp"
 
 namespace needleforce::fit {
 

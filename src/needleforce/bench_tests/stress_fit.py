@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...display.quantities import percent
-from ...errors import InputError
-from ..estimates import Estimate
-from ..statistics.noise import LEVEL
+from ..display.quantities import percent
+from ..errors import InputError
+from ..identification.estimates import Estimate
+from ..identification.statistics.noise import LEVEL
 from .law_fit import LawFit, Readings, StressCurve, solved, without_unstable
 from .laws import (
     MODES,

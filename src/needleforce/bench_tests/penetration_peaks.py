@@ -9,7 +9,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d
 from scipy.special import ndtri, stdtrit
 
-from ... import core
+from .. import core
 from .penetration_curve import NORMAL_95, CurveNoise
 from .penetration_tops import Feature, moving_mean, top_of
 

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
-from ...recording.columns import Column
-from ...recording.formats.detect import tables_of
-from ...recording.formats.rows import is_unit
-from ...recording.formats.text_table import TextTable, search_fault
-from ...units import find
+from ..errors import InputError
+from ..recording.columns import Column
+from ..recording.formats.detect import tables_of
+from ..recording.formats.rows import is_unit
+from ..recording.formats.text_table import TextTable, search_fault
+from ..units import find
 
 MAX_COLUMNS, MAX_MAGNITUDE = 100, 1e30
 _UNIT_AT_END = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]|(.*?),\s*(\S+)|(.*?)\s+(?:/|in)\s+(\S+)")

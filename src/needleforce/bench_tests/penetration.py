@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from ...display.quantities import counted, plain, quantity
-from ...display.tables import blocks, text_list, text_table
-from ..statistics.noise import INTERVAL, TWO_SIDED
+from ..display.quantities import counted, plain, quantity
+from ..display.tables import blocks, text_list, text_table
+from ..identification.statistics.noise import INTERVAL, TWO_SIDED
 from .penetration_curve import (
     Curve,
     Plateau,

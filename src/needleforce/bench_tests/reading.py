@@ -1,13 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Curves of tension and compression tests, and readings of bending tests, from tables in SI, with what is assumed."""
+"""Tension, compression and bending tests from tables: curves and readings in SI, what is assumed, and the moduli."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
+from ..core import Needle
+from ..display.quantities import percent
+from ..errors import InputError
+from ..identification.estimates import Estimate
+from .bending import needle_modulus
 from .law_fit import StressCurve
+from .stress_fit import MAX_MISFIT, fit_stress
 from .tables import QUANTITIES, BenchTable, check_names, column_of, in_si, missing, read_table
 
 STRETCHES, STRESSES = ("stretch", "true_strain", "strain", "length", "displacement"), ("stress", "true_stress", "force")
@@ -192,3 +199,30 @@ def read_bending(
             notes.append(f"the test is the part up to the largest deflection, {last} of {len(found['force'])} readings")
         found = {quantity: values[:last] for quantity, values in found.items()}
     return found, tuple(notes)
+
+
+def tissue_estimate(path: str | Path, law: str | None = None, mode: str | None = None) -> Estimate:
+    """``tissue_young_modulus`` [Pa] from the table of a tension or compression test, see ``read_stress`` and
+    ``fit_stress``; its source states law, mode and misfit."""
+    try:
+        curve, assumptions = read_stress(path, mode=mode)
+        found = fit_stress(curve, law=law, fit_zero=ZERO_FITTED in assumptions)
+    except InputError as error:
+        raise (error if Path(path).name in error.place else error.at(Path(path).name)) from None
+    misfit = f"misfit {percent(found.misfit)} of the peak" + ", above 5 %" * (found.misfit > MAX_MISFIT)
+    assumed = f"{UNIAXIAL} mode assumed; " if mode is None else ""
+    return replace(found.young_modulus, source=f"{found.young_modulus.source}; {assumed}{misfit}")
+
+
+def needle_estimate(path: str | Path, needle: Needle) -> Estimate:
+    """``needle_young_modulus`` [Pa] from a table with the columns position, force and tip_deflection, units in the
+    headers."""
+    try:
+        readings, _ = read_bending(path)
+        found = needle_modulus(readings["force"], readings["position"], readings["tip_deflection"], needle)
+    except InputError as error:
+        raise (error if Path(path).name in error.place else error.at(Path(path).name)) from None
+    limits: tuple[Any, ...] = (found.low, found.high)
+    clamp = ", elastic clamp" if found.clamp_compliance else ""
+    source = f"cantilever, large deflections{clamp}, {len(found.used)} readings; misfit {percent(found.misfit)}"
+    return Estimate("needle_young_modulus", found.young_modulus, "Pa", *limits, source=source)

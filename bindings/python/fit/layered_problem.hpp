@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "needleforce/fit/layered.hpp"
+#include "layered.hpp"
 
 namespace needleforce::fit {
 

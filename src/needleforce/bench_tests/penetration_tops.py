@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ... import core
+from .. import core
 from .penetration_curve import NORMAL_95, CurveNoise
 
 FIT_LENGTHS = (4, 6, 9, 13, 19, 28, 41, 60, 88, 129, 189, 277, 406, 595)  # [samples] of the fit at a peak

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core import Needle
-from ...errors import InputError
+from ..core import Needle
+from ..errors import InputError
 
 _MAX_STEPS = 100  # of a search for a zero: 53 halvings, and interpolations that gain nothing
 _TINY = np.finfo(float).tiny

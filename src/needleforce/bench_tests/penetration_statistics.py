@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.special import stdtrit
 
-from ...display.quantities import counted, plain, quantity
-from ...display.tables import blocks, text_list, text_table
-from ...errors import InputError
-from ...recording import Recording
-from ..statistics.noise import INTERVAL
+from ..display.quantities import counted, plain, quantity
+from ..display.tables import blocks, text_list, text_table
+from ..errors import InputError
+from ..identification.statistics.noise import INTERVAL
+from ..recording import Recording
 from .penetration import FIGURES, PenetrationTest, penetration_test, without_figures
 
 if TYPE_CHECKING:
@@ -145,7 +145,7 @@ class PenetrationTests:
         -------
         matplotlib.axes.Axes
         """
-        from ...report.penetration_page import draw_curves
+        from ..report.penetration_page import draw_curves
 
         return draw_curves(self, axes)
 
@@ -159,7 +159,7 @@ class PenetrationTests:
         title : str, optional
             Title of the page; None gives the numbers of needles and groups.
         """
-        from ...report import write_penetration_report
+        from ..report import write_penetration_report
 
         write_penetration_report(self, path, title=title)
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...errors import InputError
+from ..errors import InputError
 
 MODES = {"uniaxial": -0.5, "equibiaxial": 1.0, "planar": 0.0}
 """Loading mode -> t; planar is pure shear: the width is held."""

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core import Needle
-from ...display.quantities import percent
-from ...errors import InputError
-from ..estimates import Estimate
-from ..statistics.noise import student_quantile
+from ..core import Needle
+from ..display.quantities import percent
+from ..errors import InputError
+from ..identification.estimates import Estimate
+from ..identification.statistics.noise import student_quantile
 from .elastica import three_point_load, tip_compliance, tip_of_cantilever
 from .stress_fit import ROUNDING, inflation_of
 

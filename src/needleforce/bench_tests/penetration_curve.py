@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from ... import core
-from ...display.quantities import counted
-from ...errors import InputError
-from ...recording import Recording
-from ...recording.force_signal import outliers, quantum_of, without_outliers
-from ...segmentation import segment
-from ...segmentation.punctures import quarter_sd, robust_sd
-from ...segmentation.segment import MAX_ALTERNATION_SHARE
-from ...segmentation.strokes import FOURTH_DIFFERENCE, cut_samples, white_noise
+from .. import core
+from ..display.quantities import counted
+from ..errors import InputError
+from ..recording import Recording
+from ..recording.force_signal import outliers, quantum_of, without_outliers
+from ..segmentation import segment
+from ..segmentation.punctures import quarter_sd, robust_sd
+from ..segmentation.segment import MAX_ALTERNATION_SHARE
+from ..segmentation.strokes import FOURTH_DIFFERENCE, cut_samples, white_noise
 
 NOMINAL_SPEED = 1e-3  # [m/s] of a curve without time, for the search of its contact
 MIN_NOISE_SHARE = 1e-6  # of the range of the force: a simulated curve may have no noise

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The path of a call through the files of a package, as its imports and calls show it without running it.
+
+From the first function the calls are followed in the order in which they are written, arguments before the call that
+takes them, each function where it is called first. A *stay* begins wherever the path enters another file; it is a
+*return* if the path was in that file before. A call is followed where its name is defined in the file or imported, also
+inside a function; methods of a value are not.
+"""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+FunctionKey = tuple[str, str]  # the module, and the name of a function, or Class.method
+
+
+class CallPath(NamedTuple):
+    """Functions that were followed, stays in files, files, and returns to a file."""
+
+    functions: int
+    stays: int
+    files: int
+    returns: int
+
+
+class _Package:
+    """The functions of a package, and the module and name that each name of a module stands for."""
+
+    def __init__(self, known: dict[str, Path]) -> None:
+        trees = {module: ast.parse(path.read_text(encoding="utf-8")) for module, path in known.items()}
+        self.functions: dict[FunctionKey, ast.FunctionDef] = {}
+        self.names = {module: dict(_imported(module, path, trees[module], known)) for module, path in known.items()}
+        for module, tree in trees.items():
+            for node in tree.body:
+                if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                    self.names[module][node.name] = module, node.name
+                if isinstance(node, ast.FunctionDef):
+                    self.functions[module, node.name] = node
+                if isinstance(node, ast.ClassDef):
+                    methods = [each for each in node.body if isinstance(each, ast.FunctionDef)]
+                    self.functions |= {(module, f"{node.name}.{each.name}"): each for each in methods}
+
+    def target(self, caller: FunctionKey, call: ast.Call) -> FunctionKey | None:
+        """The function of the package that a call means, None if it is another or unknown."""
+        module, called = caller[0], call.func
+        if isinstance(called, ast.Name):
+            return self._defined(*self.names[module].get(called.id, ("", "")))
+        if not isinstance(called, ast.Attribute) or not isinstance(called.value, ast.Name):
+            return None
+        if called.value.id in ("self", "cls"):
+            return self._defined(module, f"{caller[1].partition('.')[0]}.{called.attr}")
+        owner, name = self.names[module].get(called.value.id, ("", ""))
+        return self._defined(owner, f"{name}.{called.attr}" if name else called.attr)
+
+    def _defined(self, module: str, name: str) -> FunctionKey | None:
+        while (module, name) not in self.functions:  # handed on by another module
+            further = self.names.get(module, {}).get(name)
+            if further is None or further == (module, name):
+                return None
+            module, name = further
+        return module, name
+
+
+def _imported(module: str, path: Path, tree: ast.Module, known: dict[str, Path]) -> Iterator[tuple[str, FunctionKey]]:
+    """Each imported name with the module, and the name in it, that it stands for; an empty name for a module."""
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.ImportFrom):
+            continue
+        parents = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+        base = ".".join([*parents, *([node.module] if node.module else [])])
+        for alias in node.names:
+            if f"{base}.{alias.name}" in known:
+                yield alias.asname or alias.name, (f"{base}.{alias.name}", "")
+            elif base in known:
+                yield alias.asname or alias.name, (base, alias.name)
+
+
+def call_path(known: dict[str, Path], module: str, function: str) -> CallPath:
+    """Follow a call of ``function`` of ``module`` through the modules ``known``."""
+    package = _Package(known)
+    trail: list[str] = []
+    seen: set[FunctionKey] = set()
+
+    def follow(key: FunctionKey) -> None:
+        seen.add(key)
+        trail.append(key[0])
+        calls = [node for node in ast.walk(package.functions[key]) if isinstance(node, ast.Call)]
+        for call in sorted(calls, key=lambda call: (call.end_lineno, call.end_col_offset)):
+            target = package.target(key, call)
+            if target is not None and target not in seen:
+                follow(target)
+
+    follow((module, function))
+    stays = [name for name, before in zip(trail, ["", *trail]) if name != before]
+    return CallPath(len(seen), len(stays), len(set(stays)), len(stays) - len(set(stays)))
