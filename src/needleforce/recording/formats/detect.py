@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import InputError
+from ...errors import InputError, install_step
 from ...files import BAG, open_regular
 from . import Format
 
@@ -56,7 +56,7 @@ def check_declaration(form: Format, others: Iterable[Format], place: str) -> Non
         "suffixes": not form.suffixes,
         "starts, member or matches": not (form.starts or form.member or form.matches),
         "tables": not (form.tables or form.log or form.advice),
-        "extra": bool(form.extra) and not form.package,
+        "package": form.extra != "" and not form.package,
     }
     for part, is_missing in missing.items():
         if is_missing:
@@ -106,7 +106,7 @@ def tables_of(path: Path) -> "list[FileTable]":
         tables = _tables(form, path)
     except ImportError as error:
         limit = f"reading {form.name} needs the package {error.name}"
-        step = f'Install it with pip install "needleforce[{form.extra}]".'
+        step = install_step(str(error.name), form.extra)
         raise InputError(f"package {error.name}", "missing", limit, str(path), step) from None
     if any(_PARTS_OF_SECOND.search(header) for table in tables for header in table.headers):
         from .clock_times import with_stamps

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, install_step
 from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
 from ..file_table import FileTable
 from ..quantities import split
 from . import Format
 from .arrays import MAX_COLUMNS, check_count, check_size, reading
 
-EXTRA = "needleforce[parquet]"
 CARD = b"needleforce.card"  # the key of the card's lines in the file's metadata
 _FORMAT = "Parquet"
+_EXTRA = "parquet"
 _BATCH_ROWS = 1 << 16
 _PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
@@ -28,13 +28,8 @@ def pyarrow_for(path: str | os.PathLike) -> ModuleType:
     try:
         import pyarrow.parquet
     except ImportError:
-        raise InputError(
-            "Parquet",
-            "not available",
-            "it needs pyarrow",
-            str(path),
-            f"Install it with pip install '{EXTRA}', or use a .csv file.",
-        ) from None
+        step = f"{install_step('pyarrow', _EXTRA)} Or use a .csv file."
+        raise InputError("Parquet", "not available", "it needs pyarrow", str(path), step) from None
     return pyarrow
 
 
@@ -127,6 +122,6 @@ FORMATS = (
         tables=tables,
         limited=True,
         package="pyarrow",
-        extra="parquet",
+        extra=_EXTRA,
     ),
 )
