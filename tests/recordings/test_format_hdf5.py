@@ -3,7 +3,6 @@
 
 import os
 import sys
-import time
 import zlib
 from datetime import datetime
 from importlib import import_module
@@ -183,17 +182,16 @@ def test_a_library_that_never_returns_or_dies_is_ended(tmp_path, monkeypatch):
         "    return []\n"
         "FORMATS = (Format(name='STUB', tables=tables, limited=True),)\n"
     )
-    monkeypatch.setattr(worker, "_TIME_S", 0.5)
+    monkeypatch.setattr(worker, "_TIME_S", 0.5)  # of a processor
+    monkeypatch.setattr(worker, "_WALL_FACTOR", 1000.0)
     for name in ("loop", "die", "fine"):
         (tmp_path / name).touch()
     monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
     (form,) = import_module("stub").FORMATS
     worker._worker.close()
-    begun = time.monotonic()
     for name in ("loop", "die"):
         with pytest.raises(InputError, match="the library that reads it failed, or took more than"):
             worker.tables_by_worker(form, tmp_path / name)
-    assert time.monotonic() - begun < 30.0
     assert worker.tables_by_worker(form, tmp_path / "fine") == []
     worker._worker.close()
 

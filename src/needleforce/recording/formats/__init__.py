@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..file_table import FileTable
+    from ..table import Table
 
 BYTES_PER_S = 16e6  # the slowest at which the limited process may read
 
@@ -49,7 +49,7 @@ class Format:
     starts: tuple[bytes, ...] = ()
     member: bytes = b""
     matches: Callable[[bytes], bool] | None = None
-    tables: "Callable[[Path], Sequence[FileTable]] | None" = None
+    tables: "Callable[[Path], Sequence[Table]] | None" = None
     limited: bool = False
     bytes_per_s: float = BYTES_PER_S
     package: str = ""

@@ -14,7 +14,7 @@ from ...files import BAG, open_regular
 from . import Format
 
 if TYPE_CHECKING:
-    from ..file_table import FileTable
+    from ..table import Table
 
 # each declares FORMATS; of two that fit a file, the first is its format
 MODULES = (
@@ -91,7 +91,7 @@ def format_of(path: Path) -> Format:
     return next(fitting, TEXT)
 
 
-def tables_of(path: Path) -> "list[FileTable]":
+def tables_of(path: Path) -> "list[Table]":
     """The tables of a file that is not a log, in the order of the file.
 
     Raises InputError for a format that is recognised and not read, a missing package, and a damaged file.
@@ -109,13 +109,13 @@ def tables_of(path: Path) -> "list[FileTable]":
         step = install_step(str(error.name), form.extra)
         raise InputError(f"package {error.name}", "missing", limit, str(path), step) from None
     if any(_PARTS_OF_SECOND.search(header) for table in tables for header in table.headers):
-        from .clock_times import with_stamps
+        from .clock_times import join_stamps
 
-        return [with_stamps(table) for table in tables]
+        return [join_stamps(table) for table in tables]
     return tables
 
 
-def _tables(form: Format, path: Path) -> "list[FileTable]":
+def _tables(form: Format, path: Path) -> "list[Table]":
     if not form.limited:
         return form.tables(path)
     from .worker import tables_by_worker

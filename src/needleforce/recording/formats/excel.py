@@ -16,9 +16,9 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import MAX_RECORDING_BYTES, read_bytes, unpacked_limit
-from ..file_table import FileTable
 from ..recording import Note
 from ..stated import stating_lines
+from ..table import Table
 from . import Format
 from .arrays import MAX_COLUMNS, check_count
 from .clock_times import seconds_of
@@ -39,7 +39,7 @@ _FORMULA_WITHOUT_VALUE = re.compile(rb"</f>\s*(?:<v\s*/>|<v>\s*</v>)?\s*</c>")
 _SAVE = "Open it in a spreadsheet program and save it again as xlsx, or export the sheet as CSV."
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of all sheets. Raises InputError for a workbook that is damaged, encrypted or has no table."""
     from python_calamine import CalamineWorkbook, SheetTypeEnum
 
@@ -172,7 +172,7 @@ def _kind(cell: Any) -> str:
     return "t" if isinstance(cell, bool) else "n"
 
 
-def _tables_of_sheet(path: Path, sheet: str, rows: list[list], sha256: str) -> list[FileTable]:
+def _tables_of_sheet(path: Path, sheet: str, rows: list[list], sha256: str) -> list[Table]:
     shapes = ["".join(map(_kind, row)) for row in rows]
     shapes = ["" if not shape.strip("e") else shape for shape in shapes]
     found = [_without_empty_columns(block, shapes) for block in blocks(_Texts(rows), shapes)]
@@ -189,7 +189,7 @@ def _without_empty_columns(block: Block, shapes: Sequence[str]) -> Block:
     return replace(block, width=width, headers=block.headers[:width], units=block.units[:width], text_columns=text)
 
 
-def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -> FileTable:
+def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -> Table:
     headers = block.headers or [str(k + 1) for k in range(block.width)]
 
     def read_from(index: int, first: int) -> np.ndarray:
@@ -208,7 +208,7 @@ def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -
 
     units = ["s" if _is_clock(rows[block.first : block.stop], k) else unit
              for k, unit in enumerate(block.units or [""] * block.width)]  # fmt: skip
-    return FileTable(path=path, name=name, headers=headers, units=units, read_column=lambda index: read_from(index, 0),
+    return Table(path=path, name=name, headers=headers, units=units, read_column=lambda index: read_from(index, 0),
                      read_from=read_from, read_texts=read_texts, sha256=sha256, first_row=block.first + 1,
                      has_header=bool(block.headers), text_columns=block.text_columns,
                      preamble=(stating_lines(_lines_above(rows, block.first)),))  # fmt: skip

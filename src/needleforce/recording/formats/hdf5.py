@@ -10,8 +10,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import open_regular, unpacked_limit
-from ..file_table import FileTable
 from ..stated import is_rate_name
+from ..table import Table
 from . import Format
 from .arrays import Array, FileArrays, check_count, check_size, orientation, reading, size_of
 from .matlab import matlab_header, object_step
@@ -33,7 +33,7 @@ _COMPRESSING = {1, 4, 5, 6, 32000}  # deflate, szip, nbit, scale-offset, lzf
 _FILTERS = _COMPRESSING | {2, 3}  # and shuffle, fletcher32
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of an HDF5 or MATLAB 7.3 file: the vectors of one length in a group, each matrix, the fields of a
     compound dataset.
 

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..file_table import FileTable
 from ..recording import Note
+from ..table import Table
 from . import Format
 from .arrays import Array, FileArrays, clean, orientation, reading, vector
 from .jpk import TIP
@@ -22,7 +22,7 @@ _HEADER_BYTES = {2: 126, 5: 384}  # version -> bytes of which 16-bit words add u
 _MAX_NOTES = 200  # lines of the note of a wave
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The wave of a file: its columns with their labels, and a time if its scale is in seconds.
 
     A force curve of Asylum Research also has the force, from deflection and spring constant, and the position of the

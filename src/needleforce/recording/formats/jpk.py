@@ -9,8 +9,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import open_regular, unpacked_limit
-from ..file_table import FileTable
 from ..recording import Note
+from ..table import Table
 from . import Format
 from .arrays import MAX_TABLES, Array, FileArrays, check_count, check_size, reading
 
@@ -21,7 +21,7 @@ _EXPORT = "In JPK Data Processing, export it as text (.txt); a batch does many a
 TIP = "the tip position is the height of the probe corrected by its bending, force over {:g} N/m"
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The curves of a JPK file, with approach, pause and retract one after the other: time, force, tip position and
     height. Raises InputError for a damaged file, and one whose force is not calibrated."""
     from afmformats.errors import MissingMetaDataError

@@ -11,8 +11,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import MAX_RECORDING_BYTES, open_regular, read_bytes, unpacked_limit
-from ..file_table import FileTable
 from ..recording import Note
+from ..table import Table
 from . import Format
 from .arrays import MAX_COLUMNS, MAX_SIGNALS, MAX_TABLES, Array, FileArrays, check_count, check_size, reading
 
@@ -29,7 +29,7 @@ _UNITS = ("units", "unit")
 _MISSING = array("d", [np.nan])
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of a JSON file.
 
     JSON lines, and a list of objects, are one table with a row for each object; objects within it are columns such as

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...files import open_regular, unpacked_limit
-from ..file_table import FileTable
+from ..table import Table
 from . import Format
 from .arrays import Array, FileArrays, check_size, orientation, reading
 
@@ -27,7 +27,7 @@ _OBJECTS = {
 }
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of a MATLAB 4 or 5 file: the vectors of one length in a struct or in the workspace, each matrix.
 
     Raises InputError for a damaged file, for one that would take more memory than a recording, and for MATLAB objects

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ..file_table import FileTable
 from ..recording import Note
+from ..table import Table
 from . import Format
 from .arrays import MAX_TABLES, FileArrays, check_count, clean, reading, vector
 from .jpk import TIP
@@ -23,7 +23,7 @@ _EXPORT = "In Nanosurf's software, export the curves as CSV or ASCII text."
 _DEFLECTION, _HEIGHTS = "Deflection", ("Z-Axis Sensor", "Z-Axis")
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The force curves of a file: time, channels with their units, and for a deflection in newtons the position of the
     tip. Raises InputError for a damaged file, and one with images alone."""
     from NSFopen.read.read import nid_read

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import open_regular, unpacked_limit
-from ..file_table import FileTable
+from ..table import Table
 from . import Format
 from .arrays import Array, FileArrays, check_count, check_size, orientation, reading, seconds_header, size_of
 
@@ -30,7 +30,7 @@ _MAX_SINGLE_BYTES = 4096  # of a single value that is kept with the table
 _METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of np.savez and np.savez_compressed
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of an npy or npz file: vectors of one length, the fields of a structured array, each matrix.
 
     Raises InputError for a damaged file, for one that would take more memory than a recording, and if all arrays are

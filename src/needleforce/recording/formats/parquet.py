@@ -11,8 +11,8 @@ import numpy as np
 
 from ...errors import InputError, install_step
 from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
-from ..file_table import FileTable
 from ..quantities import split
+from ..table import Table
 from . import Format
 from .arrays import MAX_COLUMNS, check_count, check_size, reading
 
@@ -33,7 +33,7 @@ def pyarrow_for(path: str | os.PathLike) -> ModuleType:
     return pyarrow
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The one table of a Parquet file. Raises InputError if it is damaged or has no rows."""
     import pyarrow.parquet
 
@@ -48,7 +48,7 @@ def tables(path: Path) -> list[FileTable]:
     check_count("columns", len(fields), MAX_COLUMNS, path)
     columns = _Columns(path, file, unpacked_limit(len(content)))
     return [
-        FileTable(
+        Table(
             path=path,
             headers=[_header(field) for field in fields],
             read_column=columns.numbers,

@@ -12,8 +12,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import open_regular
-from ..file_table import FileTable
 from ..stated import is_rate_name
+from ..table import Table
 from . import Format
 from .arrays import Array, FileArrays, check_count, reading
 
@@ -24,7 +24,7 @@ _MAX_CHANNELS = 4096
 _MAX_TEXT_CHARS = 200  # of a property that is kept as a comment
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of a TDMS file: the channels of each group, scaled, with those of one length and rate together.
 
     Channels with the property ``wf_increment`` are sampled evenly: unless one of them is a time, the table begins with

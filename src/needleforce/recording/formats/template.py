@@ -8,14 +8,14 @@ from typing import BinaryIO
 import numpy as np
 
 from ...files import open_regular
-from ..file_table import FileTable
+from ..table import Table
 from . import Format
 from .arrays import FileArrays, reading, vector
 
 _FORMAT = ""  # 1. what messages call it, such as "a Nanosurf file (nid)"
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of a file. Raises InputError for a damaged one."""
     found = FileArrays(path=path, format=_FORMAT, header=lambda name, column: f"{name}[:,{column}]")
     with reading(path, _FORMAT), open_regular(path) as file:  # any exception of a library becomes an InputError
