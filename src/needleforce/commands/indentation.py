@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce indentation``: the modulus of a specimen from an indentation curve, for one or several tips."""
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path

@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce penetration``: the figures of penetration tests of needles, one or many, with statistics."""
 
-<<<<<<< HEAD
-=======
-from dataclasses import asdict, replace
->>>>>>> main
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
