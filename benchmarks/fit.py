@@ -119,7 +119,7 @@ def ours(fit: Callable) -> Callable:
         began = time.perf_counter()
         found = fit(*arrays)
         taken = time.perf_counter() - began
-        depth, row = arrays[0], found["puncture"] if isinstance(found, dict) else found.samples_before_puncture
+        depth, row = arrays[0], found["puncture"] if isinstance(found, dict) else found.puncture.before
         return taken, abs(0.5 * (depth[row - 1] + depth[row]) - truth["puncture_depth"]) <= 0.05e-3
 
     return timed

@@ -48,9 +48,9 @@ def test_without_noise_the_truth_comes_back(saturation, options):
     for name in ("stiffness_coefficient", "contact_depth", "friction_per_length", "cutting_force"):
         assert fit.values[name] == pytest.approx(TRUTH[name], rel=1e-6), name
     assert fit.values["saturation_depth"] == pytest.approx(saturation, rel=1e-6)
-    assert fit.samples_before_puncture == np.sum(arrays[0] <= TRUTH["puncture_depth"])
-    assert (fit.puncture_low, fit.puncture_high) == (fit.samples_before_puncture - 1, fit.samples_before_puncture)
-    assert fit.rmse < 1e-9 and not fit.warnings
+    assert fit.puncture.before == np.sum(arrays[0] <= TRUTH["puncture_depth"])
+    assert (fit.puncture.low, fit.puncture.high) == (fit.puncture.before - 1, fit.puncture.before)
+    assert fit.residuals.rmse < 1e-9 and not fit.warnings
 
 
 def test_depth_and_force_may_be_shifted_and_scaled():
@@ -100,24 +100,24 @@ def test_no_other_contact_and_puncture_fits_better(seed):
 
     rows = range(16, 120 - 8)
     best = min(least(row) for row in rows)
-    assert fit.sse == pytest.approx(best, rel=1e-6)
+    assert fit.residuals.sse == pytest.approx(best, rel=1e-6)
 
 
 def test_covariance_is_that_of_scipy_with_the_puncture_known():
     arrays = cycle(noise=5e-3)
     fit = fit_cycle(*arrays)
-    n, row = len(arrays[0]), fit.samples_before_puncture
+    n, row = len(arrays[0]), fit.puncture.before
 
     def model(depth, c, z0, slope, cutting, zero):
         h = np.maximum(depth - z0, 0.0)
         return zero + np.concatenate([c * h[:row] ** 2, slope * (depth[row:n] - z0) + cutting, -slope * h[n:]])
 
-    start = [fit.values[name] for name in fit.covariance_order]
+    start = [fit.values[name] for name in fit.order]
     found, covariance = curve_fit(model, np.concatenate(arrays[0::2]), np.concatenate(arrays[1::2]), start)
     assert np.abs(found - start) / np.sqrt(covariance.diagonal()) == pytest.approx(0.0, abs=1e-3)
     scale = np.sqrt(np.outer(covariance.diagonal(), covariance.diagonal()))
     assert fit.covariance / scale == pytest.approx(covariance / scale, abs=0.05)  # noise by stroke, not pooled
-    assert fit.noise_correlation_length == 1.0
+    assert fit.residuals.noise_correlation_length == 1.0
 
 
 def test_prediction_and_residual_make_the_measurement():
@@ -128,9 +128,9 @@ def test_prediction_and_residual_make_the_measurement():
     pushed = v["stiffness_coefficient"] * cone * (2.0 * np.maximum(h, 0.0) - cone)
     force_in = np.where(arrays[0] > v["puncture_depth"], v["friction_per_length"] * h + v["cutting_force"], pushed)
     force_out = -v["friction_per_length"] * np.maximum(arrays[2] - v["contact_depth"], 0.0)
-    assert v["force_offset"] + force_in + fit.residual_in == pytest.approx(arrays[1], abs=1e-12)
-    assert v["force_offset"] + force_out + fit.residual_out == pytest.approx(arrays[3], abs=1e-12)
-    assert fit.sse == pytest.approx(np.sum(fit.residual_in**2) + np.sum(fit.residual_out**2))
+    assert v["force_offset"] + force_in + fit.residuals.insertion == pytest.approx(arrays[1], abs=1e-12)
+    assert v["force_offset"] + force_out + fit.residuals.withdrawal == pytest.approx(arrays[3], abs=1e-12)
+    assert fit.residuals.sse == pytest.approx(np.sum(fit.residuals.insertion**2) + np.sum(fit.residuals.withdrawal**2))
 
 
 def test_a_window_limits_the_puncture_and_its_edge_gives_a_warning():
@@ -151,7 +151,7 @@ def test_an_encoder_that_jitters_does_no_harm():
     random = np.random.default_rng(3)
     jitter = 10e-6 * random.standard_normal((2, len(depth_in)))  # 1.5 samples of travel
     fit = fit_cycle(depth_in + jitter[0], force_in, depth_out + jitter[1], force_out)
-    assert fit.samples_before_puncture == np.sum(depth_in <= TRUTH["puncture_depth"])
+    assert fit.puncture.before == np.sum(depth_in <= TRUTH["puncture_depth"])
     assert fit.values["contact_depth"] == pytest.approx(TRUTH["contact_depth"], abs=30e-6)
     assert fit.values["friction_per_length"] == pytest.approx(TRUTH["friction_per_length"], rel=0.01)
 
@@ -169,7 +169,7 @@ def test_a_withdrawal_may_be_shorter_than_the_filter(kept):
     depth, force, depth_out, force_out = cycle(noise=5e-3)
     fit = fit_cycle(depth, force, depth_out[:kept], force_out[:kept], filter_length=50)
     assert fit.values["contact_depth"] == pytest.approx(TRUTH["contact_depth"], abs=0.1e-3)
-    assert len(fit.residual_out) == kept and np.isfinite(fit.covariance).all()
+    assert len(fit.residuals.withdrawal) == kept and np.isfinite(fit.covariance).all()
 
 
 def test_unphysical_friction_is_held_with_a_warning():

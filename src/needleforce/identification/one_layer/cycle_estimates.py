@@ -4,6 +4,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from ...models.parameter_units import UNITS
 from ..estimates import Estimate, is_meaningful
 from ..motion import depths_between
 from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, likely_punctures, noise_of, sandwich
-from ..statistics.regression import criterion
 from .loading_curves import CURVES, FITS
 
 UNKNOWNS = (
@@ -44,8 +44,65 @@ RAMP_QUARTERS = 3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class CycleFit:
-    """One-layer model of a cycle, SI: ``values`` and, by the same keys, limits ``low``, ``high`` of their intervals.
+class FittedValues:
+    """``values`` and, by the same keys, limits ``low``, ``high`` of their intervals, SI."""
+
+    values: dict[str, float]
+    low: dict[str, float]
+    high: dict[str, float]
+    order: tuple[str, ...]
+    """Names of the continuous parameters."""
+    covariance: np.ndarray
+    """(p, p) of these, in their order."""
+    widened: bool = False
+    """True if errors of the model are in the intervals too, not only noise; see ``model_errors``."""
+
+
+class PunctureSamples(NamedTuple):
+    """The puncture as samples of the insertion: ``before`` of them lie before it; at ``LEVEL`` or more it is between
+    ``low`` and ``high``. So many are ``left_out`` on each side, at the insertion's end and at the withdrawal's start.
+    """
+
+    before: int
+    low: int
+    high: int
+    left_out: int = 0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CycleResiduals:
+    """Measured minus modelled force [N] of ``insertion`` (n_in,) and ``withdrawal`` (n_out,), of every sample, left out
+    or not, and the ``noises`` of both, from the samples used."""
+
+    insertion: np.ndarray
+    withdrawal: np.ndarray
+    noises: tuple[Noise, Noise]
+
+    @property
+    def count(self) -> int:
+        """Samples used."""
+        return sum(noise.count for noise in self.noises)
+
+    @property
+    def sse(self) -> float:
+        """The sum of their squared residuals [N²]."""
+        return sum(noise.sse for noise in self.noises)
+
+    @property
+    def rmse(self) -> float:
+        """Their root mean square [N]."""
+        return math.sqrt(self.sse / self.count)
+
+    @property
+    def noise_correlation_length(self) -> float:
+        """[samples] per independent one: long-run over plain variance. 1 is white noise."""
+        plain = sum(noise.count * noise.variance for noise in self.noises)
+        return sum(noise.count * noise.long_run for noise in self.noises) / plain if plain > 0.0 else 1.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CycleFit(FittedValues):
+    """One-layer model of a cycle, its values in SI.
 
     ``stiffness_coefficient`` c [N/m²], ``contact_depth`` z0 [m], ``saturation_depth`` h_s [m] (inf: bare cone),
     ``friction_per_length`` f' [N/m], ``cutting_force`` f_c [N], ``puncture_depth`` z1 [m],
@@ -54,36 +111,12 @@ class CycleFit:
     """
 
     law: str
-    values: dict[str, float]
-    low: dict[str, float]
-    high: dict[str, float]
-    covariance: np.ndarray
-    """(p, p) of the continuous parameters, in the order of ``covariance_order``."""
-    covariance_order: tuple[str, ...]
-    puncture_low: int
-    """The puncture is between samples ``puncture_low`` and ``puncture_high`` of the insertion, at ``LEVEL`` or more."""
-    puncture_high: int
-    samples_before_puncture: int
-    residual_in: np.ndarray
-    """Measured minus modelled force of the insertion, (n_in,) [N], of every sample, left out or not."""
-    residual_out: np.ndarray
-    left_out: int
-    """Samples left out on each side of the puncture, at the insertion's end and at the withdrawal's start."""
-    sse: float
-    n: int
-    """Samples used, and the sum of their squared residuals [N²]."""
-    bic: float
-    rmse: float
-    noise_correlation_length: float
-    """[samples] per independent one: long-run over plain variance of the residuals. 1 is white noise."""
+    puncture: PunctureSamples
+    residuals: CycleResiduals
     warnings: tuple[str, ...]
-    noises: tuple[Noise, Noise]
-    """Noise of insertion and withdrawal, from the residuals."""
     saturation_sought: bool = False
     by_stages: bool = False
     """True for a staged fit: first the loading curve, then friction and cutting. False for a complete fit."""
-    widened: bool = False
-    """True if errors of the model are in the intervals too, not only noise; see ``model_errors``."""
     min_saturation: Callable[[], float] | None = None
     """Finds the lower limit [m] of a saturation depth that the best fit does not have, until ``limited`` has asked."""
 
@@ -103,7 +136,7 @@ class CycleFit:
         h = depth - self.values["contact_depth"]
         curve = CURVES[self.law]
         slopes = curve.gradient(np.float64(h), self.values)
-        by = np.array([float(slopes.get(name, 0.0)) for name in self.covariance_order])
+        by = np.array([float(slopes.get(name, 0.0)) for name in self.order])
         contact = 0.5 * (self.high["contact_depth"] - self.low["contact_depth"])
         by_law = TWO_SIDED * math.sqrt(max(float(by @ self.covariance @ by), 0.0))
         middle = {"puncture_depth": depth, "puncture_indentation": h}
@@ -166,8 +199,8 @@ class CycleEstimates:
         if drift is not None:
             change = drift.change(bread, self._jacobian())
             self.covariance = self.covariance + np.outer(change, change)
-        self.sse, self.n = (self.noises[0][k] + self.noises[1][k] for k in (0, 1))
-        self.variance = self.sse / self.n
+        sse, count = (self.noises[0][k] + self.noises[1][k] for k in (0, 1))
+        self.variance = sse / count
 
     def _jacobian(self) -> np.ndarray:
         """Derivatives (p, n_in + n_out) of the force of both strokes by the parameters in ``order``."""
@@ -204,28 +237,20 @@ class CycleEstimates:
         margin = TWO_SIDED * self.depth_noise
         ends = depths_between(depth, first, last)
         low["puncture_depth"], high["puncture_depth"] = ends[0] - margin, ends[1] + margin
-        plain = sum(noise.count * noise.variance for noise in self.noises)
-        long_run = sum(noise.count * noise.long_run for noise in self.noises)
         return CycleFit(
             law=law,
             values=values,
             low=low,
             high=high,
+            order=self.order,
             covariance=self.covariance,
-            covariance_order=self.order,
-            puncture_low=first,
-            puncture_high=last,
-            samples_before_puncture=self.before,
-            residual_in=self.found["residual_in"],
-            residual_out=self.found["residual_out"],
-            left_out=self.left_out,
-            sse=self.sse,
-            n=self.n,
-            bic=criterion(self.variance, 6 + free, self.n),
-            rmse=math.sqrt(self.variance),
-            noise_correlation_length=long_run / plain if plain > 0.0 else 1.0,
+            puncture=PunctureSamples(self.before, first, last, self.left_out),
+            residuals=CycleResiduals(
+                insertion=self.found["residual_in"],
+                withdrawal=self.found["residual_out"],
+                noises=tuple(self.noises),
+            ),
             warnings=tuple(self._warnings(values, low, high, free)),
-            noises=tuple(self.noises),
             saturation_sought=free,
         )
 

@@ -20,7 +20,7 @@ from .cycle_fit import fit_cycle
 from .deformation_fit import DeformationFit, fit_deformation
 from .gradual_fit import fit_gradual
 from .loading_curves import FITS
-from .model_errors import holding, with_misfit_below
+from .model_errors import widen_to_cover, with_misfit_below
 from .segmented_recording import SegmentedRecording, segmented, without_drift
 from .sharp_rupture import end_of_layer
 from .staged_fit import agrees, fit_by_stages
@@ -55,7 +55,7 @@ def fitted(single: SegmentedRecording, laws: tuple[str, ...], saturation: float 
         try:
             found, loading[law], sentences = fit(law)
             notes[law] = tuple(dict.fromkeys(sentences))
-            fits[law] = holding(found, _answers(others, law))
+            fits[law] = widen_to_cover(found, _answers(others, law))
         except FAILURES as error:
             notes[law] = (f"The law {law} cannot be fitted: {error}",)
     status = single.events.status if fits else Status.unreadable

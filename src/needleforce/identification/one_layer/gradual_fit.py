@@ -11,9 +11,9 @@ import numpy as np
 
 from ...errors import InputError
 from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, noise_of, sandwich
-from ..statistics.regression import criterion, inverse
+from ..statistics.regression import inverse
 from ..strokes import Strokes
-from .cycle_estimates import CycleFit
+from .cycle_estimates import CycleFit, CycleResiduals, PunctureSamples
 from .deformation_fit import DeformationFit
 from .gradual_search import (
     AMPLITUDE,
@@ -275,19 +275,24 @@ class _Made:
             reduced.force_in - values["force_offset"] - self.force(reduced.depth_in, self.numbers, self.coefficients)
         )
         friction = values["friction_per_length"] * np.maximum(reduced.depth_out - contact, 0.0)
-        sse, n = sum(each.sse for each in self.noises), sum(each.count for each in self.noises)
-        plain = sum(each.count * each.variance for each in self.noises)
-        long_run = sum(each.count * each.long_run for each in self.noises)
         before = int(np.searchsorted(reduced.depth_in, depth))
         return CycleFit(
-            law=law, values=values, low=low, high=high, covariance=self.covariance, covariance_order=self.order,
-            puncture_low=max(before - 1, 0), puncture_high=min(before, len(reduced.depth_in) - 1),
-            samples_before_puncture=before, residual_in=residual_in,
-            residual_out=reduced.force_out - values["force_offset"] + friction, left_out=0, sse=sse, n=n,
-            bic=criterion(sse / n, len(self.order), n), rmse=math.sqrt(sse / n),
-            noise_correlation_length=long_run / plain if plain > 0.0 else 1.0, warnings=sharp_free(sharp.warnings),
-            noises=tuple(self.noises), saturation_sought="saturation_depth" in self.order, by_stages=True,
-        )  # fmt: skip
+            law=law,
+            values=values,
+            low=low,
+            high=high,
+            order=self.order,
+            covariance=self.covariance,
+            puncture=PunctureSamples(before, max(before - 1, 0), min(before, len(reduced.depth_in) - 1)),
+            residuals=CycleResiduals(
+                insertion=residual_in,
+                withdrawal=reduced.force_out - values["force_offset"] + friction,
+                noises=tuple(self.noises),
+            ),
+            warnings=sharp_free(sharp.warnings),
+            saturation_sought="saturation_depth" in self.order,
+            by_stages=True,
+        )
 
     def _half_of_peak(self, reduced: Strokes) -> dict[str, float]:
         """Half widths of the peak's depth, indentation and force, by the delta method with all parameters."""

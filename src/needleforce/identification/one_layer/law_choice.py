@@ -114,7 +114,7 @@ def choice_of(
 def _best_gradual(singles: list[SegmentedRecording], choices: list[Choice]) -> Choice:
     """The gradual rupture of the lowest BIC over loading curve, fall and what follows, in independent samples; of one
     that is not much better than another with fewer parameters, the other."""
-    ranked = sorted(choices, key=lambda each: sum(len(single.fits[each.name].covariance_order) for single in singles))
+    ranked = sorted(choices, key=lambda each: sum(len(single.fits[each.name].order) for single in singles))
     best = ranked[0]
     for each in ranked[1:]:
         if _gain(singles, each.name, best.name) > VERY_STRONG_BIC:
@@ -127,9 +127,9 @@ def _gain(singles: list[SegmentedRecording], law: str, than: str) -> float:
     gain = 0.0
     for single in singles:
         one, other = (single.fits[name] for name in (law, than))
-        n = independent_samples([one.noises[0], other.noises[0]])
-        more = len(one.covariance_order) - len(other.covariance_order)
-        gain += bic_gain(one.noises[0].sse, other.noises[0].sse, more, n)
+        n = independent_samples([one.residuals.noises[0], other.residuals.noises[0]])
+        more = len(one.order) - len(other.order)
+        gain += bic_gain(one.residuals.noises[0].sse, other.residuals.noises[0].sse, more, n)
     return gain
 
 

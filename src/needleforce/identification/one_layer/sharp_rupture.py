@@ -21,7 +21,7 @@ def refuse_sharp(
     modelled = _sharp_force(sharp, loading, strokes, end)
     used = np.ones(len(modelled), bool)
     if filter_length > 1:  # which smears a sharp rupture as well
-        place = sharp.samples_before_puncture
+        place = sharp.puncture.before
         used[max(place - filter_length, 0) : place + filter_length] = False
     force = np.concatenate([strokes.force_in[:end], strokes.force_out])
     residuals = [residual, force - modelled]

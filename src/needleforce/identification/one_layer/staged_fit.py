@@ -18,7 +18,7 @@ from ..statistics.regression import inverse
 from ..strokes import Strokes
 from ..two_pass.result import FrictionForm
 from ..two_pass.second_pass import MIN_BINS, bin_means, friction_forms, shape
-from .cycle_estimates import CycleFit
+from .cycle_estimates import CycleFit, CycleResiduals
 from .deformation_fit import DeformationFit
 
 MAX_CONTACT_SHIFT = 3.0  # [standard errors of the loading curve's contact depth] Hausman's test of the shared one
@@ -43,7 +43,7 @@ def fit_by_stages(
     drift: DriftEffect | None = None,
 ) -> CycleFit:
     """The cycle with the given loading curve, the puncture of ``joint``, and a new fit of friction and cutting."""
-    after = joint.samples_before_puncture + joint.left_out
+    after = joint.puncture.before + joint.puncture.left_out
     contact = loading.values["contact_depth"]
     embedded_length_in = strokes.depth_in[after:] - contact
     embedded_length_out = np.maximum(strokes.depth_out - contact, 0.0)
@@ -71,12 +71,9 @@ def fit_by_stages(
     covariance = _with_loading(loading, covariance[:2, :2], given, by_drift)
     values = _values(joint, loading, friction, cutting)
     low, high = _limits(values, joint, loading, covariance[-2:, -2:])
-    modelled = _insertion(strokes.depth_in, joint.samples_before_puncture, loading, values, form)
-    residual_in = strokes.force_in - offset - modelled
-    residual_out = strokes.force_out - offset + friction * shapes[1]
+    modelled = _insertion(strokes.depth_in, joint.puncture.before, loading, values, form)
     if form is not None:
         values, low, high = form.values | values, low | form.low, high | form.high
-    sse, n = float(residual_in @ residual_in + residual_out @ residual_out), len(residual_in) + len(residual_out)
     return dataclasses.replace(
         joint,
         law=loading.law,
@@ -84,14 +81,13 @@ def fit_by_stages(
         low=low,
         high=high,
         covariance=covariance,
-        covariance_order=(*loading.order, "friction_per_length", "cutting_force"),
-        residual_in=residual_in,
-        residual_out=residual_out,
-        sse=sse,
-        n=n,
-        rmse=math.sqrt(sse / n),
+        order=(*loading.order, "friction_per_length", "cutting_force"),
+        residuals=CycleResiduals(
+            insertion=strokes.force_in - offset - modelled,
+            withdrawal=strokes.force_out - offset + friction * shapes[1],
+            noises=(loading.noise, joint.residuals.noises[1]),
+        ),
         warnings=(*loading.held, *held),
-        noises=(loading.noise, joint.noises[1]),
         saturation_sought="saturation_depth" in loading.order,
         by_stages=True,
         min_saturation=None,

@@ -238,7 +238,7 @@ def _exact(fit: CycleFit, strokes: Strokes, posterior: Posterior, count: int, ra
     found |= {"saturation_depth": places[1]} if fit.saturation_sought else {}
     before, after = (strokes.depth_in[places[2] - side] for side in (1, 0))
     puncture = before + random.random(count) * (after - before)
-    if fit.left_out:
+    if fit.puncture.left_out:
         puncture = fit.values["puncture_depth"] + _smear(fit) * random.standard_normal(count)
     return _with_puncture(fit, found, puncture)
 
@@ -251,7 +251,7 @@ def _smear(fit: CycleFit) -> float:
 
 def _gaussian(fit: CycleFit, count: int, random: np.random.Generator) -> dict:
     """Draws of the Gaussian before the bounds; NaN for a parameter without a finite variance."""
-    order = fit.covariance_order
+    order = fit.order
     known = np.flatnonzero(np.isfinite(fit.covariance.diagonal()))
     values = np.full((len(order), count), np.nan)
     values[known] = _correlated(fit.covariance[np.ix_(known, known)], count, random)

@@ -23,8 +23,8 @@ N, H, H2, H3, H4, F, FH, FH2, F2 = range(9)  # rows of RunningSums
 def can_be_exact(fit: CycleFit) -> bool:
     """True for a complete fit whose noise is resolved by running sums and similar in both strokes, and the only error
     in its intervals."""
-    noises = [noise.long_run for noise in fit.noises if noise.count]
-    too_small = fit.rmse <= MIN_NOISE_SHARE * abs(fit.values["puncture_force"])
+    noises = [noise.long_run for noise in fit.residuals.noises if noise.count]
+    too_small = fit.residuals.rmse <= MIN_NOISE_SHARE * abs(fit.values["puncture_force"])
     return not (fit.by_stages or fit.widened or too_small) and max(noises) <= MAX_NOISE_RATIO * min(noises)
 
 
@@ -211,7 +211,7 @@ def posterior_of(fit: CycleFit, strokes: Strokes) -> Posterior:
     below 0, f_c over forces. The noise is assumed known: squares are divided by the long-run variance, so that
     correlated samples are not counted as independent. Behind a filter, which smears the puncture, the puncture is held.
     """
-    cycle, puncture = cycle_sums(fit, strokes), fit.samples_before_puncture
+    cycle, puncture = cycle_sums(fit, strokes), fit.puncture.before
     unit = fit.values["puncture_indentation"]
     given = np.array([fit.values["saturation_depth"] / unit])
     saturations = _likely_saturations(cycle, puncture) if fit.saturation_sought else given
@@ -236,8 +236,8 @@ def cycle_sums(fit: CycleFit, strokes: Strokes) -> CycleSums:
     origin, unit = fit.values["contact_depth"], fit.values["puncture_indentation"]
     pairs = (strokes.depth_in, strokes.force_in, 1.0), (strokes.depth_out, strokes.force_out, -1.0)
     sums = [RunningSums((depth - origin) / unit, force, direction) for depth, force, direction in pairs]
-    variance = sum(noise.count * noise.long_run for noise in fit.noises) / fit.n
-    return CycleSums(*sums, variance, fit.left_out)
+    variance = sum(noise.count * noise.long_run for noise in fit.residuals.noises) / fit.residuals.count
+    return CycleSums(*sums, variance, fit.puncture.left_out)
 
 
 def _log_density(cycle: CycleSums, contact: Grid, saturation: Grid, puncture: Grid) -> np.ndarray:
@@ -277,10 +277,10 @@ def ridge(cycle: CycleSums, saturations: np.ndarray, puncture: int) -> tuple[np.
 
 def _likely_punctures(fit: CycleFit, cycle: CycleSums, centres: np.ndarray, saturations: np.ndarray) -> np.ndarray:
     """Numbers of samples before the puncture (k,) that have weight, near the fit's own interval."""
-    best = fit.samples_before_puncture
-    if fit.left_out:
+    best = fit.puncture.before
+    if fit.puncture.left_out:
         return np.array([best])
-    margin = 20 * (fit.puncture_high - fit.puncture_low + 1)
+    margin = 20 * (fit.puncture.high - fit.puncture.low + 1)
     near = np.arange(max(best - margin, 1), min(best + margin, cycle.insertion.size - MIN_LOADING_SAMPLES))
     row = _log_density(cycle, centres, saturations, best).argmax()
     log = _log_density(cycle, centres[row], saturations[row], near)
