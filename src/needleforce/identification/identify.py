@@ -25,7 +25,18 @@ from .diagnostics import (
     warnings_of,
 )
 from .estimates import Estimate, identified_together, pool
-from .layer_choice import cycle_evidence, misses_cycle, with_one_layer_parameters
+from .model_choice import (
+    choice_of,
+    cycle_evidence,
+    falls_gradually,
+    match_of,
+    meets_puncture,
+    misses_cycle,
+    offered,
+    peak_of,
+    supported,
+    with_one_layer_parameters,
+)
 from .models import (
     BENT,
     COMPARED,
@@ -41,7 +52,6 @@ from .models import (
 from .one_layer.contact_laws import over_laws
 from .one_layer.cycle_estimates import estimates_of
 from .one_layer.fit_recording import fitted
-from .one_layer.law_choice import choice_of, falls_gradually, match_of, meets_puncture, offered, peak_of, supported
 from .one_layer.loading_curves import FITS
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
