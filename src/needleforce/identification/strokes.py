@@ -132,8 +132,8 @@ def _insertion_samples(
     backtrack = float(np.max(depth.deepest - depth.depth))
     if backtrack <= depth.backtrack_limit:
         return inwards.start + np.flatnonzero(moving), samples[:0], 0.0
-    pierced = events.punctures[0].high if events.punctures else inwards.stop
-    back = sliding_back(depth, stretch) & (samples > pierced)
+    puncture = events.punctures[0].high if events.punctures else inwards.stop
+    back = sliding_back(depth, stretch) & (samples > puncture)
     return samples[at_the_cut(depth) & moving], samples[back], backtrack
 
 
