@@ -17,6 +17,7 @@ from fit import PARAMETERS, QUANTITIES, progress, simulate
 from scipy.signal import lfilter
 
 from needleforce import core
+from needleforce.identification.one_layer.cycle_estimates import CycleOptions
 from needleforce.identification.one_layer.cycle_fit import fit_cycle
 from needleforce.identification.statistics.draws import draw_cycle
 from needleforce.identification.statistics.noise import noise_of
@@ -48,7 +49,7 @@ def share_held(count: int, row: tuple, label: str = "", first_seed: int = 0) -> 
     intervals, draws = np.zeros((2, len(QUANTITIES)))
     for seed in range(first_seed, first_seed + count):
         arrays, truth = recorded(seed, *row)
-        fit = fit_cycle(*arrays, filter_length=row[1])
+        fit = fit_cycle(*arrays, CycleOptions(filter_length=row[1]))
         found = drawn(arrays, fit, 2000, seed)
         ends = {name: np.quantile(found[name], (0.025, 0.975)) for name in QUANTITIES}
         intervals += [fit.low[name] <= truth[name] <= fit.high[name] for name in QUANTITIES]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, ks_2samp
 
+from needleforce.identification.one_layer.cycle_estimates import CycleOptions
 from needleforce.identification.one_layer.cycle_fit import fit_cycle
 from needleforce.identification.statistics.draws import EXACT, GAUSSIAN, draw_cycle
 
@@ -21,7 +22,7 @@ def simulate(root):
 
 def drawn(arrays, count, seed=0, **options):
     """The draws, their method and the fit of four arrays."""
-    fit = fit_cycle(*arrays, **options)
+    fit = fit_cycle(*arrays, CycleOptions(**options))
     strokes = SimpleNamespace(**dict(zip(("depth_in", "force_in", "depth_out", "force_out"), arrays)))
     return *draw_cycle(fit, strokes, count, np.random.default_rng(seed)), fit
 

@@ -50,7 +50,7 @@ from .models import (
     stiffness_law,
 )
 from .one_layer.contact_laws import over_laws
-from .one_layer.cycle_estimates import estimates_of
+from .one_layer.cycle_values import estimates_of
 from .one_layer.fit_recording import fitted
 from .one_layer.loading_curves import FITS
 from .one_layer.puncture_force import puncture_match

@@ -15,7 +15,7 @@ from ... import core
 from ..statistics.noise import LEVEL, TWO_SIDED, noise_of
 from ..statistics.regression import inverse
 from ..strokes import undelayed_depth
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit
 from .fit_recording import loading_samples
 from .loading_curves import CURVES, LoadingCurve
 from .model_errors import AFTER, strokes_below, widened
@@ -70,7 +70,7 @@ class Loading:
         """The best fit of a law with its contact in the range; None where it cannot be fitted."""
         starts, ends, _ = self._shape(curve)
         low, high = ((end - self.high) / self.indentation for end in (self.low, self.high))
-        amplitudes, place, shape, offset, squares = core.fit_loading(
+        amplitudes, place, shape, zero, squares = core.fit_loading(
             self.depth,
             self.force,
             law=curve.law.name,
@@ -84,7 +84,7 @@ class Loading:
         if not math.isfinite(squares):
             return None
         values = dict(zip((*curve.amplitudes, *curve.shape), (*amplitudes[: len(curve.amplitudes)], shape)))
-        residual = self.force - offset - curve.force(self.depth - place, values)
+        residual = self.force - zero - curve.force(self.depth - place, values)
         return Found(squares=float(squares), residual=residual, place=place, shape=shape)
 
     def squares(self, curve: LoadingCurve, places: np.ndarray, near: float) -> np.ndarray:

@@ -16,7 +16,7 @@ import numpy as np
 from ..statistics.noise import TWO_SIDED, slow_noise
 from ..statistics.regression import inverse
 from ..strokes import Strokes
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit
 from .loading_curves import FITS
 
 AFTER = ("friction_per_length", "cutting_force")

@@ -13,7 +13,7 @@ from ..estimates import Estimate
 from ..statistics.noise import TWO_SIDED, Noise, noise_of
 from ..statistics.regression import coefficients, inverse
 from ..strokes import Strokes
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit
 
 WINDOW_M = 0.1e-3  # [m] of travel before the puncture
 MIN_SAMPLES = 10  # in the window

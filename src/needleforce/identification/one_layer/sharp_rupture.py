@@ -9,7 +9,7 @@ from ...errors import InputError
 from ..statistics.noise import noise_of
 from ..statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
 from ..strokes import Strokes
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit
 from .deformation_fit import DeformationFit
 
 

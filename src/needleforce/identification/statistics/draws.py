@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import InputError
 from ..estimates import Estimate, Parameters
-from ..one_layer.cycle_estimates import CycleFit
+from ..one_layer.cycle_values import CycleFit
 from ..one_layer.loading_curves import FITS
 from ..recording_fit import RecordingFit
 from ..strokes import Strokes
@@ -227,8 +227,8 @@ def _exact(fit: CycleFit, strokes: Strokes, posterior: Posterior, count: int, ra
     places = posterior.places(cell, along, across)
     c, f, k, b = random.standard_normal((4, count))
     at = Linear(*(np.take(each, cell) for each in posterior.linear))
-    b = b * at.offset_sd
-    c, f = c * at.stiffness_sd + b * at.stiffness_by_offset, f * at.friction_sd + b * at.friction_by_offset
+    b = b * at.zero_sd
+    c, f = c * at.stiffness_sd + b * at.stiffness_by_zero, f * at.friction_sd + b * at.friction_by_zero
     k = k * at.cutting_sd + f * at.cutting_by_friction - b
     means = (posterior.interpolated(each, cell, along, across) for each in posterior.linear[2:6])
     c, f, k, b = (scatter + mean for scatter, mean in zip((c, f, k, b), means))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..one_layer.cycle_estimates import CycleFit
+from ..one_layer.cycle_values import CycleFit
 from ..strokes import Strokes
 
 MAX_LOG_RATIO = 20.0  # a point exp(-20) times as likely as the best one has no weight
@@ -67,13 +67,13 @@ class Linear(NamedTuple):
     stiffness: np.ndarray
     friction: np.ndarray
     cutting: np.ndarray
-    offset: np.ndarray
+    zero: np.ndarray
     stiffness_sd: np.ndarray
     friction_sd: np.ndarray
     cutting_sd: np.ndarray
-    offset_sd: np.ndarray
-    stiffness_by_offset: np.ndarray
-    friction_by_offset: np.ndarray
+    zero_sd: np.ndarray
+    stiffness_by_zero: np.ndarray
+    friction_by_zero: np.ndarray
     cutting_by_friction: np.ndarray
 
     @property
@@ -99,26 +99,26 @@ class CycleSums(NamedTuple):
         n, h, hh, f, fh, out_h = self._line(z, puncture + self.left_out)
         slope_weight, slope_force = hh - h * h / n, fh - h * f / n  # f_c eliminated
         count, force = self._level(puncture - self.left_out)
-        offset_weight = count - g * g / gg - out_h * out_h / slope_weight
+        zero_weight = count - g * g / gg - out_h * out_h / slope_weight
         level = force - g * fg / gg + out_h * slope_force / slope_weight
-        offset = level / offset_weight
-        friction = (slope_force + offset * out_h) / slope_weight
-        explained = fg * fg / gg + slope_force**2 / slope_weight + offset * level + f * f / n
+        zero = level / zero_weight
+        friction = (slope_force + zero * out_h) / slope_weight
+        explained = fg * fg / gg + slope_force**2 / slope_weight + zero * level + f * f / n
         sd = np.sqrt(self.variance)
-        volume = np.where(has_loading, -0.5 * np.log(gg * slope_weight * offset_weight * n), -np.inf)
+        volume = np.where(has_loading, -0.5 * np.log(gg * slope_weight * zero_weight * n), -np.inf)
         return Linear(
             misfit=(self._squares(puncture) - explained) / self.variance,
             volume=volume,
-            stiffness=(fg - offset * g) / gg,
+            stiffness=(fg - zero * g) / gg,
             friction=friction,
-            cutting=f / n - offset - friction * h / n,
-            offset=offset,
+            cutting=f / n - zero - friction * h / n,
+            zero=zero,
             stiffness_sd=sd / np.sqrt(gg),
             friction_sd=sd / np.sqrt(slope_weight),
             cutting_sd=sd / np.sqrt(n),
-            offset_sd=sd / np.sqrt(offset_weight),
-            stiffness_by_offset=-g / gg,
-            friction_by_offset=out_h / slope_weight,
+            zero_sd=sd / np.sqrt(zero_weight),
+            stiffness_by_zero=-g / gg,
+            friction_by_zero=out_h / slope_weight,
             cutting_by_friction=-h / n,
         )
 
