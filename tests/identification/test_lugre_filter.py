@@ -2,6 +2,7 @@
 """The LuGre filters against the law itself, against the information form, and along insertions of a known friction."""
 
 import json
+from typing import NamedTuple
 
 import numpy as np
 import pytest
