@@ -57,7 +57,6 @@ from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .result import Fit
 from .strokes import presliding_of
-from .two_pass.subtraction import two_pass_estimates
 
 Progress = Callable[[Any, str], Any]
 MISSES_PUNCTURE = (
@@ -239,7 +238,11 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
         single.fits[law] = single.fits[law].limited()
     own = {single: _own(single, law, given) for single in answering}
     parameters = pool(list(own.values()))
-    two_pass, replaced, refused = two_pass_estimates(singles, seconds, own, given, FITS[law].foundation)
+    two_pass, replaced, refused = None, {}, {}
+    if seconds:
+        from .two_pass.subtraction import two_pass_estimates
+
+        two_pass, replaced, refused = two_pass_estimates(singles, seconds, own, given, FITS[law].foundation)
     parameters |= replaced
     if parameters:
         parameters |= derived(parameters, given.needle, given.bench.get("tissue_young_modulus")) | given.bench
