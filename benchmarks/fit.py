@@ -16,9 +16,8 @@ from collections.abc import Callable
 import numpy as np
 
 from needleforce import core
-from needleforce.identification.one_layer.cycle_estimates import CycleOptions
 from needleforce.identification.one_layer.cycle_fit import fit_cycle
-from needleforce.identification.one_layer.cycle_values import CycleFit
+from needleforce.identification.one_layer.cycle_values import CycleFit, CycleOptions
 from needleforce.identification.statistics.noise import TWO_SIDED
 
 STIFFNESS = (2 / np.pi) * 117546.0 * np.tan(np.radians(15.0))  # [N/m²], 0.2101 N at 3.237 mm

@@ -17,8 +17,8 @@ from fit import PARAMETERS, QUANTITIES, progress, simulate
 from scipy.signal import lfilter
 
 from needleforce import core
-from needleforce.identification.one_layer.cycle_estimates import CycleOptions
 from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_values import CycleOptions
 from needleforce.identification.statistics.draws import draw_cycle
 from needleforce.identification.statistics.noise import noise_of
 

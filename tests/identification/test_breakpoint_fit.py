@@ -6,8 +6,8 @@ import pytest
 from scipy.optimize import curve_fit, minimize_scalar
 
 from needleforce.errors import InputError
-from needleforce.identification.one_layer.cycle_estimates import CycleOptions
-from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_fit import fit_cycle, with_saturation_limit
+from needleforce.identification.one_layer.cycle_values import CycleOptions
 
 TRUTH = {
     "stiffness_coefficient": 20051.0,
@@ -193,8 +193,9 @@ def test_the_lower_limit_of_a_saturation_may_be_left_for_later():
         fit = fit_cycle(*arrays, CycleOptions(law="cone_cylinder"), limited=False)
         left += fit.low["saturation_depth"] == np.inf
         at_once = fit_cycle(*arrays, CycleOptions(law="cone_cylinder"))
-        assert fit.limited().low == fit.limited().limited().low == at_once.low
-        assert 1e-3 < fit.limited().low["saturation_depth"] < 3.3e-3
+        later = with_saturation_limit(fit, *arrays)
+        assert later.low == with_saturation_limit(later, *arrays).low == at_once.low
+        assert 1e-3 < later.low["saturation_depth"] < 3.3e-3
     assert left > 0
 
 

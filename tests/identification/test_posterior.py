@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, ks_2samp
 
-from needleforce.identification.one_layer.cycle_estimates import CycleOptions
 from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_values import CycleOptions
 from needleforce.identification.statistics.draws import EXACT, GAUSSIAN, draw_cycle
 
 NOISE = 10e-3

@@ -51,7 +51,7 @@ from .models import (
 )
 from .one_layer.contact_laws import over_laws
 from .one_layer.cycle_values import estimates_of
-from .one_layer.fit_recording import fitted
+from .one_layer.fit_recording import fitted, limited
 from .one_layer.loading_curves import FITS
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
@@ -235,7 +235,7 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
     """The fit of one law from recordings that were segmented and fitted one by one."""
     answering = [single for single in singles if law in single.fits]
     for single in answering:
-        single.fits[law] = single.fits[law].limited()
+        single.fits[law] = limited(single, law)
     own = {single: _own(single, law, given) for single in answering}
     parameters = pool(list(own.values()))
     two_pass, replaced, refused = None, {}, {}

@@ -3,13 +3,12 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..motion import depths_between
-from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, likely_punctures, noise_of, sandwich
-from .cycle_values import CycleFit, CycleResiduals, PunctureSamples
+from ..statistics.noise import TWO_SIDED, Noise, likely_punctures, noise_of, sandwich
+from .cycle_values import CycleFit, CycleOptions, CycleResiduals, PunctureSamples
 from .loading_curves import CURVES
 
 UNKNOWNS = (
@@ -24,30 +23,6 @@ UNKNOWNS = (
 
 RAMP_QUARTERS = 3
 """[quarters of the filter's length] on each side of a step, which contain its ramp wherever the scan puts it."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class CycleOptions:
-    """How a cycle is fitted.
-
-    ``law`` is ``cone`` or ``cone_cylinder``, whose ``saturation_depth`` [m] is fitted if it is None.
-    ``puncture_window`` [m] limits the puncture depth.
-
-    ``filter_length`` is that of the average filter in samples, 1 if none. The filter smears both steps: as many samples
-    on each side of them are left out. It also delays the force by (filter_length - 1) / 2 samples; depths must be
-    shifted before. If they are not, with d the travel in that delay, z0 and z1 are too deep by d, and the withdrawal's
-    force is 2 d too shallow compared with them: a misfit of 2 d f', which biases f' and f_c.
-
-    ``depth_noise`` [m], a standard deviation, widens the interval of the puncture. The zero's ``drift`` was subtracted
-    from the force; its error widens every interval.
-    """
-
-    law: str = "cone"
-    saturation_depth: float | None = None
-    filter_length: int = 1
-    puncture_window: tuple[float, float] | None = None
-    depth_noise: float = 0.0
-    drift: DriftEffect | None = None
 
 
 class CycleEstimates:
@@ -108,6 +83,7 @@ class CycleEstimates:
         low["puncture_depth"], high["puncture_depth"] = ends[0] - margin, ends[1] + margin
         return CycleFit(
             law=self.options.law,
+            options=self.options,
             values=values,
             low=low,
             high=high,

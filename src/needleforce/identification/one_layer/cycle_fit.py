@@ -13,8 +13,8 @@ from ... import core
 from ...errors import InputError
 from ...vocabulary import SMALLEST
 from ..statistics.noise import MAX_GAIN_GAP, ONE_SIDED
-from .cycle_estimates import CycleEstimates, CycleOptions
-from .cycle_values import CycleFit
+from .cycle_estimates import CycleEstimates
+from .cycle_values import CycleFit, CycleOptions
 
 MIN_SAMPLES = 50  # of the insertion
 SATURATION_STEPS = 4096  # of the grid of saturation depths down to the puncture
@@ -45,7 +45,7 @@ def fit_cycle(
     warning).
 
     Where the best fit has no saturation, the lower limit of its depth takes several more fits. Not ``limited``, they
-    are left for ``CycleFit.limited``, as of a law that may not be chosen.
+    are left for ``with_saturation_limit``, as of a law that may not be chosen.
 
     Variable projection (Golub & Pereyra 1973) over running sums, an exhaustive scan of the puncture, then Gauss-Newton.
     The intervals (``covariance``) include noise, not errors of the model. BIC counts every sample as independent.
@@ -66,9 +66,18 @@ def fit_cycle(
     if long_run > expected * estimates.variance:  # then more punctures are possible than the core returned
         profile = solve(saturation, free, MAX_GAIN_GAP * long_run / estimates.variance)
     fit = estimates.fit(free, profile)
-    if free and estimates.x["saturation_depth"] == np.inf:
-        fit = replace(fit, min_saturation=partial(_min_saturation, solve, estimates))
-    return fit.limited() if limited else fit
+    if limited and free and estimates.x["saturation_depth"] == np.inf:
+        fit = replace(fit, low=fit.low | {"saturation_depth": _min_saturation(solve, estimates)}, options=None)
+    return fit
+
+
+def with_saturation_limit(fit: CycleFit, *strokes: np.ndarray | None) -> CycleFit:
+    """A fit of these ``strokes`` that was not ``limited``, as it is with the lower limit of its saturation depth."""
+    name = "saturation_depth"
+    if fit.options is None or not (fit.saturation_sought and fit.values[name] == np.inf):
+        return fit
+    limit = fit_cycle(*strokes, fit.options).low[name]
+    return replace(fit, low=fit.low | {name: min(fit.low[name], limit)}, options=None)
 
 
 def _solve(
@@ -97,7 +106,7 @@ def _solve(
 
 def _min_saturation(solve: Callable, estimates: CycleEstimates) -> float:
     """One-sided lower limit [m] of the saturation depth where the best fit has no saturation: the first of a fine grid
-    whose sum of squares the noise allows.
+    whose sum of squares the noise allows; 0 where a fit for it fails.
 
     The sum of squares grows with a power of the distance from the puncture, about the fifth, for the force changes by
     the distance's square over the distance: the next fit is at a secant of the logarithms, after eight in the middle.
@@ -106,7 +115,10 @@ def _min_saturation(solve: Callable, estimates: CycleEstimates) -> float:
     excess = max(ONE_SIDED**2 * estimates.noises[0].long_run, SMALLEST)
     low, high, guess, power, known = 0, SATURATION_STEPS, SATURATION_STEPS // 5 * 4, 5.0, []
     while high - low > 1:
-        above = max(solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - best, SMALLEST)
+        try:
+            above = max(solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - best, SMALLEST)
+        except InputError:
+            return 0.0
         low, high = (guess, high) if above > excess else (low, guess)
         x, y = math.log(SATURATION_STEPS - guess), math.log(above / excess)
         power = min(max((y - known[-1][1]) / (x - known[-1][0]), 1.0), 20.0) if known else power

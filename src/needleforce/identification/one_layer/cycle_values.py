@@ -2,16 +2,14 @@
 """The fit of one cycle as values: parameters with intervals, samples of the puncture, residuals; and its estimates."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ...errors import InputError
 from ...models.parameter_units import UNITS
 from ..estimates import Estimate, is_meaningful
-from ..statistics.noise import TWO_SIDED, Noise
+from ..statistics.noise import TWO_SIDED, DriftEffect, Noise
 from .loading_curves import CURVES, FITS
 
 ALSO_ESTIMATED = (
@@ -27,6 +25,30 @@ ALSO_ESTIMATED = (
     "friction_bend",
 )
 """Estimates of a cycle, in their order, after those of its loading curve."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CycleOptions:
+    """How a cycle is fitted.
+
+    ``law`` is ``cone`` or ``cone_cylinder``, whose ``saturation_depth`` [m] is fitted if it is None.
+    ``puncture_window`` [m] limits the puncture depth.
+
+    ``filter_length`` is that of the average filter in samples, 1 if none. The filter smears both steps: as many samples
+    on each side of them are left out. It also delays the force by (filter_length - 1) / 2 samples; depths must be
+    shifted before. If they are not, with d the travel in that delay, z0 and z1 are too deep by d, and the withdrawal's
+    force is 2 d too shallow compared with them: a misfit of 2 d f', which biases f' and f_c.
+
+    ``depth_noise`` [m], a standard deviation, widens the interval of the puncture. The zero's ``drift`` was subtracted
+    from the force; its error widens every interval.
+    """
+
+    law: str = "cone"
+    saturation_depth: float | None = None
+    filter_length: int = 1
+    puncture_window: tuple[float, float] | None = None
+    depth_noise: float = 0.0
+    drift: DriftEffect | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -103,19 +125,8 @@ class CycleFit(FittedValues):
     saturation_sought: bool = False
     by_stages: bool = False
     """True for a staged fit: first the loading curve, then friction and cutting. False for a complete fit."""
-    min_saturation: Callable[[], float] | None = None
-    """Finds the lower limit [m] of a saturation depth that the best fit does not have, until ``limited`` has asked."""
-
-    def limited(self) -> "CycleFit":
-        """The fit with the lower limit of its saturation depth; 0 where the fits for it fail."""
-        if self.min_saturation is None:
-            return self
-        try:
-            limit = self.min_saturation()
-        except InputError:
-            limit = 0.0
-        name = "saturation_depth"
-        return replace(self, low=self.low | {name: min(self.low[name], limit)}, min_saturation=None)
+    options: CycleOptions | None = None
+    """Of a complete fit, until ``with_saturation_limit`` has repeated it; None for a staged one."""
 
     def with_puncture(self, depth: float, half: float) -> "CycleFit":
         """The fit with the puncture at another ``depth`` [m], within ``half`` of it; indentation and force follow."""

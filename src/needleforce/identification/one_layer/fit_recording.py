@@ -15,9 +15,8 @@ from ...vocabulary import Status
 from ..motion import depths_between
 from ..statistics.noise import DriftEffect
 from ..strokes import Strokes, depth_before, filter_delay, strokes_of
-from .cycle_estimates import CycleOptions
-from .cycle_fit import fit_cycle
-from .cycle_values import CycleFit
+from .cycle_fit import fit_cycle, with_saturation_limit
+from .cycle_values import CycleFit, CycleOptions
 from .deformation_fit import DeformationFit, fit_deformation
 from .gradual_fit import FirstLayer, fit_gradual
 from .loading_curves import FITS
@@ -215,7 +214,7 @@ def _complete(
         depth_noise=strokes.depth_noise,
         drift=_drift_effect(single, strokes),
     )
-    arrays = (strokes.depth_in, strokes.force_in, strokes.depth_out, strokes.force_out)
+    arrays = strokes.arrays
     first, count = single.events.punctures[0], len(single.events.punctures)
     notes = [_first_puncture_note(count, first.depth)] if count > 1 else []
     low, high = _bracket(strokes, first)
@@ -283,6 +282,11 @@ def _first_puncture_note(punctures: int, first: float) -> str:
         f"The largest drop of the force is at another depth, but the first puncture, {place}, ends the deformation: "
         "the fit uses the first puncture."
     )
+
+
+def limited(single: SegmentedRecording, law: str) -> CycleFit:
+    """The fit of a law with the lower limit of its saturation depth, which takes several more fits."""
+    return with_saturation_limit(single.fits[law], *_first_layer(single).arrays)
 
 
 def peak_force(single: SegmentedRecording) -> float:

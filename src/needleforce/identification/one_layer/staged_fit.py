@@ -90,7 +90,7 @@ def fit_by_stages(
         warnings=(*loading.held, *held),
         saturation_sought="saturation_depth" in loading.order,
         by_stages=True,
-        min_saturation=None,
+        options=None,
     )
 
 
