@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a layered fit says next to its values: the model for simulation and the rupture depths of its layers in every
+"""What a layered fit states next to its values: the model for simulation and the rupture depths of its layers in every
 run; warnings, assumptions and settings."""
 
 from typing import Any
