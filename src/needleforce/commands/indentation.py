@@ -104,8 +104,7 @@ def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str,
 
 
 def _table_of(recording: "Recording", file: Path) -> "Table":
-    from ..recording.part_choice import asked, chosen_part
-    from ..recording.parts import recordings_in
+    from ..recording.parts import asked, chosen_part, recordings_in
 
     parts = recordings_in(file)
     part, cycle = asked(recording.card.part or None, [each.name for each in parts])

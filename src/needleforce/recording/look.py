@@ -16,8 +16,7 @@ from .cycles import CycleSpan
 from .formats.detect import ROS2_BAG, format_of
 from .mappings import with_mapping
 from .motion_look import MAX_LISTED, ColumnLook, MotionLook, column_looks, motion_look
-from .part_choice import asked, chosen_part, fitting_parts
-from .parts import Part, recordings_in
+from .parts import Part, asked, chosen_part, fitting_parts, recordings_in
 from .quantities import MAIN
 from .recording import Recording
 

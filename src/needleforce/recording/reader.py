@@ -18,8 +18,7 @@ from .formats.detect import format_of, tables_of
 from .from_table import recording_from_table
 from .joining import INWARDS
 from .mappings import with_mapping
-from .part_choice import asked, chosen_part
-from .parts import Part, header_texts, part_of, recordings_in
+from .parts import Part, asked, chosen_part, header_texts, part_of, recordings_in
 from .recording import Recording
 from .table import Table
 

@@ -10,8 +10,7 @@ from ..files import enough_memory
 from .cycles import fitting
 from .formats.detect import format_of
 from .mappings import with_mapping
-from .part_choice import asked, fitting_parts
-from .parts import recordings_in
+from .parts import asked, fitting_parts, recordings_in
 from .reader import read, read_with_cycles
 from .recording import Recording
 
