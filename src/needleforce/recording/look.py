@@ -4,7 +4,7 @@ it."""
 
 import os
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from .options import ReadOptions, flags
 from .parts import Part, asked, chosen_part, fitting_parts, recordings_in
 from .quantities import MAIN
 from .recording import Recording
+from .recording_file import RecordingFile
 
 _OF_FORCE = ("time", "force")  # what is read from a table whose motion is in another one
 
@@ -123,11 +124,7 @@ def option_words(options: ReadOptions) -> list[str]:
     return words
 
 
-def look(
-    path: str | os.PathLike,
-    recording_of: Callable[[Any], tuple[Recording, tuple[CycleSpan, ...]]],
-    given: ReadOptions,
-) -> Look:
+def look(path: str | os.PathLike, given: ReadOptions) -> Look:
     """Look at a file.
 
     A file that cannot be read as a recording is no error: ``problem`` states why. Raises InputError for one that is
@@ -137,8 +134,6 @@ def look(
     ----------
     path : str or os.PathLike
         The file.
-    recording_of : callable
-        The ``part`` of ``read``, None for the only one -> Recording, and its cycles; raises InputError.
     given : ReadOptions
         The options of ``read`` that were given.
 
@@ -146,7 +141,7 @@ def look(
     -------
     Look
     """
-    options = completed(Path(path), given)[0]
+    options, sentence = completed(Path(path), given)
     parts: Sequence[Part] = ()
     problem, recording, shown, cycles = "", None, None, ()
     form = format_of(Path(path))
@@ -158,7 +153,8 @@ def look(
         wanted, cycle = _one_of(*asked(options.part, names), names, str(path))
         shown = _shown(parts, wanted, Path(path))
         named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
-        recording, cycles = recording_of(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
+        opened = RecordingFile(path=Path(path), options=options, sentence=sentence, parts=parts)
+        recording, cycles = opened.read(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
     except InputError as error:
         problem = str(error)
         shown = shown or (parts[0] if parts else None)

@@ -21,7 +21,6 @@ from .table import Table
 
 _CYCLE = re.compile(r"(?:(.*): )?(cycle ?\S+)", re.IGNORECASE | re.DOTALL)
 _MAX_LISTED = 12  # names in a message
-_last: list = []  # the recordings of the last file that had several
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,17 +85,8 @@ def parts_of(
 
 
 def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
-    """The recordings of a file that is no log. Those of a file with several are kept until another file is read, so
-    that each can be read without opening the file again. Raises InputError as ``read``."""
-    found = path.stat() if path.exists() else None
-    given = of_main(header_texts(columns))
-    key = (path.absolute(), found and (found.st_mtime_ns, found.st_size), tuple(sorted(given.items())))
-    if _last and _last[0][0] == key:
-        return _last[0][1]
-    _last.clear()
-    parts = parts_of(tables_of(path), given)
-    _last.extend([(key, parts)] if len(parts) > 1 else [])
-    return parts
+    """The recordings of a file that is no log. Raises InputError as ``read``."""
+    return parts_of(tables_of(path), of_main(header_texts(columns)))
 
 
 def header_texts(columns: Mapping[str, Any] | None) -> dict[str, Any]:
