@@ -18,53 +18,51 @@ from .output import pairs
 def takes_flags(*named: str, part: str | None = None) -> Callable[[Callable], Callable]:
     """A command whose dataclasses are given by flags, one a field.
 
-    Of reading these are the flags that all commands have, then those that are ``named``; a flag of the command with the
-    name of one takes its place, and is left to the command. ``part`` is the default of ``--part``.
+    Of reading these are the flags that all commands have, then those that are ``named``; a later flag of the command
+    with the name of one takes its place, and is left to the command. ``part`` is the default of ``--part``.
     """
     table = flags()
     names = [name for name, flag in table.items() if not flag.named] + list(named)
+    of_reading = {name: _parameter(name, table[name], part) for name in names}
 
     def decorated(command: Callable) -> Callable:
         parameters = list(inspect.signature(command).parameters.values())
-        own = {each.name: each for each in _spread(parameters)}
-        shown = _shown(own, {name: _parameter(name, table[name], part) for name in names})
-        of_reading = [name for name in names if name not in own]
+        shown = {each.name: each for each in _spread(parameters, of_reading.values())}
 
         @wraps(command)
         def run(**given: Any) -> None:
-            if "reading" in own:
-                values = {name: _value(table[name], given.pop(name)) for name in of_reading}
-                given["reading"] = _checked(ReadOptions(**values))
-            command(**_gathered(parameters, given))
+            read = {name: _value(table[name], given[name]) for name in names if shown.get(name) is of_reading[name]}
+            command(**_gathered(parameters, given, read))
 
-        run.__signature__ = inspect.Signature(shown)
-        run.__annotations__ = {each.name: each.annotation for each in shown}
+        run.__signature__ = inspect.Signature(list(shown.values()))
+        run.__annotations__ = {name: each.annotation for name, each in shown.items()}
         return run
 
     return decorated
 
 
-def _spread(parameters: Iterable[inspect.Parameter]) -> Iterator[inspect.Parameter]:
+def _spread(parameters: Iterable[inspect.Parameter], of_reading: Iterable[inspect.Parameter]) -> Iterator:
     """The parameters, with the fields of a dataclass in its place."""
     for each in parameters:
-        if _is_group(each):
-            yield from _spread(_fields(each.annotation))
+        if each.annotation is ReadOptions:
+            yield from of_reading
+        elif is_dataclass(each.annotation):
+            yield from _spread(_fields(each.annotation), of_reading)
         else:
             yield each.replace(kind=inspect.Parameter.KEYWORD_ONLY)
 
 
-def _gathered(parameters: Iterable[inspect.Parameter], given: dict[str, Any]) -> dict[str, Any]:
-    """What was given, with each dataclass made from the values of its fields."""
-    return {
-        each.name: each.annotation(**_gathered(_fields(each.annotation), given))
-        if _is_group(each)
-        else given[each.name]
-        for each in parameters
-    }
-
-
-def _is_group(parameter: inspect.Parameter) -> bool:
-    return is_dataclass(parameter.annotation) and parameter.annotation is not ReadOptions
+def _gathered(parameters: Iterable[inspect.Parameter], given: dict[str, Any], read: dict[str, Any]) -> dict[str, Any]:
+    """The value of each parameter: what was given, or a dataclass made from it."""
+    values = {}
+    for each in parameters:
+        if each.annotation is ReadOptions:
+            values[each.name] = _checked(ReadOptions(**read))
+        elif is_dataclass(each.annotation):
+            values[each.name] = each.annotation(**_gathered(_fields(each.annotation), given, read))
+        else:
+            values[each.name] = given[each.name]
+    return values
 
 
 def _fields(of_class: type) -> Iterator[inspect.Parameter]:
@@ -72,19 +70,6 @@ def _fields(of_class: type) -> Iterator[inspect.Parameter]:
         default = each.default if each.default_factory is MISSING else each.default_factory()
         default = inspect.Parameter.empty if default is MISSING else default
         yield inspect.Parameter(each.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=each.type)
-
-
-def _shown(own: dict[str, inspect.Parameter], of_reading: dict[str, inspect.Parameter]) -> list[inspect.Parameter]:
-    """The flags in the order of the help: those of reading in the place of ``reading``."""
-    if "reading" not in own:
-        return list(own.values())
-    shown: list[inspect.Parameter] = []
-    for name, each in own.items():
-        if name == "reading":
-            shown += [own.get(flag, parameter) for flag, parameter in of_reading.items()]
-        elif name not in of_reading:
-            shown.append(each)
-    return shown
 
 
 def _parameter(name: str, flag: Flag, part: str | None) -> inspect.Parameter:
