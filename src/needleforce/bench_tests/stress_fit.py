@@ -14,6 +14,7 @@ from ..display.quantities import percent
 from ..errors import InputError
 from ..identification.estimates import Estimate
 from ..identification.statistics.noise import LEVEL
+from ..vocabulary import SMALLEST
 from .law_fit import LawFit, Readings, StressCurve, solved, without_unstable
 from .laws import (
     MODES,
@@ -265,7 +266,7 @@ def _mixture_interval(fits: list[LawFit]) -> tuple[float, float]:
     if not all(math.isfinite(fit.standard_error) for fit in fits):
         return -math.inf, math.inf
     weights, centres, errors, freedoms = np.array(
-        [(fit.weight, fit.young_modulus, max(fit.standard_error, 1e-300), fit.freedom) for fit in fits]
+        [(fit.weight, fit.young_modulus, max(fit.standard_error, SMALLEST), fit.freedom) for fit in fits]
     ).T
 
     def limit(probability: float) -> float:

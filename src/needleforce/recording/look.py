@@ -13,7 +13,8 @@ from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
 from ..files import open_regular
 from .cycles import CycleSpan
-from .formats.detect import ROS2_BAG, format_of
+from .formats.detect import format_of
+from .formats.no_tables import ROS2_BAG
 from .mappings import completed
 from .motion_look import MAX_LISTED, ColumnLook, MotionLook, column_looks, motion_look
 from .options import ReadOptions, flags

@@ -13,6 +13,7 @@ from ...errors import InputError
 from ...files import open_regular
 from ..stated import stating_lines
 from ..table import Table
+from . import Format
 from .rows import (
     MIN_ROWS,
     WHITESPACE,
@@ -285,3 +286,7 @@ def _table_in(path: Path, encoding: Encoding, lines: Sequence[str]) -> TextValue
     """The table in some lines of a file; None if its numbers are in no common columns."""
     chosen = _delimited(lines)
     return None if chosen is None else _table(path, encoding, lines, chosen)
+
+
+TEXT = Format(name="text", suffixes=(".csv", ".tsv", ".txt", ".dat"), tables=tables)
+FORMATS = (TEXT,)
