@@ -87,8 +87,8 @@ def _definition(path: Path) -> None:
 
 
 def _table(path: Path) -> None:
+    from needleforce.bench_tests import tissue_estimate
     from needleforce.campaign.labels import read_mapping
-    from needleforce.identification.bench_tests import tissue_estimate
 
     refusals = []
     for read in (read_mapping, tissue_estimate):

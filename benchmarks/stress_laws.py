@@ -9,7 +9,7 @@ import sys
 
 import numpy as np
 
-from needleforce.identification.bench_tests import StressCurve, fit_stress, nominal_stress
+from needleforce.bench_tests import StressCurve, fit_stress, nominal_stress
 
 READINGS, NOISE = 80, 0.005  # noise: of the largest stress
 CORRELATIONS = (0.0, 0.5, 0.7)

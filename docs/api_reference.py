@@ -12,6 +12,7 @@ PACKAGES = (
     ("needleforce.recording", "Recordings", "Reading, writing, and what a recording holds."),
     ("needleforce.segmentation", "Segmentation", "Contact, punctures, exit and phases of a recording."),
     ("needleforce.identification", "Identification", "Fits, intervals, draws and comparisons of models."),
+    ("needleforce.bench_tests", "Bench tests", "Moduli of tissue and needle, and penetration of films."),
     ("needleforce.steering", "Steering", "Needles that bend: paths read, identified, estimated and planned."),
     ("needleforce.fe", "Tissue as a solid", "Finite elements around a needle, and what they condense to."),
     ("needleforce.campaign", "Campaigns", "Many recordings of many conditions."),

@@ -4,7 +4,7 @@
 import numpy as np
 from reference_rules import computes, needle
 
-from needleforce.identification import bench_tests
+from needleforce import bench_tests
 from needleforce.identification.statistics.regression import least_squares
 
 

@@ -10,7 +10,8 @@ import re
 import numpy as np
 
 import needleforce as nf
-from needleforce.identification import bench_tests, models
+from needleforce import bench_tests
+from needleforce.identification import models
 from needleforce.mechanics.buckling import tube_of_equal_stiffness
 from needleforce.mechanics.foundation import READINGS
 

@@ -3,6 +3,7 @@ import threading
 
 import pytest
 from fake_rig import CONFIGURATION
+from simulated_time import SimulatedTime
 
 from needleforce.acquisition.recorder import record_run
 from needleforce.acquisition.settings import Settings
@@ -25,7 +26,13 @@ def nothing_left():
 
 
 @pytest.fixture
-def recorded(tmp_path):
+def simulated_time(nothing_left):
+    with SimulatedTime() as clock:
+        yield clock
+
+
+@pytest.fixture
+def recorded(tmp_path, simulated_time):
     """``recorded(sensor, axis, moves, ...)``: the result of a run and the log read from its file."""
 
     def run(sensor, axis=None, moves=(), stop=None, view=None, **settings):

@@ -18,6 +18,15 @@ SPEED, FAR = 0.02, [(0.05, 0.02)]  # [m/s], and the moves at it
 STIFFNESS = 500.0  # of the simulated tissue [N/m]
 GAP = Settings(force_limit=1.0).max_force_gap  # [s]
 LIMITS = AxisRange(-0.02, 0.06, 0.05, 10.0)
+PATIENCE = 120.0  # [s] after which a test takes what it waits for to hang
+
+
+def until(condition):
+    """Wait for what comes soon, however busy the computer is."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, f"not after {PATIENCE:g} s"
+        time.sleep(0.005)
 
 
 def counts(wrench):
@@ -102,6 +111,7 @@ class FakeAxis(Threaded):
                     self.serve(connection)
 
     def serve(self, connection):
+        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)  # a kernel waits by its own clock
         if self.greets:
             connection.sendall(range_line(self.limits).encode() + b"\n")
         rest, number, begun = b"", 0, time.monotonic()

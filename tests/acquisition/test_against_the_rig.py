@@ -37,6 +37,7 @@ def simulated(recording):
     return np.interp(recording.time, time, behind)
 
 
+@pytest.mark.usefixtures("simulated_time")
 @pytest.mark.parametrize("faults", [{}, FAULTS], ids=["none", "faults"])
 def test_losses_and_force_of_a_recording_are_those_of_the_rig(tmp_path, faults):
     path = tmp_path / "run.mcap"
@@ -54,6 +55,7 @@ def test_losses_and_force_of_a_recording_are_those_of_the_rig(tmp_path, faults):
     assert np.percentile(np.abs(apart), 95) < 6e-3
 
 
+@pytest.mark.usefixtures("simulated_time")
 @pytest.mark.parametrize(
     "fault, reason",
     [("stall_at_s", "axis stalled"), ("axis_silent_at_s", "axis silent"), ("sensor_silent_at_s", "sensor silent"),

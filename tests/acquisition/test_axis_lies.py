@@ -119,6 +119,7 @@ def test_an_axis_at_another_speed_than_ordered_is_stopped(recorded, factor, word
     assert abs(axis.depth + 0.002) < (0.25e-3 + 0.00525 * 0.25) * 10 / 8.95 + 0.05 * 0.15
 
 
+@pytest.mark.usefixtures("simulated_time")
 def test_the_exit_code_of_an_axis_that_did_not_stop_is_its_own(tmp_path, page):  # noqa: F811
     with Disobedient() as axis, tissue(axis) as sensor:
         more = ["--axis", f"127.0.0.1:{axis.port}", "--depth-mm", "55", "--speed-mm-s", "20", "--start-mm", "-2"]
@@ -147,6 +148,7 @@ def test_an_axis_that_cannot_be_stopped_before_the_run_has_its_own_error(recorde
     assert caught.value.exit_code == 3
 
 
+@pytest.mark.usefixtures("simulated_time")
 def test_while_an_operator_moves_the_phantom_the_axis_is_kept_connected(tmp_path):
     heard = []
     with FakeSensor() as sensor, FakeAxis(reply=lambda line: heard.append((line, time.monotonic()))) as axis:

@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from fake_rig import BIAS, CONFIGURATION, FakeAxis, FakeSensor, counts
+from fake_rig import BIAS, CONFIGURATION, FakeAxis, FakeSensor, counts, until
 
 from needleforce import InputError
 from needleforce.acquisition.sources import net_ft_sensor
@@ -19,9 +19,8 @@ from needleforce.wire.rdt import Packet, pack_record
 
 
 def received(client, count):
-    samples, until = [], time.monotonic() + 10.0
-    while len(samples) < count and time.monotonic() < until:
-        samples += client.receive(0.1)
+    samples = []
+    until(lambda: samples.extend(client.receive(0.1)) or len(samples) >= count)
     return samples
 
 
@@ -41,7 +40,8 @@ def test_waiting_packets_have_the_kernels_time_of_arrival():
     with FakeSensor() as sensor:
         client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
         client.start()
-        time.sleep(0.2)
+        until(lambda: sensor.sent >= 20)
+        time.sleep(0.1)
         samples = received(client, 20)
         client.stop()
     waits = [sample.read - sample.arrival for sample in samples]
@@ -59,7 +59,7 @@ def test_packets_dropped_by_the_kernel_are_counted(monkeypatch):
     with FakeSensor(packets=lambda sensor, k: 20 * [sensor.packet(k)] if k < 30 else [sensor.packet(k)]) as sensor:
         client = SensorClient("127.0.0.1", sensor.port, CONFIGURATION)
         client.start()
-        time.sleep(0.3)  # 600 packets come meanwhile
+        until(lambda: sensor.sent > 30)  # 600 packets came meanwhile
         first = received(client, 1)
         samples = first + received(client, 100)
         client.stop()
@@ -107,11 +107,9 @@ def test_corrupted_packets_are_counted_and_do_not_end_the_stream():
 
 
 def received_nothing(client):
-    until = time.monotonic() + 10.0
-    while client.foreign < 3 and time.monotonic() < until:
-        if client.receive(0.1):
-            return False
-    return True
+    samples = []
+    until(lambda: samples.extend(client.receive(0.1)) or client.foreign == 3)
+    return not samples
 
 
 def test_a_client_can_be_restarted():
@@ -241,12 +239,9 @@ def test_invalid_lines_of_an_axis_are_refused(garbage):
     with FakeAxis() as fake:
         axis = AxisClient("127.0.0.1", fake.port)
         fake.garbage = garbage
-        until = time.monotonic() + 10.0
         try:
             with pytest.raises(InputError, match="line of the axis"):
-                while time.monotonic() < until:
-                    axis.receive()
-                    time.sleep(0.01)
+                until(lambda: axis.receive() is None)
             with pytest.raises(InputError, match="line of the axis"):
                 axis.move(0.0, 0.01)
             assert not axis.stop()

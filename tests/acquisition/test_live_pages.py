@@ -140,6 +140,7 @@ def test_the_python_example_of_the_virtual_rig_runs(page):
     assert len(set(ports)) == 3 and all(1024 <= int(port) < 65536 for port in ports)
 
 
+@pytest.mark.usefixtures("simulated_time")
 def test_the_python_example_of_a_recording_runs(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "page.xml").write_bytes(CONFIGURATION.xml())

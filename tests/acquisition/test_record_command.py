@@ -1,13 +1,14 @@
 """The command ``needleforce record``."""
 
 import json
+import os
 import signal
+import struct
 import subprocess
 import sys
-import time
 
 import pytest
-from fake_rig import CONFIGURATION, FakeAxis, FakeSensor
+from fake_rig import CONFIGURATION, PATIENCE, FakeAxis, FakeSensor, until
 from typer.testing import CliRunner
 
 from needleforce import InputError
@@ -30,23 +31,27 @@ def arguments(path, sensor, page, *more):
     return ["record", "-o", str(path), "--sensor", f"127.0.0.1:{sensor.port}", "--sensor-page", page, *more]
 
 
+@pytest.mark.usefixtures("simulated_time")
 def test_ctrl_c_stops_the_axis_and_completes_the_file(tmp_path, page):
-    path = tmp_path / "run.mcap"
-    with FakeSensor() as sensor, FakeAxis() as axis:
+    path, pressed = tmp_path / "run.mcap", []
+
+    def press(state):
+        if state.depth > 0.0 and not pressed:
+            pressed.append(state.depth)
+            os.kill(os.getpid(), signal.SIGINT)
+        return state
+
+    with FakeSensor() as sensor, FakeAxis(state=press) as axis:
         more = ["--axis", f"127.0.0.1:{axis.port}", "--depth-mm", "50", "--speed-mm-s", "2", "--start-mm", "-2"]
-        more += ["--bias-s", "0.1", "--plain"]
-        command = [sys.executable, "-c", CODE, *arguments(path, sensor, page, *more)]
-        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-            line = next(line for line in process.stderr if "phase insertion" in line)
-            process.send_signal(signal.SIGINT)
-            rest = process.stderr.read()
-    assert process.returncode == 0
-    assert "depth" in line and "interrupted" in rest
+        done = CliRunner().invoke(app, arguments(path, sensor, page, *more, "--bias-s", "0.1", "--plain"))
+    assert done.exit_code == 0, done.output
+    assert "phase insertion" in done.output and "depth" in done.output and "interrupted" in done.output
     log = read_log(path)
     assert log.complete and log.end["ended"] == "interrupted"
     assert axis.received[-1] == "stop" and axis.target is None
 
 
+@pytest.mark.usefixtures("simulated_time")
 def test_the_json_agrees_with_the_recorded_file(tmp_path, page):
     with FakeSensor() as sensor:
         options = arguments(
@@ -78,15 +83,20 @@ def test_a_closed_standard_input_is_refused(monkeypatch, tmp_path):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_ctrl_c_while_waiting_for_a_header_leaves_no_file(tmp_path):
+    import fcntl
+    import termios
+
     code = "import sys; sys.argv[0] = 'needleforce'; " + CODE
     command = [sys.executable, "-c", code, "record", "-o", str(tmp_path / "run.mcap"), "--from", "-"]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        time.sleep(2.0)  # until it waits for the header, which it does not print
-        process.send_signal(signal.SIGINT)
-        assert process.wait(timeout=8.0) == 130  # before the 10 s that it would wait for a header
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=0) as process:
+        process.stdin.write(b"time")
+        until(lambda: struct.unpack("i", fcntl.ioctl(process.stdin, termios.FIONREAD, bytes(4))) == (0,))
+        process.send_signal(signal.SIGINT)  # it has read the beginning of a header and waits for the rest
+        assert process.wait(timeout=PATIENCE) == 130, "a header that does not come ends it with another code"
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.usefixtures("simulated_time")
 def test_the_readings_of_a_sensor_that_falls_silent_are_kept(tmp_path, page):
     with FakeSensor(ends=400) as sensor:
         done = CliRunner().invoke(app, arguments(tmp_path / "run.mcap", sensor, page))

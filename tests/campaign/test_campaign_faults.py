@@ -148,15 +148,17 @@ def test_only_the_recordings_of_one_condition_are_in_memory(folder, monkeypatch)
     import sys
     import weakref
 
+    from needleforce.recording.reader import read_file
+
     module, alive, counts = sys.modules["needleforce.campaign.campaign"], weakref.WeakSet(), []
 
-    def watched(*arguments, **options):
-        recording = nf.read(*arguments, **options)
+    def watched(path, options):
+        recording = read_file(path, options)
         counts.append(len(alive))
         alive.add(recording)
         return recording
 
-    monkeypatch.setattr(module, "read", watched)
+    monkeypatch.setattr(module, "read_file", watched)
     files = [folder / f"{specimen}_{repeat}.csv" for specimen in ("sign", "speed", "travel") for repeat in (1, 2, BAD)]
     campaign(files, pattern="{specimen}_{repeat}")
     assert len(counts) == 9 and max(counts) <= 3

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from needleforce.bench_tests import elastica_deflection, nominal_stress, three_point_load
 from needleforce.cli import app
-from needleforce.identification.bench_tests import elastica_deflection, nominal_stress, three_point_load
 from needleforce.preset_files import needle_of
 
 STRETCH = np.linspace(1.0, 1.3, 31)

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes, devices and n
 
 def run(*arguments, cwd=None, environment=None, **options):
     """Run a command; one that waits for ever fails by its time."""
-    options = {"capture_output": True, "timeout": 60, "stdin": subprocess.DEVNULL} | options
+    options = {"capture_output": True, "timeout": 600, "stdin": subprocess.DEVNULL} | options
     done = subprocess.run([*COMMAND, *arguments], cwd=cwd, env=os.environ | (environment or {}), **options)
     assert b"Traceback" not in (done.stderr or b"") + (done.stdout or b""), done.stderr
     assert b"Exception ignored" not in (done.stderr or b"")
@@ -142,12 +142,12 @@ def test_no_text_of_a_file_reaches_the_terminal_as_a_command(tmp_path):
 def test_a_closed_standard_output_or_error(arguments):
     for closed in (">&-", "2>&-", ">&- 2>&-", ">&- <&-"):
         shell = f'"$@" {closed}'
-        done = subprocess.run(["sh", "-c", shell, "sh", *COMMAND, *arguments], capture_output=True, timeout=60)
+        done = subprocess.run(["sh", "-c", shell, "sh", *COMMAND, *arguments], capture_output=True, timeout=600)
         assert done.returncode == 0 and b"Traceback" not in done.stderr + done.stdout
 
 
 def test_a_reader_that_leaves_and_a_full_disk():
-    done = subprocess.run(["sh", "-c", '"$@" | head -1', "sh", *COMMAND, "laws"], capture_output=True, timeout=60)
+    done = subprocess.run(["sh", "-c", '"$@" | head -1', "sh", *COMMAND, "laws"], capture_output=True, timeout=600)
     assert done.stderr == b""
     with open("/dev/full", "w") as full:
         done = run("laws", stdout=full, capture_output=False, stderr=subprocess.PIPE)

@@ -14,7 +14,7 @@ READY = r"ready: sensor (\S+), axis (\S+), page (\S+)"
 def output_of(line: str, folder: Path) -> str:
     path = {"PATH": f"{TOOLS}{os.pathsep}/usr/bin{os.pathsep}/bin"}
     command = shlex.split(line, comments=True)
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=path, timeout=100)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, env=path, timeout=1000)
     assert done.returncode == 0, done.stderr
     return done.stdout + done.stderr
 

@@ -24,21 +24,23 @@ ALLOWED = {
     "recording": CORE,
     "segmentation": CORE | {"recording"},
     "identification": MODELS | {"recording", "segmentation"},
+    "bench_tests": MODELS | {"recording", "segmentation", "identification"},
     "wire": CORE,
     "rig": MODELS | {"recording", "wire"},
     "acquisition": CORE | {"recording", "wire"},
     "protocol": MODELS | {"recording", "wire", "acquisition"},
     "mujoco": MODELS | {"fe"},
     "campaign": MODELS | {"recording", "segmentation", "identification"},
-    "report": MODELS | {"recording", "segmentation", "identification", "campaign", "steering", "fe"},
+    "report": MODELS | {"recording", "segmentation", "identification", "bench_tests", "campaign", "steering", "fe"},
     "control": MODELS,
     "fe": MODELS | {"recording", "segmentation", "identification"},
     "steering": MODELS | {"display", "recording"},
     "references": set(),
     "export": MODELS,
 }
-# the one step back: a fit, a campaign, a plan, a solid write their own report when they are asked to
-EXCEPTIONS = {("identification", "report"), ("campaign", "report"), ("steering", "report"), ("fe", "report")}
+# the steps back: a result writes its own report when it is asked to, and identify() reads the bench tests it is given
+REPORTING = ("identification", "bench_tests", "campaign", "steering", "fe")
+EXCEPTIONS = {(place, "report") for place in REPORTING} | {("identification", "bench_tests")}
 # what may not be imported when needleforce is
 SLOW = {"pandas", "scipy", "matplotlib", "typer", "rich"}
 

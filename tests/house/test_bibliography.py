@@ -5,7 +5,7 @@ import pytest
 
 import needleforce as nf
 from needleforce import core
-from needleforce.identification.bench_tests.laws import SOURCES
+from needleforce.bench_tests.laws import SOURCES
 from needleforce.models.laws import FAMILIES, laws_of
 from needleforce.models.named_models import NAMED_MODELS
 from needleforce.references import keys_in, published_values, unnamed_parts, works

@@ -67,7 +67,12 @@ CPP = sorted(
     for ending in ("*.hpp", "*.cpp", "*.h", "*.c", "*.mjs")
     for path in (ROOT / folder).rglob(ending)
 )
-PAGES = sorted(path for path in [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")] if path.name != "api.md")
+GENERATED = ("api.md", "laws")
+PAGES = sorted(
+    path
+    for path in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
+    if path.name not in GENERATED and path.parent.name not in GENERATED
+)
 
 
 def words_of(name: str) -> list[str]:

@@ -5,8 +5,13 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification import needle_modulus, three_point_modulus
-from needleforce.identification.bench_tests import elastica_deflection, needle_estimate, three_point_load
+from needleforce.bench_tests import (
+    elastica_deflection,
+    needle_estimate,
+    needle_modulus,
+    three_point_load,
+    three_point_modulus,
+)
 from needleforce.rig.bench_tests import bend_needle, tip_deflection
 
 NEEDLE = nf.Needle(outer_diameter=0.7e-3, length=0.08, young_modulus=14.1e9)
@@ -190,7 +195,7 @@ def test_impossible_readings_are_refused(force, position, deflection, message):
 
 
 def test_a_real_three_point_test_is_read_and_fitted(recordings):
-    from needleforce.identification.bench_tests import read_bending
+    from needleforce.bench_tests import read_bending
 
     file = recordings / "other-labs" / "bending-bluehill" / "WSR8002_july25_medial.csv"
     readings, _ = read_bending(file, three_point=True)

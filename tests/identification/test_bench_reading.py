@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.bench_tests import (
+from needleforce.bench_tests import (
     elastica_deflection,
     needle_estimate,
     nominal_stress,

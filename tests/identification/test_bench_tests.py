@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification import StressCurve, fit_stress
-from needleforce.identification.bench_tests import (
+from needleforce.bench_tests import (
     LAWS,
     MODES,
+    StressCurve,
+    fit_stress,
     initial_modulus,
     modulus_by_mode,
     nominal_stress,
     stable_range,
     tissue_estimate,
 )
-from needleforce.identification.bench_tests.stress_fit import inflation_of
+from needleforce.bench_tests.stress_fit import inflation_of
 
 # law, coefficients, Young's modulus by the textbook: E = 3 mu_0
 CASES = [

@@ -6,8 +6,8 @@ import pytest
 from known_penetration import STEP, Needle, curve, drawn
 
 import needleforce as nf
-from needleforce.identification import penetration_test
-from needleforce.identification.bench_tests.penetration import FIGURES
+from needleforce.bench_tests import penetration_test
+from needleforce.bench_tests.penetration import FIGURES
 
 
 def test_a_known_curve_without_noise():

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import needleforce as nf
-from needleforce.identification import penetration_test, penetration_tests
+from needleforce.bench_tests import penetration_test, penetration_tests
 
 # ---- stalks punctured by a needle, measured elsewhere, read by eye before
 

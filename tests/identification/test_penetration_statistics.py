@@ -9,7 +9,7 @@ from known_penetration import Needle, curve
 from scipy import stats
 
 import needleforce as nf
-from needleforce.identification import PenetrationTest, penetration_tests
+from needleforce.bench_tests import PenetrationTest, penetration_tests
 
 
 @pytest.fixture(scope="module")

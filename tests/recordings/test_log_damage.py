@@ -141,7 +141,7 @@ before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 log = read_log(sys.argv[1])
 print(len(log.wrench), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before, len(log.notes))
 """
-    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     wrenches, grown, notes = map(int, done.stdout.split())
     assert wrenches == 0 and notes > 0

@@ -106,7 +106,7 @@ def test_a_full_disk_keeps_complete_records(tmp_path):
             print(error)
         """
     process = run(code, path, stdout=subprocess.PIPE, text=True)
-    message = process.communicate(timeout=60)[0]
+    message = process.communicate(timeout=600)[0]
     kept = int(message.split("; ")[1].split()[0])
     log = read_log(path)
     assert "ended early" in message and str(path) in message
@@ -125,7 +125,7 @@ def test_a_full_disk_at_the_start_leaves_no_file(tmp_path):
         plain_log.write(sys.argv[1])
         """
     process = run(code, path, stderr=subprocess.PIPE, text=True)
-    assert "not started" in process.communicate(timeout=60)[1]
+    assert "not started" in process.communicate(timeout=600)[1]
     assert not path.exists()
 
 
@@ -147,7 +147,7 @@ def test_flushed_data_survive_a_kill(tmp_path, seed):
     process.stdout.readline()
     time.sleep(random.Random(seed).uniform(0.0, 0.2))
     process.send_signal(signal.SIGKILL)
-    lines = [line for line in process.communicate(timeout=60)[0].splitlines(keepends=True) if line.endswith("\n")]
+    lines = [line for line in process.communicate(timeout=600)[0].splitlines(keepends=True) if line.endswith("\n")]
     flushed = int(lines[-1]) if lines else 50
     log = read_log(path)
     assert len(log.wrench) >= flushed and not log.complete

@@ -8,8 +8,8 @@ import re
 import numpy as np
 import pytest
 
+from needleforce.bench_tests.tables import read_table
 from needleforce.errors import InputError
-from needleforce.identification.bench_tests.tables import read_table
 from needleforce.recording import read, read_all
 
 NEWTON = 9.80665e-3  # of a gram-force

@@ -9,8 +9,8 @@ import pytest
 from scipy.io import savemat
 
 import needleforce as nf
-from needleforce.recording.file_table import FileTable
 from needleforce.recording.stated import stated_by
+from needleforce.recording.table import Table
 
 TIME = np.arange(0.0, 10.0, 0.01)
 DEPTH_MM = 2.0 * TIME
@@ -18,7 +18,7 @@ FORCE_N = 0.05 * np.clip(DEPTH_MM - 5.0, 0.0, None)
 
 
 def stated(*lines, decimal="."):
-    table = FileTable(path=None, headers=[], read_column=None, preamble=(lines,))
+    table = Table(path=None, headers=[], read_column=None, preamble=(lines,))
     object.__setattr__(table, "decimal", decimal)
     return stated_by(table)
 

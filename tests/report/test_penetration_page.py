@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from needleforce.identification import penetration_tests
+from needleforce.bench_tests import penetration_tests
 
 pytest.importorskip("matplotlib")
 from needleforce.report.penetration_page import penetration_page

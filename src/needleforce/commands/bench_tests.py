@@ -13,7 +13,7 @@ from .files import NEEDLE_HELP
 from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, show, table, write_json
 
 if TYPE_CHECKING:
-    from ..identification.bench_tests import BendingFit, StressFit
+    from ..bench_tests import BendingFit, StressFit
 
 COLUMN_HELP = "Column of a quantity by name, or by its number from 1, such as stress=1; may be repeated."
 UNIT_HELP = "Unit of a quantity, such as stress=kPa; a leading minus reverses the sign; may be repeated."
@@ -44,8 +44,8 @@ def tension(
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
 ) -> None:
     """Young modulus of a tissue from tension or compression tests, with the law that fits best."""
-    from ..identification.bench_tests import fit_stress, laws, stress_fit
-    from ..identification.bench_tests.reading import ZERO_FITTED, read_stress
+    from ..bench_tests import fit_stress, laws, stress_fit
+    from ..bench_tests.reading import ZERO_FITTED, read_stress
 
     check_outputs([json, figure, report], files)
     _check_figure(figure)
@@ -79,7 +79,7 @@ def tension(
 
 def _modes(mode: list[str], count: int) -> list[str | None]:
     """The loading mode of each file; None where it is assumed. Raises InputError for an unknown mode or number."""
-    from ..identification.bench_tests.laws import mode_number
+    from ..bench_tests.laws import mode_number
 
     for each in mode:
         mode_number(each)
@@ -98,7 +98,7 @@ def _check_figure(figure: Path | None) -> None:
 
 def stress_document(fit: "StressFit", files: list[str], assumptions: tuple[str, ...], mode_assumed: bool) -> dict:
     """The fit as a document for JSON."""
-    from ..identification.bench_tests.laws import coefficient_names
+    from ..bench_tests.laws import coefficient_names
 
     return {
         "files": files,
@@ -168,7 +168,7 @@ def bending(
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
 ) -> None:
     """Young modulus of a needle from a cantilever test or three-point bending, large deflections included."""
-    from ..identification.bench_tests.reading import read_bending
+    from ..bench_tests.reading import read_bending
     from ..preset_files import needle_of
 
     check_outputs([json], [file, needle])
@@ -192,7 +192,7 @@ def bending(
 
 
 def _bending_fit(readings: dict, body: object, span_mm: float | None, compliance: float | None) -> "BendingFit":
-    from ..identification.bench_tests import needle_modulus, three_point_modulus
+    from ..bench_tests import needle_modulus, three_point_modulus
 
     if span_mm is None:
         columns = (readings[name] for name in ("force", "position", "tip_deflection"))

@@ -4,19 +4,13 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .files import (
-    COLUMN_HELP,
-    UNIT_HELP,
-    read_all,
-    readable,
-    screen_recordings,
-)
+from ..recording.options import ReadOptions
+from .files import read_all, readable, reads_files, screen_recordings
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow
@@ -34,10 +28,8 @@ MODELS_HELP = (
 def run(
     files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
     models: Annotated[str, typer.Option(help=MODELS_HELP)] = "paper,cone_cylinder,power_law,okamura,maurin",
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     *,
-    reading: dict[str, Any],
+    reading: ReadOptions,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help="Write table and figure as one HTML file.")] = None,
 ) -> None:
@@ -50,7 +42,7 @@ def run(
     from ..report import write_comparison
 
     check_outputs([json, report], files)
-    done = screen_recordings(read_all(files, column, unit, **reading))
+    done = screen_recordings(read_all(files, reading))
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")

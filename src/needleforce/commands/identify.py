@@ -7,19 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ..errors import InputError
-from .files import (
-    COLUMN_HELP,
-    FILTER_HELP,
-    MOTION_HELP,
-    NEEDLE_HELP,
-    START_DEPTH_HELP,
-    UNIT_HELP,
-    ReadFiles,
-    read_all,
-    screen_recordings,
-)
+from ..recording.options import ReadOptions
+from .files import MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, reads_files, screen_recordings
 from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
@@ -37,7 +27,7 @@ MODEL_HELP = (
 LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
 
 
-@reads_files()
+@reads_files("motion", "start_depth", "filter_length")
 def run(
     files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
     second_pass: Annotated[
@@ -46,13 +36,9 @@ def run(
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None,
     model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None,
     layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None,
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     *,
-    reading: dict[str, Any],
+    reading: ReadOptions,
     motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = [],  # noqa: B006
-    start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
-    filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
     bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None,
     tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
@@ -71,10 +57,8 @@ def run(
     if draws is not None:
         check_draws_target(draws)
     body = needle_of(needle) if needle else None
-    start = None if start_depth_mm is None else 1e-3 * start_depth_mm
-    options = reading | {"filter_length": filter_length, "start_depth": start}
-    done = screen_recordings(read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options))
-    seconds = read_all(second_pass, column, unit, motion[len(files) :], **options)
+    done = screen_recordings(read_all(files, reading, motion[: len(files)] if second_pass else motion))
+    seconds = read_all(second_pass, reading, motion[len(files) :])
     _print_assumptions(done + seconds)
     given = {"model": model, "layers": layers, "needle": body, "bending": bending, "tension": tension}
     fit = _identified(done, seconds, **given, progress=progress)

@@ -5,26 +5,20 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
 from ..errors import InputError
-from .files import (
-    COLUMN_HELP,
-    NEEDLE_HELP,
-    UNIT_HELP,
-    read_all,
-)
+from ..recording.options import ReadOptions
+from .files import NEEDLE_HELP, read_all, reads_files
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification.indentation_tips import TipFit
     from ..recording import Recording
-    from ..recording.file_table import FileTable
-    from ..recording.formats.text_table import TextTable
+    from ..recording.table import Table
 
 NAME = "indentation"
 SEGMENT_HELP = "Use the rows in which a column has a value, such as segment=0; default: all rows up to the deepest one."
@@ -53,10 +47,8 @@ def run(
         str, typer.Option(help="Model of the force before contact: none, constant or line.")
     ] = "constant",
     contact_depth_um: Annotated[float | None, typer.Option(help=CONTACT_HELP)] = None,
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     *,
-    reading: dict[str, Any],
+    reading: ReadOptions,
     segment: Annotated[str | None, typer.Option(help=SEGMENT_HELP)] = None,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
 ) -> None:
@@ -71,7 +63,7 @@ def run(
     wanted = pairs([segment], "segment") if segment else {}
     tips, shank = tips_of(tip, half_angle_deg, radius_um, needle)
     documents, found = [], False
-    recordings = read_all([file], column, unit, baseline=False, test="indentation", **reading)
+    recordings = read_all([file], dataclasses.replace(reading, baseline=False, test="indentation"))
     for _, recording in recordings:
         try:
             depth, force = _approach(recording, file, wanted)
@@ -104,7 +96,7 @@ def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str,
     return recording.depth[used], recording.force[used]
 
 
-def _table_of(recording: "Recording", file: Path) -> "FileTable | TextTable":
+def _table_of(recording: "Recording", file: Path) -> "Table":
     from ..recording.part_choice import asked, chosen_part
     from ..recording.parts import recordings_in
 
@@ -116,9 +108,9 @@ def _table_of(recording: "Recording", file: Path) -> "FileTable | TextTable":
     return chosen_part(parts, part, file).table
 
 
-def _rows(table: "FileTable | TextTable", name: str, value: str, count: int) -> np.ndarray:
+def _rows(table: "Table", name: str, value: str, count: int) -> np.ndarray:
     """Whether the column ``name`` has ``value``, (n,); InputError if there is no such column or value."""
-    from ..recording.columns import columns_of
+    from ..recording.roles import columns_of
 
     if name not in table.headers:
         step = "Give one of them."

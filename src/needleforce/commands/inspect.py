@@ -9,14 +9,9 @@ import typer
 
 from ..display.quantities import span_scale
 from ..errors import InputError
-from .files import (
-    COLUMN_HELP,
-    START_DEPTH_HELP,
-    UNIT_HELP,
-    check_usage,
-)
-from .output import check_outputs, pairs, progress, say, show, table
-from .reading_options import reads_files
+from ..recording.options import ReadOptions
+from .files import reads_files
+from .output import check_outputs, progress, say, show, table
 
 if TYPE_CHECKING:
     from ..recording.look import Look
@@ -27,29 +22,22 @@ SAVE_HELP = (
 )
 
 
-@reads_files()
+@reads_files("motion", "start_depth")
 def run(
     file: Annotated[Path, typer.Argument(help="A file of any format, or the folder of a bag.", show_default=False)],
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     *,
-    reading: dict[str, Any],
-    motion: Annotated[Path | None, typer.Option(help="File with velocity or depth on its own clock.")] = None,
-    start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
+    reading: ReadOptions,
     plot: Annotated[bool, typer.Option(help="Draw the force over the depth in the terminal.")] = True,
     figure: Annotated[Path | None, typer.Option(help="Write the plot as a picture: .png, .svg or .pdf.")] = None,
     save: Annotated[str | None, typer.Option(help=SAVE_HELP)] = None,
 ) -> None:
     """Look at a file: its format, recordings, columns and units, what is assumed, and what is missing."""
-    import needleforce as nf
+    from ..recording.reader import read_file
 
-    check_outputs([figure], [file, motion])
-    options = {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
-    check_usage(options | reading)
-    start = None if start_depth_mm is None else 1e-3 * start_depth_mm
+    check_outputs([figure], [file, reading.motion])
     found = None
     for _ in progress([None], "reading"):
-        found = nf.read(file, dry_run=True, motion=motion, start_depth=start, **options, **reading)
+        found = read_file(file, replace(reading, dry_run=True))
     _show(found)
     if found.recording is None:
         say(found.problem)
@@ -61,7 +49,7 @@ def run(
     if save is not None:
         from ..recording.mappings import save_mapping
 
-        say(f"mapping: {save_mapping({k: v for k, v in found.options.items() if k != 'part'}, save)}")
+        say(f"mapping: {save_mapping(replace(found.options, part=None), save)}")
         found = _with_mapping(found, save)
     show(f"\nRead by:\n  {found.command}")
 
@@ -70,9 +58,9 @@ def _with_mapping(found: "Look", saved: str) -> "Look":
     """The look with the command that uses the options that were saved; those of the folder apply without an option."""
     from ..recording.mappings import IN_FOLDER
 
-    own = {name: found.given[name] for name in ("part", "motion") if name in found.given}
+    own = ReadOptions(part=found.given.part, motion=found.given.motion)
     of_folder = Path(saved).absolute() == Path(found.path).absolute().with_name(IN_FOLDER)
-    return replace(found, given=own if of_folder else own | {"mapping": saved})
+    return replace(found, given=own if of_folder else replace(own, mapping=saved))
 
 
 def _show(found: "Look") -> None:

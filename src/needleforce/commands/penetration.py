@@ -1,23 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce penetration``: the figures of penetration tests of needles, one or many, with statistics."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import InputError
-from .files import (
-    COLUMN_HELP,
-    UNIT_HELP,
-    read_all,
-)
+from ..recording.options import ReadOptions
+from .files import read_all, reads_files
 from .output import JSON_HELP, REPORT_HELP, check_outputs, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
-    from ..identification.bench_tests import PenetrationTests
+    from ..bench_tests import PenetrationTests
     from ..recording import Recording
 
 NAME = "penetration"
@@ -35,21 +31,19 @@ def run(
     ] = None,
     min_fall_n: Annotated[float, typer.Option(help="Falls of the force of less are not counted, nor are steps.")] = 0.0,
     tips: Annotated[int, typer.Option(help="Number of tips that enter; of several there is no heel.")] = 1,
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     *,
-    reading: dict[str, Any],
+    reading: ReadOptions,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     table_file: Annotated[Path | None, typer.Option("--table", help="Write a table (CSV), a row a needle.")] = None,
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
 ) -> None:
     """Figures of penetration tests of needles: peaks at tip entry and heel, plateau drag, work, with statistics."""
-    from ..identification import penetration_tests
+    from ..bench_tests import penetration_tests
 
     check_outputs([json, table_file, report], files)
     options: dict[str, Any] = {"min_fall": min_fall_n, "tips": tips, "plateau_travel": _plateau_travel(plateau_mm)}
     options["work_to"] = None if work_to_mm is None else work_to_mm / 1e3
-    needles = needles_of(files, column, unit, **reading)
+    needles = needles_of(files, reading)
     tests = penetration_tests(needles, **options)
     write_json(penetration_document(tests), json)
     _write_penetration(tests, table_file, report)
@@ -58,12 +52,10 @@ def run(
         raise typer.Exit(1)
 
 
-def needles_of(
-    files: list[Path], column: list[str], unit: list[str], **options: Any
-) -> "dict[str, Recording | InputError]":
+def needles_of(files: list[Path], reading: ReadOptions) -> "dict[str, Recording | InputError]":
     """Name -> recording of every needle of the files, or why it cannot be read."""
     needles: dict[str, Recording | InputError] = {}
-    for k, (file, found) in enumerate(read_all(files, column, unit, baseline=False, test="indentation", **options), 1):
+    for k, (file, found) in enumerate(read_all(files, replace(reading, baseline=False, test="indentation")), 1):
         if isinstance(found, InputError):
             say(str(found))
             name = f"{file.stem}, needle {k}" if file.stem in needles else file.stem
@@ -117,8 +109,8 @@ def _write_penetration(tests: "PenetrationTests", table_file: Path | None, repor
 
 
 def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:
-    from ..identification.bench_tests.penetration import FIGURES
-    from ..identification.bench_tests.penetration_statistics import SUMMARY_FIGURES, statistics_cells
+    from ..bench_tests.penetration import FIGURES
+    from ..bench_tests.penetration_statistics import SUMMARY_FIGURES, statistics_cells
     from ..identification.statistics.noise import INTERVAL
 
     if not quiet:

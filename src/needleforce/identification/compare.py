@@ -221,7 +221,7 @@ def _last(value: float) -> float:
 def correlated(loading: dict[str, DeformationFit]) -> dict[str, float]:
     """The BIC of each law's fit to the same samples, where correlated samples count as one."""
     samples = independent_samples([fit.noise for fit in loading.values()])
-    return {law: criterion(fit.noise, len(fit.order), samples) for law, fit in loading.items()}
+    return {law: criterion(fit.noise.mean_square, len(fit.order), samples) for law, fit in loading.items()}
 
 
 def _row(
@@ -241,7 +241,7 @@ def _row(
         model=name,
         nrmse=fit.quality.nrmse if fit.quality else np.nan,
         left_out=float(np.median(errors)) if len(errors) else np.nan,
-        parameters=_shared_parameters(fit) if law is None else len(FITS[law].units) + 1 + 2 * _bends(law),
+        parameters=_shared_parameters(fit) if law is None else len(FITS[law].parameters) + 1 + 2 * _bends(law),
         notes=held_out.refused,
         prediction=float(ratios[0]),
         replay=float(replayed[0]),

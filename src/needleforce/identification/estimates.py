@@ -12,23 +12,8 @@ import numpy as np
 from ..display.markup import Markup, table
 from ..display.quantities import percent, quantity, with_unit
 from ..display.tables import text_table
-from .one_layer.cycle_estimates import CycleFit
-from .one_layer.loading_curves import FITS
 from .statistics.noise import INTERVAL, TWO_SIDED, student_quantile
 
-UNITS = {name: unit for curve in FITS.values() for name, unit in curve.units.items()} | {
-    "contact_depth": "m",
-    "puncture_depth": "m",
-    "puncture_indentation": "m",
-    "puncture_force": "N",
-    "friction_per_length": "N/m",
-    "cutting_force": "N",
-    "force_offset": "N",
-    "settlement_ratio": "1",
-    "deflection_length": "m",
-    "friction_bend": "1",
-}
-BEND = ("settlement_ratio", "deflection_length")
 MEAN = "mean of {n} repeats"
 MAX_DEPTH_SHARE = 0.5  # of the indentation at the puncture: a depth with a larger half width is not known
 MAX_FORCE_SHARE = 0.1  # of the puncture force: a force of none is known to be small
@@ -162,32 +147,6 @@ class Quality:
     rmse_N: float
     nrmse: float
     r2: float
-
-
-def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
-    """The estimates of one cycle; without a withdrawal, friction and cutting force come from the insertion only."""
-    staged = fit.by_stages and not FITS[fit.law].gradual
-    source = f"{'staged fit' if staged else 'complete fit'}, {fit.law}" + ("" if has_withdrawal else ", insertion only")
-    names = [name for name in UNITS if name in fit.values and not _absent(name, fit)]
-    return {name: _estimate(name, fit, source) for name in names}
-
-
-def _estimate(name: str, fit: CycleFit, source: str) -> Estimate:
-    limits = fit.values[name], UNITS[name], fit.low[name], fit.high[name]
-    return Estimate(name, *limits, identifiable=_is_identifiable(name, fit), source=source)
-
-
-def _absent(name: str, fit: CycleFit) -> bool:
-    """The complete fit gives an infinite saturation depth for a bare cone, which has none."""
-    return any(name in curve.units for curve in FITS.values()) and name not in FITS[fit.law].units
-
-
-def _is_identifiable(name: str, fit: CycleFit) -> bool:
-    """False for parameters of which only the product is identified, and for an interval that has no meaning."""
-    if name in FITS[fit.law].not_distinguishable(fit.values):
-        return False
-    return is_meaningful(name, fit.low[name], fit.high[name], force=fit.values["puncture_force"],
-                         depth=fit.values["puncture_indentation"])  # fmt: skip
 
 
 def is_meaningful(name: str, low: float, high: float, *, force: float, depth: float) -> bool:

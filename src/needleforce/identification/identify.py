@@ -12,7 +12,6 @@ from ..models.model import Model
 from ..preset_files import model_name, needle_of
 from ..recording import Recording
 from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
-from .bench_tests import needle_estimate, tissue_estimate
 from .diagnostics import (
     NO_MODEL,
     FitInputs,
@@ -25,7 +24,7 @@ from .diagnostics import (
     unknown,
     warnings_of,
 )
-from .estimates import Estimate, estimates_of, identified_together, pool
+from .estimates import Estimate, identified_together, pool
 from .layer_choice import cycle_evidence, misses_cycle, with_one_layer_parameters
 from .models import (
     BENT,
@@ -40,6 +39,7 @@ from .models import (
     stiffness_law,
 )
 from .one_layer.contact_laws import over_laws
+from .one_layer.cycle_estimates import estimates_of
 from .one_layer.fit_recording import fitted
 from .one_layer.law_choice import choice_of, falls_gradually, match_of, meets_puncture, offered, peak_of, supported
 from .one_layer.loading_curves import FITS
@@ -47,7 +47,7 @@ from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .result import Fit
 from .strokes import presliding_of
-from .two_pass.estimates import two_pass_estimates
+from .two_pass.subtraction import two_pass_estimates
 
 Progress = Callable[[Any, str], Any]
 MISSES_PUNCTURE = (
@@ -262,7 +262,7 @@ def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Es
     found = estimates_of(fit, len(strokes.depth_out) > 0)
     match = puncture_match(fit, peak)
     if match is not None and not match.met:
-        of_law = found.keys() & FITS[law].units.keys()
+        of_law = found.keys() & set(FITS[law].parameters)
         found |= {name: dataclasses.replace(found[name], identifiable=False) for name in of_law}
     found |= {} if peak is None else {"puncture_force": peak.estimate()}
     found |= {} if strokes.friction_reversal is None else {"presliding": presliding_of(strokes.friction_reversal)}
@@ -326,6 +326,10 @@ def bench_estimates(
     if bending is not None and needle is None:
         step = "Give needle=nf.Needle(...) or a preset's .needle."
         raise InputError("needle", "missing", "the bending test needs its section and length", next_step=step)
+    if bending is None and tension is None:
+        return {}
+    from ..bench_tests.reading import needle_estimate, tissue_estimate
+
     found = [needle_estimate(bending, needle)] if bending is not None else []
     found += [tissue_estimate(tension)] if tension is not None else []
     return {estimate.name: estimate for estimate in found}

@@ -14,7 +14,7 @@ from .one_layer.segmented_recording import SegmentedRecording
 from .recording_fit import RecordingFit
 from .result import Fit
 from .statistics.noise import noise_of
-from .statistics.regression import VERY_STRONG_BIC, independent_samples
+from .statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
 
 # Parameters that the one-layer fit takes from the part of a recording that shows them
 ONE_LAYER = (
@@ -110,7 +110,7 @@ def _compared(one: np.ndarray, layered: np.ndarray) -> tuple[float, float]:
     """Independent samples of two residuals, and minus twice the logarithm of their ratio of likelihoods."""
     noises = [noise_of(each, len(each)) for each in (one, layered)]
     samples = independent_samples(noises)
-    return samples, samples * math.log(noises[0].sse / max(noises[1].sse, 1e-300))
+    return samples, bic_gain(noises[1].sse, noises[0].sse, 0, samples)
 
 
 def with_one_layer_parameters(layered: Fit, one: Fit) -> Fit:

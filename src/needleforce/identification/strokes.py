@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import core
+from ..models.parameter_units import UNITS
 from ..recording import Recording
 from ..segmentation import Events, Span
 from ..vocabulary import Phase
@@ -246,7 +247,9 @@ def presliding_of(friction_reversal: FrictionReversal) -> Estimate:
     if not friction_reversal.measured:
         source = f"friction reversal too short to measure: {MIN_REVERSAL_RATIO:g} times the range of the depth at rest"
     half, low, high = friction_reversal.half, friction_reversal.low, friction_reversal.high
-    return Estimate("presliding", half, "m", low, high, identifiable=friction_reversal.measured, source=source)
+    return Estimate(
+        "presliding", half, UNITS["presliding"], low, high, identifiable=friction_reversal.measured, source=source
+    )
 
 
 def _rest(depth: np.ndarray, outwards: slice, holds: tuple[Span, ...]) -> slice:

@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """One table of a file as a recording: its motion, which may be in another table, its signs and its bias."""
 
-import os
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,65 +8,53 @@ import numpy as np
 
 from .assumed_motion import AssumedMotion
 from .card import Preamble
-from .columns import of_main
-from .file_table import FileTable
 from .force_signal import glitch_notes, remove_bias
-from .formats.text_table import TextTable
 from .joining import INWARDS, join, put_motion, put_signs, settle_motion
+from .options import ReadOptions
+from .parts import Part
 from .quantities import AXES
 from .recording import Note, Recording
+from .roles import of_main
+from .samples import timing_notes
 from .stream import Stream, read_stream
-from .timestamps import timing_notes
 
 if TYPE_CHECKING:
     from .motion_source import MotionSource
 
 
 def recording_from_table(
-    layout: FileTable | TextTable,
-    *,
-    columns: Mapping[str, str],
-    units: Mapping[str, str] | None,
-    inwards: str | None,
-    filter_length: int | None,
-    baseline: bool,
-    motion: str | os.PathLike | None,
-    motion_part: str | int | None,
-    motion_shift: float | None,
-    start_depth: float | None,
+    part: Part,
+    options: ReadOptions,
     assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
 ) -> tuple[Recording, np.ndarray]:
-    """Read one table, also the row of each sample; the options are those of ``read``."""
-    preamble = Preamble(layout.comments, str(layout.path))
-    source = _motion_source(layout.path, preamble, motion, motion_part, motion_shift)
+    """Read one table, also the row of each sample; ``options.columns`` are those of a motion in another table."""
+    table, units = part.table, options.units
+    preamble = Preamble(table.comments, str(table.path))
+    source = _motion_source(table.path, preamble, options)
     wanted = ("time", "force", *AXES) if source else ("time", "force", "depth", "velocity", *AXES)
-    main = read_stream(layout, wanted, of_main(columns), of_main(units), assumed=assumed.without_motion(bool(source)))
-    direction = INWARDS[inwards or "increasing"]
+    within = assumed.without_motion(bool(source))
+    main = read_stream(table, part.roles, wanted, of_main(units), assumed=within)
+    direction, start = INWARDS[options.inwards or "increasing"], options.start_depth
     if source:
         main.notes += [Note("unused", assumed.unused_with_motion())] if assumed.unused_with_motion() else []
-        join(main, source, table=layout, start_depth=start_depth, columns=columns, units=units, inwards=direction)
+        join(main, source, table=table, start_depth=start, columns=options.columns, units=units, inwards=direction)
     elif main.motion:
-        put_motion(main, main.motion, start_depth, preamble, direction)
+        put_motion(main, main.motion, start, preamble, direction)
         main.assumptions += main.motion.assumptions
     else:
-        settle_motion(main, start_depth, preamble, direction)
+        settle_motion(main, start, preamble, direction)
     if not preamble.has_signs:
-        put_signs(main, inwards, units)
-    if baseline:
+        put_signs(main, options.inwards, units)
+    if options.baseline:
         remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
     main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
     rows = main.values.pop("row")
-    return _recording(main, preamble, filter_length), rows
+    return _recording(main, preamble, options.filter_length), rows
 
 
-def _motion_source(
-    path: Path,
-    preamble: Preamble,
-    motion: str | os.PathLike | None,
-    part: str | int | None,
-    shift: float | None,
-) -> "MotionSource | None":
+def _motion_source(path: Path, preamble: Preamble, options: ReadOptions) -> "MotionSource | None":
     """Where the motion is, None if it is in the table of the force."""
+    motion, part, shift = options.motion, options.motion_part, options.motion_shift
     given = motion is not None or part is not None
     named = None if given else _motion_of_card(path, preamble)
     if not given and named is None:

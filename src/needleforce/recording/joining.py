@@ -3,16 +3,17 @@
 direction of insertion."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import InputError
 from .card import Preamble
 from .recording import Note, derivative
+from .samples import timing_notes
 from .signs import signs_of
 from .stream import Stream, constant_depth, has_both_signs
-from .timestamps import timing_notes
+from .table import Table
 
 if TYPE_CHECKING:
     from .motion_source import MotionSource
@@ -136,7 +137,7 @@ def join(
     main: Stream,
     source: "MotionSource",
     *,
-    table: Any = None,
+    table: Table | None = None,
     start_depth: float | None,
     columns: Mapping[str, str] | None,
     units: Mapping[str, str] | None,

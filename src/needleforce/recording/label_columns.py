@@ -2,28 +2,28 @@
 """Columns that name the specimen, well, needle or repeat of each row of a long table, and those that count cycles."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
-from .columns import Column, choose, stated_unit
 from .formats.rows import MIN_ROWS
-from .quantities import AXES, MAIN, is_label, is_unit, row_name, split
+from .quantities import is_label, is_unit, row_name, split
+from .roles import Column, stated_unit
+from .table import Table
 
 _MIN_ROWS = 2  # with one label: a column with another in every row numbers the samples
 _MAX_LABELS = 10_000
 
 
-def label_groups(table: Any, given: Mapping[str, str]) -> list[tuple[str, np.ndarray]]:
+def label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[str, np.ndarray]]:
     """The recordings that the labels in a table distinguish.
 
     Parameters
     ----------
-    table : FileTable or TextTable
+    table : Table
         The table.
-    given : mapping
-        Quantity -> header of the columns that the user chose.
+    quantities : mapping
+        Quantity -> its column.
 
     Returns
     -------
@@ -37,26 +37,26 @@ def label_groups(table: Any, given: Mapping[str, str]) -> list[tuple[str, np.nda
     Another column of text or whole numbers is one only if the recording starts again wherever it changes: the time
     goes back, or without a time the depth returns to where it first began. A phase, a segment or a state does not.
     """
-    named = _free(table, given, [k for k in range(len(table.headers)) if row_name(table.headers[k]) == "label"])
+    named = _free(table, quantities, [k for k in range(len(table.headers)) if row_name(table.headers[k]) == "label"])
     columns = _varying(table, named, fill=True)
-    order, timed = _order_of(table, given) if columns else (np.empty(0), False)
+    order, timed = _order_of(table, quantities) if columns else (np.empty(0), False)
     if timed and (np.diff(order) >= 0.0).all():  # one clock: what counts or flags is no label, but a name is
         columns = {k: v for k, v in columns.items() if v.dtype.kind != "f" and is_label(table.headers[k])}
         if not columns:
             return []
     if not columns:
-        order, timed = _order_of(table, given)
+        order, timed = _order_of(table, quantities)
         if not len(order) or (np.diff(order) >= 0.0).all():  # nothing starts again
             return []
-        others = _free(table, given, [k for k in range(len(table.headers)) if k not in named])
+        others = _free(table, quantities, [k for k in range(len(table.headers)) if k not in named])
         columns = {k: v for k, v in _varying(table, others).items() if _starts_again(order, v, timed)}
     return _grouped(table, columns)
 
 
-def counted_cycles(table: Any, given: Mapping[str, str]) -> tuple[tuple[str, int, int], ...]:
+def counted_cycles(table: Table, quantities: Mapping[str, Column]) -> tuple[tuple[str, int, int], ...]:
     """The cycles that a column of the table counts: name, first row, and the one after the last; empty without."""
     named = [k for k in range(len(table.headers)) if row_name(table.headers[k]) == "counter"]
-    for index in _free(table, given, named):
+    for index in _free(table, quantities, named):
         values = _values(table, index)
         if values is None or values.dtype.kind != "f":
             continue
@@ -72,21 +72,14 @@ def counted_cycles(table: Any, given: Mapping[str, str]) -> tuple[tuple[str, int
     return ()
 
 
-def _free(table: Any, given: Mapping[str, str], columns: Sequence[int]) -> list[int]:
+def _free(table: Table, quantities: Mapping[str, Column], columns: Sequence[int]) -> list[int]:
     """Those of the columns that have no unit and are not read as a quantity."""
     free = [k for k in columns if not is_unit(stated_unit(table, k) or "")]
-    used = set() if not free else {c.index for q in (*MAIN, *AXES) for c in _chosen(table, q, given).values()}
+    used = {column.index for column in quantities.values()}
     return [k for k in free if k not in used]
 
 
-def _chosen(table: Any, quantity: str, given: Mapping[str, str]) -> dict[str, Column]:
-    try:
-        return choose(table, (quantity,), {q: header for q, header in given.items() if q == quantity})
-    except InputError:  # reported when the part is read
-        return {}
-
-
-def _varying(table: Any, columns: Sequence[int], *, fill: bool = False) -> dict[int, np.ndarray]:
+def _varying(table: Table, columns: Sequence[int], *, fill: bool = False) -> dict[int, np.ndarray]:
     """Those of the columns that hold labels: several of them, each of at least two rows."""
     found = {}
     for index in columns:
@@ -99,15 +92,14 @@ def _varying(table: Any, columns: Sequence[int], *, fill: bool = False) -> dict[
     return found
 
 
-def _values(table: Any, index: int, fill: bool = False) -> np.ndarray | None:
+def _values(table: Table, index: int, fill: bool = False) -> np.ndarray | None:
     """A column of whole numbers, or of texts; None for any other, or if a row has neither.
 
     With ``fill`` a row without a label has that of the row above, as in merged cells.
     """
     if index not in table.text_columns:
         try:
-            column = Column("force", table.headers[index], index, None)
-            values = table.numbers({"force": column})[0]["force"]
+            values = table.numbers(index)
         except InputError:
             return _texts(table, index, fill)
         return _whole(_filled(values, ~np.isnan(values)) if fill else values)
@@ -118,7 +110,7 @@ def _whole(values: np.ndarray) -> np.ndarray | None:
     return values if len(values) and np.isfinite(values).all() and (values == np.round(values)).all() else None
 
 
-def _texts(table: Any, index: int, fill: bool) -> np.ndarray | None:
+def _texts(table: Table, index: int, fill: bool) -> np.ndarray | None:
     try:
         values = np.array(table.texts(index), dtype=object)
     except InputError:
@@ -133,14 +125,14 @@ def _filled(values: np.ndarray, present: np.ndarray) -> np.ndarray:
     return values[np.maximum.accumulate(np.where(present, np.arange(len(values)), 0))] if len(values) else values
 
 
-def _order_of(table: Any, given: Mapping[str, str]) -> tuple[np.ndarray, bool]:
+def _order_of(table: Table, quantities: Mapping[str, Column]) -> tuple[np.ndarray, bool]:
     """The time of each row, or without one the depth, and whether it is the time; empty without either."""
-    found = _chosen(table, "time", given) or _chosen(table, "depth", given)
+    column = quantities.get("time") or quantities.get("depth")
+    timed = "time" in quantities
     try:
-        values = table.numbers(found)[0] if found else {}
+        return (np.empty(0) if column is None else table.numbers(column.index)), timed
     except InputError:
-        values = {}
-    return next(iter(values.values()), np.empty(0)), "time" in found
+        return np.empty(0), timed
 
 
 def _starts_again(order: np.ndarray, values: np.ndarray, timed: bool) -> bool:
@@ -153,7 +145,7 @@ def _starts_again(order: np.ndarray, values: np.ndarray, timed: bool) -> bool:
     return bool((np.abs(order[at] - order[0]) < np.abs(order[at] - order[at - 1])).all())
 
 
-def _grouped(table: Any, columns: Mapping[int, np.ndarray]) -> list[tuple[str, np.ndarray]]:
+def _grouped(table: Table, columns: Mapping[int, np.ndarray]) -> list[tuple[str, np.ndarray]]:
     """Name and rows of each combination of labels, in the order of the file; columns that tell nothing further apart
     are no part of the name."""
     kept: list[int] = []
@@ -173,7 +165,7 @@ def _grouped(table: Any, columns: Mapping[int, np.ndarray]) -> list[tuple[str, n
     return [(": ".join(_name(table, k, columns[k][first[g]]) for k in kept), rows[g]) for g in order]
 
 
-def _name(table: Any, index: int, value: Any) -> str:
+def _name(table: Table, index: int, value: str | float) -> str:
     """A label as part of the name of a recording: a text as it is, a number after the header."""
     if isinstance(value, str):
         return value.strip()

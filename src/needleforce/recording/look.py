@@ -5,7 +5,7 @@ it."""
 import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,31 +13,17 @@ from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
 from ..files import open_regular
 from .cycles import CycleSpan
-from .formats.detect import ROS2_BAG, format_of
-from .mappings import with_mapping
+from .formats.detect import format_of
+from .formats.no_tables import ROS2_BAG
+from .mappings import completed
 from .motion_look import MAX_LISTED, ColumnLook, MotionLook, column_looks, motion_look
+from .options import ReadOptions, flags
 from .part_choice import asked, chosen_part, fitting_parts
 from .parts import Part, recordings_in
 from .quantities import MAIN
 from .recording import Recording
 
 _OF_FORCE = ("time", "force")  # what is read from a table whose motion is in another one
-_FLAGS = {
-    "mapping": ("--as", 1.0),
-    "part": ("--part", 1.0),
-    "motion": ("--motion", 1.0),
-    "motion_part": ("--motion-part", 1.0),
-    "motion_shift": ("--motion-shift-s", 1.0),
-    "inwards": ("--depth-inwards", 1.0),
-    "filter_length": ("--filter-length", 1.0),
-    "rate": ("--rate-hz", 1.0),
-    "speed": ("--speed-mm-s", 1e3),
-    "step": ("--step-um", 1e6),
-    "stroke": ("--stroke-mm", 1e3),
-    "hold": ("--hold-s", 1.0),
-    "first_row": ("--first-row", 1.0),
-    "start_depth": ("--start-depth-mm", 1e3),
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,9 +46,9 @@ class Look:
         The recording, None if it cannot be read with these options.
     problem : str
         Why it cannot be read, with what to do; empty if it can.
-    given : mapping
+    given : ReadOptions
         The options of ``read`` that were given.
-    options : mapping
+    options : ReadOptions
         These, completed by a mapping.
     cycles : tuple of CycleSpan
         The cycles of the recording that is shown, or of the one it was taken from: name, first sample, and the one
@@ -78,8 +64,8 @@ class Look:
     columns: tuple[ColumnLook, ...]
     recording: Recording | None
     problem: str
-    given: Mapping[str, Any]
-    options: Mapping[str, Any]
+    given: ReadOptions
+    options: ReadOptions
     cycles: tuple[CycleSpan, ...] = ()
     motion: MotionLook | None = None
 
@@ -124,26 +110,25 @@ class Look:
         return blocks(*parts)
 
 
-def option_words(options: Mapping[str, Any]) -> list[str]:
+def option_words(options: ReadOptions) -> list[str]:
     """The options of ``read`` as words of a command line."""
     words = []
-    for name, flag in (("columns", "--column"), ("units", "--unit")):
-        for quantity, text in (options.get(name) or {}).items():
-            words += [flag, shlex.quote(f"{quantity}={text}")]
-    for name, (flag, factor) in _FLAGS.items():
-        value = options.get(name)
-        if value is not None:
-            words += [
-                flag,
-                shlex.quote(f"{factor * value:.12g}" if isinstance(value, int | float) else os.fspath(value)),
-            ]
+    for name, flag in flags().items():
+        value = getattr(options, name)
+        if isinstance(value, Mapping):
+            texts = [f"{quantity}={text}" for quantity, text in value.items()]
+        elif isinstance(value, int | float):
+            texts = [f"{value / (flag.factor or 1.0):.12g}"]
+        else:
+            texts = [] if value is None else [os.fspath(value)]
+        words += [word for text in texts for word in (flag.word, shlex.quote(text))]
     return words
 
 
 def look(
     path: str | os.PathLike,
     recording_of: Callable[[Any], tuple[Recording, tuple[CycleSpan, ...]]],
-    given: Mapping[str, Any],
+    given: ReadOptions,
 ) -> Look:
     """Look at a file.
 
@@ -156,33 +141,32 @@ def look(
         The file.
     recording_of : callable
         The ``part`` of ``read``, None for the only one -> Recording, and its cycles; raises InputError.
-    given : mapping
+    given : ReadOptions
         The options of ``read`` that were given.
 
     Returns
     -------
     Look
     """
-    given = {name: value for name, value in given.items() if value is not None and value != {}}
-    options = with_mapping(Path(path), given.get("mapping"), {k: v for k, v in given.items() if k != "mapping"})[0]
+    options = completed(Path(path), given)[0]
     parts: Sequence[Part] = ()
     problem, recording, shown, cycles = "", None, None, ()
     form = format_of(Path(path))
     if form != ROS2_BAG:
         open_regular(Path(path)).close()
     try:
-        parts = () if form.log else recordings_in(Path(path), options.get("columns"))
+        parts = () if form.log else recordings_in(Path(path), options.columns)
         names = [part.name for part in parts]
-        wanted, cycle = _one_of(*asked(options.get("part"), names), names, str(path))
+        wanted, cycle = _one_of(*asked(options.part, names), names, str(path))
         shown = _shown(parts, wanted, Path(path))
         named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
         recording, cycles = recording_of(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
     except InputError as error:
         problem = str(error)
         shown = shown or (parts[0] if parts else None)
-    if len(parts) > 1 and "part" not in given and recording is not None:
-        given["part"] = shown.name
-    moved = any(options.get(name) is not None for name in ("motion", "motion_part"))
+    if len(parts) > 1 and given.part is None and recording is not None:
+        given = replace(given, part=shown.name)
+    moved = options.motion is not None or options.motion_part is not None
     return Look(
         path=os.fspath(path),
         format=form.name,

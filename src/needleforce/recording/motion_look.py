@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A look at the columns of a table, and at a motion in another table: both clocks, and what they have in common."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,10 +10,12 @@ import numpy as np
 
 from ..errors import InputError
 from .assumed_motion import AssumedMotion
-from .columns import Column, of_main
 from .motion_source import MotionSource
+from .options import ReadOptions
 from .parts import MAIN, Part, column_table
+from .roles import of_main
 from .stream import read_stream
+from .table import Table
 
 MAX_LISTED = 20  # columns, and recordings, that are shown
 _OF_MOTION = ("time", "depth", "velocity")
@@ -48,11 +50,10 @@ def column_looks(part: Part, used: Sequence[str] = MAIN) -> tuple[ColumnLook, ..
     )
 
 
-def _range(table: Any, index: int) -> dict[str, Any]:
+def _range(table: Table, index: int) -> dict[str, Any]:
     """Number of values, first, last, smallest and largest of a column."""
-    column = Column("force", table.headers[index], index, None)
     try:
-        values = table.numbers({"force": column})[0]["force"]
+        values = table.numbers(index)
     except InputError:
         values = np.empty(0)
     values = values[np.isfinite(values)]
@@ -91,7 +92,7 @@ class MotionLook:
         return [("motion", ("quantity", "value"), facts), ("columns of the motion", headers, rows)]
 
 
-def motion_look(path: Path, main: Part | None, options: Mapping[str, Any]) -> MotionLook | None:
+def motion_look(path: Path, main: Part | None, options: ReadOptions) -> MotionLook | None:
     """The motion that the options name, None if they name none or if it cannot be found.
 
     Parameters
@@ -100,16 +101,16 @@ def motion_look(path: Path, main: Part | None, options: Mapping[str, Any]) -> Mo
         The file of the force.
     main : Part or None
         Its table; None for a log.
-    options : mapping
-        Options of ``read``.
+    options : ReadOptions
+        Those of ``read``.
     """
-    file, name = options.get("motion"), options.get("motion_part")
+    file, name = options.motion, options.motion_part
     if file is None and name is None:
         return None
-    shift = options.get("motion_shift")
+    shift = options.motion_shift
     source = MotionSource(path=Path(file) if file else path, part=name, same_file=file is None, shift=shift)
     try:
-        part = source.chosen(options.get("columns"))
+        part = source.chosen(options.columns)
     except InputError:  # it is the problem of the recording
         return None
     return MotionLook(
@@ -120,7 +121,7 @@ def motion_look(path: Path, main: Part | None, options: Mapping[str, Any]) -> Mo
     )
 
 
-def _clocks(source: MotionSource, part: Part, main: Part | None, options: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _clocks(source: MotionSource, part: Part, main: Part | None, options: ReadOptions) -> list[tuple[str, str]]:
     force, motion = _force_time(main, options), _motion_time(source, options)
     if motion is not None and main is not None:
         motion = motion + source.start_offset(main.table, part.table)
@@ -134,21 +135,21 @@ def _clocks(source: MotionSource, part: Part, main: Part | None, options: Mappin
     return [*rows, ("overlap", found if first <= last else "none")]
 
 
-def _force_time(main: Part | None, options: Mapping[str, Any]) -> np.ndarray | None:
+def _force_time(main: Part | None, options: ReadOptions) -> np.ndarray | None:
     """The times of the force [s], None if they cannot be read."""
     if main is None:
         return None
-    assumed = AssumedMotion(rate=options.get("rate"))
+    assumed = AssumedMotion(rate=options.rate)
     try:
-        units = of_main(options.get("units"))
-        return read_stream(main.table, ("time", "force"), of_main(main.columns), units, assumed=assumed).values["time"]
+        units = of_main(options.units)
+        return read_stream(main.table, main.roles, ("time", "force"), units, assumed=assumed).values["time"]
     except InputError:
         return None
 
 
-def _motion_time(source: MotionSource, options: Mapping[str, Any]) -> np.ndarray | None:
+def _motion_time(source: MotionSource, options: ReadOptions) -> np.ndarray | None:
     try:
-        return source.stream(options.get("columns"), options.get("units"))[0].values["time"]
+        return source.stream(options.columns, options.units)[0].values["time"]
     except InputError:
         return None
 

@@ -3,7 +3,7 @@
 
 import re
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache
 
 from ..errors import InputError
@@ -96,28 +96,31 @@ def check_known(quantity: str) -> None:
         raise InputError("quantity", repr(quantity), known, next_step="Give one of these.")
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of a quantity of a recording."""
+    return any(find(text, each) for each in UNIT_DIMENSIONS)
+
+
 @lru_cache(4096)
-def split(header: str) -> tuple[str, str | None]:
-    """Split a header into name and unit: ``Force [N]``, ``time_us``, ``Weg (mm)``, ``F / N``, ``Fz, gf``."""
+def split(header: str, known: Callable[[str], bool] = is_unit) -> tuple[str, str | None]:
+    """Split a header into name and unit: ``Force [N]``, ``time_us``, ``Weg (mm)``, ``F / N``, ``Fz, gf``.
+
+    ``known`` is whether a text is a unit that may follow a comma or ``_``.
+    """
     plain = " ".join(header.split())  # runs of blanks would take the expressions a time with their cube
     after_comma = _AFTER_COMMA.fullmatch(plain)
-    if after_comma and is_unit(after_comma[2].strip("[]()")):
+    if after_comma and known(after_comma[2].strip("[]()")):
         return after_comma[1], after_comma[2].strip("[]()")
     bracketed = _IN_BRACKETS.fullmatch(plain) or _AFTER_SLASH.fullmatch(plain)
-    if bracketed and (is_unit(bracketed[2]) or _NAMES.get(plain_name(plain)) is None):
+    if bracketed and (known(bracketed[2]) or _NAMES.get(plain_name(plain)) is None):
         return bracketed[1], bracketed[2]
     parts = header.split("_")
     for cut in range(1, len(parts)):
         name, suffix = "_".join(parts[:cut]), "_".join(parts[cut:])
         quantity = _NAMES.get(plain_name(name))
-        if find(suffix, dimension(quantity)) if quantity else is_unit(suffix):
+        if find(suffix, dimension(quantity)) if quantity else known(suffix):
             return name, suffix
     return header, None
-
-
-def is_unit(text: str) -> bool:
-    """Whether a text is a unit of a quantity of a recording."""
-    return any(find(text, each) for each in UNIT_DIMENSIONS)
 
 
 def by_name(header: str) -> str | None:
@@ -174,7 +177,7 @@ def by_late_word(header: str) -> str | None:
     return "depth" if words & set(_LATE_WORDS.split()) and fits and not words & _OTHERS else None
 
 
-RECOGNISED = (by_name, by_numbered_name, by_word, by_late_word)
+RECOGNISED = {"name": by_name, "numbered name": by_numbered_name, "word": by_word, "late word": by_late_word}
 """How a header is recognised, the surest way first."""
 
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ..bench_tests.penetration_statistics import PenetrationTests
+    from ..bench_tests.stress_fit import StressFit
     from ..campaign.result import Campaign
-    from ..identification.bench_tests import StressFit
-    from ..identification.bench_tests.penetration_statistics import PenetrationTests
     from ..identification.compare import ModelRow
     from ..identification.result import Fit
     from ..steering import Plan, SteeredRun, SteeringResult

@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ..bench_tests.laws import coefficient_names, nominal_stress
+from ..bench_tests.stress_fit import MAX_MISFIT, MIN_WEIGHT, LawFit, StressFit, modulus_by_mode
 from ..display.markup import Markup, element, join, listing, section, table
 from ..display.quantities import DASH, percent, plain, quantity, scale
-from ..identification.bench_tests.laws import coefficient_names, nominal_stress
-from ..identification.bench_tests.stress_fit import MAX_MISFIT, MIN_WEIGHT, LawFit, StressFit, modulus_by_mode
 from ..identification.statistics.noise import INTERVAL, TWO_SIDED
 from ..vocabulary import __version__
 from .canvas import (

@@ -12,17 +12,17 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from ..display.axes import FORCE, axes_for, finish
-from ..display.markup import Markup, element, join, listing, section, table
-from ..display.quantities import counted, quantity, scale
-from ..identification.bench_tests.penetration import FIGURES, PenetrationTest
-from ..identification.bench_tests.penetration_statistics import (
+from ..bench_tests.penetration import FIGURES, PenetrationTest
+from ..bench_tests.penetration_statistics import (
     ALL,
     SUMMARY_FIGURES,
     FigureStatistics,
     PenetrationTests,
     statistics_cells,
 )
+from ..display.axes import FORCE, axes_for, finish
+from ..display.markup import Markup, element, join, listing, section, table
+from ..display.quantities import counted, quantity, scale
 from ..identification.statistics.noise import INTERVAL
 from ..vocabulary import __version__
 from .canvas import INK, MEASURED, MODEL, QUIET, SECOND, TEXT, THICK, THIN, Labels, Sheet, axis_names, drawing, panels

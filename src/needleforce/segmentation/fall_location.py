@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..vocabulary import SMALLEST
 from .punctures import CHECK_SIGMA, Fall, ForceNoise
 from .strokes import Blocks, Cut
 
@@ -115,7 +116,7 @@ def lasting_share(drop: ForceDrop, cut: Cut, depth: np.ndarray, window: int) -> 
             place, rest = k, rest + max(float(cut.force[k - 1] - cut.force[k]), 0.0)
         after = cut.force[place : place + reach]
         left = drop.force - float(np.median(after)) - rest if len(after) else 0.0
-        share = min(share, left / max(drop.drop, 1e-300))
+        share = min(share, left / max(drop.drop, SMALLEST))
     return share
 
 
@@ -126,21 +127,21 @@ def unslowed_share(drop: ForceDrop, cut: Cut, baseline: float, reach: int) -> fl
     the speed may be back.
     """
     n = max(cut.blocks.size, SPEED_SAMPLES)
-    n = max(n, int(SPEED_NOISES * cut.noise / max(float(np.ptp(cut.depth)) / len(cut.depth), 1e-300)))
+    n = max(n, int(SPEED_NOISES * cut.noise / max(float(np.ptp(cut.depth)) / len(cut.depth), SMALLEST)))
     after = drop.end + np.arange(0, max(reach, 1), max(cut.blocks.size, 1))
     after = after[after + n < len(cut.depth)]
     low = max(drop.peak - n, 0)
     if drop.peak - low < 2 or not len(after):
         return 1.0
     usual = float(cut.depth[drop.peak] - cut.depth[low]) / (drop.peak - low)
-    ratio = (cut.depth[after + n] - cut.depth[after]) / n / max(usual, 1e-300)
+    ratio = (cut.depth[after + n] - cut.depth[after]) / n / max(usual, SMALLEST)
     if ratio[0] >= STEADY_SPEED_RATIO:
         return 1.0
     sums = np.concatenate(([0.0], np.cumsum(cut.force)))
     size = cut.blocks.size
     level = (sums[after + size] - sums[after]) / size - baseline
     missing = (drop.force - baseline) * np.where(ratio > STEADY_SPEED_RATIO, 1.0, ratio) - level
-    return float(np.clip(missing.max() / max(drop.drop, 1e-300), 0.0, 1.0))
+    return float(np.clip(missing.max() / max(drop.drop, SMALLEST), 0.0, 1.0))
 
 
 def rupture_share(force: np.ndarray, drop: ForceDrop, baseline: float, window: int, reach: int) -> float:

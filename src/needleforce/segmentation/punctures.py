@@ -13,6 +13,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from .. import core
+from ..vocabulary import SMALLEST
 from .strokes import FOURTH_DIFFERENCE, Blocks, white_noise
 
 FALSE_ALARMS = 1e-3  # punctures found in a recording that has only normal noise
@@ -136,7 +137,7 @@ def is_rough(force: np.ndarray, free: int, noise: ForceNoise, rupture: int) -> b
         fourth = second[: -2 * w] - 2.0 * second[w:-w] + second[2 * w :]
         sensor = FOURTH_DIFFERENCE * noise.of_mean(w)
         if free >= MIN_ROUGH_WINDOWS * w:
-            correlated = max(correlated, robust_sd(fourth[: free - 5 * w + 1]) / max(sensor, 1e-300))
+            correlated = max(correlated, robust_sd(fourth[: free - 5 * w + 1]) / max(sensor, SMALLEST))
         error = (w / inside + w / max(free, MIN_ROUGH_WINDOWS * w)) ** 0.5
         if robust_sd(fourth[free:]) > (1.0 + ROUGH_SIGMA * ROBUST_SD_ERROR * error) * correlated * sensor:
             return True
@@ -189,9 +190,9 @@ def falls(
     correlated, rough = 1.0, is_rough(stroke.force, free, noise, rupture)
     for each in comparisons(stroke.force, max_gap):
         sensor, own = deviations(each, free, noise)
-        sd = max(sensor, own, 1e-300)
+        sd = max(sensor, own, SMALLEST)
         if each.window <= WINDOWS[1] and not each.gap:
-            correlated = max(correlated, sd / max(2**0.5 * noise.of_mean(each.window), 1e-300))
+            correlated = max(correlated, sd / max(2**0.5 * noise.of_mean(each.window), SMALLEST))
         if not each.gap:
             short[each.window] = each.excess / sd
         score = _scores(each, sd, short)
@@ -264,7 +265,7 @@ def _steep_falls(
         max(sd, robust_sd(each[:inside]), quarter_sd(each[inside:]))
         for sd, each in zip(sds, (fall, below), strict=True)
     ]
-    score = np.minimum(fall / max(sds[0], 1e-300), below / max(sds[1], 1e-300))
+    score = np.minimum(fall / max(sds[0], SMALLEST), below / max(sds[1], SMALLEST))
     score[:inside] = 0.0
     threshold = float(-ndtri(FALSE_ALARMS / (_places(len(force) - free, max_gap) + len(score))))
     for other in found:
@@ -297,7 +298,7 @@ def _last_falls(
         decline, apart = max(-float(place @ before) / float(place @ place), 0.0), 0.5 * (count + after)
         fall = float(before.mean() - force[k:end].mean()) - decline * apart
         line = noise.of_mean(1) ** 2 * apart**2 / float(place @ place)
-        score = fall / max(noise.of_mean(count) ** 2 + line + noise.of_mean(after) ** 2, 1e-300) ** 0.5
+        score = fall / max(noise.of_mean(count) ** 2 + line + noise.of_mean(after) ** 2, SMALLEST) ** 0.5
         near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
         if score > limits[0] and not near:
             extra.append(

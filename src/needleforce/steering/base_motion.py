@@ -10,9 +10,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..files import atomic_write
-from ..recording.columns import Column
-from ..recording.file_table import FileTable
 from ..recording.formats.detect import tables_of
+from ..recording.table import Table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -84,8 +83,8 @@ class BaseMotion:
         return cls(1e-3 * depth, 1e-3 * np.column_stack([x, y]), np.radians(roll))
 
 
-def _numbers(table: FileTable, name: str) -> np.ndarray:
-    values = table.numbers({name: Column(name, name, table.headers.index(name), None)})[0][name]
+def _numbers(table: Table, name: str) -> np.ndarray:
+    values = table.numbers(table.headers.index(name))
     if not np.all(np.isfinite(values)):
         row = int(np.argmax(~np.isfinite(values)))
         raise InputError(name, "empty or no number", "in one row", table.place(row), "Correct the cell.")

@@ -54,13 +54,13 @@ class _WallClock:
     """
 
     def __init__(self) -> None:
-        self._ahead: int | None = None
+        self._ahead = 0  # host_time_ns is the wall clock until somebody sets it
 
     def ahead(self) -> int:
         """The difference now [ns]."""
         before, wall, after = host_time_ns(), time.time_ns(), host_time_ns()
         low, high = wall - after, wall - before
-        self._ahead = min(max((low + high) // 2 if self._ahead is None else self._ahead, low), high)
+        self._ahead = min(max(self._ahead, low), high)
         return self._ahead
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from ... import core
 from ...core import Needle
 from ...models.model import Layer, Model
+from ...models.parameter_units import UNITS
 from ..estimates import Estimate
 from ..models import LAYERED, UNKNOWN_TIP, half_angle
 from ..statistics.noise import TWO_SIDED, noise_of
@@ -94,7 +95,9 @@ def own_ruptures(solved: Solved, run: int) -> dict[str, Estimate]:
         low, high = MM * (allowed.min() - 0.5 * bin_width), MM * (allowed.max() + 0.5 * bin_width)
         reached = place < cycle.deepest / MM
         high, source = (high, "layered fit") if reached else (np.inf, "layered fit: deeper than this run")
-        found[name] = Estimate(name, MM * place, "m", low, high, identifiable=reached, source=source)
+        found[name] = Estimate(
+            name, MM * place, UNITS["puncture_depth"], low, high, identifiable=reached, source=source
+        )
     return found
 
 

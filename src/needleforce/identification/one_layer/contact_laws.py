@@ -165,7 +165,7 @@ def contact_interval(loading: Loading) -> tuple[float, float] | None:
     noise = max(noise_of(closest, len(closest), 1, FITTED).long_run, loading.rounding)
     if not noise > 0.0:
         return None
-    weights = {name: 1 - len(CURVES[name].units) - 0.5 * found.squares / noise for name, found in best.items()}
+    weights = {name: 1 - len(CURVES[name].parameters) - 0.5 * found.squares / noise for name, found in best.items()}
     largest = max(weights.values())
     likely = [name for name, weight in weights.items() if weight > largest - MAX_LOG_RATIO]
     return _ends([(weights[name] - largest, *_profile(loading, CURVES[name], best[name], noise)) for name in likely])

@@ -8,9 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...errors import InputError
+from ...models.parameter_units import UNITS
+from ..estimates import Estimate, is_meaningful
 from ..motion import depths_between
 from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, likely_punctures, noise_of, sandwich
-from .loading_curves import CURVES
+from ..statistics.regression import criterion
+from .loading_curves import CURVES, FITS
 
 UNKNOWNS = (
     "stiffness_coefficient",
@@ -21,6 +24,20 @@ UNKNOWNS = (
     "force_offset",
 )
 """Order of the unknowns in the compiled core: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m], b [N]."""
+
+ALSO_ESTIMATED = (
+    "contact_depth",
+    "puncture_depth",
+    "puncture_indentation",
+    "puncture_force",
+    "friction_per_length",
+    "cutting_force",
+    "force_offset",
+    "settlement_ratio",
+    "deflection_length",
+    "friction_bend",
+)
+"""Estimates of a cycle, in their order, after those of its loading curve."""
 
 RAMP_QUARTERS = 3
 """[quarters of the filter's length] on each side of a step, which contain its ramp wherever the scan puts it."""
@@ -99,6 +116,27 @@ class CycleFit:
             low=self.low | {name: value - widths[name] for name, value in middle.items()},
             high=self.high | {name: value + widths[name] for name, value in middle.items()},
         )
+
+
+def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
+    """The estimates of one cycle; without a withdrawal, friction and cutting force come from the insertion only."""
+    staged = fit.by_stages and not FITS[fit.law].gradual
+    source = f"{'staged fit' if staged else 'complete fit'}, {fit.law}" + ("" if has_withdrawal else ", insertion only")
+    names = [name for name in (*FITS[fit.law].parameters, *ALSO_ESTIMATED) if name in fit.values]
+    return {name: _estimate(name, fit, source) for name in names}
+
+
+def _estimate(name: str, fit: CycleFit, source: str) -> Estimate:
+    limits = fit.values[name], UNITS[name], fit.low[name], fit.high[name]
+    return Estimate(name, *limits, identifiable=_is_identifiable(name, fit), source=source)
+
+
+def _is_identifiable(name: str, fit: CycleFit) -> bool:
+    """False for parameters of which only the product is identified, and for an interval that has no meaning."""
+    if name in FITS[fit.law].not_distinguishable(fit.values):
+        return False
+    scales = {"force": fit.values["puncture_force"], "depth": fit.values["puncture_indentation"]}
+    return is_meaningful(name, fit.low[name], fit.high[name], **scales)
 
 
 class CycleEstimates:
@@ -183,7 +221,7 @@ class CycleEstimates:
             left_out=self.left_out,
             sse=self.sse,
             n=self.n,
-            bic=self.n * math.log(max(self.variance, 1e-300)) + (6 + free) * math.log(self.n),
+            bic=criterion(self.variance, 6 + free, self.n),
             rmse=math.sqrt(self.variance),
             noise_correlation_length=long_run / plain if plain > 0.0 else 1.0,
             warnings=tuple(self._warnings(values, low, high, free)),

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ... import core
 from ...errors import InputError
+from ...vocabulary import SMALLEST
 from ..statistics.noise import MAX_GAIN_GAP, ONE_SIDED, DriftEffect
 from .cycle_estimates import CycleEstimates, CycleFit
 
@@ -114,10 +115,10 @@ def _min_saturation(solve: Callable, estimates: CycleEstimates) -> float:
     the distance's square over the distance: the next fit is at a secant of the logarithms, after eight in the middle.
     """
     best, deepest = estimates.found["sse"], estimates.strokes[0][estimates.before - 1] - estimates.x["contact_depth"]
-    excess = max(ONE_SIDED**2 * estimates.noises[0].long_run, 1e-300)
+    excess = max(ONE_SIDED**2 * estimates.noises[0].long_run, SMALLEST)
     low, high, guess, power, known = 0, SATURATION_STEPS, SATURATION_STEPS // 5 * 4, 5.0, []
     while high - low > 1:
-        above = max(solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - best, 1e-300)
+        above = max(solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - best, SMALLEST)
         low, high = (guess, high) if above > excess else (low, guess)
         x, y = math.log(SATURATION_STEPS - guess), math.log(above / excess)
         power = min(max((y - known[-1][1]) / (x - known[-1][0]), 1.0), 20.0) if known else power

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...errors import InputError
 from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, noise_of, sandwich
-from ..statistics.regression import inverse
+from ..statistics.regression import criterion, inverse
 from ..strokes import Strokes
 from .cycle_estimates import CycleFit
 from .deformation_fit import DeformationFit
@@ -269,7 +269,7 @@ class _Made:
         half |= self._half_of_peak(reduced)
         low = {name: value - float(half.get(name, 0.0)) for name, value in values.items()}
         high = {name: value + float(half.get(name, 0.0)) for name, value in values.items()}
-        for name in (*FITS[law].units, "friction_per_length", "cutting_force"):
+        for name in (*FITS[law].parameters, "friction_per_length", "cutting_force"):
             low[name] = max(low[name], 0.0)
         residual_in = (
             reduced.force_in - values["force_offset"] - self.force(reduced.depth_in, self.numbers, self.coefficients)
@@ -284,7 +284,7 @@ class _Made:
             puncture_low=max(before - 1, 0), puncture_high=min(before, len(reduced.depth_in) - 1),
             samples_before_puncture=before, residual_in=residual_in,
             residual_out=reduced.force_out - values["force_offset"] + friction, left_out=0, sse=sse, n=n,
-            bic=n * math.log(max(sse / n, 1e-300)) + len(self.order) * math.log(n), rmse=math.sqrt(sse / n),
+            bic=criterion(sse / n, len(self.order), n), rmse=math.sqrt(sse / n),
             noise_correlation_length=long_run / plain if plain > 0.0 else 1.0, warnings=sharp_free(sharp.warnings),
             noises=tuple(self.noises), saturation_sought="saturation_depth" in self.order, by_stages=True,
         )  # fmt: skip

@@ -7,7 +7,7 @@ from weakref import WeakKeyDictionary
 
 from ..result import Choice
 from ..statistics.noise import noise_of
-from ..statistics.regression import VERY_STRONG_BIC, independent_samples
+from ..statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
 from .loading_curves import FITS
 from .puncture_force import MeasuredPeak, PunctureMatch, measured_peak, puncture_match
 from .segmented_recording import SegmentedRecording
@@ -128,8 +128,8 @@ def _gain(singles: list[SegmentedRecording], law: str, than: str) -> float:
     for single in singles:
         one, other = (single.fits[name] for name in (law, than))
         n = independent_samples([one.noises[0], other.noises[0]])
-        gain += n * math.log(max(other.noises[0].sse, 1e-300) / max(one.noises[0].sse, 1e-300))
-        gain -= (len(one.covariance_order) - len(other.covariance_order)) * math.log(n)
+        more = len(one.covariance_order) - len(other.covariance_order)
+        gain += bic_gain(one.noises[0].sse, other.noises[0].sse, more, n)
     return gain
 
 
@@ -143,8 +143,7 @@ def _much_better(singles: list[SegmentedRecording], law: str, than: str) -> bool
     for single in singles:
         one, other = (single.loading[name] for name in (law, than))
         n = independent_samples([one.noise, other.noise])
-        gain += n * math.log(max(other.noise.sse, 1e-300) / max(one.noise.sse, 1e-300))
-        gain -= (len(one.order) - len(other.order)) * math.log(n)
+        gain += bic_gain(one.noise.sse, other.noise.sse, len(one.order) - len(other.order), n)
     return gain > VERY_STRONG_BIC
 
 

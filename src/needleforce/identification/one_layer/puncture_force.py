@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...models.parameter_units import UNITS
 from ...segmentation import Puncture
 from ...segmentation.strokes import white_noise
 from ..estimates import Estimate
@@ -41,7 +42,8 @@ class MeasuredPeak:
     def estimate(self) -> Estimate:
         """``puncture_force`` with its interval."""
         half = math.hypot(self.noise, self.place, self.zero)
-        return Estimate("puncture_force", self.force, "N", self.force - half, self.force + half, source=SOURCE)
+        limits = self.force - half, self.force + half
+        return Estimate("puncture_force", self.force, UNITS["puncture_force"], *limits, source=SOURCE)
 
 
 def measured_peak(

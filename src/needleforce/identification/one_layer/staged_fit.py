@@ -171,7 +171,7 @@ def _limits(
     half["puncture_force"] = _peak_limit(values, loading, samples)
     low = {name: value - float(half.get(name, 0.0)) for name, value in values.items()}
     high = {name: value + float(half.get(name, 0.0)) for name, value in values.items()}
-    for name in ("friction_per_length", "cutting_force", *loading.curve.units):
+    for name in ("friction_per_length", "cutting_force", *loading.curve.parameters):
         low[name] = max(low[name], 0.0)
     puncture = "puncture_depth"
     return low | {puncture: joint.low[puncture]}, high | {puncture: joint.high[puncture]}

@@ -194,7 +194,7 @@ def draw_cycle(fit: CycleFit, strokes: Strokes, count: int, random: np.random.Ge
     Exact for a complete fit, see ``can_be_exact``; otherwise Gaussian. No draw has a coefficient below 0. Parameters
     that the cycle does not determine are NaN.
     """
-    bounded = {*FITS[fit.law].units, "friction_per_length"}
+    bounded = {*FITS[fit.law].parameters, "friction_per_length"}
     if can_be_exact(fit):
         posterior = posterior_of(fit, strokes)
         found = _allowed(lambda: _exact(fit, strokes, posterior, count, random), bounded)
@@ -272,6 +272,6 @@ def _with_puncture(fit: CycleFit, found: dict, puncture: np.ndarray) -> dict:
     """The draws with the puncture's depth, its indentation and the law's force there; undetermined parameters held."""
     indentation = puncture - found["contact_depth"]
     known = {name: values for name, values in found.items() if not np.isnan(values).any()}
-    values = {name: known.get(name, fit.values[name]) for name in FITS[fit.law].units}
+    values = {name: known.get(name, fit.values[name]) for name in FITS[fit.law].parameters}
     force = FITS[fit.law].force(indentation, values)
     return found | {"puncture_depth": puncture, "puncture_indentation": indentation, "puncture_force": force}

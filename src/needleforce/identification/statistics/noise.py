@@ -48,6 +48,11 @@ class Noise(NamedTuple):
     last_lag: int = 0
     ar1_factor: float = 0.0
 
+    @property
+    def mean_square(self) -> float:
+        """Of the samples used [N²]."""
+        return self.sse / self.count
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DriftEffect:

@@ -10,6 +10,7 @@ from ...units import DIMENSIONS, find
 Row = Sequence[str]
 """The cells of one line without surrounding blanks; empty for a blank line."""
 
+WHITESPACE = r"\s+"  # a delimiter
 NUMBER = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eEdD][+-]?\d+)?|[+-]?(nan|inf|infinity)", re.IGNORECASE)
 CLOCK = re.compile(r"(\d{4}-\d\d?-\d\d?|\d\d?[./]\d\d?[./]\d{2,4})?[ T]?\d{1,3}:\d\d?(:\d\d?([.,]\d+)?|\.\d+)?"
                    r" ?([AaPp][Mm]|Z|[+-]\d\d:?\d\d)?")  # fmt: skip
@@ -35,6 +36,7 @@ NUMBER_WITH = {sign: _number_with(sign) for sign in SIGNS}
 _PLAIN = {sign: _plain(sign) for sign in SIGNS}
 MISSING = frozenset(("", "na", "n/a", "null", "none", "<na>", "-", "--", "---", "*", "#n/a", "#div/0!", "#value!",
                      "#num!", "#ref!", "#null!", "#name?"))  # fmt: skip
+NO_VALUE = sorted({word for each in MISSING for word in (each, each.upper(), each.capitalize())} - {""})
 MIN_ROWS = 20  # shorter runs of numbers are settings or results, if there is a longer one
 _RATIOS = ("", "1", "-", "mm/mm", "m/m", "in/in", "%", "percent")
 _BRACKETS = {"(": ")", "[": "]", "<": ">", "{": "}"}

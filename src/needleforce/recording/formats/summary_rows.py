@@ -9,13 +9,13 @@ import numpy as np
 from ...files import open_regular
 from ..recording import Note
 from .rows import MIN_ROWS, is_missing, is_number, number_of
-from .text_lines import split_cells
-from .text_table import TextTable
+from .text_rows import split_cells
+from .text_values import TextValues
 
 _TAIL_BYTES = 1 << 13  # at the end of a file, in which a summary is
 
 
-def without_summary(table: TextTable) -> TextTable:
+def without_summary(table: TextValues) -> TextValues:
     """The table without a summary at its end, and a note on what was left out.
 
     A row is of a summary if it has a text where the table has its first numbers, as in ``Mean,1.2,3.4``; or if it
@@ -32,7 +32,7 @@ def without_summary(table: TextTable) -> TextTable:
     return replace(table, end=lines[begin][0], notes=[*table.notes, Note("left_out", message, len(left))])
 
 
-def _tail(table: TextTable) -> list[tuple[int, str]]:
+def _tail(table: TextValues) -> list[tuple[int, str]]:
     """The last complete lines, each with its first byte."""
     if table.encoding.name[:6] == "utf-16":
         return []
@@ -48,7 +48,7 @@ def _tail(table: TextTable) -> list[tuple[int, str]]:
     return found[found != [] and found[0][0] > table.begin :]
 
 
-def _labelled(table: TextTable, lines: list[tuple[int, str]]) -> int:
+def _labelled(table: TextValues, lines: list[tuple[int, str]]) -> int:
     """The first of the last lines that are all blank or have a text in place of the first number; else their count."""
     first = min((k for k in range(len(table.headers)) if k not in table.text_columns), default=0)
     found, rows = len(lines), 0
@@ -65,7 +65,7 @@ def _labelled(table: TextTable, lines: list[tuple[int, str]]) -> int:
     return found if rows < MIN_ROWS else len(lines)
 
 
-def _renamed(table: TextTable, lines: list[tuple[int, str]]) -> int:
+def _renamed(table: TextValues, lines: list[tuple[int, str]]) -> int:
     """The first row after the last blank one, if all from there on have other texts than the row before it."""
     if not table.text_columns:
         return len(lines)
@@ -80,7 +80,7 @@ def _renamed(table: TextTable, lines: list[tuple[int, str]]) -> int:
     return blank + 1 if others else len(lines)
 
 
-def _restarted(table: TextTable, lines: list[tuple[int, str]]) -> int:
+def _restarted(table: TextValues, lines: list[tuple[int, str]]) -> int:
     """The first row after the last blank one, if there is no other, and no column increases beyond it that increased in
     every row before; else their count."""
     cells = [split_cells(line, table.delimiter) for _, line in lines]
@@ -97,7 +97,7 @@ def _restarted(table: TextTable, lines: list[tuple[int, str]]) -> int:
     return len(lines) if not len(rising) or continues.any() else blank[-1] + 1
 
 
-def _numbers(row: Sequence[str], table: TextTable) -> list[float] | None:
+def _numbers(row: Sequence[str], table: TextValues) -> list[float] | None:
     """The numbers of a row, NaN for a text; None for a row of another width."""
     if len(row) != len(table.headers):
         return None

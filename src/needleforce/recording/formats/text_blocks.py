@@ -9,10 +9,10 @@ from pathlib import Path
 from ...errors import InputError
 from ..quantities import by_name
 from ..recording import Note
-from .rows import MIN_ROWS, is_missing, is_number
+from .rows import MIN_ROWS, WHITESPACE, is_missing, is_number
 from .summary_rows import without_summary
-from .text_lines import WHITESPACE, split_cells
-from .text_table import TextTable
+from .text_rows import split_cells
+from .text_values import TextValues
 
 _MAX_TABLES = 2000
 _MAX_STRETCHES = 20_000  # of numbers between rows of text
@@ -20,7 +20,7 @@ _SAMPLE_LINES = 200  # of a table, which show its columns
 _ABOVE_LINES = 8  # above a table, in which its headers are
 
 
-def _is_text(line: str, table: TextTable, first_number: re.Pattern[str]) -> bool:
+def _is_text(line: str, table: TextValues, first_number: re.Pattern[str]) -> bool:
     """Whether a line has no number, and is neither blank nor a comment that names no columns."""
     if first_number.match(line) or not line.strip():
         return False
@@ -37,19 +37,19 @@ def _names_columns(cells: Sequence[str], width: int) -> bool:
     return len(cells) == width > 1 and named > 1 and not any(map(is_number, cells))
 
 
-def all_tables(like: TextTable, table_in: Callable[[Sequence[str]], TextTable | None]) -> list[TextTable]:
+def all_tables(like: TextValues, table_in: Callable[[Sequence[str]], TextValues | None]) -> list[TextValues]:
     """Every table of a file, each between two rows of text.
 
     Parameters
     ----------
-    like : TextTable
+    like : TextValues
         The first or longest table, with the encoding, delimiter and what stands above.
     table_in : callable
         Lines of the file -> the table in them, None without one.
 
     Returns
     -------
-    list of TextTable
+    list of TextValues
         Those with at least 20 rows, or as many as the longest.
 
     Raises
@@ -73,7 +73,7 @@ def all_tables(like: TextTable, table_in: Callable[[Sequence[str]], TextTable | 
     return found if len(found) < 2 else [replace(table, name=f"table {k}") for k, table in enumerate(found, 1)]
 
 
-def _with_headers_of(table: TextTable, before: TextTable) -> TextTable:
+def _with_headers_of(table: TextValues, before: TextValues) -> TextValues:
     """A table without headers below one with as many columns has the headers of that one."""
     if table.has_header or not before.has_header or len(table.headers) != len(before.headers):
         return table
@@ -87,8 +87,8 @@ def _too_many(what: str, count: int, limit: int, path: Path) -> InputError:
 
 
 def _table_of(
-    part: "_Stretch", like: TextTable, table_in: Callable[[Sequence[str]], TextTable | None]
-) -> TextTable | None:
+    part: "_Stretch", like: TextValues, table_in: Callable[[Sequence[str]], TextValues | None]
+) -> TextValues | None:
     """The table between two rows of text; None if its numbers are in no common columns."""
     table = table_in([*part.above, *part.lines])
     if table is None:
@@ -112,7 +112,7 @@ class _Stretch:
     lines: list[str] = field(default_factory=list)
 
 
-def _stretches(table: TextTable) -> Iterator[_Stretch]:
+def _stretches(table: TextValues) -> Iterator[_Stretch]:
     """Every stretch of a file between two rows of text."""
     above: list[str] = []
     part = None
