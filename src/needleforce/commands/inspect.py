@@ -10,7 +10,7 @@ import typer
 from ..display.quantities import span_scale
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import reads_files
+from .flags import takes_flags
 from .output import check_outputs, progress, say, show, table
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # of a Braille
 _BRAILLE = 0x2800
 
 
-@reads_files("motion", "start_depth")
+@takes_flags("motion", "start_depth")
 def run(
     file: Annotated[Path, typer.Argument(help="A file of any format, or the folder of a bag.", show_default=False)],
     *,
