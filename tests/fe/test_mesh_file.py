@@ -7,11 +7,11 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from needleforce.fe.mesh.mesh.mesh_file import read_mesh
 from test_elements import tetrahedra, triangles
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.mesh_file import read_mesh
 
 HERE = Path(__file__).parent
 BOX = fe.grid([np.linspace(-2.0, 2.0, 5), np.linspace(-1.0, 2.0, 4), np.linspace(0.0, 3.0, 4)])
