@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motion of the base step by step: a table that a robot follows, its single moves, and insertions that are run again
-with similar moves."""
+"""The motion of the base step by step: a table that a robot follows, its single moves, and insertions that are run
+again with similar moves."""
 
 import os
 from collections.abc import Callable
