@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from closed_forms import ring_displacement
-from needleforce.fe.mesh.mesh.block import graded_lines
 
 from needleforce import fe
 from needleforce.fe.elastic.factorisation import Factor
 from needleforce.fe.elastic.supports import unknowns_of
+from needleforce.fe.mesh.block import graded_lines
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import reference
