@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Columns that name the specimen, well, needle or repeat of each row of a long table, and those that count cycles."""
+"""The recordings one below the other in a table: those that columns of labels distinguish, such as the specimen or the
+repeat of each row, and runs whose time starts again; with the cycles that a column counts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -9,13 +11,96 @@ from ..errors import InputError
 from .formats.rows import MIN_ROWS
 from .quantities import is_label, is_unit, row_name, split
 from .roles import Column, stated_unit
+from .samples import increases
 from .table import Table
 
+_MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
+_MAX_RUNS = 10_000
+_SAME_FORCE = 0.1  # of the range of the force: largest change between two phases
+_PHASE_SHARE = 0.2  # how much nearer a phase begins to the end of the last one than to its beginning
+_NEAR_START = 0.02  # of the range of time: a run begins where the first one began
 _MIN_ROWS = 2  # with one label: a column with another in every row numbers the samples
 _MAX_LABELS = 10_000
 
+Cycles = tuple[tuple[str, int, int], ...]
+"""Name, first row, and the one after the last."""
 
-def label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[str, np.ndarray]]:
+
+def runs_of(table: Table, quantities: Mapping[str, Column]) -> Iterator[tuple[str, Table, Cycles]]:
+    """The recordings in the rows of a table: name, empty if there is one, table, and the cycles that a column counts.
+
+    ``quantities`` are their columns, in whose order the rows are.
+    """
+    labelled = [(name, table.only_rows(rows)) for name, rows in _label_groups(table, quantities)]
+    for label, rows in labelled or [("", table)]:
+        columns = [quantities.get(quantity) for quantity in ("time", "depth", "force")]
+        starts = _starts(values_of(rows, columns[0]))
+        depth, force = (values_of(rows, each) if len(starts) > 1 else np.empty(0) for each in columns[1:])
+        runs = _joined_phases(starts, depth, force)
+        for k, phases in enumerate(runs, 1):
+            alone, stop = len(runs) < 2, runs[k][0] if k < len(runs) else None
+            run = rows if alone else rows.only_rows(slice(phases[0], stop))
+            if len(phases) > 1:
+                run = run.continue_time(quantities["time"].index, tuple(row - phases[0] for row in phases[1:]))
+            name = ": ".join(filter(None, (label, "" if alone else f"run {k}")))
+            yield name, run, _counted_cycles(run, quantities)
+
+
+def values_of(table: Table, column: Column | None) -> np.ndarray:
+    """The column of each row in the file's unit; empty without one."""
+    try:
+        return np.empty(0) if column is None else table.numbers(column.index)
+    except InputError:  # reported when the part is read
+        return np.empty(0)
+
+
+def _joined_phases(starts: Sequence[int], depth: np.ndarray, force: np.ndarray) -> list[list[int]]:
+    """The first rows of each recording, with those of its phases, of runs whose time starts again.
+
+    A run is a phase of the one before, such as the indentation after an approach, if that one went one way or rested,
+    and this one begins at the depth and the force at which it ended: five times nearer to this depth than to that where
+    the recording began, and within a tenth of the range of the force. A repeat begins where the recording began, or
+    with another force.
+    """
+    runs = [[starts[0]]]
+    span, size = (float(np.ptp(each)) if len(each) else 0.0 for each in (depth, force))
+    for last, row in pairwise(starts):
+        same_force = not len(force) or abs(force[row] - force[row - 1]) <= _SAME_FORCE * size
+        if len(depth) and same_force and _continues(depth, runs[-1][0], last, row, span):
+            runs[-1].append(row)
+        else:
+            runs.append([row])
+    return runs
+
+
+def _continues(depth: np.ndarray, first: int, last: int, row: int, span: float) -> bool:
+    """Whether the depth continues at ``row`` what began at ``first``, of which the last phase began at ``last``."""
+    began, ended, begins = float(depth[first]), float(depth[row - 1]), float(depth[row])
+    phase = depth[last:row]
+    rested = float(np.ptp(phase)) <= _NEAR_START * span
+    one_way = rested or abs(ended - float(phase[0])) > 0.5 * float(np.ptp(phase))
+    near = abs(begins - ended) < _PHASE_SHARE * abs(begins - began)
+    return one_way and near and abs(begins - began) > _NEAR_START * span
+
+
+def _starts(time: np.ndarray) -> list[int]:
+    """The first row of every run."""
+    if increases(time):
+        return [0]
+    present = np.flatnonzero(np.isfinite(time))
+    if len(present) < 2 * _MIN_RUN:
+        return [0]
+    falls = np.flatnonzero(np.diff(time[present]) < 0.0) + 1
+    near = time[present[0]] + _NEAR_START * np.ptp(time[present])
+    lengths = np.diff(np.concatenate([[0], falls, [len(present)]]))
+    if not 0 < len(falls) <= _MAX_RUNS or lengths.min() < _MIN_RUN or (time[present[falls]] > near).any():
+        return [0]
+    if (time[present[falls + 1]] >= time[present[falls - 1]]).any():  # one wrong time, after which the clock continues
+        return [0]
+    return [0, *present[falls].tolist()]
+
+
+def _label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[str, np.ndarray]]:
     """The recordings that the labels in a table distinguish.
 
     Parameters
@@ -53,11 +138,11 @@ def label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[s
     return _grouped(table, columns)
 
 
-def counted_cycles(table: Table, quantities: Mapping[str, Column]) -> tuple[tuple[str, int, int], ...]:
+def _counted_cycles(table: Table, quantities: Mapping[str, Column]) -> tuple[tuple[str, int, int], ...]:
     """The cycles that a column of the table counts: name, first row, and the one after the last; empty without."""
     named = [k for k in range(len(table.headers)) if row_name(table.headers[k]) == "counter"]
     for index in _free(table, quantities, named):
-        values = _values(table, index)
+        values = _label_values(table, index)
         if values is None or values.dtype.kind != "f":
             continue
         starts = np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1])
@@ -83,7 +168,7 @@ def _varying(table: Table, columns: Sequence[int], *, fill: bool = False) -> dic
     """Those of the columns that hold labels: several of them, each of at least two rows."""
     found = {}
     for index in columns:
-        values = _values(table, index, fill)
+        values = _label_values(table, index, fill)
         if values is None:
             continue
         counts = np.unique(values, return_counts=True)[1]
@@ -92,7 +177,7 @@ def _varying(table: Table, columns: Sequence[int], *, fill: bool = False) -> dic
     return found
 
 
-def _values(table: Table, index: int, fill: bool = False) -> np.ndarray | None:
+def _label_values(table: Table, index: int, fill: bool = False) -> np.ndarray | None:
     """A column of whole numbers, or of texts; None for any other, or if a row has neither.
 
     With ``fill`` a row without a label has that of the row above, as in merged cells.
