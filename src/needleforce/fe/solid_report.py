@@ -16,11 +16,11 @@ from ..display.page import Figure, Page
 from ..display.page import section as page_section
 from ..display.quantities import plain, span_scale
 from ..errors import InputError
-from .needle_path import NeedlePath
+from .elastic.needle_path import NeedlePath
+from .elastic.supports import unknowns_of
+from .elastic.tissue import Tissue
 from .picture import NAMES, draw_field
 from .section import Field, Section, section
-from .supports import unknowns_of
-from .tissue import Tissue
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
