@@ -9,8 +9,7 @@ from typing import Any
 
 from ..errors import InputError
 from .formats.detect import format_of, tables_of
-from .part_choice import chosen_part
-from .parts import Part, parts_of
+from .parts import Part, chosen_part, parts_of
 from .roles import MOTION_PREFIX, of_main, of_motion
 from .stream import Stream, read_stream
 from .table import Table
