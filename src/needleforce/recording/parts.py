@@ -150,7 +150,7 @@ def _groups(table: Table, given: Mapping[str, Any]) -> list[Part]:
 def _by_pattern(table: Table, given: Mapping[str, str]) -> list[Part]:
     """A recording for each text that ``*`` stands for."""
     fixed = {q: header for q, header in given.items() if "*" not in str(header)}
-    taken = {column.index for column in assign_columns(table, fixed).chosen(tuple(fixed)).values()}
+    taken = {column.index for column in part_of(table, fixed).roles.chosen(tuple(fixed)).values()}
     bare = any(header == "*" for header in given.values())
     left = taken | (table.text_columns if bare else frozenset())
     groups: dict[str, dict[str, str]] = {}
