@@ -13,7 +13,7 @@ from ..estimates import Estimate
 from ..statistics.noise import TWO_SIDED, Noise, noise_of
 from ..statistics.regression import coefficients, inverse
 from ..strokes import Strokes
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit
 
 WINDOW_M = 0.1e-3  # [m] of travel before the puncture
 MIN_SAMPLES = 10  # in the window
@@ -57,7 +57,7 @@ def measured_peak(
     before the contact. None with too few samples before the puncture.
     """
     noise = _free_noise(strokes, free, filter_length)
-    found = _peak_at(strokes, fit, fit.samples_before_puncture - fit.left_out, fit.values["puncture_depth"], noise)
+    found = _peak_at(strokes, fit, fit.puncture.before - fit.puncture.left_out, fit.values["puncture_depth"], noise)
     above = 0.0 if found is None else puncture.force - fit.values["force_offset"] - found.force
     if above > PEAK_DROP_SIGMA * math.sqrt(noise.variance):
         peak = _sample_of(puncture, strokes)
