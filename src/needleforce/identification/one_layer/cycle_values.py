@@ -2,6 +2,7 @@
 """The fit of one cycle as values: parameters with intervals, samples of the puncture, residuals; and its estimates."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -64,6 +65,15 @@ class FittedValues:
     """(p, p) of these, in their order."""
     widened: bool = False
     """True if errors of the model are in the intervals too, not only noise; see ``model_errors``."""
+
+
+def limits(values: Mapping[str, float], half: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """The limits of intervals of so many half widths on each side; those without one are the value itself."""
+    width = {name: float(half.get(name, 0.0)) for name in values}
+    return (
+        {name: value - width[name] for name, value in values.items()},
+        {name: value + width[name] for name, value in values.items()},
+    )
 
 
 class PunctureSamples(NamedTuple):
@@ -140,12 +150,8 @@ class CycleFit(FittedValues):
         middle["puncture_force"] = float(curve.force(np.float64(h), self.values))
         widths = {"puncture_depth": half, "puncture_indentation": math.hypot(half, contact)}
         widths["puncture_force"] = math.hypot(by_law, half * float(slopes["contact_depth"]))
-        return replace(
-            self,
-            values=self.values | middle,
-            low=self.low | {name: value - widths[name] for name, value in middle.items()},
-            high=self.high | {name: value + widths[name] for name, value in middle.items()},
-        )
+        low, high = limits(middle, widths)
+        return replace(self, values=self.values | middle, low=self.low | low, high=self.high | high)
 
 
 def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
