@@ -136,7 +136,7 @@ class CycleFit(FittedValues):
     by_stages: bool = False
     """True for a staged fit: first the loading curve, then friction and cutting. False for a complete fit."""
     options: CycleOptions | None = None
-    """Of a complete fit, until ``with_saturation_limit`` has repeated it; None for a staged one."""
+    """Of a complete fit, until ``limit_saturation`` has repeated it; None for a staged one."""
 
     def with_puncture(self, depth: float, half: float) -> "CycleFit":
         """The fit with the puncture at another ``depth`` [m], within ``half`` of it; indentation and force follow."""
