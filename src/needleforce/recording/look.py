@@ -21,11 +21,11 @@ from .formats.no_tables import ROS2_BAG
 from .mappings import completed
 from .motion_source import MotionSource
 from .options import ReadOptions, flags
-from .parts import Part, asked, chosen_part, column_table, fitting_parts, recordings_in
+from .parts import Part, asked, chosen_part, fitting_parts, recordings_in
 from .quantities import MAIN
 from .recording import Recording
 from .recording_file import RecordingFile
-from .roles import of_main
+from .roles import of_main, stated_unit
 from .stream import read_stream
 from .table import Table
 
@@ -59,8 +59,21 @@ def column_looks(part: Part, used: Sequence[str] = MAIN) -> tuple[ColumnLook, ..
     """The first columns of a part; of the quantities, those ``used`` are named."""
     return tuple(
         ColumnLook(header=header, unit=unit, quantity=quantity if quantity in used else "", **_range(part.table, k))
-        for k, (header, unit, quantity) in enumerate(column_table(part)[:_MAX_LISTED])
+        for k, (header, unit, quantity) in enumerate(_column_table(part)[:_MAX_LISTED])
     )
+
+
+def _column_table(part: Part) -> list[tuple[str, str, str]]:
+    """Header, stated unit, and quantity of each column of a part, for a look at it."""
+    try:
+        chosen = part.roles.chosen(MAIN)
+        wanted = ("time", "force") if "velocity" in chosen else ("time", "depth", "force")
+        chosen |= part.roles.by_unit([q for q in wanted if q not in chosen])
+    except InputError:
+        chosen = {}
+    found = {column.index: quantity for quantity, column in chosen.items()}
+    headers = enumerate(part.table.headers)
+    return [(header, stated_unit(part.table, k) or "", found.get(k, "")) for k, header in headers]
 
 
 def _range(table: Table, index: int) -> dict[str, Any]:

@@ -62,8 +62,7 @@ def motion_parts(path: Path, columns: Mapping[str, Any] | None) -> list[Part]:
     if format_of(path).log:
         limit = "a table of time and depth or velocity is needed, and this is a log of messages"
         raise InputError("motion", path.name, limit, str(path), "Export the positions as CSV, and give that file.")
-    given = {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in of_motion(columns).items()}
-    return parts_of(tables_of(path), given, (_has_motion, _has_length))
+    return parts_of(tables_of(path), of_motion(columns), (_has_motion, _has_length))
 
 
 def motion_advice(error: InputError, path: Path, used: Part, columns: Mapping[str, Any] | None) -> InputError:

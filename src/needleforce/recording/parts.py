@@ -13,8 +13,9 @@ import numpy as np
 
 from ..errors import InputError
 from .formats.detect import tables_of
-from .quantities import MAIN, by_name, by_numbered_name, dimension, plain_name, row_name, split
-from .roles import Column, Roles, assign_columns, fitting_unit, of_main, stated_unit
+from .quantities import MAIN, by_name, by_numbered_name, dimension, plain_name, split
+from .roles import Column, Roles, assign_columns, fitting_unit, of_main
+from .runs import row_name, runs_of
 from .samples import increases
 from .stated import stated_by
 from .table import Table
@@ -54,8 +55,8 @@ def parts_of(
     tables : sequence of Table
         All tables of the file.
     given : mapping
-        Quantity -> header, or headers of which the first that a table has is used; one with ``*`` stands for several
-        columns, each of a recording of its own.
+        Quantity -> header or number, or headers of which the first that a table has is used; one with ``*`` stands for
+        several columns, each of a recording of its own.
     belongs : sequence of callables, optional
         Part -> whether it is one of those that are looked for, the surest first; default: whether it is a recording.
 
@@ -69,6 +70,7 @@ def parts_of(
     InputError
         A header with ``*`` matches no column of any table.
     """
+    given = {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in given.items()}
     found, refused = [], None
     for table in tables:
         try:
@@ -86,12 +88,7 @@ def parts_of(
 
 def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
     """The recordings of a file that is no log. Raises InputError as ``read``."""
-    return parts_of(tables_of(path), of_main(header_texts(columns)))
-
-
-def header_texts(columns: Mapping[str, Any] | None) -> dict[str, Any]:
-    """The given columns with numbers as text; several headers of one quantity as a tuple."""
-    return {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in (columns or {}).items()}
+    return parts_of(tables_of(path), of_main(columns))
 
 
 def _usable(
@@ -153,7 +150,7 @@ def _groups(table: Table, given: Mapping[str, Any]) -> list[Part]:
 def _by_pattern(table: Table, given: Mapping[str, str]) -> list[Part]:
     """A recording for each text that ``*`` stands for."""
     fixed = {q: header for q, header in given.items() if "*" not in str(header)}
-    taken = {column.index for column in assign_columns(table, fixed).chosen(tuple(fixed)).values()}
+    taken = {column.index for column in part_of(table, fixed).roles.chosen(tuple(fixed)).values()}
     bare = any(header == "*" for header in given.values())
     left = taken | (table.text_columns if bare else frozenset())
     groups: dict[str, dict[str, str]] = {}
@@ -231,8 +228,6 @@ def _runs(part: Part) -> Iterator[Part]:
     if table.is_large or (_in_order(table, quantities.get("time")) and not any(map(row_name, table.headers))):
         yield part
         return
-    from .runs import runs_of  # few files need it
-
     for name, run, cycles in runs_of(table, quantities):
         yield replace(part, name=_joined(part.name, name), table=run, cycles=cycles)
 
@@ -244,19 +239,6 @@ def _in_order(table: Table, time: Column | None) -> bool:
     except InputError:  # reported when the part is read
         return False
     return len(values) > 0 and increases(values)
-
-
-def column_table(part: Part) -> list[tuple[str, str, str]]:
-    """Header, stated unit, and quantity of each column of a part, for a look at it."""
-    try:
-        chosen = part.roles.chosen(MAIN)
-        wanted = ("time", "force") if "velocity" in chosen else ("time", "depth", "force")
-        chosen |= part.roles.by_unit([q for q in wanted if q not in chosen])
-    except InputError:
-        chosen = {}
-    found = {column.index: quantity for quantity, column in chosen.items()}
-    headers = enumerate(part.table.headers)
-    return [(header, stated_unit(part.table, k) or "", found.get(k, "")) for k, header in headers]
 
 
 def asked(wanted: str | int | None, names: Sequence[str]) -> tuple[str | int | None, str]:

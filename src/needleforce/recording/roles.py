@@ -3,13 +3,13 @@
 recording."""
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InputError
 from ..units import find
-from .quantities import QUANTITIES, RECOGNISED, listed, plain_name, split
+from .quantities import QUANTITIES, RECOGNISED, plain_name, split
 from .table import Table
 
 MOTION_PREFIX = "motion."  # of the keys of options that apply to the motion
@@ -112,7 +112,7 @@ class Roles:
         """The one error for all quantities without a column; ``instead`` are other ways to give them."""
         names = " and the ".join(absent)
         candidates = {q: [column.header for column in self.candidates(q)] for q in absent}
-        like = [f"for the {q}: {listed(headers)}" for q, headers in candidates.items() if headers]
+        like = [f"for the {q}: {_listed(headers)}" for q, headers in candidates.items() if headers]
         limit = "; ".join([columns_of(self.table), *like])
         step = f"Choose {'one' if len(absent) == 1 else 'each'} with " + " ".join(f"--column {q}=NAME" for q in absent)
         step += "".join(f", or {each}" for each in instead) + "; NAME is a header or the number of a column."
@@ -206,7 +206,7 @@ def columns_of(table: Table) -> str:
     more = f" and {len(table.headers) - _MAX_LISTED} more" if len(table.headers) > _MAX_LISTED else ""
     if not table.has_header:
         return f"the file has no header; its first row is {', '.join(table.first_cells()[:_MAX_LISTED])}{more}"
-    return f"the columns are {listed(headers)}{more}"
+    return f"the columns are {_listed(headers)}{more}"
 
 
 def _named(table: Table, wanted: str, quantity: str) -> list[int]:
@@ -233,3 +233,8 @@ def _single(table: Table, quantity: str, found: list[int], reason: str) -> Colum
         step = f"Choose one, for example with --column {shlex.quote(f'{quantity}={names[0]}')}."
         raise InputError(f"column of the {quantity}", "ambiguous", limit, str(table.path), step)
     return Column(quantity, names[0], found[0], stated_unit(table, found[0]), reason)
+
+
+def _listed(headers: Iterable[str]) -> str:
+    """Headers as a message shows them."""
+    return ", ".join(map(repr, headers))

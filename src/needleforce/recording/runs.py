@@ -3,13 +3,14 @@
 repeat of each row, and runs whose time starts again; with the cycles that a column counts."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 
 from ..errors import InputError
 from .formats.rows import MIN_ROWS
-from .quantities import is_label, is_unit, row_name, split
+from .quantities import is_unit, plain_name, split
 from .roles import Column, stated_unit
 from .samples import increases
 from .table import Table
@@ -22,8 +23,36 @@ _NEAR_START = 0.02  # of the range of time: a run begins where the first one beg
 _MIN_ROWS = 2  # with one label: a column with another in every row numbers the samples
 _MAX_LABELS = 10_000
 
+# of columns that name the specimen, needle or repeat of each row, or count cycles
+_LABELS = frozenset(
+    "specimen specimens sample samples well needle repeat repetition replicate rep test trial run experiment insertion "
+    "site spot id probe probekorper prufling nadel versuch messung wiederholung einstich echantillon eprouvette "
+    "aiguille essai muestra probeta aguja ensayo repeticion campione provino ago prova ripetizione".split()
+)
+_COUNTERS = frozenset("cycle cycles loop loops zyklus zyklen zyklusnummer ciclo ciclos cicli".split())
+# words that make a column with one of these something that varies within a recording, or that is measured
+_NOT_LABELS = frozenset(
+    "segment phase stage step state status type mode direction rate speed velocity time date duration temperature "
+    "frequency length width thickness height area diameter volume mass weight force load depth position".split()
+)
+
 Cycles = tuple[tuple[str, int, int], ...]
 """Name, first row, and the one after the last."""
+
+
+@lru_cache(4096)
+def row_name(header: str) -> str:
+    """``label`` for a column that names the specimen, needle or repeat of each row, ``counter`` for one that counts
+    cycles, empty for any other."""
+    words = set(plain_name(split(header)[0]).split("_"))
+    if words & _NOT_LABELS:
+        return ""
+    return "label" if words & _LABELS else "counter" if words & _COUNTERS else ""
+
+
+def is_label(header: str) -> bool:
+    """Whether every word of a header is one of a label, such as ``specimen_id``."""
+    return set(plain_name(split(header)[0]).split("_")) <= _LABELS | {"no", "nr", "number", "name", "code", "label"}
 
 
 def runs_of(table: Table, quantities: Mapping[str, Column]) -> Iterator[tuple[str, Table, Cycles]]:
