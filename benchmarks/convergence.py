@@ -44,11 +44,19 @@ class Convergence:
         """Slope of the error over the step, in logarithms; the steps next to the finest are too close to it."""
         return float(np.polyfit(np.log(self.steps[:-2]), np.log(self.errors[:-2]), 1)[0])
 
-    def row(self) -> str:
-        """The line of the table."""
+    def cells(self) -> tuple[str, ...]:
+        """The line of the table, without the name."""
         order = "exact" if self.exact else f"{self.order:.1f}"
         errors = ("0" if self.exact else f"{100.0 * self.errors[k]:.2g} %" for k in (0, 3, 5))
-        return " | ".join([f"| {self.name}", "exact" if self.states_exact else "first order", order, *errors]) + " |\n"
+        return ("exact" if self.states_exact else "first order", order, *errors)
+
+
+def table(measured: list[Convergence]) -> str:
+    """Laws and presets with the same values share a row."""
+    names: dict[tuple, list[str]] = {}
+    for each in measured:
+        names.setdefault(each.cells(), []).append(each.name)
+    return HEAD + "".join("| " + " | ".join([", ".join(shared), *cells]) + " |\n" for cells, shared in names.items())
 
 
 def depths(step: float, phase: float, scale: float) -> np.ndarray:
@@ -97,13 +105,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--write", action="store_true", help="put the table into docs/evidence/convergence.md")
     write = parser.parse_args().write
-    rows = [converges(name, model).row() for name, model in track(models().items(), "models")]
-    table = HEAD + "".join(rows)
+    text = table([converges(name, model) for name, model in track(models().items(), "models")])
     if write:
         before, _, _ = PAGE.read_text(encoding="utf-8").partition(HEAD)
-        PAGE.write_text(before + table, encoding="utf-8")
+        PAGE.write_text(before + text, encoding="utf-8")
     else:
-        print(table)
+        print(text)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction under each form of the foundation: how often a nonlinear form is preferred on a linear one, how often the
-intervals contain the truth, and which form is chosen. Prints the tables of docs/identification.md.
+intervals contain the truth, and which form is chosen. Prints the tables of docs/evidence/friction_forms.md.
 
     python benchmarks/friction_forms.py [--count 400] [--figure FILE.svg]
 

@@ -14,7 +14,6 @@ import numpy as np
 from hostile_tables import DEPTH, FORCE, ROWS, TIME
 
 from needleforce.errors import InputError
-from needleforce.recording.columns import Column
 from needleforce.recording.formats.detect import tables_of
 
 ENDINGS = {"npy": ".npy", "npz": ".npz", "matlab": ".mat", "matlab73": ".mat", "hdf5": ".h5", "tdms": ".tdms", "records": ".jsonl",
@@ -32,7 +31,7 @@ def read_tables(path: Path) -> None:
             if count > _MAX_READ:
                 return
             try:
-                table.numbers({"force": Column("force", table.headers[index], index, None)})
+                table.numbers(index)
             except InputError:
                 continue
 

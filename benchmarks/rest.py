@@ -28,8 +28,7 @@ LARGEST_CHATTER = 1e-3  # N
 ARM = {"mass": 0.554, "damping": 6.45, "stiffness": 135.0}
 # apparent mass [kg] and damping [N s/m] of the device alone, and where they are published
 PUBLISHED = {
-    "Phantom Omni (Touch)": (0.045, 0.0, "data sheet, unconfirmed"),
-    "Phantom Desktop (Touch X)": (0.045, 0.0, "data sheet, unconfirmed"),
+    "Phantom Omni (Touch), Phantom Desktop (Touch X)": (0.045, 0.0, "data sheet, unconfirmed"),
     "Phantom Premium 1.5": (0.075, 0.0, "data sheet, unconfirmed"),
     "Phantom Premium 3.0": (0.159, 0.0, "data sheet, unconfirmed"),
     "LHIfAM": (5.4, 3.5, "Gil, Avello, Rubio & Flórez 2004, unconfirmed"),

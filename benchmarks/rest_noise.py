@@ -32,15 +32,15 @@ def held(model, noise: np.ndarray, known: float) -> tuple[float, np.ndarray]:
     return force[len(ramp) - 1], force[len(ramp) :]
 
 
-def row(name: str, noise: np.ndarray, known: float) -> str:
-    """A row of the table."""
+def cells(name: str, noise: np.ndarray, known: float) -> str:
+    """A row of the table, without the name."""
     model = nf.preset(name)
     sliding, quiet = held(model, np.zeros_like(noise), 0.0)
     unknown, held_by_known = held(model, noise, 0.0)[1], held(model, noise, known)[1]
     difference = held_by_known - quiet
     values = (sliding, quiet[-1], unknown[-1000:].mean(), held_by_known[-1000:].mean())
     spread = f"{difference.min():+.4f} to {difference.max():+.4f}"
-    return f"| `{name}` | " + " | ".join(f"{value:.3f}" for value in values) + f" | {spread} |"
+    return " | ".join(f"{value:.3f}" for value in values) + f" | {spread} |"
 
 
 def main() -> None:
@@ -50,11 +50,13 @@ def main() -> None:
     options = parser.parse_args()
     noise = np.random.default_rng(1).normal(0.0, NOISE, options.seconds * RATE)
     known = depth_noise(noise[: 10 * RATE], samples=len(noise))
-    lines = [HEAD]
+    names: dict[str, list[str]] = {}  # presets with the same values share a row
     for name in sorted(nf.presets()):
         if all(law.is_passive for layer in nf.preset(name).layers for law in (layer.friction, layer.relaxation)):
-            lines.append(row(name, noise, known))
-            print(lines[-1], flush=True)
+            values = cells(name, noise, known)
+            names.setdefault(values, []).append(f"`{name}`")
+            print(f"| `{name}` | {values}", flush=True)
+    lines = [HEAD, *(f"| {', '.join(shared)} | {values}" for values, shared in names.items())]
     if options.write:
         block = "\n".join(["<!-- hour: python benchmarks/rest_noise.py --write -->", *lines, "<!-- end -->"])
         PAGE.write_text(TABLE.sub(lambda _: block, PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Largest error of the table of ``tip_contact`` over tips of all sizes; ``--write`` puts it into docs/mechanics.md."""
+"""Largest error of the table of ``tip_contact`` over tips of all sizes; ``--write``: into docs/evidence/tips.md."""
 
 import argparse
 import math
@@ -11,7 +11,7 @@ import numpy as np
 
 import needleforce as nf
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "mechanics.md"
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "evidence" / "tips.md"
 SHANKS = (50e-6, 0.35e-3, 1.5e-3)  # radius [m]
 ANGLES = np.radians([3, 15, 60])  # half angle
 SHARES = (1e-3, 0.02, 20 / 350, 0.2, 0.5, 0.9, 0.99)  # of the shank's radius

@@ -12,14 +12,13 @@
 #include <utility>
 #include <vector>
 
+#include "layer_stack.hpp"
 #include "module.hpp"
 #include "parameters.hpp"
 
 namespace needleforce::python {
 
 namespace {
-
-using Stack = std::vector<std::pair<double, Model>>;
 
 std::vector<Layer> layers_of(const Stack& stack) {
   std::vector<Layer> layers;

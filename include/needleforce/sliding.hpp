@@ -29,13 +29,21 @@ struct Sliding {
   }
 };
 
+/// The tip of any law whose steady force [N] does not depend on the speed: one loop for all of them.
+struct TipAtAnySpeed {
+  double force;
+  double steady(double) const noexcept { return force; }
+};
+
+template <class Sliding>
+void slide_slowly(const Sliding& sliding, const double* __restrict depth, double* __restrict force,
+                  std::size_t n) noexcept {
+  for (std::size_t i = 0; i < n; ++i) force[i] = sliding.inwards(depth[i], 0.0);
+}
+
 template <class Sliding>
 void slide(const Sliding& sliding, const double* __restrict depth, const double* __restrict velocity,
            double* __restrict force, std::size_t n) noexcept {
-  if (velocity == nullptr) {
-    for (std::size_t i = 0; i < n; ++i) force[i] = sliding.inwards(depth[i], 0.0);
-    return;
-  }
   for (std::size_t i = 0; i < n; ++i) {
     const double z = depth[i], v = velocity[i] + 0.0;  // -0.0 is inwards, as 0.0 is
     // both directions are computed and one is selected: a branch would keep the compiler from vectorising
@@ -52,19 +60,25 @@ void slide_after(const Contact& pushed, double puncture, const Model& model, con
                  const double* __restrict velocity, double* __restrict force, std::size_t n) noexcept {
   const auto shaft = prepare(model.friction);
   const auto tip = prepare(model.cutting);
+  const TipAtAnySpeed slow{std::visit([](const auto& cut) { return cut.steady(0.0); }, tip)};
+  const bool at_any_speed = std::visit([](const auto& cut) { return requires { cut.steady(); }; }, tip);
   // one visit inside the other: the compiler sees through them, and widens the loops as far as its caller
   // asks
-  const auto with_tip = [&](const auto& friction) {
+  const auto along = [&](const auto& friction) {
+    const auto sliding = [&](const auto& cut) {
+      return Sliding{pushed, friction, cut, puncture, friction.surface(0.0, puncture)};
+    };
+    if (velocity == nullptr) return slide_slowly(sliding(slow), depth, force, n);
+    if (at_any_speed) return slide(sliding(slow), depth, velocity, force, n);
     std::visit(
         [&](const auto& cut) {
-          const double surface = friction.surface(0.0, puncture);
-          slide(Sliding{pushed, friction, cut, puncture, surface}, depth, velocity, force, n);
+          if constexpr (!requires { cut.steady(); }) slide(sliding(cut), depth, velocity, force, n);
         },
         tip);
   };
   std::visit(
       [&]<class F>(const F& friction) {
-        if constexpr (SlidesSteadily<F>) with_tip(friction);
+        if constexpr (SlidesSteadily<F>) along(friction);
       },
       shaft);
 }

@@ -2,6 +2,7 @@
 """The error for input that a user can correct: quantity, value, limit, place and next step; text for a terminal."""
 
 import re
+import sys
 
 _MAX_PART_CHARS = 2000  # of one part of a message
 # what a terminal obeys instead of showing it: control characters but line feed and tab, marks that reorder or hide the
@@ -78,3 +79,29 @@ def _part(value: object) -> str:
     text = str(value)
     text = text if len(text) <= _MAX_PART_CHARS else text[:_MAX_PART_CHARS] + "…"
     return " ".join(printable(text).splitlines()) if "\n" in text else printable(text)
+
+
+def install_step(package: str, extra: str = "") -> str:
+    """What to type to install a missing package for the Python that runs, as a sentence.
+
+    Parameters
+    ----------
+    package : str
+        The package.
+    extra : str
+        The extra of needleforce that has it, which pip knows where needleforce itself is installed.
+
+    Returns
+    -------
+    str
+        A next step of an ``InputError``.
+    """
+    import shlex
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        version("needleforce")
+        wanted = f'"needleforce[{extra}]"' if extra else package
+    except PackageNotFoundError:  # run from a folder of sources
+        wanted = package
+    return f"Install it with {shlex.quote(sys.executable or 'python')} -m pip install {wanted}."

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pages stay short: decisions, ARCHITECTURE.md, and an entry a line in CHANGELOG.md."""
+"""Decisions, ARCHITECTURE.md and entries of CHANGELOG.md stay short; evidence names the command that repeats it."""
 
 import re
 from itertools import pairwise
@@ -9,6 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
+EVIDENCE = sorted((ROOT / "docs" / "evidence").glob("*.md"))
 BULLET = re.compile(r"\s*(?:[-*]|\d+\.) ")
 MAX_DECISION_WORDS = 350
 MAX_SENTENCE_WORDS = 40
@@ -54,6 +55,17 @@ def test_a_decision_is_short(path):
 
 def test_an_entry_of_the_changelog_is_a_line():
     assert faulty_entries((ROOT / "CHANGELOG.md").read_text(encoding="utf-8")) == []
+
+
+@pytest.mark.parametrize("path", EVIDENCE, ids=lambda path: path.stem)
+def test_evidence_names_the_command_that_repeats_it(path):
+    page = path.read_text(encoding="utf-8")
+    programs = re.findall(r"benchmarks/\w+\.(?:py|cpp)", page)
+    parts = re.findall(r"--only (\w+)", page)
+    assert programs or parts or re.search("measured once", page, re.I)
+    assert [name for name in programs if not (ROOT / name).is_file()] == []
+    bench = (ROOT / "benchmarks" / "run.py").read_text(encoding="utf-8")
+    assert [name for name in parts if not re.search(rf"\b{name}\b", bench)] == []
 
 
 def test_the_architecture_is_two_screens():

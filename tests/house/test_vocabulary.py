@@ -5,6 +5,7 @@ import re
 
 import needleforce as nf
 from needleforce import core
+from needleforce.models import parameter_units
 from needleforce.models.laws import FAMILIES, laws_of
 from needleforce.preset_files.schema import ENDINGS, tips
 
@@ -34,6 +35,13 @@ def test_names_and_units_are_in_the_glossary():
         for row in owner.table():
             assert row["name"] in GLOSSARY, (owner, row["name"])
             assert row["unit"] in {*ENDINGS, "1"}, (owner, row["unit"])
+
+
+def test_a_parameter_has_one_unit():
+    rows = {(row["name"], row["unit"]) for law in tables() for row in law.table()}
+    units = {name: unit for name, unit in rows if name in parameter_units.OF_LAWS}
+    assert len(units) == sum(name in units for name, _ in rows) and units == parameter_units.OF_LAWS
+    assert all(parameter_units.UNITS[name] == unit for name, unit in rows if name in parameter_units.UNITS)
 
 
 def test_every_law_has_a_family_a_source_and_a_validity():

@@ -42,7 +42,7 @@ def fits(depth, force, contact=CONTACT + 0.5e-3):
 @pytest.mark.parametrize("law", TRUTH)
 def test_the_law_of_the_curve_wins_and_its_intervals_hold_its_numbers(law):
     truth, inside, won = TRUTH[law][1] | {"contact_depth": CONTACT, "force_offset": 0.03}, Counter(), 0
-    assert set(truth) == {*CURVES[law].units, "contact_depth", "force_offset"}
+    assert set(truth) == {*CURVES[law].parameters, "contact_depth", "force_offset"}
     for seed in range(40):
         depth, force = curve(law, seed)
         found = fits(depth, force + 0.03)
@@ -72,8 +72,8 @@ def test_numbers_are_counted_alike():
 
 def test_criterion_is_schwarz():
     noise = Noise(sse=2.0, count=100)
-    assert criterion(noise, 3, 100) == pytest.approx(100 * np.log(0.02) + 3 * np.log(100))
-    assert criterion(noise, 3, 10) == pytest.approx(10 * np.log(0.02) + 3 * np.log(10))
+    assert criterion(noise.mean_square, 3, 100) == pytest.approx(100 * np.log(0.02) + 3 * np.log(100))
+    assert criterion(noise.mean_square, 3, 10) == pytest.approx(10 * np.log(0.02) + 3 * np.log(10))
 
 
 def test_samples_behind_a_filter_count_as_one():

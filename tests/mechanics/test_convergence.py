@@ -50,7 +50,7 @@ def test_laws_converge_together(friction, many):
 def test_the_page_has_every_model():
     page = convergence.PAGE.read_text(encoding="utf-8")
     rows = [line.split(" | ")[0].removeprefix("| ") for line in page.partition(convergence.HEAD)[2].splitlines()]
-    assert rows == list(MODELS)
+    assert sorted(name for row in rows for name in row.split(", ")) == sorted(MODELS)
 
 
 def test_a_force_that_does_not_converge_is_found():

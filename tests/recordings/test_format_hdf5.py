@@ -5,6 +5,7 @@ import os
 import sys
 import zlib
 from datetime import datetime
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -174,23 +175,24 @@ def test_a_library_that_never_returns_or_dies_is_ended(tmp_path, monkeypatch):
     """A module in the place of a format, whose reading loops in C or ends the process."""
     (tmp_path / "stub.py").write_text(
         "import os\n"
-        "def tables_here(path):\n"
+        "from needleforce.recording.formats import Format\n"
+        "def tables(path):\n"
         "    if 'loop' in path.name: sum(range(10**14))\n"
         "    if 'die' in path.name: os.abort()\n"
         "    return []\n"
+        "FORMATS = (Format(name='STUB', tables=tables, limited=True),)\n"
     )
     monkeypatch.setattr(worker, "_TIME_S", 0.5)  # of a processor
     monkeypatch.setattr(worker, "_WALL_FACTOR", 1000.0)
     for name in ("loop", "die", "fine"):
         (tmp_path / name).touch()
-    found_here = "import needleforce.recording.formats as f; f.__path__.append(sys.path[-1]); serve()"
-    monkeypatch.setattr(worker, "_START", worker._START.replace("serve()", found_here))
     monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
+    (form,) = import_module("stub").FORMATS
     worker._worker.close()
     for name in ("loop", "die"):
         with pytest.raises(InputError, match="the library that reads it failed, or took more than"):
-            worker.tables_by_worker("stub", tmp_path / name, "STUB")
-    assert worker.tables_by_worker("stub", tmp_path / "fine", "STUB") == []
+            worker.tables_by_worker(form, tmp_path / name)
+    assert worker.tables_by_worker(form, tmp_path / "fine") == []
     worker._worker.close()
 
 

@@ -140,7 +140,7 @@ def test_objects_are_named_with_the_way_to_export_them(tmp_path, kind, step, com
 def test_what_expands_or_would_end_the_process_is_refused(tmp_path, content):
     (tmp_path / "x.mat").write_bytes(mat(content, compressed=True))
     assert (tmp_path / "x.mat").stat().st_size < 1 << 20
-    with pytest.raises(InputError, match=r"unpacked size|number of|not readable as MATLAB"):
+    with pytest.raises(InputError, match=r"unpacked size|without a table|not readable as MATLAB|memory is not enough"):
         tables_of(tmp_path / "x.mat")
 
 
@@ -149,7 +149,7 @@ def test_cells_within_cells_without_end_are_refused(tmp_path):
     for _ in range(5000):
         content = matrix(1, element(5, struct.pack("<2i", 1, 1)), element(1, b"x"), content)
     (tmp_path / "x.mat").write_bytes(mat(content, compressed=True))
-    with pytest.raises(InputError, match="arrays within each other"):
+    with pytest.raises(InputError, match="not readable as MATLAB"):
         tables_of(tmp_path / "x.mat")
 
 

@@ -52,7 +52,7 @@ def test_a_header_in_latin_1(file):
 
 
 def test_a_large_file_is_read_in_chunks(file, monkeypatch):
-    monkeypatch.setattr("needleforce.recording.formats.text_table._CHUNKED_BYTES", 0)
+    monkeypatch.setattr("needleforce.recording.formats.text_rows._CHUNKED_BYTES", 0)
     monkeypatch.setattr("needleforce.recording.formats.mixed_text._CHUNK_ROWS", 77)
     np.testing.assert_array_equal(read(file(text(COLUMNS))).force, FORCE)
 

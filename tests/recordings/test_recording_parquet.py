@@ -76,7 +76,7 @@ def test_invalid_values_are_not_written(tmp_path, value, match):
 
 def test_without_pyarrow_the_extra_is_named(stored, tmp_path, monkeypatch):
     path = stored({"time_s": TIME, "depth_m": DEPTH, "force_N": FORCE})
-    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
     for attempt in (lambda: read(path), lambda: write(awkward(), tmp_path / "new.parquet")):
         with pytest.raises(InputError, match=r"needleforce\[parquet\]"):
             attempt()

@@ -81,7 +81,7 @@ def test_the_zero_of_another_clock(force_file, file):
 
 
 def test_the_command_that_inspect_shows_reads_the_same(force_file, tmp_path):
-    words = ["--motion-shift-s", "1.35", "--speed-mm-s", "10", "--stroke-mm", "20", "--hold-s", "3"]
+    words = ["--speed-mm-s", "10", "--stroke-mm", "20", "--hold-s", "3", "--motion-shift-s", "1.35"]
     shown = CliRunner().invoke(app, ["inspect", str(force_file), *words, "--save", str(tmp_path / "needleforce.toml")])
     assert shown.exit_code == 0 and nf.read(force_file, dry_run=True, **STATED).command.endswith(" ".join(words))
     np.testing.assert_allclose(nf.read(force_file).depth, DEPTH, atol=1e-12)  # by the options kept in the folder

@@ -184,9 +184,9 @@ def test_truncated_workbooks(saved, tmp_path):
             read(tmp_path / "cut.xlsx")
 
 
-def test_without_the_extra_the_message_names_it(saved, monkeypatch):
+def test_without_its_package_the_message_says_how_to_install_it(saved, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "python_calamine", None)
     with pytest.raises(
-        InputError, match=r'Excel workbook \(xlsx\) needs the package.*pip install "needleforce\[labs\]"'
+        InputError, match=r"Excel workbook \(xlsx\) needs the package.* -m pip install python_calamine\."
     ):
         read(saved(lambda book: sheet_of(book.active)))

@@ -9,8 +9,8 @@ import pytest
 
 import needleforce as nf
 from needleforce.steering import TipPath, identify
-from needleforce.steering.frame_check import check_frame
 from needleforce.steering.path_simulation import simulated_path
+from needleforce.steering.tip_path_fit import check_frame
 
 STIFFNESS = 0.02
 NEEDLE = nf.Needle(1.27e-3, 0.0, 0.6, STIFFNESS * 64.0 / (math.pi * 1.27e-3**4))
@@ -183,7 +183,7 @@ def test_a_needle_that_does_not_reach_is_not_predicted():
     [("phantomA", (("01", "02"), ("04", "05"), ("02", "05")), 0.8), ("phantomB", (("01",), ("02",)), 1.0)],
 )
 def test_held_out_steered_insertions_are_predicted(recordings, tissue, trained, allowed):
-    # the figures over all choices are in docs/steering.md; a straight line from the entry is off by 3 to 5 mm
+    # the figures over all choices are in docs/evidence/steering.md; a straight line from the entry is off by 3 to 5 mm
     paths = nf.steering.read(recordings / "needle-steering" / "stepwise_insertions.csv")
     steered = {path.name[-2:]: path for path in paths if path.name.startswith(f"{tissue}_closed")}
     unsteered = [path for path in paths if path.name.startswith(f"{tissue}_open")]

@@ -34,7 +34,7 @@ struct ConstantCutting {
     using Memory = NoMemory;
     double full;        // the force at the deepest cut [N]
     double per_travel;  // 1 / unloading [1/m]
-    double steady(double) const noexcept { return full; }
+    double steady(double = 0.0) const noexcept { return full; }
     void enter(Cut& cut, Memory&, double depth, double) const noexcept { cut.front = depth; }
     void advance(Cut& cut, Memory&, const Move& move) const noexcept {
       cut.front = std::max(cut.front, move.depth);

@@ -57,7 +57,7 @@ struct Fracture {
     ConstantCutting::Prepared crack;
     double spread, recovered;
 
-    double steady(double) const noexcept { return crack.full + spread; }
+    double steady(double = 0.0) const noexcept { return crack.full + spread; }
     void enter(Cut& cut, Memory& memory, double depth, double carried) const noexcept {
       if (carried < 0.0) cut.entry = depth, memory.opened = 1.0;
       cut.front = depth;

@@ -21,7 +21,7 @@ struct NoCutting {
 
   struct Prepared {
     using Memory = NoMemory;
-    double steady(double) const noexcept { return 0.0; }
+    double steady(double = 0.0) const noexcept { return 0.0; }
     void enter(Cut& cut, Memory&, double depth, double) const noexcept { cut.front = depth; }
     void advance(Cut& cut, Memory&, const Move& move) const noexcept {
       cut.front = std::max(cut.front, move.depth);

@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from ..vocabulary import SMALLEST
 from .laws import ogden_column, ogden_slope
 
 MAX_EXPONENT = 20.0
@@ -79,7 +80,7 @@ class _Problem:
 
         def linear(a: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             design = np.hstack([self.columns(a), self.zeros])
-            norm = np.linalg.norm(design, axis=0) + 1e-300
+            norm = np.linalg.norm(design, axis=0) + SMALLEST
             basis, triangle = np.linalg.qr(design / norm)
             values = np.linalg.lstsq(triangle, basis.T @ self.stress, rcond=None)[0] / norm
             return design @ values - self.stress, basis, values

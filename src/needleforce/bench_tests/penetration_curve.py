@@ -15,6 +15,7 @@ from ..segmentation import segment
 from ..segmentation.punctures import quarter_sd, robust_sd
 from ..segmentation.segment import MAX_ALTERNATION_SHARE
 from ..segmentation.strokes import FOURTH_DIFFERENCE, cut_samples, white_noise
+from ..vocabulary import SMALLEST
 
 NOMINAL_SPEED = 1e-3  # [m/s] of a curve without time, for the search of its contact
 MIN_NOISE_SHARE = 1e-6  # of the range of the force: a simulated curve may have no noise
@@ -273,7 +274,7 @@ def steady_error(z: np.ndarray, f: np.ndarray) -> float | None:
     if abs(slope) > NORMAL_95 * error or (abs(slope) + NORMAL_95 * error) * length > MAX_STEADY_CHANGE * level:
         return None
     parts = np.array([part.mean() for part in np.array_split(f, STEADY_PARTS)])
-    spread = float(((parts - parts.mean()) ** 2).sum()) / max(STEADY_PARTS * mean_error**2, 1e-300)
+    spread = float(((parts - parts.mean()) ** 2).sum()) / max(STEADY_PARTS * mean_error**2, SMALLEST)
     return mean_error if spread <= STEADY_CHI2 else None
 
 
@@ -283,11 +284,11 @@ def line_errors(z: np.ndarray, f: np.ndarray) -> tuple[float, float, float]:
     The readings about the line are correlated from one to the next as a first-order autoregression.
     """
     place = z - z.mean()
-    squares = max(float(place @ place), 1e-300)
+    squares = max(float(place @ place), SMALLEST)
     slope = float(place @ f) / squares
     left = f - f.mean() - slope * place
     sd = max(float((left @ left) / max(len(f) - 2, 1)) ** 0.5, 1e-9 * float(np.abs(f).max()))
-    correlation = float(left[1:] @ left[:-1]) / max(float(left @ left), 1e-300)
+    correlation = float(left[1:] @ left[:-1]) / max(float(left @ left), SMALLEST)
     correlation = min(max(correlation + 1.0 / len(f), 0.0), 0.99)
     inflation = ((1.0 + correlation) / (1.0 - correlation)) ** 0.5
     return slope, sd * inflation / squares**0.5, sd * inflation / len(f) ** 0.5

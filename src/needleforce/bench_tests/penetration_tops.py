@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import core
+from ..vocabulary import SMALLEST
 from .penetration_curve import NORMAL_95, CurveNoise
 
 FIT_LENGTHS = (4, 6, 9, 13, 19, 28, 41, 60, 88, 129, 189, 277, 406, 595)  # [samples] of the fit at a peak
@@ -169,7 +170,9 @@ def _joined(
 def _mean_slope(travel: np.ndarray, fit: np.ndarray) -> float:
     """The mean slope [N/m] of the second half of a fit over (n,) travel."""
     half = len(fit) // 2
-    return float(fit.max() - fit[half]) / max(float(travel[-1] - travel[half]), 1e-300) if half < len(fit) - 1 else 0.0
+    return (
+        float(fit.max() - fit[half]) / max(float(travel[-1] - travel[half]), SMALLEST) if half < len(fit) - 1 else 0.0
+    )
 
 
 def _parabola(

@@ -5,20 +5,20 @@ and their units."""
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
-from ..recording.columns import Column
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
-from ..recording.formats.text_table import TextTable, search_fault
+from ..recording.quantities import split
+from ..recording.roles import Vocabulary, assign_columns
+from ..recording.table import Table
 from ..units import find
 
 MAX_COLUMNS, MAX_MAGNITUDE = 100, 1e30
-_UNIT_AT_END = re.compile(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]|(.*?),\s*(\S+)|(.*?)\s+(?:/|in)\s+(\S+)")
 _RATIOS = {"": 1.0, "1": 1.0, "-": 1.0, "mm/mm": 1.0, "m/m": 1.0, "in/in": 1.0, "%": 0.01, "percent": 0.01,
            "-1": -1.0, "-%": -0.01}  # fmt: skip
 # other words of a header with one of these mean another quantity
@@ -48,7 +48,7 @@ class BenchTable:
     file: str
     headers: list[str]
     units: list[str]
-    table: Any
+    table: Table
     rows: int
     has_header: bool
     notes: list[str] = field(default_factory=list)
@@ -57,9 +57,9 @@ class BenchTable:
         """Column ``index`` as (n,); InputError for a cell that is not a finite number, with its place."""
         header = self.headers[index]
         try:
-            values = self.table.numbers({"force": Column("force", header, index, None)})[0]["force"]
-            if isinstance(self.table, TextTable) and not np.isfinite(values).all():
-                search_fault(self.table, {"force": Column("force", header, index, None)})
+            values = self.table.numbers(index)
+            if not np.isfinite(values).all():
+                self.table.is_cut_off([index])
         except InputError as error:
             raise InputError(f"column {header}", error.value, error.limit, error.place, error.next_step) from None
         values = values[: self.rows]
@@ -69,10 +69,6 @@ class BenchTable:
             limit, step = f"it must be finite and at most {MAX_MAGNITUDE:g}", "Correct or remove this row."
             raise InputError(f"column {header}", f"{values[row]:g}", limit, self.table.place(row), step)
         return values
-
-    def first_row(self) -> list[str]:
-        """The cells of the first row."""
-        return self.table.first_cells()
 
 
 def read_table(path: str | Path) -> BenchTable:
@@ -91,23 +87,16 @@ def read_table(path: str | Path) -> BenchTable:
     apart = table.units or [""] * len(table.headers)
     units = [unit or _split(header)[1] for unit, header in zip(apart, table.headers, strict=True)]
     notes = [f"{len(found) - 1} shorter tables in {name} are not used"] if len(found) > 1 else []
-    return BenchTable(
-        file=name,
-        headers=table.headers,
-        units=units,
-        table=table,
-        rows=_rows(table),
-        has_header=table.has_header,
-        notes=notes,
-    )
+    return BenchTable(file=name, headers=table.headers, units=units, table=table, rows=_rows(table),
+                      has_header=table.has_header, notes=notes)  # fmt: skip
 
 
-def _rows(table: Any) -> int:
+def _rows(table: Table) -> int:
     """The rows of a table to the last one in which a column has a value."""
     rows = 0
-    for k, header in enumerate(table.headers[:MAX_COLUMNS]):
+    for k in range(len(table.headers[:MAX_COLUMNS])):
         try:
-            values = table.numbers({"force": Column("force", header, k, None)})[0]["force"]
+            values = table.numbers(k)
         except InputError:  # a column of text
             continue
         present = np.flatnonzero(~np.isnan(values))
@@ -116,14 +105,9 @@ def _rows(table: Any) -> int:
 
 
 def _split(header: str) -> tuple[str, str]:
-    """Name and unit of a header: ``Force [N]``, ``Fz, gf``, ``stress / kPa``, ``stress_kPa``."""
-    found = _UNIT_AT_END.fullmatch(header.strip())
-    if found:
-        name, unit = [part for part in found.groups() if part is not None]
-        if is_unit(unit):
-            return name, unit
-    head, _, tail = header.rpartition("_")
-    return (head, tail) if head and is_unit(tail) and tail else (header, "")
+    """Name and unit of a header, of which only a unit of a bench test is one."""
+    name, unit = split(header.strip(), is_unit)
+    return (name, unit) if unit and is_unit(unit) else (header, "")
 
 
 def _words(header: str) -> list[str]:
@@ -135,24 +119,26 @@ def column_of(table: BenchTable, quantity: str, given: Mapping[str, str]) -> int
 
     Raises InputError for a given column that does not exist, and for two that match equally.
     """
-    if quantity in given:
-        return _given_column(table, quantity, given[quantity])
-    if not table.has_header:
+    if quantity not in given and not table.has_header:
         return None
-    taken = {_given_column(table, other, name) for other, name in given.items()}
-    names = [_words(_split(header)[0]) for header in table.headers]
-    for phrase in QUANTITIES[quantity][1]:
-        words = phrase.split()
-        for exact in (True, False):
-            found = [k for k, own in enumerate(names) if k not in taken and _matches(own, words, exact)]
-            found = [k for k in found if not _longer_phrase(names[k], quantity)]
-            if len(found) > 1:
-                shown = " and ".join(repr(table.headers[k]) for k in found)
-                step = f"Choose one, such as --column {quantity}={found[0] + 1}."
-                raise InputError(f"column {quantity}", "ambiguous", f"{shown} match", table.file, step)
-            if found:
-                return found[0]
-    return None
+    roles = assign_columns(table.table, given, _VOCABULARIES[quantity])
+    absent = next((q for q in ([quantity] if quantity in given else given) if q not in roles.matches), None)
+    if absent:
+        limit = f"the columns are {', '.join(table.headers)}"
+        step = f"Give --column {absent}=NAME, or its number from 1 to {len(table.headers)}."
+        raise InputError(f"column of {absent}", repr(given[absent]), limit, table.file, step)
+    found = roles.matches.get(quantity, ())
+    if len(found) > 1:
+        shown = " and ".join(repr(table.headers[k]) for k in found)
+        step = f"Choose one, such as --column {quantity}={found[0] + 1}."
+        raise InputError(f"column {quantity}", "ambiguous", f"{shown} match", table.file, step)
+    return found[0] if found else None
+
+
+def _recognise(quantity: str, phrase: str, exact: bool, header: str) -> str | None:
+    """The quantity, if the phrase is a header, or is in one, that names no other quantity."""
+    own = _words(_split(header)[0])
+    return quantity if _matches(own, phrase.split(), exact) and not _longer_phrase(own, quantity) else None
 
 
 def _matches(own: list[str], words: list[str], exact: bool) -> bool:
@@ -168,17 +154,17 @@ def _longer_phrase(own: list[str], quantity: str) -> bool:
     return any(_matches(own, phrase.split(), False) for name in special for phrase in QUANTITIES[name][1])
 
 
-def _given_column(table: BenchTable, quantity: str, name: str) -> int:
-    if name in table.headers:
-        return table.headers.index(name)
-    plain = [_words(_split(header)[0]) for header in table.headers]
-    if table.has_header and plain.count(_words(name)) == 1:
-        return plain.index(_words(name))
-    if name.isdecimal() and 1 <= int(name) <= len(table.headers):
-        return int(name) - 1
-    limit = f"the columns are {', '.join(table.headers)}"
-    step = f"Give --column {quantity}=NAME, or its number from 1 to {len(table.headers)}."
-    raise InputError(f"column of {quantity}", repr(name), limit, table.file, step)
+_VOCABULARIES = {
+    quantity: Vocabulary(
+        dimensions=dict.fromkeys(QUANTITIES, ""),
+        recognised={
+            f"{phrase}, {exact}": partial(_recognise, quantity, phrase, exact)
+            for phrase in phrases
+            for exact in (True, False)
+        },
+    )
+    for quantity, (_, phrases) in QUANTITIES.items()
+}
 
 
 def in_si(table: BenchTable, quantity: str, index: int, units: Mapping[str, str]) -> np.ndarray:
@@ -210,12 +196,12 @@ def check_names(columns: Iterable[str], units: Iterable[str], known: Iterable[st
                 raise InputError(f"quantity of --{option}", repr(name), f"known are {', '.join(known)}")
 
 
-def missing(table: BenchTable, quantity: str, alternatives: Any = "") -> InputError:
+def missing(table: BenchTable, quantity: str, alternatives: str = "") -> InputError:
     """The error for a quantity without a column; a table without header shows its first row."""
     if table.has_header:
         limit = f"the columns are {', '.join(table.headers)}"
         step = f"Name it {quantity}{alternatives}, or give --column {quantity}=NAME."
     else:
-        limit = f"the file has no header; its first row is {', '.join(table.first_row())}"
+        limit = f"the file has no header; its first row is {', '.join(table.table.first_cells())}"
         step = f"Give --column {quantity}=1, or another number, for each column that is used."
     return InputError(f"column {quantity}", "missing", limit, table.file, step)

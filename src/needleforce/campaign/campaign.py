@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """``campaign``: identify every condition in a folder of recordings, with a result for every recording."""
 
-import dataclasses
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,10 @@ import numpy as np
 
 from ..core import Needle
 from ..errors import InputError
-from ..recording import read
+from ..recording import Recording
 from ..recording.mappings import IN_FOLDER
+from ..recording.options import FileOptions, ReadOptions, keywords_of
+from ..recording.recording_file import RecordingFile, open_file
 from ..segmentation.strokes import cycles
 from .condition import LoadedFile, condition
 from .folder_files import File, find_files, other_files
@@ -24,40 +26,14 @@ from .result import Campaign, Condition
 Progress = Callable[[Any, str], Any]
 
 
-def campaign(
-    source: str | os.PathLike | Iterable[str | os.PathLike],
-    *,
-    pattern: str | None = None,
-    mapping: str | os.PathLike | None = None,
-    model: str | None = None,
-    needle: Needle | None = None,
-    columns: Mapping[str, str] | None = None,
-    units: Mapping[str, str] | None = None,
-    inwards: str | None = None,
-    filter_length: int | None = None,
-    motion_part: str | int | None = None,
-    motion_shift: float | None = None,
-    rate: float | None = None,
-    speed: float | None = None,
-    step: float | None = None,
-    stroke: float | None = None,
-    hold: float | None = None,
-    first_row: int | None = None,
-    instrument: str | os.PathLike | None = None,
-    part: str | None = None,
-    repeats: Collection[str] = REPEATS,
-    progress: Progress | None = None,
-) -> Campaign:
-    """Identify every condition of a campaign.
-
-    The result does not depend on the order of the files. Only the arrays of one condition are in memory at a time. A
-    file that cannot be read or identified is part of the result, with its status, and a file of the folder that is not
-    a recording is listed with the reason.
+@dataclass(frozen=True, kw_only=True)
+class CampaignOptions(FileOptions):
+    """The options of ``campaign``: those of its files, and these.
 
     Parameters
     ----------
-    source : str, os.PathLike or iterable of them
-        A folder, a glob, or a list of files, folders and globs.
+    instrument : str or os.PathLike, optional
+        Options kept in a file, the ``mapping`` of ``read``.
     pattern : str, optional
         Pattern of the file names, such as ``"{specimen}_{speed_mm_s}_{repeat}"``, from which the fields of a file are
         read.
@@ -69,18 +45,38 @@ def campaign(
         Name of the model, as for ``identify``.
     needle : Needle, optional
         The needle, as for ``identify``.
-    columns, units, inwards, filter_length, motion_part, motion_shift, rate, speed, step, stroke, hold, first_row
-        As for ``read``. Every recording of a file with several is used; they are repeats of one condition.
-    instrument : str or os.PathLike, optional
-        Options kept in a file, the ``mapping`` of ``read``.
-    part : str, optional
-        Which recordings of each file, as for ``read_all``: ``"cycle *"`` takes every cycle of a recording that repeats.
-        Cycles are repeats of one condition, too. By default a recording with cycles is used as a whole.
     repeats : collection of str
         Fields in which repeats of one condition differ. Files with equal other fields are repeats of one condition; a
         file without fields is identified by itself.
     progress : callable, optional
         ``progress(iterable, text)`` wraps the work over files, for a progress bar.
+    """
+
+    instrument: str | os.PathLike | None = None
+    pattern: str | None = None
+    mapping: str | os.PathLike | None = None
+    model: str | None = None
+    needle: Needle | None = None
+    repeats: Collection[str] = REPEATS
+    progress: Progress | None = None
+
+
+@keywords_of(CampaignOptions)
+def campaign(source: str | os.PathLike | Iterable[str | os.PathLike], options: CampaignOptions) -> Campaign:
+    """Identify every condition of a campaign.
+
+    The result does not depend on the order of the files. Only the arrays of one condition are in memory at a time. A
+    file that cannot be read or identified is part of the result, with its status, and a file of the folder that is not
+    a recording is listed with the reason. Every recording of a file with several is used, or those of ``part``, as for
+    ``read_all``: ``"cycle *"`` takes every cycle of a recording that repeats, which by default is used as a whole. They
+    are repeats of one condition.
+
+    Parameters
+    ----------
+    source : str, os.PathLike or iterable of them
+        A folder, a glob, or a list of files, folders and globs.
+    options : CampaignOptions
+        The keywords.
 
     Returns
     -------
@@ -92,26 +88,16 @@ def campaign(
     InputError
         A source without files, a pattern that matches none of them, a mapping that cannot be read, or an unknown model.
     """
-    options = {"columns": columns, "units": units, "inwards": inwards, "filter_length": filter_length}
-    options |= {
-        "motion_part": motion_part,
-        "motion_shift": motion_shift,
-        "rate": rate,
-        "speed": speed,
-        "step": step,
-        "stroke": stroke,
-        "hold": hold,
-        "first_row": first_row,
-        "mapping": instrument,
-    }
-    files, not_recordings = _sorted_out(source, mapping, options)
-    files = [each for file in files for each in file.parts(part, options)]
+    pattern, mapping, repeats = options.pattern, options.mapping, options.repeats
+    reading = ReadOptions(**options.of_every_file(), mapping=options.instrument)
+    files, not_recordings = _sorted_out(source, mapping, replace(reading, part=None))
+    files = [each for file in files for each in file.parts(reading)]
+    recordings = _Recordings(reading)
     labels, notes = label_files(files, pattern, mapping)
     if pattern is None and mapping is None:
-        labels, more = inferred(labels, lambda file: _speed(file, options))
+        labels, more = inferred(labels, lambda file: _speed(file, recordings))
         notes += more
-    groups = grouped(labels, repeats)
-    found = list(_conditions(groups, repeats, options, model=model, needle=needle, progress=progress))
+    found = list(_conditions(grouped(labels, repeats), options, recordings))
     conditions = _with_wrong_labels([each for each in found if each.recordings[0].fields])
     others = [each.recordings[0] for each in found if not each.recordings[0].fields]
     reasons = {label.file.name: label.why for label in labels}
@@ -120,7 +106,7 @@ def campaign(
 
 
 def _sorted_out(
-    source: Any, mapping: str | os.PathLike | None, options: dict[str, Any]
+    source: Any, mapping: str | os.PathLike | None, options: ReadOptions
 ) -> tuple[list[File], list[tuple[str, str]]]:
     """The recordings, and the other files of the folders with the reason why they are none.
 
@@ -141,46 +127,56 @@ def _sorted_out(
     return sorted(files), rest
 
 
-def _unreadable(file: File, options: dict[str, Any]) -> str:
+def _unreadable(file: File, options: ReadOptions) -> str:
     try:
-        read(file.path, part=file.parts(None, options)[0].part, **options)
+        opened = open_file(file.path, options)
+        opened.read(opened.chosen()[0][0])
     except (InputError, OSError) as error:
         return str(error).replace(f"{file.path}: ", "").replace(f"{file.path}, ", "")
     return ""
 
 
-def _speed(file: File, options: dict[str, Any]) -> float:
+class _Recordings:
+    """The recordings of files; a file with several is open until a recording of another one is read."""
+
+    def __init__(self, options: ReadOptions):
+        self._options = options
+        self._opened: RecordingFile | None = None
+
+    def read(self, file: File) -> Recording:
+        """The recording of a file. Raises InputError as ``nf.read``."""
+        opened, self._opened = self._opened, None
+        if opened is None or opened.path != file.path:
+            opened = open_file(file.path, self._options)
+        recording = opened.read(file.part)[0]
+        self._opened = opened if len(opened.parts) > 1 else None
+        return recording
+
+
+def _speed(file: File, recordings: _Recordings) -> float:
     """The median speed [m/s] of the first insertion; NaN without one."""
     try:
-        recording = read(file.path, part=file.part, **options)
+        recording = recordings.read(file)
     except (InputError, OSError):
         return float("nan")
     strokes = cycles(recording.time, recording.depth)
     return float(np.median(recording.velocity[strokes[0].start : strokes[0].stop])) if strokes else float("nan")
 
 
-def _conditions(
-    groups: list[list[Label]],
-    repeats: Collection[str],
-    options: dict[str, Any],
-    *,
-    model: str | None,
-    needle: Needle | None,
-    progress: Progress | None,
-) -> Iterator[Condition]:
+def _conditions(groups: list[list[Label]], options: CampaignOptions, recordings: _Recordings) -> Iterator[Condition]:
     """One condition after the other; the recordings of each are released before the next is read."""
     files = [(label, label is group[-1]) for group in groups for label in group]
     loaded: list[LoadedFile] = []
-    for label, last in progress(files, "identifying") if progress else files:
-        loaded.append(_load(label, options))
+    for label, last in options.progress(files, "identifying") if options.progress else files:
+        loaded.append(_load(label, recordings))
         if last:
-            yield condition(loaded, label.condition(repeats), model, needle)
+            yield condition(loaded, label.condition(options.repeats), options.model, options.needle)
             loaded = []
 
 
-def _load(label: Label, options: dict[str, Any]) -> LoadedFile:
+def _load(label: Label, recordings: _Recordings) -> LoadedFile:
     try:
-        return LoadedFile(label, read(label.file.path, part=label.file.part, **options))
+        return LoadedFile(label, recordings.read(label.file))
     except (InputError, OSError) as error:
         return LoadedFile(label, None, str(error))
 
@@ -194,7 +190,7 @@ def _with_wrong_labels(conditions: list[Condition]) -> list[Condition]:
     with np.errstate(all="ignore"):  # values too large for a force give distances that are not finite
         mislabelled = dict(wrong_labels(curves, pooled))
     return [
-        dataclasses.replace(each, recordings=tuple(_with(one, mislabelled.get(one.file)) for one in each.recordings))
+        replace(each, recordings=tuple(_with(one, mislabelled.get(one.file)) for one in each.recordings))
         for each in conditions
     ]
 
@@ -207,8 +203,8 @@ def _comparable(one: RecordingResult) -> bool:
 def _without_condition(one: RecordingResult, reason: str) -> RecordingResult:
     nan = float("nan")
     anomaly = Anomaly(kind="no_condition", quantity="", value=nan, usual=nan, unit="", sentence=reason)
-    return dataclasses.replace(one, anomalies=(*one.anomalies, anomaly), pooled=False)
+    return replace(one, anomalies=(*one.anomalies, anomaly), pooled=False)
 
 
 def _with(one: RecordingResult, anomaly: Anomaly | None) -> RecordingResult:
-    return one if anomaly is None else dataclasses.replace(one, anomalies=(*one.anomalies, anomaly))
+    return one if anomaly is None else replace(one, anomalies=(*one.anomalies, anomaly))

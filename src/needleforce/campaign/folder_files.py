@@ -3,15 +3,19 @@
 
 import glob
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from ..errors import InputError
 from ..files import file_name
-from ..recording.formats.detect import ARCHIVE, JSON, TEXT, format_of
-from ..recording.several import chosen_parts
+from ..recording.formats.detect import format_of
+from ..recording.formats.json_lines import JSON
+from ..recording.formats.no_tables import ARCHIVE
+from ..recording.formats.text import TEXT
+from ..recording.options import ReadOptions
+from ..recording.recording_file import chosen_parts
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 
@@ -31,13 +35,13 @@ class File:
         """The name of the file alone."""
         return self.name.removesuffix(f": {self.part_name}") if self.part_name else self.name
 
-    def parts(self, wanted: str | None, options: Mapping[str, Any]) -> "list[File]":
-        """Every recording of the file, or those that ``wanted`` stands for; the file itself if it has one, or cannot be
-        read with these ``options``, which is reported when it is read."""
+    def parts(self, options: ReadOptions) -> "list[File]":
+        """Every recording of the file, or those that ``options.part`` stands for; the file itself if it has one, or
+        cannot be read with these options, which is reported when it is read."""
         try:
-            found = chosen_parts(self.path, wanted, **options)
+            found = chosen_parts(self.path, options)
         except (InputError, OSError):
-            return [File(self.name, self.path, wanted)]
+            return [File(self.name, self.path, options.part)]
         return [File(f"{self.name}: {name}", self.path, part, name) if part else self for part, name in found]
 
 

@@ -2,7 +2,7 @@
 """``needleforce tension``, ``bending`` and ``penetration``: moduli of tissue and needle, and the figures of penetration
 tests, from bench tests."""
 
-from dataclasses import asdict
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +10,7 @@ import typer
 
 from ..errors import InputError
 from .files import NEEDLE_HELP
+from .flags import takes_flags
 from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, show, table, write_json
 
 if TYPE_CHECKING:
@@ -24,55 +25,65 @@ LAW_HELP = (
 )
 
 
-def tension(
-    files: Annotated[list[Path], typer.Argument(help="Stress-stretch curves of one material.", show_default=False)],
-    mode: Annotated[list[str], typer.Option(help=MODE_HELP + " Once for all files, or once for each.")] = [],  # noqa: B006
-    law: Annotated[list[str], typer.Option(help=LAW_HELP)] = [],  # noqa: B006
-    min_stretch: Annotated[float, typer.Option(help="Readings at a smaller stretch are not used.")] = 0.0,
-    max_stretch: Annotated[float, typer.Option(help="Readings at a larger stretch are not used.")] = float("inf"),
+@dataclass(frozen=True, kw_only=True)
+class TensionFlags:
+    """The flags of ``tension``."""
+
+    mode: Annotated[list[str], typer.Option(help=MODE_HELP + " Once for all files, or once for each.")] = field(
+        default_factory=list
+    )
+    law: Annotated[list[str], typer.Option(help=LAW_HELP)] = field(default_factory=list)
+    min_stretch: Annotated[float, typer.Option(help="Readings at a smaller stretch are not used.")] = 0.0
+    max_stretch: Annotated[float, typer.Option(help="Readings at a larger stretch are not used.")] = float("inf")
     fit_zero: Annotated[
         bool | None, typer.Option(help="Whether the zero of the stress is unknown; default: of a column of force only.")
-    ] = None,
-    area_mm2: Annotated[float | None, typer.Option(help="Undeformed cross section, for a column of force.")] = None,
+    ] = None
+    area_mm2: Annotated[float | None, typer.Option(help="Undeformed cross section, for a column of force.")] = None
     gauge_length_mm: Annotated[
         float | None, typer.Option(help="Undeformed length, for a column of length or displacement.")
-    ] = None,
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    figure: Annotated[Path | None, typer.Option(help="Write a figure: .svg, .png or .pdf.")] = None,
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
+    ] = None
+    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = field(default_factory=list)
+    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = field(default_factory=list)
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+    figure: Annotated[Path | None, typer.Option(help="Write a figure: .svg, .png or .pdf.")] = None
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+
+
+@takes_flags()
+def tension(
+    files: Annotated[list[Path], typer.Argument(help="Stress-stretch curves of one material.", show_default=False)],
+    given: TensionFlags,
 ) -> None:
     """Young modulus of a tissue from tension or compression tests, with the law that fits best."""
     from ..bench_tests import fit_stress, laws, stress_fit
     from ..bench_tests.reading import ZERO_FITTED, read_stress
 
-    check_outputs([json, figure, report], files)
-    _check_figure(figure)
-    laws.laws_named(law or None)
-    modes = _modes(mode, len(files))
-    for name, value in (("--area-mm2", area_mm2), ("--gauge-length-mm", gauge_length_mm)):
+    check_outputs([given.json, given.figure, given.report], files)
+    _check_figure(given.figure)
+    laws.laws_named(given.law or None)
+    modes = _modes(given.mode, len(files))
+    for name, value in (("--area-mm2", given.area_mm2), ("--gauge-length-mm", given.gauge_length_mm)):
         if value is not None and not 0.0 < value < float("inf"):
             raise InputError(name, value, "must be above 0")
     options = {
-        "columns": pairs(column, "column"),
-        "units": pairs(unit, "unit"),
-        "area": None if area_mm2 is None else area_mm2 / 1e6,
-        "gauge_length": None if gauge_length_mm is None else gauge_length_mm / 1e3,
+        "columns": pairs(given.column, "column"),
+        "units": pairs(given.unit, "unit"),
+        "area": None if given.area_mm2 is None else given.area_mm2 / 1e6,
+        "gauge_length": None if given.gauge_length_mm is None else given.gauge_length_mm / 1e3,
     }
     try:
         read = [read_stress(file, mode=each, **options) for file, each in zip(files, modes)]
-        curves, names = [curve for curve, _ in read], laws.laws_named(law or None)
-        zero = any(ZERO_FITTED in sentences for _, sentences in read) if fit_zero is None else fit_zero
-        fit = fit_stress(curves, law=names, min_stretch=min_stretch, max_stretch=max_stretch, fit_zero=zero,
+        curves, names = [curve for curve, _ in read], laws.laws_named(given.law or None)
+        zero = any(ZERO_FITTED in sentences for _, sentences in read) if given.fit_zero is None else given.fit_zero
+        fit = fit_stress(curves, law=names, min_stretch=given.min_stretch, max_stretch=given.max_stretch, fit_zero=zero,
                          progress=progress)  # fmt: skip
     except InputError as error:
         say(str(error) if any(file.name in error.place for file in files) else f"{files[0]}: {error}")
         raise typer.Exit(1) from None
     assumptions = tuple(dict.fromkeys(sentence for _, sentences in read for sentence in sentences))
-    write_json(stress_document(fit, [str(file) for file in files], assumptions, not mode), json)
-    _write_stress(fit, figure, report, assumptions, not mode)
-    _show_stress(fit, assumptions, mode_assumed=not mode, quiet=json == "-")
+    write_json(stress_document(fit, [str(file) for file in files], assumptions, not given.mode), given.json)
+    _write_stress(fit, given.figure, given.report, assumptions, not given.mode)
+    _show_stress(fit, assumptions, mode_assumed=not given.mode, quiet=given.json == "-")
     if not stress_fit.is_determined(fit):
         raise typer.Exit(1)
 
@@ -98,47 +109,18 @@ def _check_figure(figure: Path | None) -> None:
 
 def stress_document(fit: "StressFit", files: list[str], assumptions: tuple[str, ...], mode_assumed: bool) -> dict:
     """The fit as a document for JSON."""
-    from ..bench_tests.laws import coefficient_names
-
-    return {
-        "files": files,
-        "modes": [curve.mode for curve in fit.curves],
-        "mode_assumed": mode_assumed,
-        "readings": [len(curve.stress) for curve in fit.curves],
-        "effective_readings": fit.effective_readings,
-        "parameters": [asdict(fit.young_modulus)],
-        "law": fit.best.law,
-        "misfit": fit.misfit,
-        "laws": [
-            {
-                "law": law.law,
-                "coefficients": dict(zip(coefficient_names(law.law), law.coefficients.tolist(), strict=True)),
-                "young_modulus_Pa": law.young_modulus,
-                "standard_error_Pa": law.standard_error,
-                "misfit": law.misfit,
-                "criterion": law.criterion,
-                "weight": law.weight,
-                "stable_stretch": {mode: list(ends) for mode, ends in law.stable.items()},
-                "excluded": law.excluded,
-            }
-            for law in fit.laws
-        ],
-        "assumptions": list(assumptions),
-        "notes": list(fit.notes),
-    }
+    own = {"files": files, "mode_assumed": mode_assumed, "assumptions": list(assumptions)}
+    return own | fit.document()
 
 
 def _write_stress(
     fit: "StressFit", figure: Path | None, report: Path | None, assumptions: tuple[str, ...], mode_assumed: bool
 ) -> None:
-    from ..report import write_stress_report
-    from ..report.bench_page import save_figure
-
     if figure is not None:
-        save_figure(fit, figure)
+        fit.save_figure(figure)
         say(f"figure: {figure}")
     if report is not None:
-        write_stress_report(fit, report, assumptions=assumptions, mode_assumed=mode_assumed)
+        fit.report(report, assumptions=assumptions, mode_assumed=mode_assumed)
         say(f"report: {report}")
 
 
@@ -146,10 +128,10 @@ def _show_stress(fit: "StressFit", assumptions: tuple[str, ...], mode_assumed: b
     for sentence in assumptions:
         say(f"assumed: {sentence}")
     if not quiet:
-        from ..report.bench_page import LAW_HEAD, law_rows, outcome
+        from ..bench_tests.stress_result import LAW_HEAD, law_rows
 
         table("laws, best first", list(LAW_HEAD), [list(row) for row in law_rows(fit)])
-        show(outcome(fit, mode_assumed))
+        show(fit.headline(mode_assumed))
     for sentence in fit.notes:
         say(f"warning: {sentence}")
 
@@ -187,7 +169,7 @@ def bending(
         raise typer.Exit(1) from None
     for sentence in assumptions:
         say(f"assumed: {sentence}")
-    write_json({"file": str(file), **_bending_document(fit)}, json)
+    write_json({"file": str(file), **fit.document()}, json)
     _show_bending(fit, quiet=json == "-")
 
 
@@ -201,33 +183,8 @@ def _bending_fit(readings: dict, body: object, span_mm: float | None, compliance
     return three_point_modulus(readings["force"], readings["deflection"], span_mm / 1e3, moment)
 
 
-def _bending_document(fit: "BendingFit") -> dict:
-    """The fit as a document for JSON: ``parameters`` as of every other result, what else was found next to them."""
-    return {
-        "parameters": [asdict(each) for each in fit.estimates],
-        "bending_stiffness_Nm2": fit.bending_stiffness,
-        "slack_m": fit.slack,
-        "small_deflection_modulus_Pa": fit.small_deflection_modulus,
-        "misfit": fit.misfit,
-        "readings": int(fit.used.sum()),
-        "notes": list(fit.notes),
-    }
-
-
 def _show_bending(fit: "BendingFit", quiet: bool) -> None:
-    from ..display.quantities import percent, plain, quantity
-    from ..identification.statistics.noise import INTERVAL
-
     if not quiet:
-        rows = [["bending stiffness E I", f"{fit.bending_stiffness:.4g} N m²"], ["slack", plain(fit.slack, "m")]]
-        if fit.young_modulus == fit.young_modulus:
-            value = str(quantity(fit.young_modulus, fit.low, fit.high, "Pa"))
-            rows.insert(0, ["Young's modulus", value])
-            rows.append(["by the formula for small deflections", plain(fit.small_deflection_modulus, "Pa")])
-        if fit.clamp_compliance:
-            limits = (fit.clamp_compliance, fit.clamp_low, fit.clamp_high)
-            rows.append(["clamp compliance", str(quantity(*limits, "rad/(N m)"))])
-        rows.append(["misfit", f"{percent(fit.misfit)} of the peak"])
-        table("bending", ["quantity", f"value, {INTERVAL}"], rows)
+        table("bending", *fit.cells())
     for sentence in fit.notes:
         say(f"warning: {sentence}")

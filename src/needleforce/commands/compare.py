@@ -4,19 +4,14 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .files import (
-    COLUMN_HELP,
-    UNIT_HELP,
-    read_all,
-    readable,
-    screen_recordings,
-)
+from ..recording.options import ReadOptions
+from .files import read_all, readable, screen_recordings
+from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow
@@ -30,36 +25,30 @@ MODELS_HELP = (
 )
 
 
-@reads_files()
+@takes_flags()
 def run(
     files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
     models: Annotated[str, typer.Option(help=MODELS_HELP)] = "paper,cone_cylinder,power_law,okamura,maurin",
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     *,
-    reading: dict[str, Any],
+    reading: ReadOptions,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help="Write table and figure as one HTML file.")] = None,
 ) -> None:
     """Fit several models to the same recordings and compare the BIC of the loading curve and the error of predicting
     held-out repeats."""
-    import dataclasses
-
     import needleforce as nf
 
-    from ..report import write_comparison
-
     check_outputs([json, report], files)
-    done = screen_recordings(read_all(files, column, unit, **reading))
+    done = screen_recordings(read_all(files, reading))
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")
     if not readable(done):
         raise typer.Exit(1)
     rows = nf.compare(readable(done), names_of(models), progress=progress)
-    write_json([dataclasses.asdict(row) for row in rows], json)
+    write_json(rows.to_json(), json)
     if report is not None:
-        write_comparison(rows, report, files=[file for file, each in done if not isinstance(each, nf.InputError)])
+        rows.report(report, files=[file for file, each in done if not isinstance(each, nf.InputError)])
         say(f"report: {report}")
     _show(rows, quiet=json == "-")
     if all(math.isnan(row.bic) and math.isnan(row.nrmse) for row in rows):
@@ -74,7 +63,7 @@ def names_of(models: str) -> list[str]:
 
 
 def _show(rows: "Sequence[ModelRow]", quiet: bool) -> None:
-    from ..report.models_page import MODELS, floor_words, model_rows
+    from ..identification.comparison import MODELS, floor_words, model_rows
 
     if quiet:
         return

@@ -1,30 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce identify``: identify a force model from recordings."""
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..errors import InputError
-from .files import (
-    COLUMN_HELP,
-    FILTER_HELP,
-    MOTION_HELP,
-    NEEDLE_HELP,
-    START_DEPTH_HELP,
-    UNIT_HELP,
-    ReadFiles,
-    read_all,
-    screen_recordings,
-)
+from ..recording.options import ReadOptions
+from .files import MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, screen_recordings
+from .flags import takes_flags
 from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
     from ..identification.estimates import Estimate
-    from ..identification.layered.result import LayeredSettings
+    from ..identification.settings import LayeredSettings
 
 NAME = "identify"
 MODEL_HELP = (
@@ -37,50 +29,54 @@ MODEL_HELP = (
 LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
 
 
-@reads_files()
-def run(
-    files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
+@dataclass(frozen=True, kw_only=True)
+class IdentifyFlags:
+    """The flags of ``identify``."""
+
     second_pass: Annotated[
         list[Path], typer.Option(help="Second insertion at the same site; repeated once for each file.")
-    ] = [],  # noqa: B006
-    needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None,
-    model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None,
-    layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None,
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    *,
-    reading: dict[str, Any],
-    motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = [],  # noqa: B006
-    start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
-    filter_length: Annotated[int | None, typer.Option(help=FILTER_HELP)] = None,
-    bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None,
-    tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None,
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
-    save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None,
-    csv: Annotated[Path | None, typer.Option(help="Write all estimates as a CSV table.")] = None,
+    ] = field(default_factory=list)
+    needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
+    model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None
+    layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None
+    reading: ReadOptions
+    motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = field(default_factory=list)
+    bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None
+    tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None
+    csv: Annotated[Path | None, typer.Option(help="Write all estimates as a CSV table.")] = None
     draws: Annotated[
         Path | None, typer.Option(help="Write 4000 draws of the identified parameters, .csv or .json.")
-    ] = None,
+    ] = None
+
+
+@takes_flags("motion", "start_depth", "filter_length")
+def run(
+    files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
+    given: IdentifyFlags,
 ) -> None:
     """Identify a force model from recordings: events, parameters and their intervals."""
     from ..identification.export import check_draws_target
     from ..preset_files import needle_of
 
-    check_outputs([json, report, save, csv, draws], [*files, *second_pass, *motion, needle, bending, tension])
-    if draws is not None:
-        check_draws_target(draws)
-    body = needle_of(needle) if needle else None
-    start = None if start_depth_mm is None else 1e-3 * start_depth_mm
-    options = reading | {"filter_length": filter_length, "start_depth": start}
-    done = screen_recordings(read_all(files, column, unit, motion[: len(files)] if second_pass else motion, **options))
-    seconds = read_all(second_pass, column, unit, motion[len(files) :], **options)
+    check_outputs(
+        [given.json, given.report, given.save, given.csv, given.draws],
+        [*files, *given.second_pass, *given.motion, given.needle, given.bending, given.tension],
+    )
+    if given.draws is not None:
+        check_draws_target(given.draws)
+    body = needle_of(given.needle) if given.needle else None
+    motion = given.motion[: len(files)] if given.second_pass else given.motion
+    done = screen_recordings(read_all(files, given.reading, motion))
+    seconds = read_all(given.second_pass, given.reading, given.motion[len(files) :])
     _print_assumptions(done + seconds)
-    given = {"model": model, "layers": layers, "needle": body, "bending": bending, "tension": tension}
-    fit = _identified(done, seconds, **given, progress=progress)
-    _write(fit, json, report, save)
-    _write_tables(fit, csv, draws)
-    _show(fit, quiet=json == "-")
+    bench = {"bending": given.bending, "tension": given.tension}
+    fit = _identified(done, seconds, model=given.model, layers=given.layers, needle=body, **bench, progress=progress)
+    _write(fit, given)
+    _write_tables(fit, given.csv, given.draws)
+    _show(fit, quiet=given.json == "-")
     if fit.model is None:
         raise typer.Exit(1)
 
@@ -114,16 +110,16 @@ def _print_assumptions(done: ReadFiles) -> None:
         say(f"assumed: {sentence}" + (f" ({count} files)" if count > 1 else ""))
 
 
-def _write(fit: "Fit", json: str | None, report: Path | None, save: Path | None) -> None:
-    write_json(fit.to_json(), json)
-    if report is not None:
-        fit.report(report)
-        say(f"report: {report}")
-    if save is not None and fit.model is not None:
-        fit.save(save)
-        say(f"model: {save}")
-    elif save is not None:
-        say(f"{save}: not written, because no model was identified")
+def _write(fit: "Fit", given: IdentifyFlags) -> None:
+    write_json(fit.to_json(), given.json)
+    if given.report is not None:
+        fit.report(given.report)
+        say(f"report: {given.report}")
+    if given.save is not None and fit.model is not None:
+        fit.save(given.save)
+        say(f"model: {given.save}")
+    elif given.save is not None:
+        say(f"{given.save}: not written, because no model was identified")
 
 
 def _write_tables(fit: "Fit", csv: Path | None, draws: Path | None) -> None:
@@ -178,8 +174,8 @@ def _show_notes(fit: "Fit") -> None:
 def _show_parameters(fit: "Fit") -> None:
     """Print one table of parameters, or one for each layer with the names within the layer."""
     from ..display.quantities import quantity
+    from ..identification.report.words import by_layer
     from ..identification.statistics.noise import INTERVAL
-    from ..report.words import by_layer
 
     repeated = any(estimate.between_repeats_sd is not None for estimate in fit.parameters.values())
     within = any(estimate.within_run_sd is not None for estimate in fit.parameters.values())
@@ -198,7 +194,7 @@ def _show_parameters(fit: "Fit") -> None:
 
 
 def _show_evidence(settings: "LayeredSettings") -> None:
-    from ..report.layers import EVIDENCE, evidence_rows, evidence_words
+    from ..identification.report.tables import EVIDENCE, evidence_rows, evidence_words
 
     table("choice of layers and mechanisms", EVIDENCE, evidence_rows(settings.evidence))
     say(f"choice: {evidence_words(settings)}")

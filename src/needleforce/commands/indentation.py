@@ -5,26 +5,21 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import typer
 
 from ..errors import InputError
-from .files import (
-    COLUMN_HELP,
-    NEEDLE_HELP,
-    UNIT_HELP,
-    read_all,
-)
+from ..recording.options import ReadOptions
+from .files import NEEDLE_HELP, read_all
+from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..identification.indentation_tips import TipFit
     from ..recording import Recording
-    from ..recording.file_table import FileTable
-    from ..recording.formats.text_table import TextTable
+    from ..recording.table import Table
 
 NAME = "indentation"
 SEGMENT_HELP = "Use the rows in which a column has a value, such as segment=0; default: all rows up to the deepest one."
@@ -41,37 +36,41 @@ DIMENSION_OPTIONS = {"half_angle": "--half-angle-deg", "radius": "--radius-um"}
 TIP_HELP = f"{', '.join(SHAPES)}; may be repeated. Needs --half-angle-deg or --radius-um, depending on the shape."
 
 
-@reads_files()
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class IndentationFlags:
+    """The flags of ``indentation``."""
+
+    tip: Annotated[list[str], typer.Option(help=TIP_HELP)] = dataclasses.field(default_factory=list)
+    half_angle_deg: Annotated[float | None, typer.Option(help="Half angle of a cone.")] = None
+    radius_um: Annotated[float | None, typer.Option(help="Radius of the tip, of its cap, or of its flat end.")] = None
+    needle: Annotated[str | None, typer.Option(help=f"{NEEDLE_HELP} Its tip and shank are used.")] = None
+    poisson_ratio: Annotated[float | None, typer.Option(help="Of the specimen, to compute its Young modulus.")] = None
+    baseline: Annotated[str, typer.Option(help="Model of the force before contact: none, constant or line.")] = (
+        "constant"
+    )
+    contact_depth_um: Annotated[float | None, typer.Option(help=CONTACT_HELP)] = None
+    reading: ReadOptions
+    segment: Annotated[str | None, typer.Option(help=SEGMENT_HELP)] = None
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+
+
+@takes_flags()
 def run(
     file: Annotated[Path, typer.Argument(help="File with one indentation.", show_default=False)],
-    tip: Annotated[list[str], typer.Option(help=TIP_HELP)] = [],  # noqa: B006
-    half_angle_deg: Annotated[float | None, typer.Option(help="Half angle of a cone.")] = None,
-    radius_um: Annotated[float | None, typer.Option(help="Radius of the tip, of its cap, or of its flat end.")] = None,
-    needle: Annotated[str | None, typer.Option(help=f"{NEEDLE_HELP} Its tip and shank are used.")] = None,
-    poisson_ratio: Annotated[float | None, typer.Option(help="Of the specimen, to compute its Young modulus.")] = None,
-    baseline: Annotated[
-        str, typer.Option(help="Model of the force before contact: none, constant or line.")
-    ] = "constant",
-    contact_depth_um: Annotated[float | None, typer.Option(help=CONTACT_HELP)] = None,
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    *,
-    reading: dict[str, Any],
-    segment: Annotated[str | None, typer.Option(help=SEGMENT_HELP)] = None,
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+    given: IndentationFlags,
 ) -> None:
     """Fit modulus, contact depth and baseline to an indentation curve, for one or several tips."""
     from ..identification import compare_tips
     from ..identification.indentation import checked_options
 
-    check_outputs([json], [file, needle])
-    options = {"poisson_ratio": poisson_ratio, "baseline": baseline}
+    check_outputs([given.json], [file, given.needle])
+    options = {"poisson_ratio": given.poisson_ratio, "baseline": given.baseline}
     checked_options(**options)
-    surface = {} if contact_depth_um is None else {"contact_depth": 1e-6 * contact_depth_um}
-    wanted = pairs([segment], "segment") if segment else {}
-    tips, shank = tips_of(tip, half_angle_deg, radius_um, needle)
+    surface = {} if given.contact_depth_um is None else {"contact_depth": 1e-6 * given.contact_depth_um}
+    wanted = pairs([given.segment], "segment") if given.segment else {}
+    tips, shank = tips_of(given.tip, given.half_angle_deg, given.radius_um, given.needle)
     documents, found = [], False
-    recordings = read_all([file], column, unit, baseline=False, test="indentation", **reading)
+    recordings = read_all([file], dataclasses.replace(given.reading, baseline=False, test="indentation"))
     for _, recording in recordings:
         try:
             depth, force = _approach(recording, file, wanted)
@@ -82,10 +81,10 @@ def run(
         part = recording.card.part
         documents.append({"file": str(file), **({"part": part} if part else {}), "samples": len(depth),
                           "tips": [_document(row) for row in rows]})  # fmt: skip
-        _show(rows, part if len(recordings) > 1 else "", quiet=json == "-")
+        _show(rows, part if len(recordings) > 1 else "", quiet=given.json == "-")
         found |= any(row.fit.reduced_modulus.identifiable for row in rows)
     if documents:
-        write_json(documents[0] if len(recordings) == 1 else {"recordings": documents}, json)
+        write_json(documents[0] if len(recordings) == 1 else {"recordings": documents}, given.json)
     if not found:
         raise typer.Exit(1)
 
@@ -104,9 +103,8 @@ def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str,
     return recording.depth[used], recording.force[used]
 
 
-def _table_of(recording: "Recording", file: Path) -> "FileTable | TextTable":
-    from ..recording.part_choice import asked, chosen_part
-    from ..recording.parts import recordings_in
+def _table_of(recording: "Recording", file: Path) -> "Table":
+    from ..recording.parts import asked, chosen_part, recordings_in
 
     parts = recordings_in(file)
     part, cycle = asked(recording.card.part or None, [each.name for each in parts])
@@ -116,9 +114,9 @@ def _table_of(recording: "Recording", file: Path) -> "FileTable | TextTable":
     return chosen_part(parts, part, file).table
 
 
-def _rows(table: "FileTable | TextTable", name: str, value: str, count: int) -> np.ndarray:
+def _rows(table: "Table", name: str, value: str, count: int) -> np.ndarray:
     """Whether the column ``name`` has ``value``, (n,); InputError if there is no such column or value."""
-    from ..recording.columns import columns_of
+    from ..recording.roles import columns_of
 
     if name not in table.headers:
         step = "Give one of them."
@@ -136,17 +134,8 @@ def _rows(table: "FileTable | TextTable", name: str, value: str, count: int) -> 
 
 
 def _document(row: "TipFit") -> dict:
-    fit = row.fit
-    return {
-        "tip": repr(fit.tip),
-        "parameters": [dataclasses.asdict(estimate) for estimate in fit.parameters.values()],
-        "residual_rms_N": fit.residual_rms,
-        "bic": fit.bic,
-        "more_than_best": row.more_than_best,
-        "more_than_best_noise": row.noise,
-        "distinguishable": row.distinguishable,
-        "notes": list(fit.notes),
-    }
+    choice = {"more_than_best": row.more_than_best, "more_than_best_noise": row.noise}
+    return row.fit.document() | choice | {"distinguishable": row.distinguishable}
 
 
 def _show(rows: "Sequence[TipFit]", part: str, *, quiet: bool) -> None:

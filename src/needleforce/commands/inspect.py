@@ -9,47 +9,39 @@ import typer
 
 from ..display.quantities import span_scale
 from ..errors import InputError
-from .files import (
-    COLUMN_HELP,
-    START_DEPTH_HELP,
-    UNIT_HELP,
-    check_usage,
-)
-from .output import check_outputs, pairs, progress, say, show, table
-from .reading_options import reads_files
+from ..recording.options import ReadOptions
+from .flags import takes_flags
+from .output import check_outputs, progress, say, show, table
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..recording.look import Look
 
 NAME = "inspect"
 SAVE_HELP = (
     "Keep the options under a name, for --as, or in a TOML file; one named needleforce.toml applies to its folder."
 )
+_DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # of a Braille character, by row and column
+_BRAILLE = 0x2800
 
 
-@reads_files()
+@takes_flags("motion", "start_depth")
 def run(
     file: Annotated[Path, typer.Argument(help="A file of any format, or the folder of a bag.", show_default=False)],
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
     *,
-    reading: dict[str, Any],
-    motion: Annotated[Path | None, typer.Option(help="File with velocity or depth on its own clock.")] = None,
-    start_depth_mm: Annotated[float | None, typer.Option(help=START_DEPTH_HELP)] = None,
+    reading: ReadOptions,
     plot: Annotated[bool, typer.Option(help="Draw the force over the depth in the terminal.")] = True,
     figure: Annotated[Path | None, typer.Option(help="Write the plot as a picture: .png, .svg or .pdf.")] = None,
     save: Annotated[str | None, typer.Option(help=SAVE_HELP)] = None,
 ) -> None:
     """Look at a file: its format, recordings, columns and units, what is assumed, and what is missing."""
-    import needleforce as nf
+    from ..recording.reader import read_file
 
-    check_outputs([figure], [file, motion])
-    options = {"columns": pairs(column, "column"), "units": pairs(unit, "unit")}
-    check_usage(options | reading)
-    start = None if start_depth_mm is None else 1e-3 * start_depth_mm
+    check_outputs([figure], [file, reading.motion])
     found = None
     for _ in progress([None], "reading"):
-        found = nf.read(file, dry_run=True, motion=motion, start_depth=start, **options, **reading)
+        found = read_file(file, replace(reading, dry_run=True))
     _show(found)
     if found.recording is None:
         say(found.problem)
@@ -61,7 +53,7 @@ def run(
     if save is not None:
         from ..recording.mappings import save_mapping
 
-        say(f"mapping: {save_mapping({k: v for k, v in found.options.items() if k != 'part'}, save)}")
+        say(f"mapping: {save_mapping(replace(found.options, part=None), save)}")
         found = _with_mapping(found, save)
     show(f"\nRead by:\n  {found.command}")
 
@@ -70,9 +62,9 @@ def _with_mapping(found: "Look", saved: str) -> "Look":
     """The look with the command that uses the options that were saved; those of the folder apply without an option."""
     from ..recording.mappings import IN_FOLDER
 
-    own = {name: found.given[name] for name in ("part", "motion") if name in found.given}
+    own = ReadOptions(part=found.given.part, motion=found.given.motion)
     of_folder = Path(saved).absolute() == Path(found.path).absolute().with_name(IN_FOLDER)
-    return replace(found, given=own if of_folder else own | {"mapping": saved})
+    return replace(found, given=own if of_folder else replace(own, mapping=saved))
 
 
 def _show(found: "Look") -> None:
@@ -115,17 +107,49 @@ def _scaled(found: "Look") -> list[tuple[Any, str]]:
 
 
 def _plot(found: "Look") -> None:
-    from ..display.terminal_plot import terminal_plot
 
     (depth, of_depth), (force, of_force) = _scaled(found)
     show(terminal_plot(depth, force, of_depth, of_force))
 
 
 def _save_figure(found: "Look", figure: Path) -> None:
-    from ..display.axes import MEASURED, axes_for, finish
+    from ..display.axes import axes_for, finish
+    from ..display.canvas import MEASURED
 
     (depth, of_depth), (force, of_force) = _scaled(found)
     axes = axes_for()
     axes.plot(depth, force, color=MEASURED, lw=0.9)
     finish(axes, of_depth, of_force, found.recording.name).figure.savefig(figure)
     say(f"figure: {figure}")
+
+
+def terminal_plot(
+    x: "np.ndarray", y: "np.ndarray", x_label: str, y_label: str, *, width: int = 64, height: int = 14
+) -> str:
+    """``y`` over ``x``, finite (n,), as dots of ``width`` by ``height`` characters, with the limits of both axes."""
+    import numpy as np
+
+    if not len(x):
+        return ""
+    columns = _positions(x, 2 * width)
+    rows = 4 * height - 1 - _positions(y, 4 * height)
+    cells = np.zeros((height, width), int)
+    for row, column in set(zip(rows.tolist(), columns.tolist(), strict=True)):
+        cells[row // 4, column // 2] |= _DOTS[row % 4][column % 2]
+    lines = ["".join(chr(_BRAILLE + cell) for cell in line) for line in cells]
+    limits = [f"{y.max():.4g}", *[""] * (height - 2), f"{y.min():.4g}"]
+    margin = max(map(len, limits))
+    drawn = [f"{limit:>{margin}} ┤{line}" for limit, line in zip(limits, lines, strict=True)]
+    ends = f"{x.min():.4g}", f"{x.max():.4g}"
+    below = " " * (margin + 2) + ends[0] + x_label.center(width - len(ends[0]) - len(ends[1])) + ends[1]
+    return "\n".join([" " * (margin + 2) + y_label, *drawn, below])
+
+
+def _positions(values: "np.ndarray", count: int) -> "np.ndarray":
+    """Indices from 0 to ``count - 1`` in proportion to the values."""
+    import numpy as np
+
+    span = float(np.ptp(values))
+    return (
+        np.rint((values - values.min()) / span * (count - 1)).astype(int) if span > 0.0 else np.zeros(len(values), int)
+    )

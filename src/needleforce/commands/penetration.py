@@ -1,20 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce penetration``: the figures of penetration tests of needles, one or many, with statistics."""
 
-from dataclasses import asdict
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..errors import InputError
-from .files import (
-    COLUMN_HELP,
-    UNIT_HELP,
-    read_all,
-)
+from ..recording.options import ReadOptions
+from .files import read_all
+from .flags import takes_flags
 from .output import JSON_HELP, REPORT_HELP, check_outputs, say, table, write_json
-from .reading_options import reads_files
 
 if TYPE_CHECKING:
     from ..bench_tests import PenetrationTests
@@ -23,47 +20,51 @@ if TYPE_CHECKING:
 NAME = "penetration"
 
 
-@reads_files(part="all")
-def run(
-    files: Annotated[list[Path], typer.Argument(help="Penetration tests, force over travel.", show_default=False)],
+@dataclass(frozen=True, kw_only=True)
+class PenetrationFlags:
+    """The flags of ``penetration``."""
+
     work_to_mm: Annotated[
         float | None, typer.Option(help="Travel from the contact up to which the work is given; default: the whole.")
-    ] = None,
+    ] = None
     plateau_mm: Annotated[
         str | None,
         typer.Option(help="First and last travel of the drag from the contact, such as 5:9; default: found."),
-    ] = None,
-    min_fall_n: Annotated[float, typer.Option(help="Falls of the force of less are not counted, nor are steps.")] = 0.0,
-    tips: Annotated[int, typer.Option(help="Number of tips that enter; of several there is no heel.")] = 1,
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    *,
-    reading: dict[str, Any],
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    table_file: Annotated[Path | None, typer.Option("--table", help="Write a table (CSV), a row a needle.")] = None,
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
+    ] = None
+    min_fall_n: Annotated[float, typer.Option(help="Falls of the force of less are not counted, nor are steps.")] = 0.0
+    tips: Annotated[int, typer.Option(help="Number of tips that enter; of several there is no heel.")] = 1
+    reading: ReadOptions
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+    table_file: Annotated[Path | None, typer.Option("--table", help="Write a table (CSV), a row a needle.")] = None
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+
+
+@takes_flags(part="all")
+def run(
+    files: Annotated[list[Path], typer.Argument(help="Penetration tests, force over travel.", show_default=False)],
+    given: PenetrationFlags,
 ) -> None:
     """Figures of penetration tests of needles: peaks at tip entry and heel, plateau drag, work, with statistics."""
     from ..bench_tests import penetration_tests
 
-    check_outputs([json, table_file, report], files)
-    options: dict[str, Any] = {"min_fall": min_fall_n, "tips": tips, "plateau_travel": _plateau_travel(plateau_mm)}
-    options["work_to"] = None if work_to_mm is None else work_to_mm / 1e3
-    needles = needles_of(files, column, unit, **reading)
-    tests = penetration_tests(needles, **options)
-    write_json(penetration_document(tests), json)
-    _write_penetration(tests, table_file, report)
-    _show_penetration(tests, quiet=json == "-")
+    check_outputs([given.json, given.table_file, given.report], files)
+    plateau = _plateau_travel(given.plateau_mm)
+    work_to = None if given.work_to_mm is None else given.work_to_mm / 1e3
+    needles = needles_of(files, given.reading)
+    tests = penetration_tests(
+        needles, min_fall=given.min_fall_n, tips=given.tips, plateau_travel=plateau, work_to=work_to
+    )
+    write_json(tests.to_json(), given.json)
+    _write_penetration(tests, given.table_file, given.report)
+    _show_penetration(tests, quiet=given.json == "-")
     if all(test.empty for test in tests.tests):
         raise typer.Exit(1)
 
 
-def needles_of(
-    files: list[Path], column: list[str], unit: list[str], **options: Any
-) -> "dict[str, Recording | InputError]":
+def needles_of(files: list[Path], reading: ReadOptions) -> "dict[str, Recording | InputError]":
     """Name -> recording of every needle of the files, or why it cannot be read."""
     needles: dict[str, Recording | InputError] = {}
-    for k, (file, found) in enumerate(read_all(files, column, unit, baseline=False, test="indentation", **options), 1):
+    for k, (file, found) in enumerate(read_all(files, replace(reading, baseline=False, test="indentation")), 1):
         if isinstance(found, InputError):
             say(str(found))
             name = f"{file.stem}, needle {k}" if file.stem in needles else file.stem
@@ -85,24 +86,6 @@ def _plateau_travel(text: str | None) -> tuple[float, float] | None:
     return first, last
 
 
-def penetration_document(tests: "PenetrationTests") -> dict:
-    """The tests as a document for JSON: a list of needles with figures and peaks, and the statistics."""
-    group_of = {id(test): group for group, members in tests.groups.items() for test in members}
-    needles = [
-        {
-            "name": test.name,
-            "group": group_of[id(test)],
-            "figures": [asdict(each) for each in test.figures.values()],
-            "peaks": [asdict(each) for each in test.features],
-            "plateau": None if test.plateau is None else asdict(test.plateau),
-            "noise_N": test.noise,
-            "notes": list(test.notes),
-        }
-        for test in tests.tests
-    ]
-    return {"needles": needles, "statistics": [asdict(each) for each in tests.statistics()]}
-
-
 def _write_penetration(tests: "PenetrationTests", table_file: Path | None, report: Path | None) -> None:
     from ..files import atomic_write
 
@@ -118,6 +101,7 @@ def _write_penetration(tests: "PenetrationTests", table_file: Path | None, repor
 
 def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:
     from ..bench_tests.penetration import FIGURES
+    from ..bench_tests.penetration_page import STATISTICS_HEAD
     from ..bench_tests.penetration_statistics import SUMMARY_FIGURES, statistics_cells
     from ..identification.statistics.noise import INTERVAL
 
@@ -127,8 +111,7 @@ def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:
         table(f"penetration tests, values with their {INTERVAL}", head, rows)
         if len(tests) > 1:
             statistics = [list(statistics_cells(each)) for each in tests.statistics(*SUMMARY_FIGURES) if each.n]
-            head = ["group", "figure", "n", f"mean, {INTERVAL}", "sd", "median", "range", "not given"]
-            table("statistics over the needles", head, statistics)
+            table("statistics over the needles", STATISTICS_HEAD, statistics)
     for test in tests.tests:
         reasons = [test[name] for name in SUMMARY_FIGURES if test[name].reason]
         for reason in dict.fromkeys(each.reason for each in reasons):

@@ -11,6 +11,7 @@ import numpy as np
 from ..display.quantities import plain
 from ..errors import InputError
 from ..models.model import Insertion, Model
+from ..vocabulary import SMALLEST
 
 INSERTION_SPEED = 5e-3  # m/s
 SECONDS, MAX_CYCLES = 3.0, 45_000  # of one simulated loop
@@ -122,7 +123,7 @@ def _check(name: str, value: float) -> None:
 
 def _integral(rates: np.ndarray, time: float) -> np.ndarray:
     """The integral of exp(rates t) from 0 to ``time``, to rounding however slow the system is: no 1 is subtracted."""
-    doublings = max(0, math.ceil(math.log2(max(np.abs(rates).sum(axis=1).max() * time, 1e-300))) + 2)
+    doublings = max(0, math.ceil(math.log2(max(np.abs(rates).sum(axis=1).max() * time, SMALLEST))) + 2)
     short = time / 2.0**doublings
     term = short * np.eye(len(rates))
     integral = term.copy()

@@ -13,14 +13,15 @@ from ..display.quantities import percent
 from ..display.tables import in_words
 from ..errors import InputError
 from ..mechanics.contact import contact
+from ..models.parameter_units import UNITS
 from ..models.validity import SMALL_SLOPE_ANGLE
 from .contact_search import MIN_IN_CONTACT, ContactSearch
-from .estimates import Estimate
+from .estimates import Estimate, EstimateResult
 from .one_layer.deformation_fit import FLIP_SIGN, MIN_LOADING_SAMPLES
 from .statistics.noise import TWO_SIDED, Noise, noise_of
 from .statistics.regression import criterion, inverse
 
-UNITS = {"reduced_modulus": "Pa", "contact_depth": "m", "baseline": "N", "baseline_slope": "N/m"}
+PARAMETERS = ("reduced_modulus", "contact_depth", "baseline", "baseline_slope")
 BASELINES = {
     "none": lambda depth: np.empty((0, len(depth))),
     "constant": lambda depth: np.ones((1, len(depth))),
@@ -33,8 +34,8 @@ MAX_CONTACT_INTERVAL = 0.1  # [of the indentation] half width; beyond, linear er
 MAX_RESIDUAL_RATIO = 2.0  # residual in contact over that of the free travel; beyond, the model does not fit
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class IndentationFit:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class IndentationFit(EstimateResult):
     """Fit of F = baseline + baseline_slope (depth - contact_depth) + E_r F_1(depth - contact_depth).
 
     Attributes
@@ -88,6 +89,19 @@ class IndentationFit:
     def residual_rms(self) -> float:
         """Root mean square of the residual [N]."""
         return float(np.sqrt(np.mean(self.residual**2)))
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """All ``parameters``."""
+        return tuple(self.parameters.values())
+
+    def _heading(self) -> str:
+        return f"IndentationFit: {in_words(self.tip)}, residual {self.residual_rms:.3g} N"
+
+    def document(self) -> dict:
+        """The numbers for JSON."""
+        fitted = {"residual_rms_N": self.residual_rms, "bic": self.bic, "notes": list(self.notes)}
+        return {"tip": repr(self.tip), **super().document(), **fitted}
 
 
 def fit_indentation(
@@ -151,13 +165,13 @@ def fit_indentation(
     half[fitted] = TWO_SIDED * np.sqrt(noise.long_run * np.diagonal(inverse(jacobian @ jacobian.T)))
     notes = notes_on(search, place, values[0], half, residual)
     values[1] += zero
-    found = {name: _estimate(name, *each, tip) for name, *each in zip(UNITS, values, half)}
+    found = {name: _estimate(name, *each, tip) for name, *each in zip(PARAMETERS, values, half)}
     if known:
         nothing = {"low": math.nan, "high": math.nan, "identifiable": False}
         found["contact_depth"] = replace(found["contact_depth"], source="as given", **nothing)
     if tissue is not None:
         found["young_modulus"] = _young(found["reduced_modulus"], tissue)
-    bic = criterion(noise, len(values), noise.count)
+    bic = criterion(noise.mean_square, len(values), noise.count)
     return IndentationFit(tip=tip, parameters=found, residual=residual, bic=bic, notes=notes)
 
 
@@ -193,7 +207,7 @@ def _checked(depth: ArrayLike, force: ArrayLike) -> tuple[np.ndarray, np.ndarray
 
 
 def _solved(search: ContactSearch, place: float, parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Values (p,) of ``UNITS`` with contact at ``place``, and the force's derivatives by them, (p, n)."""
+    """Values (p,) of ``PARAMETERS`` with contact at ``place``, and the force's derivatives by them, (p, n)."""
     unit, slope = search.unit_force(place)
     modulus = search.modulus(place)
     line = np.array(parts)
@@ -218,8 +232,8 @@ def _young(reduced: Estimate, tissue: Tissue) -> Estimate:
         1.0 / tissue.plane_strain_modulus,
         f"reduced modulus and a Poisson ratio of {tissue.poisson_ratio:g}",
     )
-    limits = (factor * each for each in (reduced.low, reduced.high))
-    return Estimate("young_modulus", factor * reduced.value, "Pa", *limits, identifiable=False, source=source)
+    value, low, high = (factor * each for each in (reduced.value, reduced.low, reduced.high))
+    return Estimate("young_modulus", value, UNITS["young_modulus"], low, high, identifiable=False, source=source)
 
 
 def refuse_no_contact(search: ContactSearch, place: float, noise: Noise, *, known: bool = False) -> None:

@@ -17,6 +17,7 @@ from ..mechanics.contact import contact
 from ..mechanics.foundation import LAWS, READINGS, friction_coefficient
 from ..models.laws import law_called
 from ..models.model import Insertion, Model
+from ..models.parameter_units import UNITS
 from ..recording import Recording
 from .estimates import Estimate
 from .motion import DepthSignal
@@ -143,7 +144,7 @@ def _reduced_modulus(coefficient: Estimate, needle: Needle) -> Estimate:
     return Estimate(
         "reduced_modulus",
         factor * coefficient.value,
-        "Pa",
+        UNITS["reduced_modulus"],
         factor * coefficient.low,
         factor * coefficient.high,
         between_repeats_sd=None if sd is None else factor * sd,
@@ -161,7 +162,7 @@ def _poisson(modulus: Estimate, needle: Needle, tissue: Estimate) -> dict[str, E
     low, high = _span(corners, lowest=0.0)
     source = f"implied by the reduced modulus and {_stated(tissue)}; not measured{_impossible(ratio, low)}"
     name = "implied_poisson_ratio"
-    return {name: Estimate(name, ratio, "1", low, high, identifiable=False, source=source)}
+    return {name: Estimate(name, ratio, UNITS[name], low, high, identifiable=False, source=source)}
 
 
 def _impossible(ratio: float, low: float) -> str:
@@ -196,7 +197,7 @@ def _coefficient(reading: str, middle: dict, ends: list[dict], source: str) -> E
     low, high = _span([end[reading] for end in ends])
     name = f"friction_coefficient_{reading}"
     source = f"{source}, reading {reading}"
-    return Estimate(name, middle[reading], "1", low, high, identifiable=False, source=source)
+    return Estimate(name, middle[reading], UNITS[name], low, high, identifiable=False, source=source)
 
 
 def _span(corners: list[float], lowest: float = math.nan) -> tuple[float, float]:
@@ -207,11 +208,6 @@ def _span(corners: list[float], lowest: float = math.nan) -> tuple[float, float]
 
 def _stated(tissue: Estimate) -> str:
     return f"E = {tissue.value / 1e3:.4g} kPa"
-
-
-def implied_reduced_modulus(force: float, depth: float, tip: Any, shank_radius: float | None = None) -> float:
-    """E_r [Pa] at which ``tip`` needs ``force`` [N] to reach ``depth`` [m]: force is proportional to E_r."""
-    return force / contact(tip, depth=depth, reduced_modulus=1.0, shank_radius=shank_radius).force
 
 
 def implied_poisson_ratio(reduced_modulus: float, young_modulus: float, needle: Needle | None = None) -> float:

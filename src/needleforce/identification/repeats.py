@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..segmentation.strokes import white_noise
+from ..vocabulary import SMALLEST
 from .one_layer.segmented_recording import SegmentedRecording
 
 STEP_M = 0.1e-3  # [m] of the grid on which loading curves are compared
@@ -112,6 +113,6 @@ def groups(values: np.ndarray, noise: float) -> np.ndarray | None:
         within = np.sqrt((low.var() * len(low) + high.var() * len(high)) / (len(values) - 2))
         distance = high.mean() - low.mean()
         if distance > best * within:
-            best, cut, gap = distance / max(within, 1e-300), k, distance
+            best, cut, gap = distance / max(within, SMALLEST), k, distance
     large = gap > np.log1p(MIN_GROUP_RATIO) and not gap <= MIN_GROUP_NOISES * noise
     return np.isin(np.arange(len(values)), order[cut:]) if large and best > group_limit(len(values)) else None

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import core
+from ..models.parameter_units import UNITS
 from ..recording import Recording
 from ..segmentation import Events, Span
 from ..vocabulary import Phase
@@ -55,6 +56,11 @@ class Strokes:
     """[m] standard deviation of the noise of the depth."""
     backtrack: float = 0.0
     """[m] the longest pull-back within the insertion, 0 for none beyond the noise of the depth."""
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Depth and force of the insertion, then those of the withdrawal."""
+        return self.depth_in, self.force_in, self.depth_out, self.force_out
 
     def mask(self, n: int) -> np.ndarray:
         """True (n,) at the samples of either stroke."""
@@ -131,8 +137,8 @@ def _insertion_samples(
     backtrack = float(np.max(depth.deepest - depth.depth))
     if backtrack <= depth.backtrack_limit:
         return inwards.start + np.flatnonzero(moving), samples[:0], 0.0
-    pierced = events.punctures[0].high if events.punctures else inwards.stop
-    back = sliding_back(depth, stretch) & (samples > pierced)
+    puncture = events.punctures[0].high if events.punctures else inwards.stop
+    back = sliding_back(depth, stretch) & (samples > puncture)
     return samples[at_the_cut(depth) & moving], samples[back], backtrack
 
 
@@ -246,7 +252,9 @@ def presliding_of(friction_reversal: FrictionReversal) -> Estimate:
     if not friction_reversal.measured:
         source = f"friction reversal too short to measure: {MIN_REVERSAL_RATIO:g} times the range of the depth at rest"
     half, low, high = friction_reversal.half, friction_reversal.low, friction_reversal.high
-    return Estimate("presliding", half, "m", low, high, identifiable=friction_reversal.measured, source=source)
+    return Estimate(
+        "presliding", half, UNITS["presliding"], low, high, identifiable=friction_reversal.measured, source=source
+    )
 
 
 def _rest(depth: np.ndarray, outwards: slice, holds: tuple[Span, ...]) -> slice:

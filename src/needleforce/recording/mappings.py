@@ -4,6 +4,7 @@ the recordings."""
 
 import os
 from collections.abc import Mapping
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,40 +12,37 @@ import msgspec
 
 from ..errors import InputError
 from ..files import MAX_DEFINITION_BYTES, atomic_write, decode_toml, read_bytes
+from .options import ReadOptions, flags, plain_type
 
 IN_FOLDER = "needleforce.toml"
 _SHIPPED = Path(__file__).with_name("mappings")
-_FACTORS = {"speed_mm_s": ("speed", 1e-3), "step_um": ("step", 1e-6), "start_depth_mm": ("start_depth", 1e-3),
-            "rate_hz": ("rate", 1.0), "stroke_mm": ("stroke", 1e-3), "hold_s": ("hold", 1.0),
-            "motion_shift_s": ("motion_shift", 1.0)}  # fmt: skip
-_PLAIN = ("part", "motion_part", "inwards", "filter_length", "first_row")
+_TABLES = {"columns": dict[str, str | int | list[str]], "units": dict[str, str]}
 
 
-class MappingFile(msgspec.Struct, forbid_unknown_fields=True, omit_defaults=True):
-    """The content of a mapping file; a column may have several headers, of which the first that a file has is used."""
+def _kept() -> dict[str, tuple[str, float | None, Any]]:
+    """The options that a mapping file keeps, all with a flag but those that name a file: the key of each, which has the
+    unit of the flag if there is one, the factor to SI, and the type."""
+    known, kept = flags(), {}
+    for row in fields(ReadOptions):
+        flag, of_type = known.get(row.name), plain_type(row)
+        if flag is not None and "PathLike" not in str(of_type):
+            key = row.name if flag.factor is None else flag.word.removeprefix("--").replace("-", "_")
+            kept[row.name] = (key, flag.factor, of_type)
+    return kept
 
-    description: str = ""
-    columns: dict[str, str | int | list[str]] = {}
-    units: dict[str, str] = {}
-    part: str | int | None = None
-    motion_part: str | int | None = None
-    inwards: str | None = None
-    filter_length: int | None = None
-    first_row: int | None = None
-    rate_hz: float | None = None
-    speed_mm_s: float | None = None
-    step_um: float | None = None
-    stroke_mm: float | None = None
-    hold_s: float | None = None
-    motion_shift_s: float | None = None
-    start_depth_mm: float | None = None
 
-    def options(self) -> dict[str, Any]:
-        """The options of ``read``, in SI."""
-        found: dict[str, Any] = {"columns": dict(self.columns), "units": dict(self.units)}
-        found |= {name: getattr(self, name) for name in _PLAIN if getattr(self, name) is not None}
-        values = ((getattr(self, name), *how) for name, how in _FACTORS.items())
-        return found | {option: factor * value for value, option, factor in values if value is not None}
+_KEPT = _kept()
+MappingFile = msgspec.defstruct(
+    "MappingFile",
+    [
+        ("description", str, ""),
+        *((name, of_type, {}) for name, of_type in _TABLES.items()),
+        *((key, of_type, None) for name, (key, _, of_type) in _KEPT.items() if name not in _TABLES),
+    ],
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+)
+"""The content of a mapping file; a column may have several headers, of which the first that a file has is used."""
 
 
 def mapping_names() -> dict[str, str]:
@@ -60,7 +58,7 @@ def user_folder() -> Path:
     return Path(given) if given else Path(settings) / "needleforce" / "mappings"
 
 
-def load_mapping(name: str | os.PathLike) -> MappingFile:
+def load_mapping(name: str | os.PathLike) -> msgspec.Struct:
     """A mapping by its name, or from a TOML file. Raises InputError for an unknown name and an invalid file."""
     path = _path_of(name)
     try:
@@ -82,21 +80,20 @@ def _path_of(name: str | os.PathLike) -> Path:
     return found
 
 
-def with_mapping(path: Path, name: str | os.PathLike | None, options: Mapping[str, Any]) -> tuple[dict[str, Any], str]:
-    """Options that were given, completed by a mapping: the named one, or that in the folder of the file.
+def completed(path: Path, options: ReadOptions) -> tuple[ReadOptions, str]:
+    """Options that were given, completed by their mapping, or by that in the folder of the file.
 
     Parameters
     ----------
     path : Path
-        The file that is read.
-    name : str or os.PathLike, optional
-        A mapping; without one the file ``needleforce.toml`` in the folder of ``path`` is used if there is one.
-    options : mapping
-        Options of ``read``; those given are kept.
+        The file that is read. Without a mapping ``needleforce.toml`` in its folder is used if there is one.
+    options : ReadOptions
+        Those given are kept.
 
     Returns
     -------
-    options : dict
+    options : ReadOptions
+        Without a mapping.
     sentence : str
         What is assumed, empty without a mapping.
 
@@ -105,25 +102,28 @@ def with_mapping(path: Path, name: str | os.PathLike | None, options: Mapping[st
     InputError
         As ``load_mapping``.
     """
-    of_folder = path.parent / IN_FOLDER
+    name, of_folder = options.mapping, path.parent / IN_FOLDER
     if name is None and not of_folder.is_file():
-        return dict(options), ""
-    mapping = load_mapping(of_folder if name is None else name).options()
-    given = {key: value for key, value in options.items() if value is not None}
-    joined = mapping | given
-    for key in ("columns", "units"):
-        joined[key] = mapping[key] | dict(given.get(key) or {})
+        return options, ""
+    mapping = load_mapping(of_folder if name is None else name)
+    kept: dict[str, Any] = {"mapping": None}
+    for option, (key, factor, _) in _KEPT.items():
+        value, given = getattr(mapping, key), getattr(options, option)
+        if option in _TABLES:
+            kept[option] = value | dict(given or {})
+        elif given is None and value is not None:
+            kept[option] = value if factor is None else factor * value
     origin = f"{IN_FOLDER} in the folder of the file" if name is None else f"the mapping {os.fspath(name)}"
-    return dict(options) | joined, f"columns, units and other options are those of {origin}"
+    return replace(options, **kept), f"columns, units and other options are those of {origin}"
 
 
-def save_mapping(options: Mapping[str, Any], target: str, description: str = "") -> Path:
+def save_mapping(options: ReadOptions, target: str, description: str = "") -> Path:
     """Write options of ``read`` as a mapping.
 
     Parameters
     ----------
-    options : mapping
-        Options of ``read``, in SI.
+    options : ReadOptions
+        Those of ``read``, in SI.
     target : str
         A name, under which ``--as`` finds it, or a file that ends with ``.toml``; ``needleforce.toml`` in the folder of
         recordings applies to all of them.
@@ -140,17 +140,20 @@ def save_mapping(options: Mapping[str, Any], target: str, description: str = "")
     InputError
         A file that cannot be written.
     """
-    fields = {name: options[name] for name in ("columns", "units", *_PLAIN) if options.get(name) not in (None, {})}
-    for name, (option, factor) in _FACTORS.items():
-        if options.get(option) is not None:
-            fields[name] = float(f"{options[option] / factor:.12g}")
+    content: dict[str, Any] = {}
+    for option, (key, factor, _) in _KEPT.items():
+        value = getattr(options, option)
+        if value is not None:
+            content[key] = value if factor is None else float(f"{value / factor:.12g}")
     path = Path(target)
     if not target.endswith(".toml"):
         path = user_folder() / f"{_checked_name(target)}.toml"
         path.parent.mkdir(parents=True, exist_ok=True)
-    content = msgspec.to_builtins(MappingFile(description=description, **fields))
     with atomic_write(path) as file:
-        file.write("# how needleforce reads the files of one instrument\n" + _toml(content))
+        file.write(
+            "# how needleforce reads the files of one instrument\n"
+            + _toml(msgspec.to_builtins(MappingFile(description=description, **content)))
+        )
     return path
 
 

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """The motion of a recording that is in another table: a second file, or a table of the same file with its own clock."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from .columns import MOTION_PREFIX, by_unit, choose, of_main, of_motion
 from .formats.detect import format_of, tables_of
-from .part_choice import chosen_part
-from .parts import Part, parts_of
+from .parts import Part, chosen_part, parts_of
+from .roles import MOTION_PREFIX, of_main, of_motion
 from .stream import Stream, read_stream
+from .table import Table
 
 OF_MOTION = "motion: "  # how the quantity of an error begins that is of the motion
 OPTION = "--motion-part"
@@ -39,7 +39,8 @@ class MotionSource:
         """The motion in SI, and its table. Raises InputError as ``read``, with the options that apply to it."""
         part = self.chosen(columns)
         try:
-            stream = read_stream(part.table, _WANTED, part.columns, of_motion(units), default_units=of_main(units))
+            default = of_main(units)
+            stream = read_stream(part.table, part.roles, _WANTED, of_motion(units), default_units=default)
         except InputError as error:
             raise _of_motion_options(error, part.name) from None
         stream.values["time"] = stream.values["time"] + (self.shift or 0.0)
@@ -50,10 +51,10 @@ class MotionSource:
         table = f"the table {part.name!r} of " if part.name else ""
         return f"{table}{'the file' if self.same_file else f'{stream.place} (SHA-256 {stream.sha256})'}"
 
-    def start_offset(self, main: Any, motion: Any) -> float:
+    def start_offset(self, main: Table | None, motion: Table) -> float:
         """By how much later the first value of the motion was taken than that of the force [s]; 0 unless both tables
         are in one file and state when, and no shift is given."""
-        return _start_offset(main, motion) if self.same_file and self.shift is None else 0.0
+        return _start_offset(main, motion) if main and self.same_file and self.shift is None else 0.0
 
 
 def motion_parts(path: Path, columns: Mapping[str, Any] | None) -> list[Part]:
@@ -61,8 +62,7 @@ def motion_parts(path: Path, columns: Mapping[str, Any] | None) -> list[Part]:
     if format_of(path).log:
         limit = "a table of time and depth or velocity is needed, and this is a log of messages"
         raise InputError("motion", path.name, limit, str(path), "Export the positions as CSV, and give that file.")
-    given = {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in of_motion(columns).items()}
-    return parts_of(tables_of(path), given, (_has_motion, _has_length))
+    return parts_of(tables_of(path), of_motion(columns), (_has_motion, _has_length))
 
 
 def motion_advice(error: InputError, path: Path, used: Part, columns: Mapping[str, Any] | None) -> InputError:
@@ -79,12 +79,12 @@ def motion_advice(error: InputError, path: Path, used: Part, columns: Mapping[st
     return InputError(error.quantity, error.value, limit, error.place, step)
 
 
-def _start_offset(main: Any, motion: Any) -> float:
+def _start_offset(main: Table, motion: Table) -> float:
     starts = [_started(table) for table in (main, motion)]
     return (starts[1] - starts[0]).total_seconds() if None not in starts else 0.0
 
 
-def _started(table: Any) -> datetime | None:
+def _started(table: Table) -> datetime | None:
     text = next((text for _, text in table.comments if text.startswith(f"{_STARTED}: ")), "")
     try:
         return datetime.fromisoformat(text.removeprefix(f"{_STARTED}: "))
@@ -94,19 +94,12 @@ def _started(table: Any) -> datetime | None:
 
 def _has_motion(part: Part) -> bool:
     """Whether a table has a depth or a velocity by its headers."""
-    return bool(_found(part, _WANTED).keys() & {"depth", "velocity"})
+    return bool(part.roles.found(_WANTED).keys() & {"depth", "velocity"})
 
 
 def _has_length(part: Part) -> bool:
     """Whether a table has one column with a unit of length."""
-    return bool(by_unit(part.table, ["depth"], _found(part, ("time",))))
-
-
-def _found(part: Part, wanted: Sequence[str]) -> dict:
-    try:
-        return choose(part.table, wanted, {q: h for q, h in part.columns.items() if q in wanted})
-    except InputError:
-        return {}
+    return bool(part.roles.by_unit(["depth"]))
 
 
 def _of_motion_options(error: InputError, name: str) -> InputError:

@@ -1,53 +1,62 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The recordings of one file: tables one after the other, groups of columns, runs whose time starts again."""
+"""The recordings of one file: tables one after the other, groups of columns, runs of rows; and which of them a name or
+number means."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..errors import InputError
-from .columns import Column, by_unit, choose, of_main, stated_unit, with_fitting_unit
 from .formats.detect import tables_of
-from .quantities import MAIN, RECOGNISED, by_name, by_numbered_name, plain_name, row_name, split
+from .quantities import MAIN, by_name, by_numbered_name, dimension, plain_name, split
+from .roles import Column, Roles, assign_columns, fitting_unit, of_main
+from .runs import row_name, runs_of
+from .samples import increases
 from .stated import stated_by
+from .table import Table
 
-_MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
-_MAX_RUNS = 10_000
-_SAME_FORCE = 0.1  # of the range of the force: largest change between two phases
-_PHASE_SHARE = 0.2  # how much nearer a phase begins to the end of the last one than to its beginning
-_BLOCK = 1 << 20  # samples whose steps are looked at together
-_NEAR_START = 0.02  # of the range of time: a run begins where the first one began
-_last: list = []  # the recordings of the last file that had several
+_CYCLE = re.compile(r"(?:(.*): )?(cycle ?\S+)", re.IGNORECASE | re.DOTALL)
+_MAX_LISTED = 12  # names in a message
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """One recording of a file: its name, empty if there is no other; its table; the columns that were given, or that
-    belong together; and the cycles that a column counts, with name, first row, and the one after the last."""
+    """One recording of a file: its name, empty if there is no other; its table, with the roles of the columns; and the
+    cycles that a column counts, with name, first row, and the one after the last."""
 
     name: str = ""
-    table: Any
-    columns: Mapping[str, str] = field(default_factory=dict)
+    table: Table
+    roles: Roles
     cycles: tuple[tuple[str, int, int], ...] = ()
+
+    def from_row(self, number: int) -> "Part":
+        """The part without the rows above the one with this number in the file. Raises InputError as ``Table``."""
+        table = self.table.from_row(number)
+        return replace(self, table=table, roles=replace(self.roles, table=table))
+
+
+def part_of(table: Table, given: Mapping[str, str], name: str = "") -> Part:
+    """A table as a recording, of which ``given`` columns were chosen by the user, or belong together."""
+    return Part(name=name, table=table, roles=assign_columns(table, given))
 
 
 def parts_of(
-    tables: Sequence[Any], given: Mapping[str, Any], belongs: "Sequence[Callable[[Part], bool]] | None" = None
+    tables: Sequence[Table], given: Mapping[str, Any], belongs: "Sequence[Callable[[Part], bool]] | None" = None
 ) -> list[Part]:
     """The recordings of a file with these tables.
 
     Parameters
     ----------
-    tables : sequence of FileTable or TextTable
+    tables : sequence of Table
         All tables of the file.
     given : mapping
-        Quantity -> header, or headers of which the first that a table has is used; one with ``*`` stands for several
-        columns, each of a recording of its own.
+        Quantity -> header or number, or headers of which the first that a table has is used; one with ``*`` stands for
+        several columns, each of a recording of its own.
     belongs : sequence of callables, optional
         Part -> whether it is one of those that are looked for, the surest first; default: whether it is a recording.
 
@@ -61,51 +70,34 @@ def parts_of(
     InputError
         A header with ``*`` matches no column of any table.
     """
+    given = {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in given.items()}
     found, refused = [], None
     for table in tables:
         try:
-            found += [part for each in _groups(table, given) for part in _runs(each)]
+            found += [(table, part) for each in _groups(table, given) for part in _runs(each)]
         except InputError as error:
             refused = error
     if not found and refused:
         raise refused
     usable = _usable(found, belongs or (_is_recording, _has_force))
-    tables = {id(_whole(part.table)) for part in usable}
-    if len(tables) == 1 and len(usable) > 1:  # the name of the table distinguishes nothing
-        table = usable[0].table.name
-        return [replace(part, name=part.name.removeprefix(f"{table}: ")) for part in usable]
-    return usable
-
-
-def _whole(table: Any) -> Any:
-    """The table of the file of which a view shows some columns or rows."""
-    return _whole(table.table) if hasattr(table, "table") else table
+    if len(usable) > 1 and all(table is usable[0][0] for table, _ in usable):  # its name distinguishes nothing
+        name = usable[0][0].name
+        return [replace(part, name=part.name.removeprefix(f"{name}: ")) for _, part in usable]
+    return [part for _, part in usable]
 
 
 def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
-    """The recordings of a file that is no log. Those of a file with several are kept until another file is read, so
-    that each can be read without opening the file again. Raises InputError as ``read``."""
-    found = path.stat() if path.exists() else None
-    given = of_main(header_texts(columns))
-    key = (path.absolute(), found and (found.st_mtime_ns, found.st_size), tuple(sorted(given.items())))
-    if _last and _last[0][0] == key:
-        return _last[0][1]
-    _last.clear()
-    parts = parts_of(tables_of(path), given)
-    _last.extend([(key, parts)] if len(parts) > 1 else [])
-    return parts
+    """The recordings of a file that is no log. Raises InputError as ``read``."""
+    return parts_of(tables_of(path), of_main(columns))
 
 
-def header_texts(columns: Mapping[str, Any] | None) -> dict[str, Any]:
-    """The given columns with numbers as text; several headers of one quantity as a tuple."""
-    return {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in (columns or {}).items()}
-
-
-def _usable(found: Sequence[Part], tests: "Sequence[Callable[[Part], bool]]") -> Sequence[Part]:
+def _usable(
+    found: Sequence[tuple[Table, Part]], tests: "Sequence[Callable[[Part], bool]]"
+) -> Sequence[tuple[Table, Part]]:
     """The parts that pass the first test that any of them passes; all if none passes one."""
     if len(found) > 1:
         for test in tests:
-            if passing := [part for part in found if test(part)]:
+            if passing := [each for each in found if test(each[1])]:
                 return passing
     return found
 
@@ -113,21 +105,19 @@ def _usable(found: Sequence[Part], tests: "Sequence[Callable[[Part], bool]]") ->
 def _is_recording(part: Part) -> bool:
     """Whether a table has a force and something that it varies over."""
     try:
-        found = choose(part.table, MAIN, part.columns)
+        found = part.roles.chosen(MAIN)
     except InputError as error:
         return error.value == "ambiguous"
-    return "force" in found and (len(found) > 1 or bool(part.columns) or stated_by(part.table).rate is not None)
+    return "force" in found and (len(found) > 1 or bool(part.roles.given) or stated_by(part.table).rate is not None)
 
 
 def _has_force(part: Part) -> bool:
     """Whether a table has a force, though nothing that it varies over."""
-    try:
-        return "force" in choose(part.table, ("force",), {q: h for q, h in part.columns.items() if q == "force"})
-    except InputError as error:
-        return error.value == "ambiguous"
+    fault = part.roles.faults.get("force")
+    return "force" in part.roles.columns or (fault is not None and fault.value == "ambiguous")
 
 
-def _first_present(table: Any, given: Mapping[str, Any]) -> dict[str, str]:
+def _first_present(table: Table, given: Mapping[str, Any]) -> dict[str, str]:
     """The given headers; of several for one quantity the first that the table has, none if it has none of them."""
     names = {plain_name(text): text for header in reversed(table.headers) for text in (split(header)[0], header)}
     names |= {header: header for header in table.headers}
@@ -140,7 +130,7 @@ def _first_present(table: Any, given: Mapping[str, Any]) -> dict[str, str]:
     return chosen
 
 
-def _groups(table: Any, given: Mapping[str, Any]) -> list[Part]:
+def _groups(table: Table, given: Mapping[str, Any]) -> list[Part]:
     """The recordings side by side in a table."""
     given = _first_present(table, given)
     if any("*" in str(header) and header not in table.headers for header in given.values()):
@@ -148,21 +138,19 @@ def _groups(table: Any, given: Mapping[str, Any]) -> list[Part]:
     period = _period(table.headers)
     if period and not any(str(h).isdecimal() and int(h) > period for h in given.values()):
         names = [f"columns {k + 1} to {k + period}" for k in range(0, len(table.headers), period)]
-        from .table_views import ColumnRange  # few files need it
-
-        views = [ColumnRange(table, k, k + period) for k in range(0, len(table.headers), period)]
-        return [Part(name=_joined(table.name, n), table=view, columns=given) for n, view in zip(names, views)]
-    for recognise in RECOGNISED[:2]:
+        parts = [table.only_columns(k, k + period) for k in range(0, len(table.headers), period)]
+        return [part_of(part, given, _joined(table.name, name)) for part, name in zip(parts, names)]
+    for recognise in (by_name, by_numbered_name):
         groups = _repeated(table, recognise, given)
         if groups:
             return groups
-    return [Part(name=table.name, table=table, columns=given)]
+    return [part_of(table, given, table.name)]
 
 
-def _by_pattern(table: Any, given: Mapping[str, str]) -> list[Part]:
+def _by_pattern(table: Table, given: Mapping[str, str]) -> list[Part]:
     """A recording for each text that ``*`` stands for."""
     fixed = {q: header for q, header in given.items() if "*" not in str(header)}
-    taken = {column.index for column in choose(table, tuple(fixed), fixed).values()}
+    taken = {column.index for column in part_of(table, fixed).roles.chosen(tuple(fixed)).values()}
     bare = any(header == "*" for header in given.values())
     left = taken | (table.text_columns if bare else frozenset())
     groups: dict[str, dict[str, str]] = {}
@@ -179,7 +167,7 @@ def _by_pattern(table: Any, given: Mapping[str, str]) -> list[Part]:
         patterns = ", ".join(f"{q}={given[q]}" for q in given if q not in fixed)
         limit = "no column with numbers matches"
         raise InputError("--column", patterns, limit, str(table.path), "Give a header in which * stands for any text.")
-    return [Part(name=_joined(table.name, key), table=table, columns=fixed | chosen) for key, chosen in groups.items()]
+    return [part_of(table, fixed | chosen, _joined(table.name, key)) for key, chosen in groups.items()]
 
 
 def _period(headers: Sequence[str]) -> int:
@@ -192,16 +180,15 @@ def _period(headers: Sequence[str]) -> int:
     return 0
 
 
-def _is_empty(table: Any, index: int) -> bool:
+def _is_empty(table: Table, index: int) -> bool:
     """Whether a column has neither a number nor a text."""
     try:
-        column = Column("force", table.headers[index], index, None)
-        return not np.isfinite(table.numbers({"force": column})[0]["force"]).any()
+        return not np.isfinite(table.numbers(index)).any()
     except InputError:
         return False
 
 
-def _repeated(table: Any, recognise: Any, given: Mapping[str, str]) -> list[Part]:
+def _repeated(table: Table, recognise: Callable[[str], str | None], given: Mapping[str, str]) -> list[Part]:
     """The groups of columns in which force, and depth or time, occur equally often; columns that occur once belong to
     each group."""
     columns: dict[str, list[int]] = {}
@@ -209,7 +196,7 @@ def _repeated(table: Any, recognise: Any, given: Mapping[str, str]) -> list[Part
         quantity = recognise(header)
         if quantity in MAIN and quantity not in given:
             columns.setdefault(quantity, []).append(index)
-    columns = {q: with_fitting_unit(table, q, found) for q, found in columns.items()}
+    columns = {q: fitting_unit(table, dimension(q), found) for q, found in columns.items()}
     many = {q: found for q, found in columns.items() if len(found) > 1}
     counts = {len(found) for found in many.values()}
     if "force" not in many or len(many) < 2 or len(counts) != 1:
@@ -219,14 +206,11 @@ def _repeated(table: Any, recognise: Any, given: Mapping[str, str]) -> list[Part
     names = [_group_name(table, group) for group in groups]
     if len(set(names)) < len(names):
         names = [f"columns {min(group.values()) + 1} to {max(group.values()) + 1}" for group in groups]
-    return [
-        Part(name=_joined(table.name, name), table=table,
-             columns=dict(given) | alone | {q: str(k + 1) for q, k in group.items()})
-        for name, group in zip(names, groups)
-    ]  # fmt: skip
+    chosen = [dict(given) | alone | {q: str(k + 1) for q, k in group.items()} for group in groups]
+    return [part_of(table, columns, _joined(table.name, name)) for name, columns in zip(names, chosen)]
 
 
-def _group_name(table: Any, group: Mapping[str, int]) -> str:
+def _group_name(table: Table, group: Mapping[str, int]) -> str:
     """The end that the names of the columns of a group have in common, such as the number of a specimen."""
     names = [split(table.headers[index])[0] for index in group.values()]
     ends = [name.rstrip("0123456789") for name in names]
@@ -239,111 +223,74 @@ def _joined(table: str, group: str) -> str:
 
 
 def _runs(part: Part) -> Iterator[Part]:
-    """The recordings of a part, one below the other: those that labels name, and runs with a time that starts again."""
-    time = np.empty(0) if getattr(part.table, "is_large", False) else _values(part, "time")
-    in_order = len(time) > 0 and _increases(time) and not any(map(row_name, part.table.headers))
-    if in_order or getattr(part.table, "is_large", False):
+    """The recordings of a part, one below the other."""
+    table, quantities = part.table, part.roles.alone()
+    if table.is_large or (_in_order(table, quantities.get("time")) and not any(map(row_name, table.headers))):
         yield part
         return
-    from .label_columns import counted_cycles, label_groups  # few files need these
-    from .table_views import ContinuedTime, RowRange, RowSubset
-
-    labelled = [
-        replace(part, name=_joined(part.name, name), table=RowSubset(part.table, rows))
-        for name, rows in label_groups(part.table, part.columns)
-    ]
-    for each in labelled or [part]:
-        starts = _starts(_values(each, "time"))
-        depth, force = (_values(each, q) if len(starts) > 1 else np.empty(0) for q in ("depth", "force"))
-        runs = _joined_phases(starts, depth, force)
-        for k, phases in enumerate(runs, 1):
-            alone, stop = len(runs) < 2, runs[k][0] if k < len(runs) else None
-            view = each.table if alone else RowRange(each.table, phases[0], stop)
-            view = ContinuedTime(view, tuple(row - phases[0] for row in phases[1:])) if len(phases) > 1 else view
-            name = each.name if alone else _joined(each.name, f"run {k}")
-            yield replace(each, name=name, table=view, cycles=counted_cycles(view, each.columns))
+    for name, run, cycles in runs_of(table, quantities):
+        yield replace(part, name=_joined(part.name, name), table=run, cycles=cycles)
 
 
-def _values(part: Part, quantity: str) -> np.ndarray:
-    """The time or depth of each row in the file's unit; empty without one."""
+def _in_order(table: Table, time: Column | None) -> bool:
+    """Whether a table has a time that never decreases."""
     try:
-        found = choose(part.table, (quantity,), {q: h for q, h in part.columns.items() if q == quantity})
-        return part.table.numbers(found)[0].get(quantity, np.empty(0)) if found else np.empty(0)
+        values = np.empty(0) if time is None else table.numbers(time.index)
     except InputError:  # reported when the part is read
-        return np.empty(0)
+        return False
+    return len(values) > 0 and increases(values)
 
 
-def _joined_phases(starts: Sequence[int], depth: np.ndarray, force: np.ndarray) -> list[list[int]]:
-    """The first rows of each recording, with those of its phases, of runs whose time starts again.
-
-    A run is a phase of the one before, such as the indentation after an approach, if that one went one way or rested,
-    and this one begins at the depth and the force at which it ended: five times nearer to this depth than to that where
-    the recording began, and within a tenth of the range of the force. A repeat begins where the recording began, or
-    with another force.
-    """
-    runs = [[starts[0]]]
-    span, size = (float(np.ptp(each)) if len(each) else 0.0 for each in (depth, force))
-    for last, row in pairwise(starts):
-        same_force = not len(force) or abs(force[row] - force[row - 1]) <= _SAME_FORCE * size
-        if len(depth) and same_force and _continues(depth, runs[-1][0], last, row, span):
-            runs[-1].append(row)
-        else:
-            runs.append([row])
-    return runs
+def asked(wanted: str | int | None, names: Sequence[str]) -> tuple[str | int | None, str]:
+    """The recording of a file with these names, and the cycle of it that is asked for, empty for the whole; a number is
+    that of a cycle where the file has one recording."""
+    text = "" if wanted is None else str(wanted).strip()
+    if not text or text.casefold() in [name.casefold() for name in names]:
+        return wanted, ""
+    if len(names) < 2 and text.isdecimal():
+        return None, text
+    found = _CYCLE.fullmatch(text)
+    return (wanted, "") if found is None else (found[1], found[2])
 
 
-def _continues(depth: np.ndarray, first: int, last: int, row: int, span: float) -> bool:
-    """Whether the depth continues at ``row`` what began at ``first``, of which the last phase began at ``last``."""
-    began, ended, begins = float(depth[first]), float(depth[row - 1]), float(depth[row])
-    phase = depth[last:row]
-    rested = float(np.ptp(phase)) <= _NEAR_START * span
-    one_way = rested or abs(ended - float(phase[0])) > 0.5 * float(np.ptp(phase))
-    near = abs(begins - ended) < _PHASE_SHARE * abs(begins - began)
-    return one_way and near and abs(begins - began) > _NEAR_START * span
+def chosen_part(parts: Sequence[Part], wanted: str | int | None, path: Path, option: str = "--part") -> Part:
+    """The part with this name or number from 1. Raises InputError if it is absent, or needed and not given."""
+    if wanted is None:
+        if len(parts) == 1:
+            return parts[0]
+        step = f"Choose one by its name or number, such as {option} {parts[0].name!r} or {option} 1"
+        step += "; campaign takes all." if option == "--part" else "."
+        what = "number of recordings" if option == "--part" else "number of tables with a motion"
+        raise InputError(what, len(parts), f"the file has {listed(parts)}", str(path), step)
+    text = str(wanted).strip()
+    plain = text.casefold().strip("/")  # the slash of a group is optional
+    named = [] if isinstance(wanted, int) else [p for p in parts if p.name.casefold().strip("/") == plain]
+    if len(named) == 1:
+        return named[0]
+    of_table = [part for part in parts if part.name.casefold().startswith(f"{text.casefold()}: ")]
+    if of_table:
+        return chosen_part(of_table, None, path, option)
+    if text.isdecimal() and 1 <= int(text) <= len(parts):
+        return parts[int(text) - 1]
+    several = len(parts) > 1 or parts[0].name
+    limit = f"the file has {listed(parts)}" if several else "the file has one recording, without a name"
+    step = f"Give one of these names, or a number from 1 to {len(parts)}." if several else "Leave it out."
+    raise InputError(option.removeprefix("--").replace("-", " "), repr(text[:60]), limit, str(path), step)
 
 
-def _starts(time: np.ndarray) -> list[int]:
-    """The first row of every run."""
-    if _increases(time):
-        return [0]
-    present = np.flatnonzero(np.isfinite(time))
-    if len(present) < 2 * _MIN_RUN:
-        return [0]
-    falls = np.flatnonzero(np.diff(time[present]) < 0.0) + 1
-    near = time[present[0]] + _NEAR_START * np.ptp(time[present])
-    lengths = np.diff(np.concatenate([[0], falls, [len(present)]]))
-    if not 0 < len(falls) <= _MAX_RUNS or lengths.min() < _MIN_RUN or (time[present[falls]] > near).any():
-        return [0]
-    if (time[present[falls + 1]] >= time[present[falls - 1]]).any():  # one wrong time, after which the clock continues
-        return [0]
-    return [0, *present[falls].tolist()]
-
-
-def _increases(time: np.ndarray) -> bool:
-    """Whether (n,) times are finite and never decrease; looked at in blocks, for the sake of memory."""
-    blocks = (time[k : k + _BLOCK + 1] for k in range(0, len(time), _BLOCK))
-    return all(np.isfinite(block).all() and (np.diff(block) >= 0.0).all() for block in blocks)
-
-
-def from_row(table: Any, number: int) -> Any:
-    """The rows of a table from the one with this number in the file. Raises InputError if the table ends before."""
-    found = table.from_row(number)
-    if found is None:
-        limit = f"the table begins in row {table.first_row} and ends before"
-        raise InputError("first row", number, limit, str(table.path), "Give the number of a row of the table.")
+def fitting_parts(names: Sequence[str], pattern: str, place: str) -> list[int]:
+    """The numbers, from 1, of the recordings whose names fit a pattern such as ``B*``, or of all. Raises InputError if
+    none fits."""
+    text = "*" if pattern.casefold() == "all" else pattern.casefold()
+    found = [number for number, name in enumerate(names, 1) if fnmatchcase(name.casefold(), text)]
+    if not found:
+        shown = ", ".join(map(repr, names[:_MAX_LISTED]))
+        step = "Give a pattern that one of them fits."
+        raise InputError("part", repr(pattern[:60]), f"the file has {shown}", place, step)
     return found
 
 
-def column_table(part: Part) -> list[tuple[str, str, str]]:
-    """Header, stated unit, and quantity of each column of a part, for a look at it."""
-    try:
-        chosen = choose(part.table, MAIN, part.columns)
-        absent = [
-            q for q in MAIN if q not in chosen and (q != "velocity") and not (q == "depth" and "velocity" in chosen)
-        ]
-        chosen |= by_unit(part.table, absent, chosen)
-    except InputError:
-        chosen = {}
-    found = {column.index: quantity for quantity, column in chosen.items()}
-    headers = enumerate(part.table.headers)
-    return [(header, stated_unit(part.table, k) or "", found.get(k, "")) for k, header in headers]
+def listed(parts: Sequence[Part]) -> str:
+    """The names of the first parts as a message shows them."""
+    names = ", ".join(repr(part.name) for part in parts[:_MAX_LISTED])
+    return names + (f" and {len(parts) - _MAX_LISTED} more" if len(parts) > _MAX_LISTED else "")

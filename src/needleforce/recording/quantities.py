@@ -3,7 +3,7 @@
 
 import re
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 from ..errors import InputError
@@ -69,18 +69,6 @@ _OTHERS = frozenset(
     "rate speed velocity energy work error sd std max min mean average peak target set setpoint command "
     "commanded desired ratio strain stress offset x y transverse lateral geschwindigkeit soll".split()
 )
-# of columns that name the specimen, needle or repeat of each row, or count cycles
-_LABELS = frozenset(
-    "specimen specimens sample samples well needle repeat repetition replicate rep test trial run experiment insertion "
-    "site spot id probe probekorper prufling nadel versuch messung wiederholung einstich echantillon eprouvette "
-    "aiguille essai muestra probeta aguja ensayo repeticion campione provino ago prova ripetizione".split()
-)
-_COUNTERS = frozenset("cycle cycles loop loops zyklus zyklen zyklusnummer ciclo ciclos cicli".split())
-# words that make a column with one of these something that varies within a recording, or that is measured
-_NOT_LABELS = frozenset(
-    "segment phase stage step state status type mode direction rate speed velocity time date duration temperature "
-    "frequency length width thickness height area diameter volume mass weight force load depth position".split()
-)
 UNIT_DIMENSIONS = ("time", "length", "velocity", "force", "torque", "angle")
 
 
@@ -96,28 +84,31 @@ def check_known(quantity: str) -> None:
         raise InputError("quantity", repr(quantity), known, next_step="Give one of these.")
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of a quantity of a recording."""
+    return any(find(text, each) for each in UNIT_DIMENSIONS)
+
+
 @lru_cache(4096)
-def split(header: str) -> tuple[str, str | None]:
-    """Split a header into name and unit: ``Force [N]``, ``time_us``, ``Weg (mm)``, ``F / N``, ``Fz, gf``."""
+def split(header: str, known: Callable[[str], bool] = is_unit) -> tuple[str, str | None]:
+    """Split a header into name and unit: ``Force [N]``, ``time_us``, ``Weg (mm)``, ``F / N``, ``Fz, gf``.
+
+    ``known`` is whether a text is a unit that may follow a comma or ``_``.
+    """
     plain = " ".join(header.split())  # runs of blanks would take the expressions a time with their cube
     after_comma = _AFTER_COMMA.fullmatch(plain)
-    if after_comma and is_unit(after_comma[2].strip("[]()")):
+    if after_comma and known(after_comma[2].strip("[]()")):
         return after_comma[1], after_comma[2].strip("[]()")
     bracketed = _IN_BRACKETS.fullmatch(plain) or _AFTER_SLASH.fullmatch(plain)
-    if bracketed and (is_unit(bracketed[2]) or _NAMES.get(plain_name(plain)) is None):
+    if bracketed and (known(bracketed[2]) or _NAMES.get(plain_name(plain)) is None):
         return bracketed[1], bracketed[2]
     parts = header.split("_")
     for cut in range(1, len(parts)):
         name, suffix = "_".join(parts[:cut]), "_".join(parts[cut:])
         quantity = _NAMES.get(plain_name(name))
-        if find(suffix, dimension(quantity)) if quantity else is_unit(suffix):
+        if find(suffix, dimension(quantity)) if quantity else known(suffix):
             return name, suffix
     return header, None
-
-
-def is_unit(text: str) -> bool:
-    """Whether a text is a unit of a quantity of a recording."""
-    return any(find(text, each) for each in UNIT_DIMENSIONS)
 
 
 def by_name(header: str) -> str | None:
@@ -142,21 +133,6 @@ def by_word(header: str) -> str | None:
     return found[0] if len(found) == 1 and not words & _OTHERS else None
 
 
-@lru_cache(4096)
-def row_name(header: str) -> str:
-    """``label`` for a column that names the specimen, needle or repeat of each row, ``counter`` for one that counts
-    cycles, empty for any other."""
-    words = set(plain_name(split(header)[0]).split("_"))
-    if words & _NOT_LABELS:
-        return ""
-    return "label" if words & _LABELS else "counter" if words & _COUNTERS else ""
-
-
-def is_label(header: str) -> bool:
-    """Whether every word of a header is one of a label, such as ``specimen_id``."""
-    return set(plain_name(split(header)[0]).split("_")) <= _LABELS | {"no", "nr", "number", "name", "code", "label"}
-
-
 def _is_time_of_another(words: Sequence[str]) -> bool:
     """Whether words are those of the times of a quantity: ``force_time``, ``t_pos``."""
     if len(words) < 2 or not _TIME_WORDS & {words[0], words[-1]}:
@@ -174,7 +150,7 @@ def by_late_word(header: str) -> str | None:
     return "depth" if words & set(_LATE_WORDS.split()) and fits and not words & _OTHERS else None
 
 
-RECOGNISED = (by_name, by_numbered_name, by_word, by_late_word)
+RECOGNISED = {"name": by_name, "numbered name": by_numbered_name, "word": by_word, "late word": by_late_word}
 """How a header is recognised, the surest way first."""
 
 
@@ -183,8 +159,3 @@ def plain_name(name: str) -> str:
     """A name in lower case without accents, its words joined by ``_``."""
     letters = "".join(each for each in unicodedata.normalize("NFKD", name) if not unicodedata.combining(each))
     return re.sub(r"[\W_]+", "_", letters.casefold()).strip("_")
-
-
-def listed(headers: Iterable[str]) -> str:
-    """Headers as a message shows them."""
-    return ", ".join(map(repr, headers))

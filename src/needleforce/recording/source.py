@@ -8,9 +8,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..errors import InputError
-from .file_table import named_columns
-from .reader import read, read_columns
+from .options import ReadOptions
+from .parts import part_of
+from .reader import read
 from .recording import Recording
+from .recording_file import recording_from_table
+from .table import named_columns
 
 RecordingSource: TypeAlias = Any
 """A Recording, a path, a pandas DataFrame, a mapping of columns, or (time, depth, force) in SI."""
@@ -18,7 +21,7 @@ RecordingSource: TypeAlias = Any
 TAKEN = "a Recording, a path, a pandas DataFrame, a mapping of columns, or arrays (time, depth, force)"
 
 
-def recording_of(source: RecordingSource, **options: Any) -> Recording:
+def recording_of(source: RecordingSource) -> Recording:
     """A recording, read or built where needed.
 
     Parameters
@@ -26,8 +29,6 @@ def recording_of(source: RecordingSource, **options: Any) -> Recording:
     source : Recording, path, pandas.DataFrame, mapping or tuple of arrays
         A file is read by ``nf.read``. Columns of a DataFrame or of a mapping have names with units, as in a CSV file
         (``"Force [N]"``, ``"depth_mm"``). Arrays are (time [s], depth [m], force [N]), (n,) each.
-    **options
-        Those of ``nf.read``: ``columns``, ``units``, ``inwards``, ``filter_length``, ``baseline``.
 
     Returns
     -------
@@ -41,10 +42,10 @@ def recording_of(source: RecordingSource, **options: Any) -> Recording:
     if isinstance(source, Recording):
         return source
     if isinstance(source, str | os.PathLike):
-        return read(source, **options)
+        return read(source)
     if (hasattr(source, "iloc") and hasattr(source, "columns")) or isinstance(source, Mapping):
         columns = source if hasattr(source, "iloc") else dict(source)
-        return read_columns(named_columns(columns), **options)
+        return recording_from_table(part_of(named_columns(columns), {}), ReadOptions())[0]
     if is_arrays(source):
         return Recording(time=source[0], depth=source[1], force=source[2])
     raise InputError("recording", type(source).__name__, f"taken are {TAKEN}", next_step="See nf.read for files.")

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One file as quantities in SI on one clock: layout, columns, values, order and units are processed in this order; two
-interleaved streams are separated."""
+"""One file as quantities in SI on one clock: columns, values, order and units are processed in this order."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,81 +10,18 @@ from .. import core
 from ..errors import InputError
 from ..files import file_name
 from .assumed_motion import AssumedMotion
-from .columns import Column, by_unit, choose, missing
-from .file_table import FileTable
-from .formats.text_table import TextTable
 from .quantities import dimension
 from .recording import Note
+from .roles import Column, Roles
+from .samples import MOTION, UNEVEN_SHARE, Samples, check_count, drop_incomplete, load, put_in_order, split_motion
 from .stated import Stated, stated_by
-from .table import MAX_MISSING_SHARE, Table, drop_incomplete, load
-from .timestamps import UNEVEN_SHARE, check_count, put_in_order
+from .table import Table
 from .unit_guess import assign_units
 
-_MOTION = ("depth", "velocity")
 _NOISE, _BOTH_SIGNS = 10.0, 0.1  # times the noise, and of the larger change of a force: what a second sign must exceed
 _MANY_COLUMNS = 5  # of which each may be a recording
 _MAX_MAGNITUDE = 1e30  # of any quantity in any unit: far beyond any instrument
 _MIN_STEP_S = 1e-15  # [s]
-_MAX_SHARED_SHARE = 0.5  # of the smaller stream's rows: more rows with both mean one stream with missing values
-
-
-def split_motion(table: Table, cut_off: bool) -> Table | None:
-    """Split a table of two interleaved streams: return the rows of the motion and keep those of the force.
-
-    Returns None, and leaves the table unchanged, if it contains one stream. It contains two streams if at least two
-    rows have only force, at least two have only motion, and the rows with both are at most half of the smaller stream.
-    A row with both, where two time stamps coincide, belongs to each. Raises InputError if more than 1 % of the rows
-    have neither.
-    """
-    moving = [quantity for quantity in _MOTION if quantity in table.values]
-    if not moving or "force" not in table.values:
-        return None
-    force = _present(table, ["force"], cut_off)
-    motion = _present(table, moving, cut_off)
-    both = np.count_nonzero(force & motion)
-    counts = int(np.count_nonzero(force)), int(np.count_nonzero(motion))
-    if min(counts) - both < 2 or both > _MAX_SHARED_SHARE * min(counts):
-        return None
-    _check_third_stream(table, force | motion, cut_off)
-    message = f"rows of force ({counts[0]}) and of motion ({counts[1]}) alternate in this file, each with its own times"
-    notes = [Note("interleaved", message + "; depth is interpolated onto the force's times", counts[1])]
-    notes += [Note("cut_off", "the last line is truncated and is left out")] if cut_off else []
-    other = _part(table, ["time", *moving], motion)
-    own = _part(table, [quantity for quantity in table.values if quantity not in moving], force)
-    table.columns, table.values, table.rows = own.columns, own.values, own.rows
-    table.notes += notes
-    return other
-
-
-def _present(table: Table, quantities: list[str], cut_off: bool) -> np.ndarray:
-    found = ~np.all([np.isnan(table.values[quantity]) for quantity in quantities], axis=0)
-    found[len(found) - cut_off :] = False
-    return found
-
-
-def _check_third_stream(table: Table, known: np.ndarray, cut_off: bool) -> None:
-    rows = np.flatnonzero(~known[: len(known) - cut_off])
-    if len(rows) > MAX_MISSING_SHARE * len(known):
-        raise InputError(
-            "rows with neither force nor motion",
-            len(rows),
-            f"of {len(known)} rows, at most 1 % may have neither; the others belong to two streams",
-            table.place(int(rows[0])),
-            "Remove the rows of the third stream, or save each stream in its own file and give the motion file with "
-            "--motion.",
-        )
-    if len(rows):
-        first = table.place(int(rows[0]))
-        message = f"{len(rows)} rows have neither force nor motion and are left out; the first is {first}"
-        table.notes.append(Note("missing", message, len(rows)))
-
-
-def _part(table: Table, quantities: list[str], mask: np.ndarray) -> Table:
-    columns = {quantity: table.columns[quantity] for quantity in quantities}
-    values = {quantity: table.values[quantity] for quantity in quantities}
-    part = Table(layout=table.layout, columns=columns, values=values, sha256=table.sha256)
-    part.keep(mask)
-    return part
 
 
 @dataclass(kw_only=True)
@@ -106,9 +42,9 @@ class Stream:
 
 
 def read_stream(
-    layout: FileTable | TextTable,
+    table: Table,
+    roles: Roles,
     wanted: tuple[str, ...],
-    columns: Mapping[str, str],
     units: Mapping[str, str],
     *,
     default_units: Mapping[str, str] | None = None,
@@ -116,32 +52,32 @@ def read_stream(
 ) -> Stream:
     """Read the ``wanted`` quantities of one file; time, force, and depth or velocity are required if wanted.
 
-    ``columns`` and ``units`` are given by the user; ``default_units`` apply to headers without a unit; time and depth
-    may be ``assumed``. Raises InputError.
+    ``units`` are given by the user; ``default_units`` apply to headers without a unit; time and depth may be
+    ``assumed``. Raises InputError.
     """
-    chosen, stated = choose(layout, wanted, columns), stated_by(layout)
+    chosen, stated = roles.chosen(wanted), stated_by(table)
     sentences = _put_stated_units(chosen, stated, units)
     notes = _leave_out_torques(chosen, units)
-    alone = by_unit(layout, _absent(chosen, wanted, assumed), chosen)
+    alone = roles.by_unit(_absent(chosen, wanted, assumed))
     chosen |= alone
     if stated.rate and "time" not in chosen and assumed.rate is None and not assumed.speed:
         assumed = assumed.completed(stated.rate.value, stated.rate.text)
-    required = _required(chosen, wanted, layout, assumed, stated)
-    table, complete, cut_off = load(layout, chosen)
-    table.notes += notes + _unused(chosen, assumed) + _contradicted_given(assumed, stated)
-    other = None if complete else split_motion(table, cut_off)
+    required = _required(chosen, wanted, roles, assumed, stated)
+    samples, complete, cut_off = load(table, chosen)
+    samples.notes += notes + _unused(chosen, assumed) + _contradicted_given(assumed, stated)
+    other = None if complete else split_motion(samples, cut_off)
     without_unit = [quantity for quantity, column in chosen.items() if column.unit is None]
     units = {q: u for q, u in (default_units or {}).items() if q in without_unit} | dict(units)
     if other is None:
         if not complete:
-            drop_incomplete(table, required, cut_off)
-        stream = _in_order_and_si(table, units, assumed)[0]
+            drop_incomplete(samples, required, cut_off)
+        stream = _in_order_and_si(samples, units, assumed)[0]
         stream.notes += _contradicted_rate(stream, stated) if "time" in chosen else []
         return _assuming(stream, alone, sentences)
     drop_incomplete(other, ("time", required[-1]), cut_off=False)
     motion, time_unit = _in_order_and_si(other, units, assumed)
-    drop_incomplete(table, ("time", "force"), cut_off=False)
-    stream = _in_order_and_si(table, units | {"time": time_unit}, assumed)[0]
+    drop_incomplete(samples, ("time", "force"), cut_off=False)
+    stream = _in_order_and_si(samples, units | {"time": time_unit}, assumed)[0]
     return _assuming(replace(stream, motion=motion), alone, sentences)
 
 
@@ -157,7 +93,7 @@ def _put_stated_units(chosen: dict[str, Column], stated: Stated, given: Mapping[
 
 def _unused(chosen: Mapping[str, Column], assumed: AssumedMotion) -> list[Note]:
     """A note on a rate, speed or step that was given although the file has a time or a motion."""
-    message = assumed.unused("time" in chosen, bool(chosen.keys() & set(_MOTION)))
+    message = assumed.unused("time" in chosen, bool(chosen.keys() & set(MOTION)))
     return [Note("unused", message)] if message else []
 
 
@@ -190,23 +126,23 @@ def _assuming(stream: Stream, alone: Mapping[str, Column], sentences: Sequence[s
     return replace(stream, assumptions=[*only, *sentences, *stream.assumptions])
 
 
-def _in_order_and_si(table: Table, units: Mapping[str, str], assumed: AssumedMotion) -> tuple[Stream, str]:
-    """Check the order of a table without missing values and convert it to SI; also return the unit of its time."""
-    _check_magnitudes(table)
-    timed = "time" in table.values
+def _in_order_and_si(samples: Samples, units: Mapping[str, str], assumed: AssumedMotion) -> tuple[Stream, str]:
+    """Check the order of samples without missing values and convert them to SI; also return the unit of their time."""
+    _check_magnitudes(samples)
+    timed = "time" in samples.values
     if timed:
-        put_in_order(table)
-    check_count(table)
-    place = file_name(table.layout.path)
-    if "depth" in table.values and np.ptp(table.values["depth"]) == 0.0:
-        header = table.columns["depth"].header
-        raise constant_depth(f"depth (column {header!r})", table.values["depth"][0], place)
-    assigned, assumptions = assign_units(table, units, needle=not assumed.counted)
-    values = {quantity: unit.to_si(table.values[quantity]) for quantity, unit in assigned.items()}
+        put_in_order(samples)
+    check_count(samples)
+    place = file_name(samples.table.path)
+    if "depth" in samples.values and np.ptp(samples.values["depth"]) == 0.0:
+        header = samples.columns["depth"].header
+        raise constant_depth(f"depth (column {header!r})", samples.values["depth"][0], place)
+    assigned, assumptions = assign_units(samples, units, needle=not assumed.counted)
+    values = {quantity: unit.to_si(samples.values[quantity]) for quantity, unit in assigned.items()}
     assumptions += _supply(values, len(next(iter(values.values()))), assumed)
-    values["row"] = np.arange(len(values["time"])) if table.rows is None else table.rows
-    _check_finer_than_clock(values["time"], table)
-    stream = Stream(place=place, sha256=table.sha256, values=values, assumptions=assumptions, notes=table.notes)
+    values["row"] = np.arange(len(values["time"])) if samples.rows is None else samples.rows
+    _check_finer_than_clock(values["time"], samples)
+    stream = Stream(place=place, sha256=samples.sha256, values=values, assumptions=assumptions, notes=samples.notes)
     return stream, assigned["time"].symbol if timed else "s"
 
 
@@ -216,7 +152,7 @@ def _supply(values: dict[str, np.ndarray], count: int, assumed: AssumedMotion) -
     if "time" not in values:
         values["time"], sentence = assumed.time(count, values.get("depth"))
         sentences.append(sentence)
-    if "force" in values and not values.keys() & set(_MOTION) and assumed.gives_depth(True):
+    if "force" in values and not values.keys() & set(MOTION) and assumed.gives_depth(True):
         values["depth"], sentence = assumed.depth(values["time"])
         sentences += [sentence, *([] if assumed.hold is not None else _withdrawal(values["force"]))]
     return sentences
@@ -262,17 +198,13 @@ def constant_depth(quantity: str, value: float, place: str) -> InputError:
 
 
 def _required(
-    chosen: dict[str, Column],
-    wanted: tuple[str, ...],
-    layout: FileTable | TextTable,
-    assumed: AssumedMotion,
-    stated: Stated,
+    chosen: dict[str, Column], wanted: tuple[str, ...], roles: Roles, assumed: AssumedMotion, stated: Stated
 ) -> tuple[str, ...]:
     """The quantities that the file must have. Raises one InputError for all that are absent."""
     required = _needed(chosen, wanted, assumed)
     absent = [quantity for quantity in required if quantity not in chosen]
     if absent:
-        raise missing(layout, absent, chosen, _instead(absent, "force" in wanted, len(layout.headers), stated))
+        raise roles.missing(absent, _instead(absent, "force" in wanted, len(roles.table.headers), stated))
     return tuple(required)
 
 
@@ -310,22 +242,22 @@ def _instead(absent: Sequence[str], whole: bool, columns: int, stated: Stated) -
     return ways
 
 
-def _check_magnitudes(table: Table) -> None:
+def _check_magnitudes(samples: Samples) -> None:
     """Check that no value is so large that differences and squares overflow."""
-    for quantity, values in table.values.items():
+    for quantity, values in samples.values.items():
         if np.max(np.abs(values), initial=0.0) > _MAX_MAGNITUDE:
             largest = int(np.argmax(np.abs(values)))
-            name, limit = f"{quantity} (column {table.columns[quantity].header!r})", f"at most {_MAX_MAGNITUDE:g}"
-            raise InputError(name, f"{values[largest]:g}", limit, table.place(largest), "Correct or remove the line.")
+            name, limit = f"{quantity} (column {samples.columns[quantity].header!r})", f"at most {_MAX_MAGNITUDE:g}"
+            raise InputError(name, f"{values[largest]:g}", limit, samples.place(largest), "Correct or remove the line.")
 
 
-def _check_finer_than_clock(time: np.ndarray, table: Table) -> None:
+def _check_finer_than_clock(time: np.ndarray, samples: Samples) -> None:
     """Check that time stamps remain distinct in seconds: a division can make neighbours of 1e15 µs equal."""
     if not (np.diff(time) > _MIN_STEP_S).all():
         raise InputError(
             "time",
             "too large for its steps",
             f"consecutive times differ by less than {_MIN_STEP_S:g} s",
-            str(table.layout.path),
+            str(samples.table.path),
             "Subtract the time of the first sample before saving.",
         )

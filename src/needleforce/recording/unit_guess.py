@@ -9,10 +9,10 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import Unit, find, parse
-from .columns import Column, columns_of
 from .quantities import check_known, dimension
 from .recording import Note
-from .table import Table
+from .roles import Column, columns_of
+from .samples import Samples
 
 _RATE_RANGE_HZ = (9.0, 20e3)  # Hz: 10 Hz with its jitter
 _TRAVEL_RANGE_M = (50e-6, 0.3)  # m
@@ -92,27 +92,29 @@ def _in_si(sizes: Mapping[str, float], units: Mapping[str, Unit]) -> tuple[float
     return rate, [abs(each) for each in travels], [abs(each) for each in speeds]
 
 
-def assign_units(table: Table, given: Mapping[str, str], *, needle: bool = True) -> tuple[dict[str, Unit], list[str]]:
-    """The unit of every column of ``table``, and sentences on what was assumed; implausible units add a note to it.
+def assign_units(
+    samples: Samples, given: Mapping[str, str], *, needle: bool = True
+) -> tuple[dict[str, Unit], list[str]]:
+    """The unit of every column of ``samples``, and sentences on what was assumed; implausible units add a note to it.
 
     A stated unit is believed. Raises InputError if a unit is unknown and none or several are plausible. Plausible of a
     ``needle`` are a rate of 9 Hz to 20 kHz, a travel of 0.05 mm to 0.3 m, a speed below 1 m/s, and a velocity whose
     integral agrees with the travel.
     """
-    place, units, sentences = str(table.layout.path), {}, []
+    place, units, sentences = str(samples.table.path), {}, []
     for quantity in given:
         check_known(quantity)
-    for quantity, column in table.columns.items():
+    for quantity, column in samples.columns.items():
         if quantity in given:
             units[quantity] = parse(given[quantity], dimension(quantity), quantity, place)
             sentences += _contradiction(quantity, units[quantity], column)
         elif column.unit is not None:
             units[quantity] = parse(column.unit, dimension(quantity), quantity, place)
-    assumed = _assume_motion(table, units)
-    table.notes += [] if assumed or not needle else plausibility_notes(table.values, units)
+    assumed = _assume_motion(samples, units)
+    samples.notes += [] if assumed or not needle else plausibility_notes(samples.values, units)
     sentences += assumed
-    sentences += _assume_forces(table, units)
-    return {quantity: units[quantity] for quantity in table.values}, sentences
+    sentences += _assume_forces(samples, units)
+    return {quantity: units[quantity] for quantity in samples.values}, sentences
 
 
 def _contradiction(quantity: str, unit: Unit, column: Column) -> list[str]:
@@ -122,33 +124,33 @@ def _contradiction(quantity: str, unit: Unit, column: Column) -> list[str]:
     return [f"{quantity} is read in {unit.symbol}, as given, although its header states {column.unit}"]
 
 
-def _assume_motion(table: Table, units: dict[str, Unit]) -> list[str]:
+def _assume_motion(samples: Samples, units: dict[str, Unit]) -> list[str]:
     """Assume the only plausible combination of the units of time, depth and velocity."""
-    unknown = [quantity for quantity in _CANDIDATES if quantity in table.values and quantity not in units]
+    unknown = [quantity for quantity in _CANDIDATES if quantity in samples.values and quantity not in units]
     if not unknown:
         return []
-    of_calendar = _calendar_unit(table) if "time" in unknown else None
+    of_calendar = _calendar_unit(samples) if "time" in unknown else None
     if of_calendar:
         units["time"] = parse(of_calendar, "time", "time")
         return [
             f"time is assumed to be in {of_calendar} from 1970 on, as its size shows",
-            *_assume_motion(table, units),
+            *_assume_motion(samples, units),
         ]
-    sizes = motion_sizes(table.values)
+    sizes = motion_sizes(samples.values)
     found = [choice for choice in _choices(unknown) if plausible(sizes, units | choice)]
     if len(found) != 1:
-        raise _unknown_unit(table, unknown, found)
+        raise _unknown_unit(samples, unknown, found)
     units |= found[0]
     reason = "no unit is given, and no other gives a plausible rate, travel and speed"
     return [f"{quantity} is assumed to be in {unit.symbol}: {reason}" for quantity, unit in found[0].items()]
 
 
-def _calendar_unit(table: Table) -> str | None:
+def _calendar_unit(samples: Samples) -> str | None:
     """The unit in which the first time is a date between 2001 and 2096, counted from 1970, if it gives a plausible
     rate: a counter of microseconds may be as large."""
-    first = float(table.values["time"][0])
+    first = float(samples.values["time"][0])
     found = next((unit for unit, size in _PER_SECOND.items() if 1e9 <= first / size < 4e9), None)
-    step = {"step": float(np.median(np.diff(table.values["time"])))}
+    step = {"step": float(np.median(np.diff(samples.values["time"])))}
     return found if found and plausible(step, {"time": parse(found, "time", "time")}) else None
 
 
@@ -157,37 +159,37 @@ def _choices(unknown: list[str]) -> Iterator[dict[str, Unit]]:
         yield {q: parse(symbol, dimension(q), q) for q, symbol in zip(unknown, symbols, strict=True)}
 
 
-def _unknown_unit(table: Table, unknown: list[str], found: list[dict[str, Unit]]) -> InputError:
+def _unknown_unit(samples: Samples, unknown: list[str], found: list[dict[str, Unit]]) -> InputError:
     options = [" with ".join(f"{q} in {unit.symbol}" for q, unit in choice.items()) for choice in found]
     candidates = "; ".join(options) if options else "none of " + ", ".join(s for q in unknown for s in _CANDIDATES[q])
-    step = f", the median step of time is {np.median(np.diff(table.values['time'])):g}" if "time" in unknown else ""
-    limit = f"{columns_of(table.layout)}{step}; plausible: {candidates}"
+    step = f", the median step of time is {np.median(np.diff(samples.values['time'])):g}" if "time" in unknown else ""
+    limit = f"{columns_of(samples.table)}{step}; plausible: {candidates}"
     examples = {"time": "us", "depth": "mm", "velocity": "mm/s"}
     return InputError(
         f"unit of {' and '.join(unknown)}",
         "unknown",
         limit,
-        str(table.layout.path),
+        str(samples.table.path),
         "Give the unit of your recording, for example " + " ".join(f"--unit {q}={examples[q]}" for q in unknown) + ".",
     )
 
 
-def _assume_forces(table: Table, units: dict[str, Unit]) -> list[str]:
+def _assume_forces(samples: Samples, units: dict[str, Unit]) -> list[str]:
     """Assume newtons for a force without a unit if its size is plausible, and the unit of the force for its axes."""
-    without_unit = [quantity for quantity in table.values if quantity not in units]
+    without_unit = [quantity for quantity in samples.values if quantity not in units]
     if not without_unit:
         return []
     stated = "force" in units
-    units |= dict.fromkeys(without_unit, units["force"] if stated else _newtons(table))
+    units |= dict.fromkeys(without_unit, units["force"] if stated else _newtons(samples))
     names = f"{', '.join(without_unit)} {'is' if len(without_unit) == 1 else 'are'}"
     reason = "as the force" if stated else "no unit is given"
     return [f"{names} assumed to be in {units['force'].symbol}: {reason}"]
 
 
-def _newtons(table: Table) -> Unit:
-    largest = float(np.max(np.abs(table.values["force"])))
+def _newtons(samples: Samples) -> Unit:
+    largest = float(np.max(np.abs(samples.values["force"])))
     if largest > _MAX_FORCE_N:
-        limit = f"{columns_of(table.layout)}; the largest value is {largest:g}, which may be in N, mN or g"
+        limit = f"{columns_of(samples.table)}; the largest value is {largest:g}, which may be in N, mN or g"
         step = "Give the unit of the force, for example --unit force=mN."
-        raise InputError("unit of force", "unknown", limit, str(table.layout.path), step)
+        raise InputError("unit of force", "unknown", limit, str(samples.table.path), step)
     return parse("N", "force", "force")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import core
+from ..vocabulary import SMALLEST
 from .strokes import Blocks, Cycle, blocks, first_run, white_noise
 
 CROSSING_SIGMA = 5.0  # [sd of the noise] height of a crossing that is not noise
@@ -188,5 +189,5 @@ def only_drift(time: np.ndarray, force: np.ndarray, size: int) -> bool:
     if len(short) < 10:
         return False
     left, about = short.force - short.force.mean(), short.depth - short.depth.mean()
-    left -= about * (float(about @ left) / max(float(about @ about), 1e-300))
+    left -= about * (float(about @ left) / max(float(about @ about), SMALLEST))
     return float(left.std()) <= MAX_DRIFT_RESIDUAL * white_noise(short.force)

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from .. import core
+from ..vocabulary import SMALLEST
 from .strokes import FOURTH_DIFFERENCE, Blocks, white_noise
 
 FALSE_ALARMS = 1e-3  # punctures found in a recording that has only normal noise
@@ -136,7 +137,7 @@ def is_rough(force: np.ndarray, free: int, noise: ForceNoise, rupture: int) -> b
         fourth = second[: -2 * w] - 2.0 * second[w:-w] + second[2 * w :]
         sensor = FOURTH_DIFFERENCE * noise.of_mean(w)
         if free >= MIN_ROUGH_WINDOWS * w:
-            correlated = max(correlated, robust_sd(fourth[: free - 5 * w + 1]) / max(sensor, 1e-300))
+            correlated = max(correlated, robust_sd(fourth[: free - 5 * w + 1]) / max(sensor, SMALLEST))
         error = (w / inside + w / max(free, MIN_ROUGH_WINDOWS * w)) ** 0.5
         if robust_sd(fourth[free:]) > (1.0 + ROUGH_SIGMA * ROBUST_SD_ERROR * error) * correlated * sensor:
             return True
@@ -156,10 +157,10 @@ def block_noise(force: np.ndarray, free: int, quantum: float, size: int) -> Forc
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fall:
-    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd] above a ``threshold``, the
-    standard ``deviation`` [N] of the means that show it, and whether it may be texture of a ``rough`` stroke, one that
-    fluctuates more than the sensor."""
+class DropCandidate:
+    """A significant fall of the force between blocks ``first`` and ``last``: its ``statistic`` [sd] above a
+    ``threshold``, the standard ``deviation`` [N] of the means that show it, and whether it may be texture of a
+    ``rough`` stroke, one that fluctuates more than the sensor."""
 
     first: int
     last: int
@@ -169,9 +170,9 @@ class Fall:
     rough: bool
 
 
-def falls(
+def drop_candidates(
     stroke: Blocks, *, free: int, noise: ForceNoise, rupture: int, max_gap: int, turns: bool = False
-) -> list[Fall]:
+) -> list[DropCandidate]:
     """The significant falls in ``stroke`` after its ``free`` first blocks, in order of depth. Where it ``turns`` into
     the withdrawal at once, a fall at its very end may be that of the withdrawal, which a lag can bring forward.
 
@@ -182,16 +183,16 @@ def falls(
     Noise is normal; the texture of a tissue has heavier tails: in a rough stroke a fall that Student's t with four
     degrees of freedom would reach at the same false-alarm rate is marked as ``rough``.
     """
-    found: list[Fall] = []
+    found: list[DropCandidate] = []
     short: dict[int, np.ndarray] = {}
     rare = FALSE_ALARMS / _places(len(stroke) - free, max_gap)
     threshold, texture = float(-ndtri(rare)), float(-stdtrit(TEXTURE_FREEDOM, rare))
     correlated, rough = 1.0, is_rough(stroke.force, free, noise, rupture)
     for each in comparisons(stroke.force, max_gap):
         sensor, own = deviations(each, free, noise)
-        sd = max(sensor, own, 1e-300)
+        sd = max(sensor, own, SMALLEST)
         if each.window <= WINDOWS[1] and not each.gap:
-            correlated = max(correlated, sd / max(2**0.5 * noise.of_mean(each.window), 1e-300))
+            correlated = max(correlated, sd / max(2**0.5 * noise.of_mean(each.window), SMALLEST))
         if not each.gap:
             short[each.window] = each.excess / sd
         score = _scores(each, sd, short)
@@ -202,7 +203,7 @@ def falls(
             a, statistic = j + each.window - 1, float(score[j])
             unclear = rough and statistic < texture
             found.append(
-                Fall(
+                DropCandidate(
                     first=a,
                     last=a + each.gap + 1,
                     statistic=statistic,
@@ -211,11 +212,12 @@ def falls(
                     rough=unclear,
                 )
             )
-    found += _steep_falls(stroke.force, found, free=free, noise=noise, rough=texture if rough else 0.0, max_gap=max_gap)
+    limit = texture if rough else 0.0
+    found += _steep_candidates(stroke.force, found, free=free, noise=noise, rough=limit, max_gap=max_gap)
     limits = (threshold * correlated, texture * correlated)
     if not turns:
-        found += _last_falls(stroke, found, free=free, noise=noise, rough=rough, limits=limits)
-    return sorted(found, key=lambda fall: fall.first)
+        found += _last_candidates(stroke, found, free=free, noise=noise, rough=rough, limits=limits)
+    return sorted(found, key=lambda each: each.first)
 
 
 def _places(count: int, max_gap: int) -> float:
@@ -245,9 +247,9 @@ def _peaks(score: np.ndarray, threshold: float, reach: int) -> list[int]:
     return [int(group[np.argmax(score[group])]) for group in groups]
 
 
-def _steep_falls(
-    force: np.ndarray, found: list[Fall], *, free: int, noise: ForceNoise, rough: float, max_gap: int
-) -> list[Fall]:
+def _steep_candidates(
+    force: np.ndarray, found: list[DropCandidate], *, free: int, noise: ForceNoise, rough: float, max_gap: int
+) -> list[DropCandidate]:
     """Falls from one block to the next in a rise so steep that the mean before it is below that after it.
 
     The fall is significant by itself, and so is that below the line through the four blocks before the last one, which
@@ -264,13 +266,13 @@ def _steep_falls(
         max(sd, robust_sd(each[:inside]), quarter_sd(each[inside:]))
         for sd, each in zip(sds, (fall, below), strict=True)
     ]
-    score = np.minimum(fall / max(sds[0], 1e-300), below / max(sds[1], 1e-300))
+    score = np.minimum(fall / max(sds[0], SMALLEST), below / max(sds[1], SMALLEST))
     score[:inside] = 0.0
     threshold = float(-ndtri(FALSE_ALARMS / (_places(len(force) - free, max_gap) + len(score))))
     for other in found:
         score[max(other.first - 2 * count, 0) : max(other.last + count, 0)] = 0.0
     return [
-        Fall(
+        DropCandidate(
             first=j + count,
             last=j + count + 1,
             statistic=float(score[j]),
@@ -282,9 +284,15 @@ def _steep_falls(
     ]
 
 
-def _last_falls(
-    stroke: Blocks, found: list[Fall], *, free: int, noise: ForceNoise, rough: bool, limits: tuple[float, float]
-) -> list[Fall]:
+def _last_candidates(
+    stroke: Blocks,
+    found: list[DropCandidate],
+    *,
+    free: int,
+    noise: ForceNoise,
+    rough: bool,
+    limits: tuple[float, float],
+) -> list[DropCandidate]:
     """Falls just before the end, with fewer blocks after than before them: below the line through these, where it
     declines, and below their mean."""
     extra, force, end = [], stroke.force, len(stroke)
@@ -297,11 +305,11 @@ def _last_falls(
         decline, apart = max(-float(place @ before) / float(place @ place), 0.0), 0.5 * (count + after)
         fall = float(before.mean() - force[k:end].mean()) - decline * apart
         line = noise.of_mean(1) ** 2 * apart**2 / float(place @ place)
-        score = fall / max(noise.of_mean(count) ** 2 + line + noise.of_mean(after) ** 2, 1e-300) ** 0.5
+        score = fall / max(noise.of_mean(count) ** 2 + line + noise.of_mean(after) ** 2, SMALLEST) ** 0.5
         near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
         if score > limits[0] and not near:
             extra.append(
-                Fall(
+                DropCandidate(
                     first=k - 1,
                     last=end - 1,
                     statistic=score,

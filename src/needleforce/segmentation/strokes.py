@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from .. import core
+from ..vocabulary import SMALLEST
 
 REVERSAL_SHARE = 0.1  # of the depth's range: return travel after which a reversal counts
 REST_SHARE = 1e-3  # of the depth's range: distance from the deepest point within which the needle rests
@@ -224,7 +225,7 @@ def cut_samples(depth: np.ndarray, first: int, last: int, reach: int) -> tuple[n
     quantum = _quantum(depth[first:last], step)
     if len(z) < 2 * ADVANCE_WINDOW:
         return np.arange(first, last), 0.0
-    top, half = core.running_max(z), max(reach, int(SMOOTH_RATIO * max(left, quantum) / max(step, 1e-300)), 1)
+    top, half = core.running_max(z), max(reach, int(SMOOTH_RATIO * max(left, quantum) / max(step, SMALLEST)), 1)
     half = min(half, len(z) // 4)
     gain = np.append(top[half:], np.full(half, top[-1])) - np.append(np.full(half, top[0]), top[:-half])
     forwards = gain[gain > 0.0]
@@ -243,7 +244,7 @@ def _smooth(depth: np.ndarray) -> tuple[np.ndarray, float, float, float]:
     step = max(float(depth.max() - depth[0]), 0.0) / len(depth)
     fourth = np.abs(np.diff(depth, 4))
     noise = float(np.median(fourth)) / 0.6745 / FOURTH_DIFFERENCE
-    length = int(min((SMOOTH_RATIO * noise / max(step, 1e-300)) ** (2.0 / 3.0), len(depth) // 10))
+    length = int(min((SMOOTH_RATIO * noise / max(step, SMALLEST)) ** (2.0 / 3.0), len(depth) // 10))
     if length < 2:
         return depth, CUT_SIGMA * noise, CUT_SIGMA * noise, step
     half = length // 2

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..recording.columns import Column
-from ..recording.file_table import FileTable
 from ..recording.formats.detect import tables_of
+from ..recording.table import Table
 from ..units import parse
 from .tip_path_tables import AXES, split_header
 
@@ -110,12 +109,12 @@ def read_shapes(file: str | PathLike, *, unit: str | None = None) -> list[Needle
     return [_shape(key, series, keys, str(file)) for key in dict.fromkeys(keys)]
 
 
-def _lengths(table: FileTable, index: int, unit: str | None) -> np.ndarray:
+def _lengths(table: Table, index: int, unit: str | None) -> np.ndarray:
     header = table.headers[index]
     if not unit:
         step = "Name the column with its unit (x_mm), or give unit='mm'."
         raise InputError(header, "no unit", "a unit is needed", str(table.path), step)
-    values = table.numbers({"x": Column("x", header, index, None)})[0]["x"]
+    values = table.numbers(index)
     if not np.all(np.isfinite(values)):
         row = int(np.argmax(~np.isfinite(values)))
         raise InputError(header, "empty or no number", "in one row", table.place(row), "Leave the row out.")

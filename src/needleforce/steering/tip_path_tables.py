@@ -2,17 +2,17 @@
 """Tables of steered insertions: which column is which, and from the tracker's frame to that of the tissue."""
 
 import re
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import InputError
-from ..recording.columns import Column
-from ..recording.file_table import FileTable
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
+from ..recording.quantities import split
+from ..recording.roles import Column, Vocabulary, assign_columns
+from ..recording.table import Table
 from ..units import parse
 from .tip_paths import TipPath
 
@@ -62,46 +62,47 @@ def read(file: str | PathLike, *, unit: str | None = None) -> list[TipPath]:
     return [_path(label, series, group, table) for label, group in groups.items()]
 
 
-@dataclass(frozen=True)
-class _Source:
-    """The column of a quantity: index, header and stated unit."""
+def _quantity(header: str) -> str | None:
+    """The quantity of a header: of tip or base, orientation or slope, roll and depth."""
+    match = re.fullmatch(
+        r"(?:needle_)?(tip|base|guide|hub)_(q[wxyz]|(?:slope_)?[xyz])|(?:base_|step_)?(depth|roll)",
+        split_header(header)[0],
+    )
+    return match and (match[3] or f"{'tip' if match[1] == 'tip' else 'base'}_{match[2]}")
 
-    index: int
-    header: str
-    unit: str
+
+_QUANTITIES = [
+    f"{body}_{each}"
+    for body in ("tip", "base")
+    for each in (*AXES, *(f"slope_{axis}" for axis in AXES), "qw", "qx", "qy", "qz")
+]
+_VOCABULARY = Vocabulary(dimensions=dict.fromkeys([*_QUANTITIES, "depth", "roll"], ""), recognised={"name": _quantity})
 
 
-def _columns(table: FileTable) -> dict[str, _Source]:
-    """Quantity -> column, for tip, base, orientation or slope, roll and depth."""
-    found: dict[str, _Source] = {}
-    for index, header in enumerate(table.headers):
-        name, unit = split_header(header)
-        match = re.fullmatch(
-            r"(?:needle_)?(tip|base|guide|hub)_(q[wxyz]|(?:slope_)?[xyz])|(?:base_|step_)?(depth|roll)", name
-        )
-        if not match:
-            continue
-        body = match[1] and ("tip" if match[1] == "tip" else "base")
-        stated = (table.units[index] if index < len(table.units) else "") or unit
-        found.setdefault(match[3] or f"{body}_{match[2]}", _Source(index, header, stated))
-    return found
+def _columns(table: Table) -> dict[str, Column]:
+    """Quantity -> column, the first of several, with its unit."""
+    found = assign_columns(table, {}, _VOCABULARY).matches
+    return {quantity: _column(table, quantity, indices[0]) for quantity, indices in found.items()}
+
+
+def _column(table: Table, quantity: str, index: int) -> Column:
+    stated = table.units[index] if index < len(table.units) else ""
+    return Column(quantity, table.headers[index], index, stated or split_header(table.headers[index])[1], "name")
 
 
 def split_header(header: str) -> tuple[str, str]:
     """Name in words joined by underscores, and unit: ``tip_x_mm``, ``Tip x [mm]``, ``tip.x (mm)``."""
-    bracketed = re.fullmatch(r"(.*?)\s*[\[(]\s*([^\])]*?)\s*[\])]", header.strip())
-    if bracketed:
-        return "_".join(_words(bracketed[1])), bracketed[2]
-    words = _words(header)
-    has_unit = len(words) > 1 and words[-1] not in AXES and is_unit(words[-1])
-    return ("_".join(words[:-1]), words[-1]) if has_unit else ("_".join(words), "")
+    name, unit = split(header, is_unit)
+    if unit is None:
+        name, unit = split("_".join(_words(header)), is_unit)
+    return "_".join(_words(name)), unit or ""
 
 
 def _words(text: str) -> list[str]:
     return [word for word in re.split(r"[\W_]+", text.casefold()) if word]
 
 
-def _check(table: FileTable, columns: dict[str, _Source]) -> None:
+def _check(table: Table, columns: dict[str, Column]) -> None:
     missing = [f"tip_{axis}" for axis in AXES if f"tip_{axis}" not in columns]
     across = [axis for axis in AXES if f"base_{axis}" in columns]
     if missing or len(across) == 1:
@@ -111,16 +112,16 @@ def _check(table: FileTable, columns: dict[str, _Source]) -> None:
         raise InputError("columns", given, "not those of a tip path", str(table.path), step)
 
 
-def _labels(table: FileTable, rows: int) -> list[str]:
+def _labels(table: Table, rows: int) -> list[str]:
     """The insertion of each row."""
     names = [split_header(header)[0] for header in table.headers]
     label = next((names.index(name) for name in _LABELS if name in names), None)
     return [table.path.stem] * rows if label is None else table.texts(label)[:rows]
 
 
-def _series(table: FileTable, source: _Source, unit: str | None) -> np.ndarray:
+def _series(table: Table, source: Column, unit: str | None) -> np.ndarray:
     try:
-        values = table.numbers({"tip": Column("tip", source.header, source.index, None)})[0]["tip"]
+        values = table.numbers(source.index)
     except InputError as error:
         column = f"column {source.header}"
         raise InputError(column, error.value, error.limit, error.place, error.next_step) from None
@@ -142,7 +143,7 @@ def _series(table: FileTable, source: _Source, unit: str | None) -> np.ndarray:
     return parse(source.unit or unit or "", "length", source.header, str(table.path)).to_si(values)
 
 
-def _angle(values: np.ndarray, source: _Source, table: FileTable) -> np.ndarray:
+def _angle(values: np.ndarray, source: Column, table: Table) -> np.ndarray:
     """Angles [rad]. Raises InputError without a unit."""
     if not source.unit:
         step = "Name the column with its unit, such as roll_deg or roll_rad."
@@ -150,7 +151,7 @@ def _angle(values: np.ndarray, source: _Source, table: FileTable) -> np.ndarray:
     return parse(source.unit, "angle", source.header, str(table.path)).to_si(values)
 
 
-def _path(name: str, series: dict[str, np.ndarray], rows: np.ndarray, table: FileTable) -> TipPath:
+def _path(name: str, series: dict[str, np.ndarray], rows: np.ndarray, table: Table) -> TipPath:
     place = f"{table.path}, {name}"
     one = {key: values[rows] for key, values in series.items()}
     along = _along(one)

@@ -14,8 +14,9 @@ from typing import BinaryIO
 import numpy as np
 
 from ...errors import InputError
-from ...recording.columns import Column, Headers, choose
 from ...recording.quantities import by_name, dimension, split
+from ...recording.roles import RECORDINGS, Column, Vocabulary, assign_columns
+from ...recording.table import Table
 from ...units import parse
 from ...wire.axis_lines import AxisState
 from ...wire.rdt import AXES
@@ -34,6 +35,7 @@ _SECOND = 1e9  # [ns]
 _DEFAULT_RATE_HZ = 1000.0  # source paper sec. 1
 _QUANTITY = {"fz": "force"}  # name of the axial force in a recording
 _QUANTITIES = ("time", "depth", "velocity", "force", "fx", "fy", "tx", "ty", "tz")
+_BY_NAME = Vocabulary(dimensions=RECORDINGS.dimensions, recognised={"name": by_name})
 _GAUGE = re.compile(r"(?:v|g|(?:strain )?gau?ge)[ _]?(\d)(?:[ _]*[\[(]?v[\])]?)?", re.IGNORECASE)
 _OTHER_QUANTITIES = ("time", "depth", "velocity", "sequence")
 _RANGES = {"time": (0.0, 4e9), "sequence": (0.0, 2.0**32 - 1.0), "depth": (-1e3, 1e3), "velocity": (-1e3, 1e3)}  # SI
@@ -289,7 +291,7 @@ def columns_of(header: bytes, calibration: Calibration | None, place: str) -> Li
     headers = [cell.strip().strip('"') for cell in (text.split(delimiter) if text else [])]
     gauges = _gauges(headers, place)
     rest = ["" if index in gauges else cell for index, cell in enumerate(headers)]
-    chosen = choose(Headers(Path(place), rest), _QUANTITIES, {}, (by_name,))
+    chosen = assign_columns(Table(path=Path(place), headers=rest), {}, _BY_NAME).chosen(_QUANTITIES)
     scale = {quantity: _scale(column, place) for quantity, column in chosen.items()}
     index = {quantity: column.index for quantity, column in chosen.items()}
     index |= dict([("sequence", k) for k, cell in enumerate(headers) if cell.casefold() in _SEQUENCE_HEADERS][:1])

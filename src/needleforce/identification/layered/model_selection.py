@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..statistics.noise import noise_of
-from ..statistics.regression import VERY_STRONG_BIC, independent_samples
+from ..statistics.regression import VERY_STRONG_BIC, bic_gain, criterion, independent_samples
 from .binned_cycle import BinnedCycle
 from .parameters import (
     NO_RELAXATION,
@@ -90,9 +90,7 @@ def with_bic(candidates: list[Candidate]) -> list[Candidate]:
     """The candidates with their BIC, all with the number of independent samples of the best fit's residual."""
     smallest = min(candidates, key=lambda each: each.residual)
     samples = sum(_independent(smallest.solved, run) for run in range(len(smallest.solved.problem.cycles)))
-    return [
-        replace(each, bic=samples * np.log(each.residual**2) + each.parameters * np.log(samples)) for each in candidates
-    ]
+    return [replace(each, bic=criterion(each.residual**2, each.parameters, samples)) for each in candidates]
 
 
 def _independent(solved: Solved, run: int) -> float:
@@ -161,7 +159,7 @@ def undecided_saturations(found: Solved) -> frozenset[str]:
         if place in unknowns.held:
             continue
         ratio = without(found, {place: NO_SATURATION}).residual / found.residual
-        if 2.0 * samples * np.log(ratio) - np.log(samples) < VERY_STRONG_BIC:
+        if bic_gain(1.0, ratio**2, 1, samples) < VERY_STRONG_BIC:
             undecided.add(f"{prefix(layer)}saturation_depth")
     return frozenset(undecided)
 

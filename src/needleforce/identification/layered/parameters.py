@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...models.parameter_units import unit_of
+
 MM = 1e-3
 PER_LAYER = 7
 COEFFICIENT, SATURATION, TOP, FRICTION_RATIO, TISSUE_STIFFNESS, RUPTURE_LENGTH, RESTING_SURFACE = range(PER_LAYER)
@@ -21,18 +23,18 @@ MIN_COMMON, MAX_COMMON = (-31.0, -4.0, -1.0, -2.5), (4.0, 4.0, 1.0, 2.5)
 MAX_PUNCTURE_MM = 1e4  # [mm] no insertion is deeper
 STEPS = np.array([1e-4, 1e-4, 1e-3, 1e-4, 1e-4, 1e-4, 1e-3])
 STEP_PUNCTURE_MM = 0.03  # [mm] a third of a bin: a smaller step leaves the rupture in its bin
-OF_A_LAYER = {
-    "stiffness_coefficient": "N/m^2",
-    "saturation_depth": "m",
-    "contact_stiffness": "N/m",
-    "puncture_depth": "m",
-    "puncture_indentation": "m",
-    "friction_per_length": "N/m",
-    "tissue_stiffness": "N/m",
-    "rupture_length": "m",
-    "resting_surface": "m",
-}
-SHARES = {"relaxation_share_1": "1", "relaxation_share_2": "1"}
+OF_A_LAYER = (
+    "stiffness_coefficient",
+    "saturation_depth",
+    "contact_stiffness",
+    "puncture_depth",
+    "puncture_indentation",
+    "friction_per_length",
+    "tissue_stiffness",
+    "rupture_length",
+    "resting_surface",
+)
+SHARES = ("relaxation_share_1", "relaxation_share_2")
 SIGNED = {"contact_depth", "top", "puncture_depth", "resting_surface", "speed_exponent"}
 
 
@@ -123,21 +125,6 @@ class LayeredParameters:
         first = self.shared + run * self.layers
         return slice(first, first + self.layers)
 
-    def affected_layers(self, place: int) -> np.ndarray:
-        """True (layers,) for the layers whose force depends on the unknown at an index of x."""
-        if place < self.relaxing:
-            layer = place // PER_LAYER
-        elif place < self.shared:
-            return np.ones(self.layers, bool)
-        else:
-            layer = (place - self.shared) % self.layers
-        return np.arange(self.layers) == layer
-
-    def run_places(self, run: int) -> np.ndarray:
-        """Indices in x of the fitted values on which the force of one run depends."""
-        own = [*range(self.shared), *range(self.size)[self.punctures_of(run)]]
-        return np.array([k for k in own if k not in self.held])
-
     def steps(self) -> np.ndarray:
         """Steps (size,) of the finite differences."""
         common, punctures = np.full(4, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE_MM)
@@ -198,12 +185,12 @@ def prefix(layer: int) -> str:
 
 def units(unknowns: LayeredParameters) -> dict[str, str]:
     """Every name with its SI unit, in the order of ``values``."""
-    found = {}
+    names: list[str] = []
     for layer in range(unknowns.layers):
-        found[f"{prefix(layer)}{'top' if layer else 'contact_depth'}"] = "m"
-        found |= {prefix(layer) + name: unit for name, unit in OF_A_LAYER.items()}
+        names += [prefix(layer) + name for name in ("top" if layer else "contact_depth", *OF_A_LAYER)]
     common = {"speed_exponent": unknowns.speed, "withdrawal_ratio": unknowns.withdrawal}
-    return found | SHARES | {name: "1" for name, place in common.items() if place not in unknowns.held}
+    names += [*SHARES, *(name for name, place in common.items() if place not in unknowns.held)]
+    return {name: unit_of(name) for name in names}
 
 
 def values(unknowns: LayeredParameters, x: np.ndarray, excluded: int | None = None) -> np.ndarray:

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ... import core
+from ...models.parameter_units import UNITS
 from ..estimates import Estimate
 from ..statistics.noise import TWO_SIDED, noise_of
 from .binned_cycle import COARSE, BinnedCycle
@@ -143,7 +144,7 @@ class Problem:
             long_run = noise_of(residual + value * cycle.weight, len(residual)).long_run
             error = float(cycle.scale * np.sqrt(long_run))
         half = TWO_SIDED * error
-        return Estimate("force_offset", value, "N", value - half, value + half, source=source)
+        return Estimate("force_offset", value, UNITS["force_offset"], value - half, value + half, source=source)
 
     def jacobian(self, run: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Indices in x on which one run's residuals depend (k,), and their derivatives (m, k), by differences."""

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ...display.quantities import counted
+from ...vocabulary import SMALLEST
 from ..estimates import Correlations, Estimate
 from ..statistics.noise import TWO_SIDED, noise_of, student_quantile
 from .model_selection import MIN_REPEATS
@@ -175,7 +176,7 @@ class Uncertainty:
         three repeats or more, with the correlations of both; their quantiles are the limits of the intervals."""
         known = np.flatnonzero(np.isfinite(self.half))
         both = self.within[np.ix_(known, known)] + (self.moves.T @ self.moves)[np.ix_(known, known)]
-        sd = np.sqrt(np.maximum(both.diagonal(), 1e-300))
+        sd = np.sqrt(np.maximum(both.diagonal(), SMALLEST))
         place, ends = np.linalg.eigh(both / np.outer(sd, sd))
         normal = random.standard_normal((count, len(known))) * np.sqrt(np.maximum(place, 0.0)) @ ends.T
         if self.runs >= MIN_REPEATS:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ... import core
 from ...errors import InputError
+from ...models.parameter_units import UNITS
 from ..statistics.noise import DriftEffect, Noise, noise_of
 from ..statistics.regression import criterion, inverse
 from .loading_curves import FITS, LoadingCurve
@@ -48,12 +49,12 @@ class DeformationFit:
     @property
     def bic(self) -> float:
         """Schwarz's criterion, each sample counted as independent."""
-        return criterion(self.noise, len(self.order), self.noise.count)
+        return criterion(self.noise.mean_square, len(self.order), self.noise.count)
 
     @property
     def nrmse(self) -> float:
         """Residual rms over the largest force."""
-        return (self.noise.sse / self.noise.count) ** 0.5 / self.peak
+        return self.noise.mean_square**0.5 / self.peak
 
 
 def fit_deformation(
@@ -126,7 +127,7 @@ def _least_squares(
         starts = (value / indentation**each.power,)
     for each in () if given else curve.shape.values():
         starts, low, high = each.starts, each.low, each.high
-    amplitudes, place, shape, offset, sse = core.fit_loading(
+    amplitudes, place, shape, zero, sse = core.fit_loading(
         np.ascontiguousarray(depth, float),
         np.ascontiguousarray(force, float),
         law=curve.law.name,
@@ -142,7 +143,7 @@ def _least_squares(
         raise InputError("depth or force before the puncture", "not finite", limit, next_step="Remove such samples.")
     names = (*curve.amplitudes, *curve.shape)
     fitted = (*amplitudes[: len(curve.amplitudes)], *(given or (shape,)))
-    return dict(zip(names, fitted)) | {"contact_depth": place, "force_offset": offset}
+    return dict(zip(names, fitted)) | {"contact_depth": place, "force_offset": zero}
 
 
 def _at_limit(
@@ -159,7 +160,7 @@ def _at_limit(
 
 
 def _held(name: str, value: float, curve: LoadingCurve) -> str:
-    unit = f" {curve.units.get(name, 'm')}".removesuffix(" 1")
+    unit = f" {UNITS[name]}".removesuffix(" 1")
     return (
         f"The parameter {name} of the law {curve.law.name} is held at {value:.4g}{unit}, the limit of its range: the "
         "best fit is beyond it."

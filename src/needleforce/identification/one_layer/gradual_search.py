@@ -17,8 +17,9 @@ from itertools import product
 
 import numpy as np
 
+from ...vocabulary import SMALLEST
 from ..statistics.noise import noise_of
-from ..statistics.regression import independent_samples
+from ..statistics.regression import bic_gain, independent_samples
 from .deformation_fit import CONTACT_RANGE
 from .loading_curves import LoadingCurve
 
@@ -129,7 +130,7 @@ def not_negative(design: np.ndarray, force: np.ndarray) -> np.ndarray:
     best = np.linalg.lstsq(design, force, rcond=None)[0]
     if (best >= 0.0).all():
         return best
-    alone = np.maximum(design.T @ force / np.maximum(np.einsum("ij,ij->j", design, design), 1e-300), 0.0)
+    alone = np.maximum(design.T @ force / np.maximum(np.einsum("ij,ij->j", design, design), SMALLEST), 0.0)
     choices = [np.array([alone[0], 0.0]), np.array([0.0, alone[1]])]
     return min(choices, key=lambda each: float(np.sum((force - design @ each) ** 2)))
 
@@ -170,12 +171,12 @@ class GradualProblem:
             free = ~((at <= self.low) & (gradient < 0.0)) & ~((at >= self.high) & (gradient > 0.0))
             gram = slopes.T @ slopes
             gram[np.diag_indices(len(at))] *= 1.0 + damping
-            gram[np.diag_indices(len(at))] += 1e-12 * max(float(np.trace(gram)), 1e-300)
+            gram[np.diag_indices(len(at))] += 1e-12 * max(float(np.trace(gram)), SMALLEST)
             moved = at.copy()
             moved[free] += np.linalg.solve(gram[np.ix_(free, free)], gradient[free])
             moved = np.clip(moved, self.low, self.high)
             new, found = self.solved(moved, samples)
-            gain = 1.0 - float(new @ new) / max(float(residual @ residual), 1e-300)
+            gain = 1.0 - float(new @ new) / max(float(residual @ residual), SMALLEST)
             if gain > 0.0:
                 at, residual, coefficients = moved, new, found
             elif damping > 1e6:
@@ -232,5 +233,5 @@ def refined(problem: GradualProblem, numbers: np.ndarray) -> tuple[GradualProble
     residuals = [problem.solved(numbers)[0], free.solved(more)[0]]
     noises = [noise_of(each, len(each), samples.filter_length, 1.0) for each in residuals]
     n = independent_samples(noises)
-    gain = n * math.log(max(noises[0].sse, 1e-300) / max(noises[1].sse, 1e-300)) - math.log(n)
+    gain = bic_gain(noises[1].sse, noises[0].sse, 1, n)
     return (free, more) if gain > 0.0 else (problem, numbers)

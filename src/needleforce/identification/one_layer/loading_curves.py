@@ -16,16 +16,14 @@ MIN_SATURATION = 0.05  # [of the indentation] a contact that saturates before is
 MIN_EXPONENT = 0.1  # [1] rate times indentation; below, the curve departs from its chord by less than 1 %
 POWER, TERMS = ({row["name"]: row for row in law.table()} for law in (core.laws.PowerLaw, core.laws.Polynomial))
 UNIT_DEPTH = POWER["reference_depth"]["default"]
-RUPTURE = {"rupture_onset": "m", "rupture_length": "m", "rupture_exponent": "1"}
-"""Name to unit of what a gradual rupture has: the indentation where it begins, and its course, see
-``yielding_coulomb``."""
+RUPTURE = ("rupture_onset", "rupture_length", "rupture_exponent")
+"""What a gradual rupture has: the indentation where it begins, and its course, see ``yielding_coulomb``."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShapeParameter:
-    """A fitted shape parameter: unit, and starts, lower and upper limit, all times indentation ** ``power``."""
+    """A fitted shape parameter: starts, lower and upper limit, all times indentation ** ``power``."""
 
-    unit: str
     power: int
     starts: tuple[float, ...]
     low: float
@@ -36,8 +34,8 @@ class ShapeParameter:
 class LoadingCurve:
     """A stiffness law in the form of a fit. Functions take h (n,) [m], none below 0, and the shape parameters, SI.
 
-    ``amplitudes`` maps names to units; none is negative, so that the curve rises. ``basis`` returns phi, one (n,) per
-    amplitude, ``by_depth`` its derivatives by h, ``by_shape`` a list of its derivatives for each shape parameter.
+    No amplitude is negative, so that the curve rises. ``basis`` returns phi, one (n,) per amplitude, ``by_depth`` its
+    derivatives by h, ``by_shape`` a list of its derivatives for each shape parameter.
     ``stiffness(values, half_angle)`` makes the law; a law with a tip uses the tip's half angle [rad]. ``complete``
     names the law of the complete fit that finds the puncture: its own, or one that approximates most curves.
     ``gives_modulus``: the reduced modulus follows from the parameters and the tip. ``not_distinguishable(values)``
@@ -47,7 +45,7 @@ class LoadingCurve:
     """
 
     law: type
-    amplitudes: Mapping[str, str]
+    amplitudes: tuple[str, ...]
     basis: Callable[..., Sequence]
     by_depth: Callable[..., Sequence]
     stiffness: Callable
@@ -60,10 +58,9 @@ class LoadingCurve:
     gradual: bool = False
 
     @property
-    def units(self) -> dict[str, str]:
-        """Name to unit of all parameters."""
-        shape = {name: each.unit for name, each in self.shape.items()}
-        return {**self.amplitudes, **shape, **(RUPTURE if self.gradual else {})}
+    def parameters(self) -> tuple[str, ...]:
+        """The names of all parameters."""
+        return (*self.amplitudes, *self.shape, *(RUPTURE if self.gradual else ()))
 
     def force(self, h: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
         """F [N], shaped as h [m]; 0 below 0."""
@@ -107,7 +104,7 @@ def _polynomial(values: Mapping[str, float], half_angle: float) -> Any:
 
 CONE = LoadingCurve(
     law=core.laws.Cone,
-    amplitudes={"stiffness_coefficient": "N/m^2"},
+    amplitudes=("stiffness_coefficient",),
     basis=lambda h: (h * h,),
     by_depth=lambda h: (2.0 * h,),
     stiffness=_cone,
@@ -118,10 +115,9 @@ CONE = LoadingCurve(
 
 CONE_CYLINDER = LoadingCurve(
     law=core.laws.ConeCylinder,
-    amplitudes={"stiffness_coefficient": "N/m^2"},
+    amplitudes=("stiffness_coefficient",),
     shape={
         "saturation_depth": ShapeParameter(
-            unit="m",
             power=1,
             starts=(0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0, 1.5),
             low=0.002,
@@ -144,10 +140,9 @@ CONE_CYLINDER = LoadingCurve(
 
 POWER_LAW = LoadingCurve(
     law=core.laws.PowerLaw,
-    amplitudes={"reference_force": "N"},
+    amplitudes=("reference_force",),
     shape={
         "exponent": ShapeParameter(
-            unit="1",
             power=0,
             starts=(1.05, 1.3, 1.6, 2.0, 2.5, 3.5, 5.0),
             low=POWER["exponent"]["low"],
@@ -163,7 +158,7 @@ POWER_LAW = LoadingCurve(
 
 POLYNOMIAL = LoadingCurve(
     law=core.laws.Polynomial,
-    amplitudes={"linear": "N/m", "quadratic": "N/m^2"},
+    amplitudes=("linear", "quadratic"),
     basis=lambda h: (h, h * h),
     by_depth=lambda h: (np.where(h > 0.0, 1.0, 0.0), 2.0 * h),
     stiffness=_polynomial,
@@ -172,10 +167,10 @@ POLYNOMIAL = LoadingCurve(
 
 EXPONENTIAL = LoadingCurve(
     law=core.laws.Exponential,
-    amplitudes={"scale": "N"},
+    amplitudes=("scale",),
     shape={
         "rate": ShapeParameter(
-            unit="1/m", power=-1, starts=(0.03, 0.3, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0), low=1e-3, high=30.0
+            power=-1, starts=(0.03, 0.3, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0), low=1e-3, high=30.0
         )
     },
     basis=lambda h, a: (np.expm1(a * h),),

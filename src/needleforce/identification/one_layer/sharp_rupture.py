@@ -1,16 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """A sharp rupture as the other explanation of a force peak: whether it explains the samples as well."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from ...errors import InputError
 from ..statistics.noise import noise_of
-from ..statistics.regression import VERY_STRONG_BIC, independent_samples
+from ..statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
 from ..strokes import Strokes
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit
 from .deformation_fit import DeformationFit
 
 
@@ -22,14 +21,13 @@ def refuse_sharp(
     modelled = _sharp_force(sharp, loading, strokes, end)
     used = np.ones(len(modelled), bool)
     if filter_length > 1:  # which smears a sharp rupture as well
-        place = sharp.samples_before_puncture
+        place = sharp.puncture.before
         used[max(place - filter_length, 0) : place + filter_length] = False
     force = np.concatenate([strokes.force_in[:end], strokes.force_out])
     residuals = [residual, force - modelled]
     one, other = (noise_of(np.where(used, each, 0.0), int(used.sum()), filter_length, 1.0) for each in residuals)
     n = independent_samples([one, other])
-    gain = n * math.log(max(other.sse, 1e-300) / max(one.sse, 1e-300)) - 2.0 * math.log(n)
-    if not gain > VERY_STRONG_BIC:
+    if not bic_gain(one.sse, other.sse, 2, n) > VERY_STRONG_BIC:
         raise InputError("rupture", "not gradual", "a sharp one explains the samples as well")
 
 

@@ -6,6 +6,7 @@ import math
 import numpy as np
 
 from ...errors import InputError
+from ...vocabulary import SMALLEST
 from .noise import Noise, student_quantile
 
 MAX_CONDITION = 1e14  # of the correlation of the parameters: beyond, the samples do not determine all of them
@@ -68,10 +69,15 @@ def inverse(gram: np.ndarray) -> np.ndarray:
     return found / units
 
 
-def criterion(noise: Noise, parameters: int, samples: float) -> float:
-    """BIC: n log(sum of squares / count) + parameters log(n), n being ``samples``; the noise's own is not counted."""
-    variance = max(noise.sse / noise.count, 1e-300)
-    return samples * math.log(variance) + parameters * math.log(samples)
+def criterion(mean_square: float, parameters: int, samples: float) -> float:
+    """BIC: n log(``mean_square``) + parameters log(n), n being ``samples``; the noise's own is not counted."""
+    return samples * math.log(max(mean_square, SMALLEST)) + parameters * math.log(samples)
+
+
+def bic_gain(squares: float, other: float, more: float, samples: float) -> float:
+    """By how much the BIC of a fit with the sum of ``squares`` is lower than that of an ``other`` one to the same
+    ``samples``, than which it has so many ``more`` parameters."""
+    return samples * math.log(max(other, SMALLEST) / max(squares, SMALLEST)) - more * math.log(samples)
 
 
 def independent_samples(noises: list[Noise]) -> float:

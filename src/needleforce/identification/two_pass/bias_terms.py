@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bias terms that a subtraction of two passes cannot separate: the size of each, its effect on the cutting force, and
-a sentence."""
+"""What a subtraction of two passes cannot separate: the size of each bias term and its effect on the cutting force, and
+doubts on a pair, in sentences."""
 
 import math
 from math import nan
@@ -8,11 +8,16 @@ from math import nan
 import numpy as np
 
 from ...core import Needle
+from ...recording import Recording
+from ...segmentation import Events
 from ..estimates import Estimate, mean_estimate
+from ..one_layer.segmented_recording import SegmentedRecording
 from .result import BiasTerm, Site
 
 MAX_POISSON_RATIO = 0.5  # of an incompressible tissue; the paper gives no value
 ZERO_SHIFT_M = 1e-4  # [m] example of a shift between the depth zeros of two passes
+SPEED_TOLERANCE = 0.1  # [of the higher speed] stages keep their speed within 1 or 2 %
+MIN_WINDOW_SHARE = 0.9  # [of the window]
 
 
 def spreading_force(needle: Needle | None, tissue: Estimate | None) -> tuple[float, float] | None:
@@ -178,6 +183,51 @@ def span(low: float, high: float) -> str:
 def friction_text(slope: float) -> str:
     """A friction per length [N/m] as text."""
     return f"{slope:.3g} N/m"
+
+
+def doubts_of(
+    first: SegmentedRecording, second: Recording, events: Events, grid: np.ndarray, window: float
+) -> tuple[str, ...]:
+    """Sentences on different speeds, a short window, a second contact above the first, a further puncture."""
+    doubts = []
+    speeds = [speed_of(first.recording), speed_of(second)]
+    if min(speeds) < (1.0 - SPEED_TOLERANCE) * max(speeds):
+        doubts.append(
+            f"The speeds of first and second pass are {1e3 * speeds[0]:.3g} and {1e3 * speeds[1]:.3g} mm/s: the "
+            "difference includes the change of friction and cutting force with speed."
+        )
+    if np.ptp(grid) < MIN_WINDOW_SHARE * window:
+        doubts.append(
+            f"The passes share {1e3 * np.ptp(grid):.1f} mm after the puncture, less than the {1e3 * window:.0f} mm of "
+            "the paper."
+        )
+    if _above(first, events, second):
+        doubts.append(
+            "The second pass has contact at a smaller depth than the first: its zero of depth may differ, or the "
+            "surface was pulled up."
+        )
+    start = first.events.punctures[0].depth - first.events.punctures[0].indentation
+    if any(grid[0] < puncture.depth - start < grid[-1] for puncture in first.events.punctures[1:]):
+        doubts.append(
+            "The force of the first pass drops again within the window: the difference includes a further deformation, "
+            "unless the cutting force oscillates."
+        )
+    return tuple(doubts)
+
+
+def speed_of(recording: Recording) -> float:
+    """Median speed [m/s] of the insertion stroke, over the moving samples."""
+    inwards = recording.velocity[: int(np.argmax(recording.depth)) + 1]
+    moving = inwards > 0.1 * float(np.max(inwards, initial=0.0))
+    return float(np.median(inwards[moving])) if moving.any() else 0.0
+
+
+def _above(first: SegmentedRecording, events: Events, second: Recording) -> bool:
+    """True if the second contact is above the first, beyond the uncertainty of both."""
+    one, other = first.events.contact, events.contact
+    if one is None or other is None:
+        return False
+    return float(second.depth[other.high]) < float(first.recording.depth[one.low])
 
 
 def _more_than_friction(found: list[tuple[str, ...]], count: int) -> str:

@@ -13,8 +13,9 @@ from ...mechanics.foundation import FORMS, LAWS
 from ...models.laws import law_called
 from ...models.model import Model
 from ...models.validity import FRICTION_LIMIT
+from ...vocabulary import SMALLEST
 from ..statistics.noise import LEVEL, student_quantile
-from ..statistics.regression import least_squares, line
+from ..statistics.regression import criterion, least_squares, line
 from .result import FrictionForm, Site
 
 MAX_STIFFNESS_SHARE = 0.2  # [of the first loading curve] a dimple or the tip opening the hole gives about 0.1
@@ -191,9 +192,9 @@ class Bins:
 
     def _fits(self, shapes: np.ndarray, bend: np.ndarray, ratio: float, lengths: np.ndarray) -> Fits:
         rows = self.apart(shapes * self.direction)
-        norm = np.maximum(np.einsum("kn,kn->k", rows, rows), 1e-300)
+        norm = np.maximum(np.einsum("kn,kn->k", rows, rows), SMALLEST)
         friction = np.maximum(rows @ self.force / norm, 0.0)
-        sse = np.maximum(np.sum((self.force - friction[:, None] * rows) ** 2, axis=1), 1e-300)
+        sse = np.maximum(np.sum((self.force - friction[:, None] * rows) ** 2, axis=1), SMALLEST)
         ratios, error = np.full(len(lengths), ratio), 1.0 / np.sqrt(norm)
         return Fits(ratio=ratios, length=lengths, friction=friction, error=error, sse=sse, bend=bend)
 
@@ -304,7 +305,7 @@ def _summary(bins: Bins, form: str, rounds: list[Fits]) -> FrictionForm:
     low["friction_per_length"] = max(low["friction_per_length"], 0.0)
     return FrictionForm(
         form=form, values=values, low=low, high=high, identifiable=tuple(_inside(low, high)),
-        bic=bins.count * math.log(fits.sse[best] / bins.count) + (bins.count - free) * math.log(bins.count),
+        bic=criterion(fits.sse[best] / bins.count, bins.count - free, bins.count),
     )  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Friction from the second insertion and cutting force by subtraction, site by site (paper secs. 2.2 and 2.3), with the
-range of an oscillation of the cutting force."""
+range of an oscillation of the cutting force, and the estimates that follow."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,14 +9,16 @@ import numpy as np
 
 from ...errors import InputError
 from ...mechanics.foundation import LAWS
+from ...models.parameter_units import UNITS
 from ...recording import Recording
 from ...segmentation import Events, segment
-from ..estimates import Estimate, mean_estimate
+from ..diagnostics import FitInputs
+from ..estimates import Estimate, mean_estimate, pool
 from ..one_layer.segmented_recording import SegmentedRecording
 from ..statistics.noise import TWO_SIDED, noise_of
 from ..statistics.regression import VERY_STRONG_BIC, least_squares, line
 from ..strokes import strokes_of, undelayed_depth
-from .bias_terms import bias_sentences, cutting_range, terms_of
+from .bias_terms import bias_sentences, cutting_range, doubts_of, spreading_force, terms_of
 from .result import Site, TwoPass
 from .second_pass import (
     bin_means,
@@ -34,10 +36,9 @@ FINE_STEP_M = 0.01e-3  # [m] of the first pass only; the second pass is smooth
 FREE_MARGIN = 0.1  # [of the puncture's indentation] the contact depth is not known better
 MIN_FREE_SAMPLES = 50  # of free travel, for its noise
 POINTS_PER_BLOCK = 10  # grid points per independent value: 0.5 mm of travel, longer than the filter
-SPEED_TOLERANCE = 0.1  # [of the higher speed] stages keep their speed within 1 or 2 %
-MIN_WINDOW_SHARE = 0.9  # [of the window]
 MIN_CYCLES = 3  # fewer are not an oscillation
 MIN_OSCILLATION_SIGMA = 8.0  # [standard deviations of the noise] a thousand points of noise have a range of about 6.5
+TWO_PASS = "second insertion at the same site"
 MIN_OSCILLATION = 0.25  # [of the mean difference] less may be a local variation of friction between the passes
 
 
@@ -49,6 +50,51 @@ class Pair:
     second: Recording
     contact: float
     puncture: float
+
+
+def two_pass_estimates(
+    singles: list[SegmentedRecording], seconds: list, own: dict, given: FitInputs, foundation: str
+) -> tuple[TwoPass | None, dict, dict]:
+    """The result over all pairs, the estimates that it replaces, and the reason for each recording that was refused."""
+    pairs = [
+        Pair(single, second, own[single]["contact_depth"].value, own[single]["puncture_indentation"].value)
+        for single, second in zip(singles, seconds)
+        if second is not None and single in own
+    ]
+    spreading = spreading_force(given.needle, given.bench.get("tissue_young_modulus"))
+    two_pass, refused = subtract(pairs, spreading)
+    by_single = {pairs[k].first: sentence for k, sentence in refused.items()}
+    return two_pass, {} if two_pass is None else _replaced(two_pass) | _bent_friction(two_pass, foundation), by_single
+
+
+def _bent_friction(two_pass: TwoPass, foundation: str) -> dict[str, Estimate]:
+    """Friction under a nonlinear form of the foundation; empty for a linear one, and with too few bins."""
+    forms = () if foundation == "linear" else two_pass.forms(foundation)
+    source = f"{TWO_PASS}, {foundation} foundation, least squares with intercept"
+    own = [
+        {
+            name: Estimate(
+                name, value, UNITS[name], form.low[name], form.high[name],
+                identifiable=name in form.identifiable, source=source,
+            )
+            for name, value in form.values.items()
+        }
+        for form in forms
+    ]  # fmt: skip
+    return pool(own)
+
+
+def _replaced(two_pass: TwoPass) -> dict[str, Estimate]:
+    sites, bound = two_pass.sites, ", an upper bound" if two_pass.upper_bound else ""
+    slopes, forces = [site.friction_slope for site in sites], [site.cutting for site in sites]
+    by_slope = f"{TWO_PASS}, least squares with intercept"
+    name, half = "friction_per_length", sites[0].friction_slope_half
+    friction = mean_estimate(name, slopes, UNITS[name], by_slope, half)
+    name, half = "cutting_force", sites[0].cutting_half
+    cutting = mean_estimate(name, forces, UNITS[name], f"first minus {TWO_PASS}{bound}", half)
+    cutting = replace(cutting, identifiable=not two_pass.upper_bound)
+    extremes = {} if two_pass.upper_bound else {each.name: each for each in cutting_oscillation(two_pass) or ()}
+    return {"friction_per_length": friction, "cutting_force": cutting} | extremes
 
 
 def subtract(pairs: list[Pair], spreading: tuple[float, float] | None = None) -> tuple[TwoPass | None, dict[int, str]]:
@@ -230,51 +276,6 @@ def _binned(grid: np.ndarray, depth: np.ndarray, force: np.ndarray, step: float)
     total = np.bincount(bins[inside], force[inside], minlength=len(grid))
     order = np.argsort(depth, kind="stable")
     return np.where(count > 0, total / np.maximum(count, 1), np.interp(grid, depth[order], force[order]))
-
-
-def doubts_of(
-    first: SegmentedRecording, second: Recording, events: Events, grid: np.ndarray, window: float
-) -> tuple[str, ...]:
-    """Sentences on different speeds, a short window, a second contact above the first, a further puncture."""
-    doubts = []
-    speeds = [speed_of(first.recording), speed_of(second)]
-    if min(speeds) < (1.0 - SPEED_TOLERANCE) * max(speeds):
-        doubts.append(
-            f"The speeds of first and second pass are {1e3 * speeds[0]:.3g} and {1e3 * speeds[1]:.3g} mm/s: the "
-            "difference includes the change of friction and cutting force with speed."
-        )
-    if np.ptp(grid) < MIN_WINDOW_SHARE * window:
-        doubts.append(
-            f"The passes share {1e3 * np.ptp(grid):.1f} mm after the puncture, less than the {1e3 * window:.0f} mm of "
-            "the paper."
-        )
-    if _above(first, events, second):
-        doubts.append(
-            "The second pass has contact at a smaller depth than the first: its zero of depth may differ, or the "
-            "surface was pulled up."
-        )
-    start = first.events.punctures[0].depth - first.events.punctures[0].indentation
-    if any(grid[0] < puncture.depth - start < grid[-1] for puncture in first.events.punctures[1:]):
-        doubts.append(
-            "The force of the first pass drops again within the window: the difference includes a further deformation, "
-            "unless the cutting force oscillates."
-        )
-    return tuple(doubts)
-
-
-def speed_of(recording: Recording) -> float:
-    """Median speed [m/s] of the insertion stroke, over the moving samples."""
-    inwards = recording.velocity[: int(np.argmax(recording.depth)) + 1]
-    moving = inwards > 0.1 * float(np.max(inwards, initial=0.0))
-    return float(np.median(inwards[moving])) if moving.any() else 0.0
-
-
-def _above(first: SegmentedRecording, events: Events, second: Recording) -> bool:
-    """True if the second contact is above the first, beyond the uncertainty of both."""
-    one, other = first.events.contact, events.contact
-    if one is None or other is None:
-        return False
-    return float(second.depth[other.high]) < float(first.recording.depth[one.low])
 
 
 def cutting_oscillation(two_pass: TwoPass) -> tuple[Estimate, Estimate] | None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Arrays of a file as tables: vectors of one length belong together, with the matrices that have as many rows."""
 
+import errno
 import hashlib
 import math
 import warnings
@@ -13,9 +14,9 @@ import numpy as np
 
 from ...errors import InputError, printable
 from ...files import MAX_SAMPLES, open_regular
-from ..columns import split
-from ..file_table import FileTable
+from ..quantities import split
 from ..recording import Note
+from ..table import Table
 
 MAX_COLUMNS = 1024  # of a table, as of a text file
 MAX_SIGNALS = 64  # columns of a matrix: one with more is an image or a map
@@ -85,7 +86,7 @@ class FileArrays:
     header: Callable[[str, int], str]
     separator: str = "."
     step: str = "Save vectors of one length, one for each quantity, as plain numbers."
-    tables: list[FileTable] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     sha256: str = ""
 
@@ -113,7 +114,7 @@ class FileArrays:
         """Remember what is no table; ``finish`` names it."""
         self.left_out.append(clean(what))
 
-    def finish(self) -> list[FileTable]:
+    def finish(self) -> list[Table]:
         """The tables. Raises InputError, with what was left out, if there is none."""
         shown = ", ".join(self.left_out[:_NOTED]) + (" ..." if len(self.left_out) > _NOTED else "")
         if not self.tables:
@@ -150,7 +151,7 @@ class FileArrays:
                 return numbers(array.read(column), headers[index], self.path)
 
         self.tables.append(
-            FileTable(
+            Table(
                 path=self.path,
                 headers=headers,
                 units=units,
@@ -172,6 +173,8 @@ def reading(path: Path, what: str, step: str = _EXPORT_AGAIN) -> Iterator[None]:
     except (InputError, MemoryError):
         raise
     except Exception as error:  # their exceptions have no common base class
+        if isinstance(error, OSError) and error.errno == errno.ENOMEM:  # of a file that is mapped
+            raise MemoryError from error
         why = " ".join(f"{type(error).__name__}: {error}".split())[:_MESSAGE_CHARS]
         raise InputError("file", f"not readable as {what}", why, str(path), step) from error
 

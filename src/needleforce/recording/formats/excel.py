@@ -3,27 +3,28 @@
 
 import hashlib
 import re
-import zipfile
-import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import date, datetime, time, timedelta
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...errors import InputError
 from ...files import MAX_RECORDING_BYTES, read_bytes, unpacked_limit
-from ..file_table import FileTable
 from ..recording import Note
 from ..stated import stating_lines
+from ..table import Table
+from . import Format
 from .arrays import MAX_COLUMNS, check_count
 from .clock_times import seconds_of
 from .number_texts import NoNumber, UnclearSign, numbers_of
 from .rows import Block, blocks, is_missing, is_number
-from .worker import tables_by_worker
+
+if TYPE_CHECKING:
+    import zipfile
 
 _STATING_ROWS = 256  # above a table, that may state a rate, a speed or a unit
 _MAX_CELLS = 8_000_000  # of a sheet, empty ones included: a million rows of 8 columns
@@ -39,13 +40,8 @@ _FORMULA_WITHOUT_VALUE = re.compile(rb"</f>\s*(?:<v\s*/>|<v>\s*</v>)?\s*</c>")
 _SAVE = "Open it in a spreadsheet program and save it again as xlsx, or export the sheet as CSV."
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of all sheets. Raises InputError for a workbook that is damaged, encrypted or has no table."""
-    return tables_by_worker("excel", path, "Excel workbook", _BYTES_PER_S, needs="python_calamine")
-
-
-def tables_here(path: Path) -> list[FileTable]:
-    """As ``tables``, in this process, which a damaged file may end, keep busy for ever, or fill."""
     from python_calamine import CalamineWorkbook, SheetTypeEnum
 
     content = read_bytes(path, "file", MAX_RECORDING_BYTES)
@@ -95,6 +91,9 @@ def _formulas_without_value(content: bytes, path: Path) -> int:
     Raises InputError for an archive that is damaged, or unpacks to more than any workbook of its size, and for a sheet
     whose cells are so far apart that the library would take all memory for those between them.
     """
+    import zipfile
+    import zlib
+
     limit, count = unpacked_limit(len(content)), 0
     try:
         with zipfile.ZipFile(BytesIO(content)) as archive:
@@ -109,7 +108,7 @@ def _formulas_without_value(content: bytes, path: Path) -> int:
     return count
 
 
-def _looked_through(archive: zipfile.ZipFile, member: zipfile.ZipInfo, limit: int, path: Path) -> tuple[int, int]:
+def _looked_through(archive: "zipfile.ZipFile", member: "zipfile.ZipInfo", limit: int, path: Path) -> tuple[int, int]:
     """Formulas without value in a member of the archive, and the bytes that the others may have."""
     count, rest, rows, columns = 0, b"", 0, 0
     with archive.open(member) as file:
@@ -177,7 +176,7 @@ def _kind(cell: Any) -> str:
     return "t" if isinstance(cell, bool) else "n"
 
 
-def _tables_of_sheet(path: Path, sheet: str, rows: list[list], sha256: str) -> list[FileTable]:
+def _tables_of_sheet(path: Path, sheet: str, rows: list[list], sha256: str) -> list[Table]:
     shapes = ["".join(map(_kind, row)) for row in rows]
     shapes = ["" if not shape.strip("e") else shape for shape in shapes]
     found = [_without_empty_columns(block, shapes) for block in blocks(_Texts(rows), shapes)]
@@ -194,7 +193,7 @@ def _without_empty_columns(block: Block, shapes: Sequence[str]) -> Block:
     return replace(block, width=width, headers=block.headers[:width], units=block.units[:width], text_columns=text)
 
 
-def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -> FileTable:
+def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -> Table:
     headers = block.headers or [str(k + 1) for k in range(block.width)]
 
     def read_from(index: int, first: int) -> np.ndarray:
@@ -213,7 +212,7 @@ def _table(path: Path, name: str, rows: list[list], block: Block, sha256: str) -
 
     units = ["s" if _is_clock(rows[block.first : block.stop], k) else unit
              for k, unit in enumerate(block.units or [""] * block.width)]  # fmt: skip
-    return FileTable(path=path, name=name, headers=headers, units=units, read_column=lambda index: read_from(index, 0),
+    return Table(path=path, name=name, headers=headers, units=units, read_column=lambda index: read_from(index, 0),
                      read_from=read_from, read_texts=read_texts, sha256=sha256, first_row=block.first + 1,
                      has_header=bool(block.headers), text_columns=block.text_columns,
                      preamble=(stating_lines(_lines_above(rows, block.first)),))  # fmt: skip
@@ -269,3 +268,10 @@ def _letters(column: int) -> str:
         column, rest = divmod(column - 1, 26)
         name = chr(ord("A") + rest) + name
     return name
+
+
+_READ_BY = {"tables": tables, "limited": True, "bytes_per_s": _BYTES_PER_S, "package": "python_calamine"}
+FORMATS = (
+    Format(name="an Excel workbook (xlsx)", suffixes=(".xlsx", ".xlsm"), member=b"xl/workbook", **_READ_BY),
+    Format(name="an Excel workbook (xls)", suffixes=(".xls",), starts=(_COMPOUND,), **_READ_BY),
+)

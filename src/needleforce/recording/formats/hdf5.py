@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import InputError
 from ...files import open_regular, unpacked_limit
-from ..file_table import FileTable
 from ..stated import is_rate_name
+from ..table import Table
+from . import Format
 from .arrays import Array, FileArrays, check_count, check_size, orientation, reading, size_of
-from .hdf5_filters import check_chunks, refusal
 from .matlab import matlab_header, object_step
-from .worker import tables_by_worker
 
 _FORMAT = "HDF5"
 _MAX_OBJECTS = 1 << 14  # groups and datasets of a file
@@ -26,10 +26,14 @@ _UNITS = ("unit", "units", "Unit", "Units")
 _NAMES = ("columns", "column_names", "names", "Columns")
 _CLASS = "MATLAB_class"
 _PLAIN_CLASSES = ("double single int8 uint8 int16 uint16 int32 uint32 int64 uint64 logical").split()
-# numbers of filters that are part of the library; each may occur once, and one of those that compress
 
 
-def tables(path: Path) -> list[FileTable]:
+_CHUNK_OVERHEAD_BYTES = 64  # of a filter: checksums and heads
+_COMPRESSING = {1, 4, 5, 6, 32000}  # deflate, szip, nbit, scale-offset, lzf
+_FILTERS = _COMPRESSING | {2, 3}  # and shuffle, fletcher32
+
+
+def tables(path: Path) -> list[Table]:
     """The tables of an HDF5 or MATLAB 7.3 file: the vectors of one length in a group, each matrix, the fields of a
     compound dataset.
 
@@ -37,11 +41,6 @@ def tables(path: Path) -> list[FileTable]:
     file, for one that would take more memory than a recording, and for MATLAB objects such as ``table`` if nothing else
     is in the file.
     """
-    return tables_by_worker("hdf5", path, _FORMAT, needs="h5py")
-
-
-def tables_here(path: Path) -> list[FileTable]:
-    """As ``tables``, in this process, which a damaged file may end or keep busy for ever."""
     with _opened(path) as file:
         matlab = any(_attribute(each, _CLASS) for each in _members(file, path))
         header = matlab_header if matlab else _header
@@ -70,6 +69,32 @@ def _members(group: Any, path: Path) -> list[Any]:
     check_count("groups and datasets", len(group), _MAX_OBJECTS, path)
     hard = [name for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]
     return [group[name] for name in hard if group.get(name, getclass=True) in (h5py.Group, h5py.Dataset)]
+
+
+def _refusal(dataset: Any) -> str:
+    """Why a dataset is not read, empty for one that is stored in the file itself, by filters of the library."""
+    plan = dataset.id.get_create_plist()
+    if dataset.is_virtual:
+        return "a virtual dataset, whose values may be in other files"
+    if plan.get_external_count():
+        return "its values are in another file"
+    filters = {number: name for number, _, _, name in map(plan.get_filter, range(plan.get_nfilters()))}
+    for number, name in filters.items():
+        if number not in _FILTERS:
+            shown = name.decode("utf-8", "replace") if name else f"number {number}"
+            return f"the filter {shown} needs a plugin; h5repack -f GZIP=4 OLD NEW writes it without"
+    is_repeated = len(filters) < plan.get_nfilters() or len(_COMPRESSING & filters.keys()) > 1
+    return "compressed more than once" if is_repeated else ""
+
+
+def _check_chunks(dataset: Any, path: Path) -> None:
+    """Raise InputError for a chunk that takes more bytes than its values: the library reads the beginning of it."""
+    sizes = [0]
+    if dataset.chunks is not None:
+        dataset.id.chunk_iter(lambda chunk: sizes.append(chunk.size))
+        stated = size_of(dataset.chunks, dataset.dtype.itemsize)
+        if max(sizes) > stated + stated // 100 + _CHUNK_OVERHEAD_BYTES:
+            raise InputError("size of a chunk", "larger than stated", "", str(path), "Check the file.")
 
 
 class _Walk:
@@ -112,7 +137,7 @@ class _Walk:
         for name, group in inner:
             members = _members(group, self._path) if _is_group(group) else [group]
             if all(not _is_group(each) and each.size == 1 and not each.dtype.names for each in members):
-                single = [(each.name.rsplit("/", 1)[-1], self._single(each)) for each in members if not refusal(each)]
+                single = [(each.name.rsplit("/", 1)[-1], self._single(each)) for each in members if not _refusal(each)]
                 texts = [*(self._attributes(group) if _is_group(group) else []), *single]
                 found += [(f"{name}/{key}", text) for key, text in texts if text]
         return found
@@ -138,7 +163,7 @@ class _Walk:
             return []
         if h5py.check_ref_dtype(kind) is h5py.Reference:
             return [(name, dataset)] if self._matlab else []
-        reason = refusal(dataset)
+        reason = _refusal(dataset)
         if not reason and dataset.size == 1 and not kind.names:
             comments += [(name, text)] if (text := self._single(dataset)) else []
             return []
@@ -184,14 +209,14 @@ class _Walk:
         )
 
     def _read(self, place: str, part: Callable[[Any], np.ndarray], field: str = "") -> np.ndarray:
-        """Values of a dataset, once its size and chunks are known to be bounded."""
+        """Values of a dataset, once its size is known to be bounded."""
         with _opened(self._path) as file:
             dataset = file[place]
             kind = dataset.dtype[field] if field else dataset.dtype
             if kind.kind not in "iuf":  # refused by its type: texts can be of any size
                 return np.empty(0, kind)
             check_size(size_of(dataset.shape, dataset.dtype.itemsize), self._limit, self._path)
-            check_chunks(dataset, self._path)
+            _check_chunks(dataset, self._path)
             return part(dataset)
 
     def _struct_array(self, group: Any) -> list[dict[str, Any]]:
@@ -215,7 +240,6 @@ class _Walk:
             return []
         self._referring.add(address)
         check_count("cells", dataset.size, _MAX_REFERENCES, self._path)
-        check_chunks(dataset, self._path)
         references = dataset[()].reshape(-1)  # rows and columns are exchanged in the file
         found = [dataset.file[each] for each in references if each]
         self._size += len(found)
@@ -251,14 +275,12 @@ class _Walk:
     def _single(self, dataset: Any) -> str:
         if dataset.dtype.kind not in "iufSO" or dataset.dtype.itemsize > _MAX_ATTRIBUTE_BYTES:
             return ""
-        check_chunks(dataset, self._path)
         return _as_text(dataset[()])
 
     def _text(self, dataset: Any) -> str:
         """The text of a MATLAB array of characters."""
         if size_of(dataset.shape, dataset.dtype.itemsize) > _MAX_ATTRIBUTE_BYTES:
             return ""
-        check_chunks(dataset, self._path)
         return "".join(map(chr, np.asarray(dataset[()], dtype=np.uint32).T.reshape(-1) & 0xFFFF))
 
     def _join(self, level: str, name: str) -> str:
@@ -324,3 +346,10 @@ def _as_text(value: Any) -> str:
     if isinstance(value, bytes):
         return value.decode("utf-8", "replace")
     return str(value) if isinstance(value, str | np.number | int | float) else ""
+
+
+_READ_BY = {"tables": tables, "limited": True, "package": "h5py", "extra": "labs"}
+FORMATS = (
+    Format(name="HDF5", suffixes=(".h5", ".hdf5"), starts=(b"\x89HDF",), **_READ_BY),
+    Format(name="MATLAB 7.3", suffixes=(".mat",), starts=(b"MATLAB 7.3",), **_READ_BY),
+)

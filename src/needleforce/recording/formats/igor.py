@@ -2,35 +2,32 @@
 """Waves of Igor Pro (ibw) by igor2: a column each, the time from their scale; force curves of Asylum Research with
 force and depth of the tip."""
 
+import struct
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..file_table import FileTable
 from ..recording import Note
+from ..table import Table
+from . import Format
 from .arrays import Array, FileArrays, clean, orientation, reading, vector
 from .jpk import TIP
-from .worker import tables_by_worker
 
 _FORMAT = "an Igor wave (ibw)"
 _DEFLECTIONS, _HEIGHTS = ("Defl", "Deflection"), ("ZSnsr", "ZSensor", "Raw")  # of Asylum's force curves [m]
 _SPRING = "SpringConstant"
+_HEADER_BYTES = {2: 126, 5: 384}  # version -> bytes of which 16-bit words add up to zero
 _MAX_NOTES = 200  # lines of the note of a wave
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The wave of a file: its columns with their labels, and a time if its scale is in seconds.
 
     A force curve of Asylum Research also has the force, from deflection and spring constant, and the position of the
     tip. Raises InputError for a damaged file, and a wave of text or of complex numbers.
     """
-    return tables_by_worker("igor", path, _FORMAT, needs="igor2")
-
-
-def tables_here(path: Path) -> list[FileTable]:
-    """As ``tables``, in this process, which a damaged file may end."""
     from igor2 import binarywave
 
     found = FileArrays(path=path, format=_FORMAT, header=lambda name, k: f"{name}[{k}]")
@@ -94,3 +91,26 @@ def _unit(extended: Any, short: Any) -> str:
 
 def _text(value: Any) -> str:
     return value.decode("latin-1").strip("\0 ") if isinstance(value, bytes) else "" if value is None else str(value)
+
+
+def _is_wave(start: bytes) -> bool:
+    """Whether a file begins with the header of a wave, whose checksum is zero."""
+    for order in "<>":
+        version = struct.unpack_from(f"{order}h", start)[0] if len(start) > 1 else 0
+        size = _HEADER_BYTES.get(version, 0)
+        if size and len(start) > size and any(start[2:size]):
+            return sum(struct.unpack_from(f"{order}{size // 2}h", start)) % 2**16 == 0
+    return False
+
+
+FORMATS = (
+    Format(
+        name=_FORMAT,
+        suffixes=(".ibw",),
+        matches=_is_wave,
+        tables=tables,
+        limited=True,
+        package="igor2",
+        extra="labs",
+    ),
+)

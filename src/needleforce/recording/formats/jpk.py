@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Force curves of JPK instruments (Bruker) by afmformats: a recording a curve, with the depth of the tip."""
 
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -9,10 +8,10 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import open_regular, unpacked_limit
-from ..file_table import FileTable
 from ..recording import Note
+from ..table import Table
+from . import Format
 from .arrays import MAX_TABLES, Array, FileArrays, check_count, check_size, reading
-from .worker import tables_by_worker
 
 _FORMAT = "a JPK force curve"
 _HEIGHTS = ("height (measured)", "height (piezo)")  # the surest first
@@ -21,14 +20,9 @@ _EXPORT = "In JPK Data Processing, export it as text (.txt); a batch does many a
 TIP = "the tip position is the height of the probe corrected by its bending, force over {:g} N/m"
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The curves of a JPK file, with approach, pause and retract one after the other: time, force, tip position and
     height. Raises InputError for a damaged file, and one whose force is not calibrated."""
-    return tables_by_worker("jpk", path, _FORMAT, needs="afmformats")
-
-
-def tables_here(path: Path) -> list[FileTable]:
-    """As ``tables``, in this process, which a damaged file may end."""
     from afmformats.errors import MissingMetaDataError
     from afmformats.formats.fmt_jpk import load_jpk
 
@@ -47,7 +41,9 @@ def tables_here(path: Path) -> list[FileTable]:
 
 def _check_unpacked(path: Path) -> None:
     """Raise InputError for an archive that is far larger unpacked, and as numbers of 8 bytes, of 2 in the file."""
-    with open_regular(path) as file, zipfile.ZipFile(file) as archive:
+    from zipfile import ZipFile
+
+    with open_regular(path) as file, ZipFile(file) as archive:
         size = sum(each.file_size for each in archive.infolist())
     check_size(4 * size, unpacked_limit(path.stat().st_size), path)
 
@@ -91,3 +87,16 @@ def _add_curve(found: FileArrays, name: str, curve: dict) -> None:
     ]
     found.add(name, arrays, [(key, facts[key]) for key in _FACTS if key in facts])
     found.tables[-1].notes.append(Note("computed", TIP.format(stiffness)))
+
+
+FORMATS = (
+    Format(
+        name=_FORMAT,
+        suffixes=(".jpk-force", ".jpk-force-map"),
+        member=b"header.properties",
+        tables=tables,
+        limited=True,
+        package="afmformats",
+        extra="labs",
+    ),
+)

@@ -15,13 +15,13 @@ import numpy as np
 from ...errors import InputError, printable
 from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, open_regular, unpacked_limit
 from ...units import find
-from ..file_table import FileTable
 from ..quantities import UNIT_DIMENSIONS
 from ..recording import Note
 from ..stated import stating_lines
+from ..table import Table
 from .arrays import MAX_COLUMNS, check_count, check_size
 from .clock_times import seconds_of
-from .text_lines import MAX_LINE_CHARS, Encoding, long_line
+from .text_rows import MAX_LINE_CHARS, Encoding, long_line
 
 # a name that begins with a letter, = or :, a number with a decimal comma only if a digit follows it, and a unit
 _PAIR = re.compile(
@@ -49,7 +49,7 @@ def common_names(lines: Sequence[str]) -> tuple[str, ...]:
     return next((found for found, count in names.items() if found and 2 * count > len(used)), ())
 
 
-def table(path: Path, encoding: Encoding, names: Sequence[str]) -> FileTable:
+def table(path: Path, encoding: Encoding, names: Sequence[str]) -> Table:
     """The table: a column for each name, a row for each line with one of the names that are in more than half of the
     lines; other lines are left out, with a note. Raises InputError for a unit that changes to one of another kind."""
     rows = _Rows(path, frozenset(names))
@@ -162,7 +162,7 @@ class _Rows:
         if line.strip() and not self._others:
             self._others.append((number, printable(line.strip()[:_LEFT_OUT])))
 
-    def table(self, sha256: str) -> FileTable:
+    def table(self, sha256: str) -> Table:
         """The table. Raises InputError without rows."""
         if self._count < 2:
             step = "Check that the recording is complete."
@@ -173,7 +173,7 @@ class _Rows:
         if len(self._arrivals) == self._count:
             headers, units = [*headers, _ARRIVAL], [*units, "s"]
             columns.append(seconds_of(np.array(self._arrivals, object), str(self._path)))
-        return FileTable(path=self._path, headers=headers, units=units, read_column=lambda k: columns[k].copy(),
+        return Table(path=self._path, headers=headers, units=units, read_column=lambda k: columns[k].copy(),
                          sha256=sha256, notes=self._notes(), preamble=(self._stating,))  # fmt: skip
 
     def _filled(self, column: _Column) -> np.ndarray:

@@ -15,17 +15,17 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import read_bytes
-from ..columns import Column
-from ..file_table import FileTable
+from ..table import Table
+from . import Format
 from .arrays import MAX_TABLES, check_count
-from .text_lines import Encoding
-from .text_table import TextTable
+from .text_rows import Encoding
+from .text_values import TextValues
 
 _END = "***End_of_Header***"
 _MAX_BYTES = 1 << 28
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """A table for every segment. Raises InputError for a file without one."""
     content = read_bytes(path, "LabVIEW measurement file", _MAX_BYTES)
     encoding = _encoding(content)
@@ -141,10 +141,10 @@ class _Form:
     sha256: str
 
 
-def _table(form: _Form, part: _Segment) -> FileTable:
+def _table(form: _Form, part: _Segment) -> Table:
     names = part.names[:-1] if part.names[-1:] == ["Comment"] else part.names
     cells = [*part.names, *[""] * len(part.cells)][: len(part.cells)]  # the comment is often absent
-    text = TextTable(
+    text = TextValues(
         path=form.path, encoding=form.encoding, delimiter=form.separator, decimal=form.decimal, headers=cells,
         units=[""] * len(cells), first_row=part.number, begin=part.begin, end=part.end,
         text_columns=frozenset(range(len(names), len(cells))),
@@ -152,7 +152,7 @@ def _table(form: _Form, part: _Segment) -> FileTable:
 
     @cache
     def values(index: int) -> np.ndarray:
-        return text.numbers({"force": Column("force", names[index], index, None)})[0]["force"]
+        return text.numbers([index])[0][0]
 
     def read_column(index: int) -> np.ndarray:
         if index > 0 or form.x_columns != "no":
@@ -161,7 +161,7 @@ def _table(form: _Form, part: _Segment) -> FileTable:
         return first + step * np.arange(len(values(len(names) - 1)))
 
     headers, units = _columns(names, part.facts, form.x_columns == "multi")
-    return FileTable(path=form.path, headers=headers, units=units, read_column=read_column, sha256=form.sha256,
+    return Table(path=form.path, headers=headers, units=units, read_column=read_column, sha256=form.sha256,
                      row_name="line", first_row=part.number)  # fmt: skip
 
 
@@ -185,3 +185,13 @@ def _number(text: str, decimal: str) -> float:
         return float(text.replace(decimal, "."))
     except ValueError:
         return float("nan")
+
+
+FORMATS = (
+    Format(
+        name="LabVIEW measurement (lvm)",
+        suffixes=(".lvm",),
+        starts=(b"LabVIEW Measurement",),
+        tables=tables,
+    ),
+)

@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
 """MATLAB 4 and 5 by scipy: vectors, matrices, structs within each other and arrays of structs; version 7.3 is HDF5."""
 
+import re
+import struct
 from collections.abc import Iterator
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ...files import MAX_RECORDING_BYTES, read_bytes
-from ..file_table import FileTable
-from .arrays import Array, FileArrays, orientation, reading
-from .matlab_elements import check_elements
-from .worker import tables_by_worker
+from ...files import open_regular, unpacked_limit
+from ..table import Table
+from . import Format
+from .arrays import Array, FileArrays, check_size, orientation, reading
 
 _FORMAT = "MATLAB"
 _MAX_DEPTH = 16  # structs within each other
+_VERSION4_NAME = re.compile(rb"[A-Za-z]\w*\0")
 _EXPORT = (
     "In MATLAB, save it as text with writetable(T, 'run.csv'), or as a struct: S = table2struct(T, 'ToScalar', true)"
 )
@@ -26,24 +27,17 @@ _OBJECTS = {
 }
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of a MATLAB 4 or 5 file: the vectors of one length in a struct or in the workspace, each matrix.
 
     Raises InputError for a damaged file, for one that would take more memory than a recording, and for MATLAB objects
     such as ``table``, with the command that exports them, if nothing else is in the file.
     """
-    return tables_by_worker("matlab", path, _FORMAT)
-
-
-def tables_here(path: Path) -> list[FileTable]:
-    """As ``tables``, in this process, which a damaged file may end."""
     from scipy.io import loadmat
 
-    content = read_bytes(path, "file", MAX_RECORDING_BYTES)
     found = FileArrays(path=path, format=_FORMAT, header=matlab_header)
-    with reading(path, _FORMAT):
-        check_elements(content, path)
-        variables = loadmat(BytesIO(content))
+    with reading(path, _FORMAT), open_regular(path) as file:
+        variables = loadmat(file)
         _add_level(found, "", {k: v for k, v in variables.items() if not k.startswith("__")}, [], 0)
     return found.finish()
 
@@ -77,6 +71,7 @@ def _add_level(found: FileArrays, level: str, variables: dict[str, Any], outer: 
         elif value.dtype.kind in "USiuf" and value.size == 1:
             comments.append((name, value.flat[0]))
         elif value.dtype.kind in "iuf" and (sides := orientation(value.shape)):
+            check_size(value.nbytes, unpacked_limit(found.path.stat().st_size), found.path)
             arrays.append(_array(name, value, sides, units.get(name, "")))
         elif value.size:
             found.leave_out(f"{label} ({_described(value)})")
@@ -187,3 +182,21 @@ def _text(value: Any) -> str:
 def _described(value: np.ndarray) -> str:
     shape = "x".join(map(str, value.shape))
     return f"{shape} cells" if value.dtype == object else f"{shape} {value.dtype.name}"
+
+
+def _is_version4(start: bytes) -> bool:
+    """Whether a file begins with an array of MATLAB 4: type, rows, columns, complex or not, and its name."""
+    if len(start) < 24:
+        return False
+    for order, machine in (("<", 0), (">", 1)):
+        kind, _, _, is_complex, length = struct.unpack_from(f"{order}5I", start)
+        digits = kind // 1000, kind // 100 % 10, kind // 10 % 10, kind % 10
+        if digits[:2] == (machine, 0) and digits[2] <= 5 and digits[3] <= 2 and is_complex <= 1 and 1 < length <= 64:
+            return bool(_VERSION4_NAME.fullmatch(start[20 : 20 + length]))
+    return False
+
+
+FORMATS = (
+    Format(name="MATLAB 5", suffixes=(".mat",), starts=(b"MATLAB 5.0",), tables=tables, limited=True),
+    Format(name="MATLAB 4", suffixes=(".mat",), matches=_is_version4, tables=tables, limited=True),
+)

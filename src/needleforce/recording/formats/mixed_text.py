@@ -5,78 +5,75 @@ large that only the used columns are kept."""
 import codecs
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
-from ...files import digest, open_regular
-from ..columns import Column
+from ...files import open_regular
 from .clock_times import seconds_of
 from .number_texts import NoNumber, UnclearSign, may_be_grouped, numbers_of
-from .plain_numbers import NO_VALUE
-from .text_lines import WHITESPACE, Encoding, TextRows, ambiguous_sign, check_samples, search_fault
+from .rows import NO_VALUE, WHITESPACE
+from .text_rows import Encoding, TextRows, ambiguous_sign, check_samples
 
 _CHUNK_ROWS, _CHUNK_CELLS = 500_000, 8_000_000  # the fewer rows of the two
 _SPREADSHEET_SIGN = re.compile(rb"#(N/A|DIV|VALUE|NUM|REF|NULL|NAME)")
 
 
-def mixed_columns(table: TextRows, columns: Mapping[str, Column]) -> tuple[dict[str, np.ndarray], str, bool]:
-    """The columns' values, the file's SHA-256, and whether every row certainly has as many cells as the header.
+def mixed_columns(rows: TextRows, columns: Sequence[int]) -> tuple[list[np.ndarray], bool]:
+    """The values of columns, and whether every row certainly has as many cells as the header.
 
     Raises InputError, with the line of the fault if there is one.
     """
     try:
-        values = _in_chunks(table, columns)
+        values = _in_chunks(rows, columns)
     except InputError:
         raise
     except (ValueError, OverflowError, IndexError) as error:  # pandas' IndexError: no row is left without comments
-        table = _of_one_byte(table)
-        search_fault(table, columns)
-        values = _from_texts(table, columns, error)
+        rows = _of_one_byte(rows)
+        rows.fault(columns)
+        values = _from_texts(rows, columns, error)
     else:
-        for quantity, column in columns.items():
-            if _may_be_grouped(values[quantity]) and may_be_grouped(table.texts(column.index)):
-                raise ambiguous_sign(column, table.decimal, table.path)
-    rows = len(next(iter(values.values())))
-    return values, digest(table.path), _delimiters(table) == rows * (len(table.headers) - 1)
+        for column, found in values.items():
+            if _may_be_grouped(found) and may_be_grouped(rows.texts(column)):
+                raise ambiguous_sign(rows.headers[column], rows.decimal, rows.path)
+    found = [values[column] for column in columns]
+    return found, _delimiters(rows) == len(found[0]) * (len(rows.headers) - 1)
 
 
-def _of_one_byte(table: Any) -> Any:
+def _of_one_byte(rows: TextRows) -> TextRows:
     """A table that begins as UTF-8 and is none: one byte a character, of which the first lines have plain ones only."""
-    if table.encoding.name != "utf-8":
-        return table
+    if rows.encoding.name != "utf-8":
+        return rows
     decoder = codecs.getincrementaldecoder("utf-8")()
     try:
-        for block in _blocks(table):
+        for block in _blocks(rows):
             decoder.decode(block)
     except UnicodeDecodeError:
-        return replace(table, encoding=Encoding(name="latin-1", mark=table.encoding.mark))
-    return table
+        return replace(rows, encoding=Encoding(name="latin-1", mark=rows.encoding.mark))
+    return rows
 
 
-def _from_texts(table: TextRows, columns: Mapping[str, Column], error: Exception) -> dict[str, np.ndarray]:
+def _from_texts(rows: TextRows, columns: Sequence[int], error: Exception) -> dict[int, np.ndarray]:
     """The values of a table whose cells are numbers, but not as pandas reads them: with signs of thousands, exponents
     of Fortran, or decimal signs that differ between columns. Raises InputError."""
-    used = {column.index: column for column in columns.values()}
     step = "Look at the table in an editor, or export it again."
     try:
-        texts = _in_chunks(table, columns, as_text=True)
-        found = numbers_of({c.index: texts[q] for q, c in columns.items() if c.index not in table.clock_columns},
-                           table.decimal)  # fmt: skip
+        texts = _in_chunks(rows, columns, as_text=True)
+        found = numbers_of({k: texts[k] for k in columns if k not in rows.clock_columns}, rows.decimal)
     except UnclearSign as unclear:
-        raise ambiguous_sign(used[unclear.index], table.decimal, table.path) from None
+        raise ambiguous_sign(rows.headers[unclear.index], rows.decimal, rows.path) from None
     except NoNumber as fault:
-        column, text = used[fault.index], texts[used[fault.index].quantity][fault.row]
         limit = "a number with the decimal sign of the other rows is needed"
-        name, place = f"{column.quantity} (column {column.header!r})", table.place(fault.row)
-        raise InputError(name, repr(text[:40]), limit, place, "Correct or remove the line.") from None
+        name, text = f"column {rows.headers[fault.index]!r}", texts[fault.index][fault.row]
+        place, step = rows.place(fault.row), "Correct or remove the line."
+        raise InputError(name, repr(text[:40]), limit, place, step) from None
     except (ValueError, OverflowError, IndexError):
         why = "it has no rows of numbers" if isinstance(error, IndexError) else str(error)
-        raise InputError("table", "not readable", why, str(table.path), step) from error
-    return {q: found.get(c.index, texts[q]) for q, c in columns.items()}
+        raise InputError("table", "not readable", why, str(rows.path), step) from error
+    return {k: found.get(k, texts[k]) for k in columns}
 
 
 def _may_be_grouped(values: np.ndarray) -> bool:
@@ -88,81 +85,81 @@ def _may_be_grouped(values: np.ndarray) -> bool:
     return bool(whole.any() and len(parts) and three and (found < 1e3).all())
 
 
-def _in_chunks(table: TextRows, columns: Mapping[str, Column], as_text: bool = False) -> dict[str, np.ndarray]:
+def _in_chunks(rows: TextRows, columns: Sequence[int], as_text: bool = False) -> dict[int, np.ndarray]:
     """The values of the columns by pandas, or their texts; times of a clock in seconds."""
-    used = sorted({column.index for column in columns.values()})
-    kinds = {k: str if as_text or k in table.clock_columns else np.float64 for k in used}
-    options = {"dtype": kinds, "usecols": used, "chunksize": min(_CHUNK_ROWS, _CHUNK_CELLS // len(table.headers))}
-    options |= {"comment": "#"} if _has_comments(table) else {}
+    used = sorted(set(columns))
+    kinds = {k: str if as_text or k in rows.clock_columns else np.float64 for k in used}
+    options = {"dtype": kinds, "usecols": used, "chunksize": min(_CHUNK_ROWS, _CHUNK_CELLS // len(rows.headers))}
+    options |= {"comment": "#"} if _has_comments(rows) else {}
     chunks, done = [], 0
-    with _Rows(table) as file:
-        for frame in _parsed(table, file, options):
+    with _Rows(rows) as file:
+        for frame in _parsed(rows, file, options):
             chunks.append({k: frame[k].to_numpy() for k in used})
             done += len(frame)
-            check_samples(done, table.path)
+            check_samples(done, rows.path)
     found = {k: np.concatenate([chunk[k] for chunk in chunks]) for k in used}
-    found |= {k: seconds_of(found[k], str(table.path)) for k in used if k in table.clock_columns}
-    texts = {k for k in used if as_text and k not in table.clock_columns}
+    found |= {k: seconds_of(found[k], str(rows.path)) for k in used if k in rows.clock_columns}
+    texts = {k for k in used if as_text and k not in rows.clock_columns}
     found |= {k: ["" if each is np.nan else each for each in found[k]] for k in texts}
-    return {q: found[c.index] if c.index in texts else found[c.index].astype(float) for q, c in columns.items()}
+    return {k: found[k] if k in texts else found[k].astype(float) for k in columns}
 
 
-def _has_comments(table: TextRows) -> bool:
+def _has_comments(rows: TextRows) -> bool:
     """Whether ``#`` begins a comment: no sign of a spreadsheet such as ``#N/A`` is in the file, and no cell of text has
     one."""
-    if any(_SPREADSHEET_SIGN.search(block) for block in _blocks(table)):
+    if any(_SPREADSHEET_SIGN.search(block) for block in _blocks(rows)):
         return False
-    return not any("#" in cell for k in table.text_columns for cell in table.texts(k))
+    return not any("#" in cell for k in rows.text_columns for cell in rows.texts(k))
 
 
-def _parsed(table: TextRows, file: "_Rows", options: Mapping[str, Any]) -> Any:
+def _parsed(rows: TextRows, file: "_Rows", options: Mapping[str, Any]) -> Any:
     import pandas  # late: it takes longer than reading most files
 
     with warnings.catch_warnings():
         warnings.simplefilter("error", pandas.errors.ParserWarning)  # surplus cells would be lost
         try:
-            return pandas.read_csv(file, **_read_options(table), **options)
+            return pandas.read_csv(file, **_read_options(rows), **options)
         except pandas.errors.ParserWarning as error:
             raise ValueError(str(error)) from None
 
 
-def _read_options(table: TextRows) -> dict[str, Any]:
+def _read_options(rows: TextRows) -> dict[str, Any]:
     return {
-        "sep": table.delimiter,
-        "decimal": table.decimal,
+        "sep": rows.delimiter,
+        "decimal": rows.decimal,
         "compression": None,
         "encoding": "utf-8",
         "encoding_errors": "replace",
         "header": None,
-        "names": range(len(table.headers)),
+        "names": range(len(rows.headers)),
         "index_col": False,
-        "skipinitialspace": table.delimiter != WHITESPACE,
+        "skipinitialspace": rows.delimiter != WHITESPACE,
         "na_values": NO_VALUE,
     }
 
 
-def _delimiters(table: TextRows) -> int:
+def _delimiters(rows: TextRows) -> int:
     """How often the delimiter occurs in the rows: with usecols, pandas accepts surplus cells."""
-    if table.delimiter == WHITESPACE or table.end is not None:
+    if rows.delimiter == WHITESPACE or rows.end is not None:
         return -1
-    return sum(block.count(table.delimiter.encode(table.encoding.name)) for block in _blocks(table))
+    return sum(block.count(rows.delimiter.encode(rows.encoding.name)) for block in _blocks(rows))
 
 
-def _blocks(table: TextRows) -> Iterator[bytes]:
-    with open_regular(table.path) as file:
-        file.seek(table.begin)
+def _blocks(rows: TextRows) -> Iterator[bytes]:
+    with open_regular(rows.path) as file:
+        file.seek(rows.begin)
         yield from iter(lambda: file.read(1 << 20), b"")
 
 
 class _Rows:
     """The rows of a table as a binary file for pandas, which takes any for UTF-8."""
 
-    def __init__(self, table: TextRows):
-        name = table.encoding.name
+    def __init__(self, rows: TextRows):
+        name = rows.encoding.name
         self._decoder = codecs.getincrementaldecoder(name)("replace") if name != "utf-8" else None
-        self._file = open_regular(table.path)
-        self._file.seek(table.begin)
-        self._left = table.path.stat().st_size if table.end is None else max(0, table.end - table.begin)
+        self._file = open_regular(rows.path)
+        self._file.seek(rows.begin)
+        self._left = rows.path.stat().st_size if rows.end is None else max(0, rows.end - rows.begin)
 
     def __enter__(self):
         return self

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from ..quantities import plain_name
 from .rows import is_missing, is_number, is_unit
-from .text_lines import split_cells
+from .text_rows import split_cells
 
 _MAX_LINES = 256  # above a table
 _MAX_CHARS = 2000  # of a line with the names of all columns

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ..file_table import FileTable
 from ..recording import Note
+from ..table import Table
+from . import Format
 from .arrays import MAX_TABLES, FileArrays, check_count, clean, reading, vector
 from .jpk import TIP
-from .worker import tables_by_worker
 
 _FORMAT = "a Nanosurf file (nid)"
 # names of a phase in the data and in the header, and of its duration
@@ -23,14 +23,9 @@ _EXPORT = "In Nanosurf's software, export the curves as CSV or ASCII text."
 _DEFLECTION, _HEIGHTS = "Deflection", ("Z-Axis Sensor", "Z-Axis")
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The force curves of a file: time, channels with their units, and for a deflection in newtons the position of the
     tip. Raises InputError for a damaged file, and one with images alone."""
-    return tables_by_worker("nanosurf", path, _FORMAT, needs="NSFopen")
-
-
-def tables_here(path: Path) -> list[FileTable]:
-    """As ``tables``, in this process, which a damaged file may end."""
     from NSFopen.read.read import nid_read
 
     found = FileArrays(path=path, format=_FORMAT, header=lambda name, _: name)
@@ -106,3 +101,16 @@ def _add_curve(
     found.add(name, arrays, [("spring constant", f"{stiffness:g} N/m")] if np.isfinite(stiffness) else [])
     if len(arrays) > len(columns):
         found.tables[-1].notes.append(Note("computed", TIP.format(stiffness)))
+
+
+FORMATS = (
+    Format(
+        name=_FORMAT,
+        suffixes=(".nid",),
+        starts=(b"[DataSet]",),
+        tables=tables,
+        limited=True,
+        package="NSFopen",
+        extra="labs",
+    ),
+)

@@ -12,10 +12,10 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import open_regular
-from ..file_table import FileTable
 from ..stated import is_rate_name
+from ..table import Table
+from . import Format
 from .arrays import Array, FileArrays, check_count, reading
-from .worker import tables_by_worker
 
 _FORMAT = "TDMS (LabVIEW)"
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "units", "Unit")
@@ -24,17 +24,12 @@ _MAX_CHANNELS = 4096
 _MAX_TEXT_CHARS = 200  # of a property that is kept as a comment
 
 
-def tables(path: Path) -> list[FileTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of a TDMS file: the channels of each group, scaled, with those of one length and rate together.
 
     Channels with the property ``wf_increment`` are sampled evenly: unless one of them is a time, the table begins with
     a column ``time`` in seconds. Raises InputError for a damaged file.
     """
-    return tables_by_worker("tdms", path, _FORMAT, needs="nptdms")
-
-
-def tables_here(path: Path) -> list[FileTable]:
-    """As ``tables``, in this process, which a damaged file may keep busy for ever."""
     found = FileArrays(path=path, format=_FORMAT, header=lambda name, _: name)
     with _opened(path) as file:
         root = _comments(file.properties)
@@ -138,3 +133,16 @@ def _comments(properties: dict[str, Any]) -> list[tuple[str, str]]:
     """The properties of a group or of the file, but for empty and long ones."""
     texts = [(name, str(value)) for name, value in properties.items()]
     return [(name, text) for name, text in texts if 0 < len(text) <= _MAX_TEXT_CHARS]
+
+
+FORMATS = (
+    Format(
+        name=_FORMAT,
+        suffixes=(".tdms",),
+        starts=(b"TDSm",),
+        tables=tables,
+        limited=True,
+        package="nptdms",
+        extra="labs",
+    ),
+)

@@ -12,8 +12,11 @@ from pathlib import Path
 from ...errors import InputError
 from ...files import open_regular
 from ..stated import stating_lines
+from ..table import Table
+from . import Format
 from .rows import (
     MIN_ROWS,
+    WHITESPACE,
     Block,
     bare,
     blocks,
@@ -24,9 +27,9 @@ from .rows import (
     is_unit_row,
     number_of,
 )
-from .summary_rows import without_summary
-from .text_lines import MAX_LINE_CHARS, WHITESPACE, Encoding, long_line, split_cells
-from .text_table import TextTable
+from .text_blocks import all_tables, without_summary
+from .text_rows import MAX_LINE_CHARS, Encoding, long_line, split_cells
+from .text_values import TextValues
 
 MAX_COLUMNS = 1024  # a recorder of all channels of a laboratory writes some hundred
 _MAX_HEADER_CHARS = 256  # of one column
@@ -41,7 +44,7 @@ _ENCODINGS = ((b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"), (b"\xef\xb
 _EXPORT = "Export the recording as CSV, or another table of text."
 
 
-def tables(path: Path) -> list[TextTable]:
+def tables(path: Path) -> list[Table]:
     """The tables of a text file, those with at least 20 rows or the longest.
 
     Raises InputError for a file that is not text or has no row of numbers.
@@ -60,14 +63,13 @@ def tables(path: Path) -> list[TextTable]:
         raise _no_table(path, lines)
     first = without_summary(_table(path, encoding, lines, chosen))
     if len(chosen.blocks) == 1 and first.parses():
-        return [first]
-    from .text_blocks import all_tables  # late, as few files need it
-
+        return [first.table()]
     found = all_tables(first, lambda above: _table_in(path, first.encoding, above))
     if len(found) > 1:
-        return found
+        return [each.table() for each in found]
     ends = [each.end for each in found if first.end is None and each.end is not None and each.end > first.begin]
-    return [replace(first, end=ends[0]) if ends else first]  # a table that ends before it begins is another one
+    # a table that ends before it begins is another one
+    return [(replace(first, end=ends[0]) if ends else first).table()]
 
 
 def _longest(found: Sequence[Block]) -> Block:
@@ -178,7 +180,7 @@ def _delimited(lines: Sequence[str]) -> _Layout | None:
     return max(found, key=fitness, default=None)  # the first of equals
 
 
-def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout) -> TextTable:
+def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout) -> TextValues:
     """The longest table in ``lines``, to the end of the file."""
     block, delimiter = layout.longest, layout.delimiter
     # which column has no name cannot be known, but for numbers of rows
@@ -197,7 +199,7 @@ def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout
     _check_columns(headers, block.width, path)
     above = "".join(lines[: block.first])
     sample = layout.rows[block.first : min(block.stop, block.first + _SAMPLE_LINES)]
-    return TextTable(
+    return TextValues(
         path=path,
         encoding=encoding,
         delimiter=delimiter,
@@ -207,7 +209,6 @@ def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout
         has_header=bool(headers),
         comments=_comments(lines[: block.first]),
         preamble=(stating_lines(lines[max(0, block.first - _STATING_LINES) : block.first]),),
-        title=block.title,
         first_row=block.first + 1,
         begin=encoding.mark + len(above.encode(encoding.name, encoding.errors)),
         text_columns=block.text_columns,
@@ -279,7 +280,11 @@ def _clocks(rows: Sequence[Sequence[str]]) -> frozenset[int]:
     return frozenset(k for row in rows for k, cell in enumerate(row) if ":" in cell and is_number(cell))
 
 
-def _table_in(path: Path, encoding: Encoding, lines: Sequence[str]) -> TextTable | None:
+def _table_in(path: Path, encoding: Encoding, lines: Sequence[str]) -> TextValues | None:
     """The table in some lines of a file; None if its numbers are in no common columns."""
     chosen = _delimited(lines)
     return None if chosen is None else _table(path, encoding, lines, chosen)
+
+
+TEXT = Format(name="text", suffixes=(".csv", ".tsv", ".txt", ".dat"), tables=tables)
+FORMATS = (TEXT,)

@@ -26,10 +26,11 @@ import numpy as np
 
 from ...errors import InputError
 from ...files import enough_memory, open_regular
-from ..file_table import FileTable
 from ..recording import Note
+from ..table import Table
+from . import Format
 
-_TIME_S, _BYTES_PER_S = 5.0, 16e6  # processor time for one file, and more for a large one
+_TIME_S = 5.0  # of the processor for one file, and more for a large one
 _MEMORY_BYTES = 3 << 29  # address space for one file, beyond that of the process
 _MEMORY_PER_BYTE = 60  # more for each byte of it
 _KEPT_S = 5.0  # that a file stays open after the last request
@@ -40,25 +41,23 @@ _PLAIN = ("headers", "units", "name", "sha256", "row_name", "first_row", "has_he
 _START = f"import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {__name__} import serve; serve()"
 
 
-def tables_by_worker(
-    module: str, path: Path, what: str, bytes_per_s: float = _BYTES_PER_S, *, needs: str = ""
-) -> list[FileTable]:
-    """The tables that ``tables_here(path)`` of a module in this folder gives in the other process.
+def tables_by_worker(form: Format, path: Path) -> list[Table]:
+    """The tables of a file that ``form.tables`` gives in the other process.
 
-    ``bytes_per_s`` is the slowest at which a large file may be read, ``needs`` a package. Raises InputError as it does,
-    and for a file with which it ends, or takes too much time or memory; ImportError without the package.
+    Raises InputError as it does, and for a file with which the process ends, or takes too much time or memory;
+    ImportError without the package of the format.
     """
-    if needs and find_spec(needs) is None:
-        raise ImportError(name=needs)
+    if form.package and find_spec(form.package) is None:
+        raise ImportError(name=form.package)
     if not sys.executable:  # within a program that cannot start a second Python
-        return import_module(f".{module}", __package__).tables_here(path)
+        return form.tables(path)
     path = Path(os.path.abspath(path))
-    request = {"module": module, "bytes_per_s": bytes_per_s}
-    answer, _ = _worker.ask(path, what, request)
-    return [_table(path, what, request | {"table": number}, each) for number, each in enumerate(answer["tables"])]
+    request = {"module": form.tables.__module__, "function": form.tables.__name__, "bytes_per_s": form.bytes_per_s}
+    answer, _ = _worker.ask(path, form.name, request)
+    return [_table(path, form.name, request | {"table": number}, each) for number, each in enumerate(answer["tables"])]
 
 
-def _table(path: Path, what: str, request: dict[str, Any], stated: dict[str, Any]) -> FileTable:
+def _table(path: Path, what: str, request: dict[str, Any], stated: dict[str, Any]) -> Table:
     """A table whose values are asked for when they are used."""
 
     def read_from(index: int, first: int) -> np.ndarray:
@@ -69,7 +68,7 @@ def _table(path: Path, what: str, request: dict[str, Any], stated: dict[str, Any
         return _worker.ask(path, what, request | {"texts": index})[0]["texts"]
 
     facts = {name: stated[name] for name in _PLAIN}
-    return FileTable(
+    return Table(
         path=path,
         comments=[(line, text) for line, text in stated["comments"]],
         notes=[Note(*note) for note in stated["notes"]],
@@ -163,7 +162,7 @@ def serve() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent ends this process
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what a library prints is no answer
-    opened: tuple[Any, list[FileTable]] = None, []
+    opened: tuple[Any, list[Table]] = None, []
     while True:
         if opened[1] and not _asked_soon():
             opened = None, []  # what was read takes memory
@@ -211,15 +210,15 @@ def _limited_memory(size: int) -> Iterator[None]:
         resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
-def _answer(request: dict, opened: tuple[Any, list[FileTable]], answers: BinaryIO) -> tuple[Any, list[FileTable]]:
+def _answer(request: dict, opened: tuple[Any, list[Table]], answers: BinaryIO) -> tuple[Any, list[Table]]:
     path = Path(os.fsdecode(request["path"].encode("utf-8", "surrogateescape")))
     try:
         state = os.stat(path)
-        key = request["module"], path, state.st_ino, state.st_size, state.st_mtime_ns
+        key = request["module"], request["function"], path, state.st_ino, state.st_size, state.st_mtime_ns
         with enough_memory(path):
             if not {"column", "texts"} & request.keys() or opened[0] != key:
                 opened = (None, [])
-                opened = key, import_module(f".{request['module']}", __package__).tables_here(path)
+                opened = key, getattr(import_module(request["module"]), request["function"])(path)
             if "column" in request:
                 _send(answers, {}, _column(opened[1][request["table"]], request["column"], request["first"]))
             elif "texts" in request:
@@ -237,12 +236,12 @@ def _answer(request: dict, opened: tuple[Any, list[FileTable]], answers: BinaryI
     return opened
 
 
-def _column(table: FileTable, index: int, first: int) -> np.ndarray:
+def _column(table: Table, index: int, first: int) -> np.ndarray:
     values = table.read_from(index, first) if table.read_from else table.read_column(index)[first:]
     return np.ascontiguousarray(values, dtype=float)
 
 
-def _stated(table: FileTable) -> dict[str, Any]:
+def _stated(table: Table) -> dict[str, Any]:
     notes = [(note.kind, note.message, note.count) for note in table.notes]
     facts = {name: getattr(table, name) for name in _PLAIN}
     facts |= {"comments": table.comments, "notes": notes, "has_texts": table.read_texts is not None}

@@ -9,7 +9,7 @@ from io import BytesIO
 from pathlib import Path, PurePath
 from typing import Any
 
-from ...errors import InputError
+from ...errors import InputError, install_step
 from ...files import BAG, MAX_RECORDING_BYTES, MCAP, open_regular, read_bytes
 from ..recording import Note
 from .mcap_records import CHANNEL, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, RecordReader
@@ -39,7 +39,7 @@ def read_bag(folder: Path, collected: Collected) -> list[Note]:
     try:
         from rosbags.rosbag2 import Reader
     except ImportError:
-        advice = 'Install it with pip install "needleforce[ros]".'
+        advice = install_step("rosbags", "ros")
         raise InputError("package rosbags", "missing", "it is needed for ROS 2 bags", str(folder), advice) from None
     try:
         storage, files = _bag_files(folder)

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from ...errors import InputError
+from ...errors import InputError, install_step
 from ...files import open_regular, unpacked_limit
 from ..recording import Note
 from .topics import TYPES, Collected
@@ -32,7 +32,7 @@ def read_ros1_bag(path: Path, collected: Collected) -> list[Note]:
     try:
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
-        advice = 'Install it with pip install "needleforce[ros]".'
+        advice = install_step("rosbags", "ros")
         raise InputError("package rosbags", "missing", "it is needed for ROS 1 bags", str(path), advice) from None
     reindex = f"Check that it is complete, or make a new index with rosbag reindex {path.name}"
     try:

@@ -17,11 +17,12 @@ from ..card import check_filter_length
 from ..force_signal import glitch_notes, remove_bias
 from ..joining import INWARDS, derivative, differentiate, join, overlap, put_signs, signed
 from ..motion_source import MotionSource
+from ..options import ReadOptions
 from ..quantities import AXES as RECORDING_AXES
 from ..quantities import check_known, dimension
 from ..recording import Card, Note, Recording
+from ..samples import timing_notes
 from ..stream import Stream, constant_depth
-from ..timestamps import timing_notes
 from .messages import Log, Mark, Messages
 from .reader import read_log
 from .topics import AS_TABLE, split_choice
@@ -159,25 +160,12 @@ def _six(facts: Mapping) -> list[float] | None:
     return list(map(float, bias)) if valid and all(abs(each) < _MAX_FORCE for each in bias) else None
 
 
-def read_recording(
-    path: str | os.PathLike,
-    *,
-    columns: Mapping[str, str] | None,
-    units: Mapping[str, str] | None,
-    inwards: str | None,
-    filter_length: int | None,
-    baseline: bool,
-    motion: str | os.PathLike | None,
-    motion_part: str | int | None,
-    motion_shift: float | None,
-    start_depth: float | None,
-    assumed: AssumedMotion,
-) -> Recording:
+def read_recording(path: str | os.PathLike, options: ReadOptions, assumed: AssumedMotion) -> Recording:
     """Read a recording from an MCAP file or the folder of a ROS 2 bag; the checked options are those of ``nf.read``.
 
     Time zero is the first wrench. Raises InputError if the file cannot be read as a recording.
     """
-    columns, units = dict(columns or {}), dict(units or {})
+    columns, units = dict(options.columns or {}), dict(options.units or {})
     _check(columns)
     log = read_log(path, columns)
     place = file_name(path)
@@ -192,24 +180,26 @@ def read_recording(
         raise InputError("number of wrenches", len(log.wrench), limit, place, step)
     sha256 = "" if Path(path).is_dir() else digest(path)
     stream = Stream(place=place, sha256=sha256, values={}, assumptions=[], notes=list(log.notes))
-    axis_time = _put_wrenches(stream, log, columns, units, baseline)
-    direction = INWARDS[inwards or "increasing"]
-    unused = assumed.without_motion(motion is not None).unused(True, bool(len(log.axis)))
+    axis_time = _put_wrenches(stream, log, columns, units, options.baseline)
+    direction = INWARDS[options.inwards or "increasing"]
+    unused = assumed.without_motion(options.motion is not None).unused(True, bool(len(log.axis)))
     stream.notes += [Note("unused", unused)] if unused else []
-    if motion is not None:
-        source = MotionSource(path=Path(motion), part=motion_part, shift=motion_shift)
-        join(stream, source, start_depth=start_depth, columns=columns, units=units, inwards=direction)
+    if options.motion is not None:
+        source = MotionSource(path=Path(options.motion), part=options.motion_part, shift=options.motion_shift)
+        join(stream, source, start_depth=options.start_depth, columns=columns, units=units, inwards=direction)
     elif not len(log.axis) and assumed.gives_depth(True):
         _state_motion(stream, assumed)
     else:
         _put_motion(stream, log.axis, axis_time, units, direction)
     if log.wrench.topic != WRENCH_TOPIC:
-        put_signs(stream, inwards, {"force": columns["force"].rpartition(":")[2]} if "force" in columns else units)
+        put_signs(
+            stream, options.inwards, {"force": columns["force"].rpartition(":")[2]} if "force" in columns else units
+        )
     marked = any(mark.kind == "bias" for mark in log.marks)
-    if baseline and not marked:
+    if options.baseline and not marked:
         remove_bias(stream, already_noted=any(note.kind == "baseline" for note in _notes(log.card)))
     stream.notes += timing_notes(stream.values["time"]) + glitch_notes(stream.values["time"], stream.values["force"])
-    return _recording(stream, log.card, filter_length)
+    return _recording(stream, log.card, options.filter_length)
 
 
 def _check(columns: Mapping[str, str]) -> None:

@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The roles of the columns of a table: which is the time, the depth, the force, and why; assigned once for each
+recording."""
+
+import shlex
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..errors import InputError
+from ..units import find
+from .quantities import QUANTITIES, RECOGNISED, plain_name, split
+from .table import Table
+
+MOTION_PREFIX = "motion."  # of the keys of options that apply to the motion
+_MAX_LISTED = 16  # columns in a message
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column with a role: its quantity, header, index, the unit that the file states, if any, and why it has the
+    role: ``given``, or what it was recognised by."""
+
+    quantity: str
+    header: str
+    index: int
+    unit: str | None
+    reason: str = "given"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vocabulary:
+    """The quantities of a kind of table.
+
+    Parameters
+    ----------
+    dimensions : mapping
+        Quantity -> its dimension, empty if the unit of a column does not tell several with one name apart.
+    recognised : mapping
+        Reason -> function of a header that returns a quantity or None, the surest first.
+    """
+
+    dimensions: Mapping[str, str]
+    recognised: Mapping[str, Callable[[str], str | None]]
+
+
+RECORDINGS = Vocabulary(dimensions={q: each for q, (each, _) in QUANTITIES.items()}, recognised=RECOGNISED)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Roles:
+    """The roles of the columns of a table.
+
+    Parameters
+    ----------
+    table : Table
+        The table.
+    given : mapping
+        Quantity -> header, or number from 1, as the user chose.
+    columns : mapping
+        Quantity -> its column.
+    matches : mapping
+        Quantity -> the columns among which its column is, one or several that are as likely.
+    faults : mapping
+        Quantity -> why it has no column although it was given, or several columns are as likely.
+    vocabulary : Vocabulary
+        The quantities.
+    """
+
+    table: Table
+    given: Mapping[str, str | int]
+    columns: Mapping[str, Column]
+    matches: Mapping[str, Sequence[int]]
+    faults: Mapping[str, InputError]
+    vocabulary: Vocabulary = RECORDINGS
+
+    def chosen(self, wanted: Sequence[str]) -> dict[str, Column]:
+        """The columns of the ``wanted`` quantities that have one. Raises InputError for a fault of one of them."""
+        for quantity, fault in self.faults.items():
+            if quantity in wanted or quantity not in self.vocabulary.dimensions:
+                raise fault
+        return {quantity: column for quantity, column in self.columns.items() if quantity in wanted}
+
+    def found(self, wanted: Sequence[str]) -> dict[str, Column]:
+        """As ``chosen``, empty for a fault: it is reported when the recording is read."""
+        try:
+            return self.chosen(wanted)
+        except InputError:
+            return {}
+
+    def alone(self) -> dict[str, Column]:
+        """The column of each quantity, whatever columns were given for the others: what orders the rows of a table."""
+        if not self.given:
+            return dict(self.columns)
+        named = assign_columns(self.table, {}, self.vocabulary).columns
+        found = {q: (self.columns if q in self.given else named).get(q) for q in self.vocabulary.dimensions}
+        return {quantity: column for quantity, column in found.items() if column}
+
+    def candidates(self, quantity: str) -> list[Column]:
+        """The columns without a role that have a unit of a quantity."""
+        used = {column.index for column in self.columns.values()}
+        headers, dimension = self.table.headers, self.vocabulary.dimensions[quantity]
+        units = {k: stated_unit(self.table, k) for k in range(len(headers)) if k not in used}
+        return [Column(quantity, headers[k], k, u, "unit") for k, u in units.items() if u and find(u, dimension)]
+
+    def by_unit(self, absent: Sequence[str]) -> dict[str, Column]:
+        """Of the ``absent`` quantities those for which one column alone has a unit, of those without a role."""
+        found = {quantity: self.candidates(quantity) for quantity in absent}
+        return {quantity: columns[0] for quantity, columns in found.items() if len(columns) == 1}
+
+    def missing(self, absent: Sequence[str], instead: Sequence[str]) -> InputError:
+        """The one error for all quantities without a column; ``instead`` are other ways to give them."""
+        names = " and the ".join(absent)
+        candidates = {q: [column.header for column in self.candidates(q)] for q in absent}
+        like = [f"for the {q}: {_listed(headers)}" for q, headers in candidates.items() if headers]
+        limit = "; ".join([columns_of(self.table), *like])
+        step = f"Choose {'one' if len(absent) == 1 else 'each'} with " + " ".join(f"--column {q}=NAME" for q in absent)
+        step += "".join(f", or {each}" for each in instead) + "; NAME is a header or the number of a column."
+        return InputError(f"no column holds the {names}", "", limit, str(self.table.path), step)
+
+
+def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Vocabulary = RECORDINGS) -> Roles:
+    """Assign the columns of a table to the quantities of a vocabulary.
+
+    A column is that of the quantity for which it was given; the others are recognised by their headers, the surest way
+    first. Of several with the name of a quantity those with the unit of another one are left out. A header that is
+    absent, several columns that match one quantity, and a used header that occurs twice are faults, which ``chosen``
+    raises.
+
+    Parameters
+    ----------
+    table : Table
+        The table.
+    given : mapping
+        Quantity -> header, or number from 1, chosen by the user.
+    vocabulary : Vocabulary
+        The quantities, and how they are recognised.
+
+    Returns
+    -------
+    Roles
+    """
+    faults = {q: _unknown(q, vocabulary) for q in given if q not in vocabulary.dimensions}
+    taken: dict[str, tuple[str, list[int]]] = {}
+    for quantity in [q for q in given if q not in faults]:
+        try:
+            taken[quantity] = "given", _named(table, str(given[quantity]), quantity)
+        except InputError as error:
+            faults[quantity] = error
+    for reason, recognise in vocabulary.recognised.items():
+        used = {index for _, found in taken.values() for index in found}
+        recognised: dict[str, list[int]] = {}
+        for index, header in enumerate(table.headers):
+            quantity = recognise(header)
+            if quantity and quantity not in taken and quantity not in faults and index not in used:
+                recognised.setdefault(quantity, []).append(index)
+        for quantity, found in recognised.items():
+            taken[quantity] = reason, fitting_unit(table, vocabulary.dimensions[quantity], found)
+    columns = {}
+    for quantity, (reason, found) in taken.items():
+        try:
+            columns[quantity] = _single(table, quantity, found, reason)
+        except InputError as error:
+            faults[quantity] = error
+    matches = {quantity: found for quantity, (_, found) in taken.items()}
+    return Roles(table=table, given=given, columns=columns, matches=matches, faults=faults, vocabulary=vocabulary)
+
+
+def _unknown(quantity: str, vocabulary: Vocabulary) -> InputError:
+    known = f"known are {', '.join(vocabulary.dimensions)}"
+    return InputError("quantity", repr(quantity), known, next_step="Give one of these.")
+
+
+def fitting_unit(table: Table, dimension: str, found: Sequence[int]) -> list[int]:
+    """Of several columns with the name of a quantity those without the unit of another one, such as ``Load (V)`` next
+    to ``Load (mN)``; all if none has a unit of the quantity."""
+    units = [stated_unit(table, index) if dimension else None for index in found]
+    fitting = [not unit or bool(find(unit, dimension)) for unit in units]
+    sure = any(fits and unit for fits, unit in zip(fitting, units))
+    return [index for index, fits in zip(found, fitting) if fits or not sure]
+
+
+def of_main(options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The options that do not apply to the motion."""
+    return {key: value for key, value in (options or {}).items() if not key.startswith(MOTION_PREFIX)}
+
+
+def of_motion(options: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The options that apply to the motion, without the prefix of their keys."""
+    return {
+        key.removeprefix(MOTION_PREFIX): value
+        for key, value in (options or {}).items()
+        if key.startswith(MOTION_PREFIX)
+    }
+
+
+def stated_unit(table: Table, index: int) -> str | None:
+    """The unit that a file states for a column, apart from its header or in it; None without one."""
+    apart = table.units[index] if table.units else ""
+    return apart or split(table.headers[index])[1]
+
+
+def columns_of(table: Table) -> str:
+    """The columns of a table as a message lists them: headers, or the numbers of a table without."""
+    headers = table.headers[:_MAX_LISTED]
+    more = f" and {len(table.headers) - _MAX_LISTED} more" if len(table.headers) > _MAX_LISTED else ""
+    if not table.has_header:
+        return f"the file has no header; its first row is {', '.join(table.first_cells()[:_MAX_LISTED])}{more}"
+    return f"the columns are {_listed(headers)}{more}"
+
+
+def _named(table: Table, wanted: str, quantity: str) -> list[int]:
+    """The indices of the column that the user chose: its header as written, without the unit, or its number."""
+    headers = table.headers
+    exact = [i for i, header in enumerate(headers) if header == wanted.strip()]
+    found = exact or [i for i, header in enumerate(headers) if plain_name(split(header)[0]) == plain_name(wanted)]
+    if not found and wanted.isdecimal() and 1 <= int(wanted) <= len(headers):
+        found = [int(wanted) - 1]
+    if not found:
+        step = f"Give one of them, or its number from 1 to {len(headers)}, with --column {quantity}=NAME."
+        raise InputError(f"column for the {quantity}", repr(wanted), columns_of(table), str(table.path), step)
+    return found
+
+
+def _single(table: Table, quantity: str, found: list[int], reason: str) -> Column:
+    names = [table.headers[index] for index in found]
+    if len(names) > 1 and len(set(names)) == 1:
+        limit = "each used header must be unique"
+        step = f"Choose one by its number, for example --column {quantity}={found[0] + 1}."
+        raise InputError(f"column {names[0]!r}", f"present {len(names)} times", limit, str(table.path), step)
+    if len(names) > 1:
+        limit = f"{' and '.join(map(repr, names))} match"
+        step = f"Choose one, for example with --column {shlex.quote(f'{quantity}={names[0]}')}."
+        raise InputError(f"column of the {quantity}", "ambiguous", limit, str(table.path), step)
+    return Column(quantity, names[0], found[0], stated_unit(table, found[0]), reason)
+
+
+def _listed(headers: Iterable[str]) -> str:
+    """Headers as a message shows them."""
+    return ", ".join(map(repr, headers))
