@@ -14,6 +14,7 @@ from .output import progress, say
 if TYPE_CHECKING:
     from ..campaign import Anomaly
     from ..recording import Recording
+    from ..recording.recording_file import RecordingFile
 
 PRESET_HELP = "Model: name of a preset, a preset file (TOML), or the JSON of a fit."
 NEEDLE_HELP = "Needle: name of a preset, a preset or needle file (TOML), or the JSON of a fit."
@@ -26,6 +27,8 @@ ReadFiles = list[tuple[Path, "Recording | InputError"]]
 
 def read_all(files: Sequence[Path], reading: ReadOptions, motion: Sequence[Path] = ()) -> ReadFiles:
     """(file, Recording or InputError) for each file, in order; ``motion`` has one file for each, or none."""
+    from ..recording.recording_file import open_file
+
     motions = list(motion) or [reading.motion] * len(files)
     if len(motions) != len(files):
         raise InputError("number of --motion files", len(motions), f"there are {len(files)} recordings",
@@ -33,28 +36,20 @@ def read_all(files: Sequence[Path], reading: ReadOptions, motion: Sequence[Path]
     done: ReadFiles = []
     for file, its_motion in progress(list(zip(files, motions)), "reading"):
         try:
-            parts = _parts(file, reading)
+            opened = open_file(file, replace(reading, motion=its_motion))
+            parts = [None] if reading.part is None else [part for part, _ in opened.chosen()]
         except InputError as error:
             done.append((file, error))
             continue
-        done += [(file, _read(file, replace(reading, motion=its_motion, part=part))) for part in parts]
+        done += [(file, _read(opened, part)) for part in parts]
     return done
 
 
-def _read(file: Path, reading: ReadOptions) -> "Recording | InputError":
-    from ..recording.reader import read_file
-
+def _read(opened: "RecordingFile", part: str | int | None) -> "Recording | InputError":
     try:
-        return read_file(file, reading)
+        return opened.read(part)[0]
     except InputError as error:
         return error
-
-
-def _parts(file: Path, reading: ReadOptions) -> Sequence[str | int | None]:
-    """The recordings of a file that were chosen: all, those whose names fit a pattern with ``*``, or one."""
-    from ..recording.several import chosen_parts
-
-    return [None] if reading.part is None else [part for part, _ in chosen_parts(file, reading)]
 
 
 def readable(done: ReadFiles) -> list["Recording"]:

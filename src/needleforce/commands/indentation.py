@@ -104,8 +104,7 @@ def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str,
 
 
 def _table_of(recording: "Recording", file: Path) -> "Table":
-    from ..recording.part_choice import asked, chosen_part
-    from ..recording.parts import recordings_in
+    from ..recording.parts import asked, chosen_part, recordings_in
 
     parts = recordings_in(file)
     part, cycle = asked(recording.card.part or None, [each.name for each in parts])
@@ -135,17 +134,8 @@ def _rows(table: "Table", name: str, value: str, count: int) -> np.ndarray:
 
 
 def _document(row: "TipFit") -> dict:
-    fit = row.fit
-    return {
-        "tip": repr(fit.tip),
-        "parameters": [dataclasses.asdict(estimate) for estimate in fit.parameters.values()],
-        "residual_rms_N": fit.residual_rms,
-        "bic": fit.bic,
-        "more_than_best": row.more_than_best,
-        "more_than_best_noise": row.noise,
-        "distinguishable": row.distinguishable,
-        "notes": list(fit.notes),
-    }
+    choice = {"more_than_best": row.more_than_best, "more_than_best_noise": row.noise}
+    return row.fit.document() | choice | {"distinguishable": row.distinguishable}
 
 
 def _show(rows: "Sequence[TipFit]", part: str, *, quiet: bool) -> None:

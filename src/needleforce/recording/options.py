@@ -46,7 +46,7 @@ class FileOptions:
         Quantity -> unit, such as ``{"time": "us", "depth": "mm"}``; ``-N`` reverses the sign, ``0.0122N`` is the force
         of one count. Units are read from the file or recognised by plausibility; messages are in SI unless given here.
     inwards : {"increasing", "decreasing"}, optional
-        Whether depth increases or decreases during insertion; by default it is recognised (see ``signs.signs_of``).
+        Whether depth increases or decreases during insertion; by default it is recognised (see ``joining.signs_of``).
     part : str or int, optional
         Which recording, of a file with several: its name, or its number from 1. ``"cycle 3"``, or ``"NAME: cycle 3"``,
         is one cycle of a recording that repeats; a number is that of a cycle where the file has no other recordings.
