@@ -16,7 +16,7 @@ from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table,
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
     from ..identification.estimates import Estimate
-    from ..identification.layered.result import LayeredSettings
+    from ..identification.settings import LayeredSettings
 
 NAME = "identify"
 MODEL_HELP = (
@@ -174,8 +174,8 @@ def _show_notes(fit: "Fit") -> None:
 def _show_parameters(fit: "Fit") -> None:
     """Print one table of parameters, or one for each layer with the names within the layer."""
     from ..display.quantities import quantity
+    from ..identification.report.words import by_layer
     from ..identification.statistics.noise import INTERVAL
-    from ..report.words import by_layer
 
     repeated = any(estimate.between_repeats_sd is not None for estimate in fit.parameters.values())
     within = any(estimate.within_run_sd is not None for estimate in fit.parameters.values())
@@ -194,7 +194,7 @@ def _show_parameters(fit: "Fit") -> None:
 
 
 def _show_evidence(settings: "LayeredSettings") -> None:
-    from ..report.layers import EVIDENCE, evidence_rows, evidence_words
+    from ..identification.report.tables import EVIDENCE, evidence_rows, evidence_words
 
     table("choice of layers and mechanisms", EVIDENCE, evidence_rows(settings.evidence))
     say(f"choice: {evidence_words(settings)}")

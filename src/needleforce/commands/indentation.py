@@ -134,17 +134,8 @@ def _rows(table: "Table", name: str, value: str, count: int) -> np.ndarray:
 
 
 def _document(row: "TipFit") -> dict:
-    fit = row.fit
-    return {
-        "tip": repr(fit.tip),
-        "parameters": [dataclasses.asdict(estimate) for estimate in fit.parameters.values()],
-        "residual_rms_N": fit.residual_rms,
-        "bic": fit.bic,
-        "more_than_best": row.more_than_best,
-        "more_than_best_noise": row.noise,
-        "distinguishable": row.distinguishable,
-        "notes": list(fit.notes),
-    }
+    choice = {"more_than_best": row.more_than_best, "more_than_best_noise": row.noise}
+    return row.fit.document() | choice | {"distinguishable": row.distinguishable}
 
 
 def _show(rows: "Sequence[TipFit]", part: str, *, quiet: bool) -> None:

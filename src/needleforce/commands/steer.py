@@ -106,8 +106,6 @@ def identify(
     import needleforce as nf
 
     from ..preset_files.presets import needle_of
-    from ..report.steering_page import insertion_table
-    from ..steering.result import HEAD
 
     check_outputs([given.json, given.report, given.save], [file])
     measured = _named(_measured(file, given.length_unit), given.only)
@@ -121,9 +119,8 @@ def identify(
         fit = nf.steering.identify(measured, needle_of(given.needle), progress=progress, **options)
     write_json(fit.to_json(), given.json)
     if given.json != "-":
-        table(fit.heading(), list(HEAD), [list(row) for row in fit.rows()])
-        heads, rows = insertion_table(fit)
-        table("residual of each insertion", heads, rows)
+        table(fit.heading(), *fit.cells())
+        table("residual of each insertion", *fit.insertion_table())
     for remark in fit.remarks():
         say(remark)
     if given.report:
@@ -192,7 +189,7 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
             axial=nf.preset(given.axial) if given.axial else None,
             progress=progress,
         )
-    write_json(_document(found), given.json)
+    write_json(found.to_json(), given.json)
     if given.output:
         found.motion.write(given.output)
     if given.report:
@@ -292,37 +289,10 @@ def _obstacles(spheres: list[str], boxes: list[str]) -> "list[Obstacle]":
     return found
 
 
-def _document(found: "Plan") -> dict:
-    keys, motion = ("x_m", "y_m", "z_m"), found.motion
-    steps = zip(motion.depth, motion.lateral, motion.roll)
-    ends, loads = zip(found.path, found.tube()), zip(found.force, found.wrench)
-    rows = [
-        {
-            "depth_m": depth, "base_x_m": base[0], "base_y_m": base[1], "roll_rad": roll,
-            "tip": dict(zip(keys, tip)), "radius_95_m": radius, "force_N": force, "wrench": list(wrench),
-        }
-        for (depth, base, roll), (tip, radius), (force, wrench) in zip(steps, ends, loads)
-    ]  # fmt: skip
-    return {
-        "target": dict(zip(keys, found.target)),
-        "miss_m": found.miss,
-        "clearance_m": found.clearance if math.isfinite(found.clearance) else None,
-        "faults": list(found.faults),
-        "steps": rows,
-    }
-
-
 def _show_plan(found: "Plan", quiet: bool) -> None:
-    from ..report.steering_page import outcome
-
     if not quiet:
-        heads = ["depth [mm]", "base x [mm]", "base y [mm]", "roll [°]", "tip x [mm]", "tip y [mm]", "95 % radius [mm]"]
-        rows = [
-            [*(f"{value:.2f}" for value in row.values()), *(f"{1e3 * value:.2f}" for value in (*tip[:2], radius))]
-            for row, tip, radius in zip(found.motion.rows(), found.path, found.tube())
-        ]
-        table("motion of the base", heads, rows)
-    say(outcome(found))
+        table("motion of the base", *found.cells())
+    say(found.heading())
     for fault in found.faults:
         say(f"fault: {fault}")
 
