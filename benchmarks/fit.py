@@ -16,8 +16,8 @@ from collections.abc import Callable
 import numpy as np
 
 from needleforce import core
-from needleforce.identification.one_layer.cycle_estimates import CycleFit
 from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_values import CycleFit, CycleOptions
 from needleforce.identification.statistics.noise import TWO_SIDED
 
 STIFFNESS = (2 / np.pi) * 117546.0 * np.tan(np.radians(15.0))  # [N/m²], 0.2101 N at 3.237 mm
@@ -69,7 +69,7 @@ def study(count: int, noise: float, filter_length: int, first_seed: int = 0, rep
     corrects, coverage = 0, np.zeros(len(QUANTITIES))
     for k in range(count):
         arrays, truth = simulate(first_seed + k, noise, filter_length)
-        fit = fit_cycle(*arrays, filter_length=filter_length)
+        fit = fit_cycle(*arrays, CycleOptions(filter_length=filter_length))
         corrects += correct(fit, truth)
         coverage += covered(fit, truth)
         report(k + 1)
@@ -119,7 +119,7 @@ def ours(fit: Callable) -> Callable:
         began = time.perf_counter()
         found = fit(*arrays)
         taken = time.perf_counter() - began
-        depth, row = arrays[0], found["puncture"] if isinstance(found, dict) else found.samples_before_puncture
+        depth, row = arrays[0], found["puncture"] if isinstance(found, dict) else found.puncture.before
         return taken, abs(0.5 * (depth[row - 1] + depth[row]) - truth["puncture_depth"]) <= 0.05e-3
 
     return timed

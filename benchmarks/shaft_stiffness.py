@@ -8,6 +8,7 @@ values that the layered law finds in recordings of others.
 import argparse
 import os
 import runpy
+import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -17,7 +18,9 @@ from rich.table import Table
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.closed_forms import bonded_shaft_stiffness
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from closed_forms import bonded_shaft_stiffness
 
 RADIUS, YOUNG = 0.35e-3, 10e3
 SHOWN = 15e-3  # embedded length in the lines of equal modulus [m]

@@ -18,6 +18,7 @@ from scipy.signal import lfilter
 
 from needleforce import core
 from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_values import CycleOptions
 from needleforce.identification.statistics.draws import draw_cycle
 from needleforce.identification.statistics.noise import noise_of
 
@@ -48,7 +49,7 @@ def share_held(count: int, row: tuple, label: str = "", first_seed: int = 0) -> 
     intervals, draws = np.zeros((2, len(QUANTITIES)))
     for seed in range(first_seed, first_seed + count):
         arrays, truth = recorded(seed, *row)
-        fit = fit_cycle(*arrays, filter_length=row[1])
+        fit = fit_cycle(*arrays, CycleOptions(filter_length=row[1]))
         found = drawn(arrays, fit, 2000, seed)
         ends = {name: np.quantile(found[name], (0.025, 0.975)) for name in QUANTITIES}
         intervals += [fit.low[name] <= truth[name] <= fit.high[name] for name in QUANTITIES]
@@ -62,7 +63,7 @@ def jacobians(arrays, fit) -> list[np.ndarray]:
     """Derivatives (4, n) of the force of each stroke by c, z0, f' and f_c."""
     c, contact, friction, _ = (fit.values[name] for name in PARAMETERS)
     h, out = arrays[0] - contact, np.maximum(arrays[2] - contact, 0.0)
-    before = np.arange(len(h)) < fit.samples_before_puncture
+    before = np.arange(len(h)) < fit.puncture.before
     pushed, zero = np.where(before, np.maximum(h, 0.0), 0.0), np.zeros_like(out)
     return [
         np.array([pushed**2, np.where(before, -2.0 * c * pushed, -friction), np.where(before, 0.0, h), ~before]),
@@ -83,7 +84,7 @@ def block_length(residual: np.ndarray) -> int:
 def by_blocks(arrays, fit, seed: int, count: int = 300) -> np.ndarray:
     """95 % limits (2, 4) by a moving-block bootstrap of the residuals through the linearised fit (percentiles)."""
     random, gram, moved = np.random.default_rng(seed), 0.0, 0.0
-    for jacobian, residual in zip(jacobians(arrays, fit), (fit.residual_in, fit.residual_out)):
+    for jacobian, residual in zip(jacobians(arrays, fit), (fit.residuals.insertion, fit.residuals.withdrawal)):
         n, length = len(residual), block_length(residual)
         blocks = -(-n // length)
         padded = np.zeros((4, blocks * length))
@@ -133,7 +134,7 @@ def emcee_per_second(steps: int = 400) -> float:
         h = depth - contact
         pushed = np.where(depth <= puncture, c * np.maximum(h, 0.0) ** 2, friction * h + cutting)
         left = arrays[1] - pushed, arrays[3] + friction * np.maximum(out - contact, 0.0)
-        return -0.5 * sum(r @ r for r in left) / fit.noises[0].long_run
+        return -0.5 * sum(r @ r for r in left) / fit.residuals.noises[0].long_run
 
     centre = np.array([fit.values[name] for name in names])
     error = np.array([(fit.high[name] - fit.low[name]) / 4 for name in names])

@@ -3,13 +3,13 @@
 
 import math
 
+import closed_forms
 import numpy as np
 from reference_rules import computes
 
 import needleforce as nf
 from needleforce import fe
 from needleforce.bench_tests.elastica import cantilever_tip
-from needleforce.fe import closed_forms
 from needleforce.mechanics import beam_on_foundation as beam
 from needleforce.mechanics.buckling import embedded_buckling_force, foundation_buckling_force
 

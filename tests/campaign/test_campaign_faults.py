@@ -145,20 +145,19 @@ def test_recordings_without_an_insertion_are_explained(tmp_path):
 
 
 def test_only_the_recordings_of_one_condition_are_in_memory(folder, monkeypatch):
-    import sys
     import weakref
 
-    from needleforce.recording.reader import read_file
+    from needleforce.recording.recording_file import RecordingFile
 
-    module, alive, counts = sys.modules["needleforce.campaign.campaign"], weakref.WeakSet(), []
+    read, alive, counts = RecordingFile.read, weakref.WeakSet(), []
 
-    def watched(path, options):
-        recording = read_file(path, options)
+    def watched(opened, part):
+        recording, spans = read(opened, part)
         counts.append(len(alive))
         alive.add(recording)
-        return recording
+        return recording, spans
 
-    monkeypatch.setattr(module, "read_file", watched)
+    monkeypatch.setattr(RecordingFile, "read", watched)
     files = [folder / f"{specimen}_{repeat}.csv" for specimen in ("sign", "speed", "travel") for repeat in (1, 2, BAD)]
     campaign(files, pattern="{specimen}_{repeat}")
     assert len(counts) == 9 and max(counts) <= 3

@@ -6,8 +6,8 @@ import pytest
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.mesh import library
-from needleforce.fe.supports import facets_of
+from needleforce.fe.elastic.supports import facets_of
+from needleforce.fe.mesh.mesh import library
 
 GEL = fe.Elastic(10e3, 0.45)
 NEEDLE, RADIUS, DEPTH = 0.7e-3, 8e-3, 10e-3

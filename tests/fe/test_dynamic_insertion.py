@@ -11,10 +11,10 @@ from test_elements import VALUES, reference
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.bounded_forces import bounded_forces
-from needleforce.fe.dynamic_insertion import DynamicInsertion, stroke
-from needleforce.fe.dynamics import DynamicSystem, Rayleigh
-from needleforce.fe.tissue_dynamics import ReducedTissue, TissueDynamics
+from needleforce.fe.moving.bounded_forces import bounded_forces
+from needleforce.fe.moving.dynamic_insertion import DynamicInsertion, stroke
+from needleforce.fe.moving.dynamics import DynamicSystem, Rayleigh
+from needleforce.fe.moving.tissue_dynamics import ReducedTissue, TissueDynamics
 
 VALUES = VALUES | {each["name"]: each for each in reference.load()}
 RADIUS, SPACING = 0.5e-3, 2e-3

@@ -9,9 +9,9 @@ from test_elements import SQUARE, TUBE, VALUES, distorted, tetrahedra, triangles
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.dynamics import DynamicSystem, Newmark, Rayleigh
-from needleforce.fe.supports import unknowns_of
-from needleforce.fe.tissue_dynamics import TissueDynamics
+from needleforce.fe.elastic.supports import unknowns_of
+from needleforce.fe.moving.dynamics import DynamicSystem, Newmark, Rayleigh
+from needleforce.fe.moving.tissue_dynamics import TissueDynamics
 
 VALUES = VALUES | {each["name"]: each for each in reference.load()}
 GEL = fe.Elastic(10e3, 0.45)

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from closed_forms import ring_displacement
 
 from needleforce import fe
-from needleforce.fe.block_mesh import graded_lines
-from needleforce.fe.closed_forms import ring_displacement
-from needleforce.fe.factorisation import Factor
-from needleforce.fe.supports import unknowns_of
+from needleforce.fe.elastic.factorisation import Factor
+from needleforce.fe.elastic.supports import unknowns_of
+from needleforce.fe.mesh.block import graded_lines
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 import reference

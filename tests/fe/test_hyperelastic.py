@@ -10,15 +10,15 @@ from test_elements import CUBE, PATCHES, SQUARE, TUBE, tetrahedra, triangles
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.hyperelastic import HyperelasticTissue
-from needleforce.fe.hyperelastic_materials import (
+from needleforce.fe.elastic.supports import unknowns_of
+from needleforce.fe.hyperelastic.tissue import HyperelasticTissue
+from needleforce.fe.materials import (
     MooneyRivlin,
     NeoHookean,
     cofactor,
     isochoric_stress,
     isochoric_tangent,
 )
-from needleforce.fe.supports import unknowns_of
 from needleforce.fe.vtk_file import write_vtk
 
 SHEAR = 3e3

@@ -6,11 +6,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from closed_forms import bonded_shaft_stiffness
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.closed_forms import bonded_shaft_stiffness
-from needleforce.fe.stiffness_by_label import stiffness_by_label
+from needleforce.fe.fits.insertion_search import stiffness_by_label
 
 RADIUS, LENGTH, DEEP = 0.35e-3, 15e-3, 22e-3
 YOUNG, RATIO = 30e3, 0.49

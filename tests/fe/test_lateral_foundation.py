@@ -6,7 +6,7 @@ import pytest
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.lateral_foundation import lateral_compliance
+from needleforce.fe.elastic.lateral_foundation import lateral_compliance
 from needleforce.mechanics.foundation import foundation_modulus
 
 RADIUS = 0.5e-3

@@ -11,7 +11,7 @@ from test_elements import tetrahedra, triangles
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.mesh_file import read_mesh
+from needleforce.fe.mesh.mesh_file import read_mesh
 
 HERE = Path(__file__).parent
 BOX = fe.grid([np.linspace(-2.0, 2.0, 5), np.linspace(-1.0, 2.0, 4), np.linspace(0.0, 3.0, 4)])
@@ -27,7 +27,7 @@ def volumes(mesh):
     if mesh.shape in ("triangle", "tetra"):
         sizes = np.linalg.det(corners[:, 1:] - corners[:, :1])
         return sizes / (2.0 if mesh.shape == "triangle" else 6.0)
-    weight = fe.elements.Elements(mesh, "solid" if mesh.dimension == 3 else "plane_strain", 1, 1.0)
+    weight = fe.elastic.elements.Elements(mesh, "solid" if mesh.dimension == 3 else "plane_strain", 1, 1.0)
     return np.concatenate([cells.weight.sum(axis=1) for _, cells in weight.batches()])
 
 

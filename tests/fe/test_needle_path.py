@@ -5,10 +5,10 @@ import sys
 
 import numpy as np
 import pytest
+from closed_forms import bonded_shaft_stiffness, punch_stiffness
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.closed_forms import bonded_shaft_stiffness, punch_stiffness
 
 GEL = fe.Elastic(10e3, 0.45)
 RADIUS = 0.35e-3

@@ -8,9 +8,9 @@ from scipy.sparse.linalg import eigsh
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.dynamic_insertion import DynamicInsertion, stroke
-from needleforce.fe.dynamics import Newmark, Rayleigh
-from needleforce.fe.tissue_dynamics import ReducedTissue, TissueDynamics
+from needleforce.fe.moving.dynamic_insertion import DynamicInsertion, stroke
+from needleforce.fe.moving.dynamics import Newmark, Rayleigh
+from needleforce.fe.moving.tissue_dynamics import ReducedTissue, TissueDynamics
 
 PATH = fe.NeedlePath(20e-3, 2e-3, 0.5e-3)
 DAMPING = Rayleigh.from_ratios((5.0, 100.0), (0.05, 0.05))

@@ -3,10 +3,10 @@
 
 import numpy as np
 import pytest
+from closed_forms import bonded_shaft_stiffness
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.closed_forms import bonded_shaft_stiffness
 
 RADIUS = 0.35e-3
 GEL = fe.Elastic(10e3, 0.49)

@@ -8,9 +8,9 @@ from test_elements import PATCHES, SQUARE, TUBE
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.mesh_file import read_mesh
-from needleforce.fe.stress import Stress, stress
-from needleforce.fe.supports import unknowns_of
+from needleforce.fe.elastic.stress import Stress, stress
+from needleforce.fe.elastic.supports import unknowns_of
+from needleforce.fe.mesh.mesh_file import read_mesh
 from needleforce.fe.vtk_file import write_vtk
 
 YOUNG = 10e3

@@ -156,7 +156,7 @@ def test_elements_that_lock_are_refused():
 
 
 def test_a_mesh_that_does_not_fit_into_memory_is_refused(monkeypatch):
-    from needleforce.fe import factorisation
+    from needleforce.fe.elastic import factorisation
 
     monkeypatch.setattr(factorisation, "_free_memory", lambda: 2e9)
     assert factorisation.memory_of_factor(3_000_000, 3) > 2e9  # of a million hexahedra

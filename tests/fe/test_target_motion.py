@@ -6,10 +6,10 @@ import pytest
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.dynamic_insertion import DynamicInsertion, stroke
-from needleforce.fe.dynamics import Rayleigh
-from needleforce.fe.target_motion import plan_entry
-from needleforce.fe.tissue_dynamics import ReducedTissue, TissueDynamics
+from needleforce.fe.moving.dynamic_insertion import DynamicInsertion, stroke
+from needleforce.fe.moving.dynamics import Rayleigh
+from needleforce.fe.moving.target_motion import plan_entry
+from needleforce.fe.moving.tissue_dynamics import ReducedTissue, TissueDynamics
 
 PATH = fe.NeedlePath(24e-3, 2e-3, 0.5e-3)
 MOTION = {"speed": 0.05, "hold": 0.1}

@@ -6,7 +6,8 @@ import pytest
 from scipy.optimize import curve_fit, minimize_scalar
 
 from needleforce.errors import InputError
-from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_fit import fit_cycle, limit_saturation
+from needleforce.identification.one_layer.cycle_values import CycleOptions
 
 TRUTH = {
     "stiffness_coefficient": 20051.0,
@@ -44,13 +45,13 @@ def cycle(noise=0.0, samples=3000, saturation=np.inf, seed=1, **changed):
 )
 def test_without_noise_the_truth_comes_back(saturation, options):
     arrays = cycle(saturation=saturation)
-    fit = fit_cycle(*arrays, **options)
+    fit = fit_cycle(*arrays, CycleOptions(**options))
     for name in ("stiffness_coefficient", "contact_depth", "friction_per_length", "cutting_force"):
         assert fit.values[name] == pytest.approx(TRUTH[name], rel=1e-6), name
     assert fit.values["saturation_depth"] == pytest.approx(saturation, rel=1e-6)
-    assert fit.samples_before_puncture == np.sum(arrays[0] <= TRUTH["puncture_depth"])
-    assert (fit.puncture_low, fit.puncture_high) == (fit.samples_before_puncture - 1, fit.samples_before_puncture)
-    assert fit.rmse < 1e-9 and not fit.warnings
+    assert fit.puncture.before == np.sum(arrays[0] <= TRUTH["puncture_depth"])
+    assert (fit.puncture.low, fit.puncture.high) == (fit.puncture.before - 1, fit.puncture.before)
+    assert fit.residuals.rmse < 1e-9 and not fit.warnings
 
 
 def test_depth_and_force_may_be_shifted_and_scaled():
@@ -100,48 +101,48 @@ def test_no_other_contact_and_puncture_fits_better(seed):
 
     rows = range(16, 120 - 8)
     best = min(least(row) for row in rows)
-    assert fit.sse == pytest.approx(best, rel=1e-6)
+    assert fit.residuals.sse == pytest.approx(best, rel=1e-6)
 
 
 def test_covariance_is_that_of_scipy_with_the_puncture_known():
     arrays = cycle(noise=5e-3)
     fit = fit_cycle(*arrays)
-    n, row = len(arrays[0]), fit.samples_before_puncture
+    n, row = len(arrays[0]), fit.puncture.before
 
     def model(depth, c, z0, slope, cutting, zero):
         h = np.maximum(depth - z0, 0.0)
         return zero + np.concatenate([c * h[:row] ** 2, slope * (depth[row:n] - z0) + cutting, -slope * h[n:]])
 
-    start = [fit.values[name] for name in fit.covariance_order]
+    start = [fit.values[name] for name in fit.order]
     found, covariance = curve_fit(model, np.concatenate(arrays[0::2]), np.concatenate(arrays[1::2]), start)
     assert np.abs(found - start) / np.sqrt(covariance.diagonal()) == pytest.approx(0.0, abs=1e-3)
     scale = np.sqrt(np.outer(covariance.diagonal(), covariance.diagonal()))
     assert fit.covariance / scale == pytest.approx(covariance / scale, abs=0.05)  # noise by stroke, not pooled
-    assert fit.noise_correlation_length == 1.0
+    assert fit.residuals.noise_correlation_length == 1.0
 
 
 def test_prediction_and_residual_make_the_measurement():
     arrays = cycle(noise=5e-3, saturation=2.05e-3)
-    fit = fit_cycle(*arrays, law="cone_cylinder")
+    fit = fit_cycle(*arrays, CycleOptions(law="cone_cylinder"))
     v, h = fit.values, arrays[0] - fit.values["contact_depth"]
     cone = np.clip(h, 0.0, v["saturation_depth"])
     pushed = v["stiffness_coefficient"] * cone * (2.0 * np.maximum(h, 0.0) - cone)
     force_in = np.where(arrays[0] > v["puncture_depth"], v["friction_per_length"] * h + v["cutting_force"], pushed)
     force_out = -v["friction_per_length"] * np.maximum(arrays[2] - v["contact_depth"], 0.0)
-    assert v["force_offset"] + force_in + fit.residual_in == pytest.approx(arrays[1], abs=1e-12)
-    assert v["force_offset"] + force_out + fit.residual_out == pytest.approx(arrays[3], abs=1e-12)
-    assert fit.sse == pytest.approx(np.sum(fit.residual_in**2) + np.sum(fit.residual_out**2))
+    assert v["force_offset"] + force_in + fit.residuals.insertion == pytest.approx(arrays[1], abs=1e-12)
+    assert v["force_offset"] + force_out + fit.residuals.withdrawal == pytest.approx(arrays[3], abs=1e-12)
+    assert fit.residuals.sse == pytest.approx(np.sum(fit.residuals.insertion**2) + np.sum(fit.residuals.withdrawal**2))
 
 
 def test_a_window_limits_the_puncture_and_its_edge_gives_a_warning():
     depth, force, *out = cycle(noise=2e-3)
     force = force + np.where(depth > 12e-3, -0.15, 0.0)  # a deeper and larger drop, which a one-layer model omits
     assert fit_cycle(depth, force, *out).values["puncture_depth"] == pytest.approx(12e-3, abs=0.05e-3)
-    bound = fit_cycle(depth, force, *out, puncture_window=(7e-3, 7.6e-3))
+    bound = fit_cycle(depth, force, *out, CycleOptions(puncture_window=(7e-3, 7.6e-3)))
     assert 7e-3 <= bound.values["puncture_depth"] <= 7.6e-3
     assert any("at an end of the range" in warning for warning in bound.warnings)
     first = depth < 12e-3  # below the next puncture is another layer
-    alone = fit_cycle(depth[first], force[first], *out, puncture_window=(7e-3, 7.6e-3))
+    alone = fit_cycle(depth[first], force[first], *out, CycleOptions(puncture_window=(7e-3, 7.6e-3)))
     assert alone.values["puncture_depth"] == pytest.approx(TRUTH["puncture_depth"], abs=0.05e-3)
     assert not alone.warnings
 
@@ -151,7 +152,7 @@ def test_an_encoder_that_jitters_does_no_harm():
     random = np.random.default_rng(3)
     jitter = 10e-6 * random.standard_normal((2, len(depth_in)))  # 1.5 samples of travel
     fit = fit_cycle(depth_in + jitter[0], force_in, depth_out + jitter[1], force_out)
-    assert fit.samples_before_puncture == np.sum(depth_in <= TRUTH["puncture_depth"])
+    assert fit.puncture.before == np.sum(depth_in <= TRUTH["puncture_depth"])
     assert fit.values["contact_depth"] == pytest.approx(TRUTH["contact_depth"], abs=30e-6)
     assert fit.values["friction_per_length"] == pytest.approx(TRUTH["friction_per_length"], rel=0.01)
 
@@ -167,9 +168,9 @@ def test_a_cycle_cut_off_before_the_withdrawal():
 @pytest.mark.parametrize("kept", [0, 1, 20, 60, 200])
 def test_a_withdrawal_may_be_shorter_than_the_filter(kept):
     depth, force, depth_out, force_out = cycle(noise=5e-3)
-    fit = fit_cycle(depth, force, depth_out[:kept], force_out[:kept], filter_length=50)
+    fit = fit_cycle(depth, force, depth_out[:kept], force_out[:kept], CycleOptions(filter_length=50))
     assert fit.values["contact_depth"] == pytest.approx(TRUTH["contact_depth"], abs=0.1e-3)
-    assert len(fit.residual_out) == kept and np.isfinite(fit.covariance).all()
+    assert len(fit.residuals.withdrawal) == kept and np.isfinite(fit.covariance).all()
 
 
 def test_unphysical_friction_is_held_with_a_warning():
@@ -180,7 +181,7 @@ def test_unphysical_friction_is_held_with_a_warning():
 
 
 def test_a_bare_cone_bounds_its_saturation_from_below_only():
-    fit = fit_cycle(*cycle(noise=5e-3, seed=4), law="cone_cylinder")
+    fit = fit_cycle(*cycle(noise=5e-3, seed=4), CycleOptions(law="cone_cylinder"))
     assert fit.high["saturation_depth"] == np.inf
     assert 1.5e-3 < fit.low["saturation_depth"] < 3.3e-3
 
@@ -189,10 +190,12 @@ def test_the_lower_limit_of_a_saturation_may_be_left_for_later():
     left = 0
     for seed in range(8):
         arrays = cycle(noise=5e-3, seed=seed)
-        fit = fit_cycle(*arrays, law="cone_cylinder", limited=False)
+        fit = fit_cycle(*arrays, CycleOptions(law="cone_cylinder"), limited=False)
         left += fit.low["saturation_depth"] == np.inf
-        assert fit.limited().low == fit.limited().limited().low == fit_cycle(*arrays, law="cone_cylinder").low
-        assert 1e-3 < fit.limited().low["saturation_depth"] < 3.3e-3
+        at_once = fit_cycle(*arrays, CycleOptions(law="cone_cylinder"))
+        later = limit_saturation(fit, *arrays)
+        assert later.low == limit_saturation(later, *arrays).low == at_once.low
+        assert 1e-3 < later.low["saturation_depth"] < 3.3e-3
     assert left > 0
 
 
@@ -203,7 +206,7 @@ def test_a_filter_smears_both_steps_and_leaving_them_out_removes_the_bias():
     depth, force = (np.convolve(values, np.full(length, 1 / length), "valid") for values in (depth, force))
     turn = int(np.argmax(depth))
     arrays = depth[:turn], force[:turn], depth[turn:], force[turn:]
-    careful, careless = fit_cycle(*arrays, filter_length=length), fit_cycle(*arrays)
+    careful, careless = fit_cycle(*arrays, CycleOptions(filter_length=length)), fit_cycle(*arrays)
     for name in ("stiffness_coefficient", "friction_per_length", "cutting_force"):
         error = abs(careful.values[name] / TRUTH[name] - 1.0)
         assert error < 2e-3 and error < 0.2 * abs(careless.values[name] / TRUTH[name] - 1.0), name
@@ -215,7 +218,7 @@ def test_pure_noise_and_zero_force_give_a_warning():
     noise = 5e-3 * np.random.default_rng(0).standard_normal((2, len(depth)))
     for force_in, force_out in (noise, np.zeros_like(noise)):
         for law in ("cone", "cone_cylinder"):
-            fit = fit_cycle(depth, force_in, out, force_out, law=law)
+            fit = fit_cycle(depth, force_in, out, force_out, CycleOptions(law=law))
             assert any("may be no" in warning for warning in fit.warnings), fit.warnings
 
 
@@ -239,4 +242,4 @@ def test_pure_noise_and_zero_force_give_a_warning():
 )
 def test_invalid_input_raises_an_error_with_its_reason(change, options, message):
     with pytest.raises(InputError, match=message):
-        fit_cycle(*change(cycle()), **options)
+        fit_cycle(*change(cycle()), CycleOptions(**options))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.identification.layer_choice import with_one_layer_parameters
 from needleforce.identification.layered import identify as layered
+from needleforce.identification.model_choice import with_one_layer_parameters
 
 MOTION = nf.Motion.insert(start=-4e-3, speed=3e-3, depth=14e-3, hold=6.0, withdraw=True)
 

@@ -2,6 +2,7 @@
 """The LuGre filters against the law itself, against the information form, and along insertions of a known friction."""
 
 import json
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,12 +11,37 @@ from scipy.stats import chi2
 import needleforce as nf
 from needleforce.errors import InputError
 from needleforce.identification import LuGreFilter, filter_lugre
-from needleforce.identification.lugre_filter import joseph, limit, measured, predicted, updated_state
+from needleforce.identification.lugre_filter import joseph, limit, measured, predicted
 
 NAMES = ["bristle_stiffness", "bristle_damping", "viscous", "coulomb", "static_friction", "stribeck_speed"]
 TRUTH = (2e5, 300.0, 500.0, 18.0, 25.0, 1e-3)
 RATE, NOISE = 1000.0, 10e-3  # [Hz], [N]: 2 % of the friction on 30 mm
 MOTIONS = [(-2e-3, 1e-3), (-1e-4, 0.02), (3e-4, 5e-4), (1e-3, 1e-3), (8e-3, 1e-2)]
+
+
+class Update(NamedTuple):
+    """State (4,) and its covariance (4, 4) after a sample; the sample's innovation [N/m] and its variance."""
+
+    state: np.ndarray
+    covariance: np.ndarray
+    innovation: float
+    variance: float
+
+
+def updated_state(state, covariance, velocity, traction, dt, limits, process, noise):
+    """One complete step of filter 1 in linear parameters, with known limits (3,): prediction, then Joseph's update.
+
+    ``covariance`` (4, 4) is that of ``state`` before the step, ``process`` (4, 4) the process noise, ``traction`` [N/m]
+    the measured force over embedded length and ``noise`` its variance. The parameters are not constrained to be
+    positive.
+    """
+    g = limit(velocity, limits, 2.0).value
+    ahead, jacobian, _ = predicted(np.asarray(state, float), velocity, dt, g)
+    expected, slopes, _ = measured(ahead, velocity, g)
+    before = jacobian @ np.asarray(covariance, float) @ jacobian.T + np.asarray(process, float)
+    gain, after, variance = joseph(before, slopes, noise)
+    innovation = traction - expected
+    return Update(ahead + gain * innovation, after, innovation, variance)
 
 
 def law(values=TRUTH, exponent=2.0):

@@ -9,6 +9,7 @@ import pytest
 from scipy.stats import chi2, ks_2samp
 
 from needleforce.identification.one_layer.cycle_fit import fit_cycle
+from needleforce.identification.one_layer.cycle_values import CycleOptions
 from needleforce.identification.statistics.draws import EXACT, GAUSSIAN, draw_cycle
 
 NOISE = 10e-3
@@ -21,7 +22,7 @@ def simulate(root):
 
 def drawn(arrays, count, seed=0, **options):
     """The draws, their method and the fit of four arrays."""
-    fit = fit_cycle(*arrays, **options)
+    fit = fit_cycle(*arrays, CycleOptions(**options))
     strokes = SimpleNamespace(**dict(zip(("depth_in", "force_in", "depth_out", "force_out"), arrays)))
     return *draw_cycle(fit, strokes, count, np.random.default_rng(seed)), fit
 
@@ -42,7 +43,7 @@ def left(arrays, *parameters, zero):
 
 
 def variance_of(fit):
-    return sum(noise.count * noise.long_run for noise in fit.noises) / fit.n
+    return sum(noise.count * noise.long_run for noise in fit.residuals.noises) / fit.residuals.count
 
 
 def weighted_quantile(values, weights, share):
@@ -60,7 +61,7 @@ def test_draws_are_the_posterior_of_a_brute_force_grid(simulate):
     rows = []
     sd = np.sqrt(fit.covariance[1, 1])
     for contact in fit.values["contact_depth"] + sd * np.linspace(-5.5, 5.5, 111):
-        for puncture in range(fit.samples_before_puncture - 6, fit.samples_before_puncture + 7):
+        for puncture in range(fit.puncture.before - 6, fit.puncture.before + 7):
             unit = [
                 model(arrays, *each, puncture) for each in ((1, contact, 0, 0), (0, contact, 1, 0), (0, contact, 0, 1))
             ]
@@ -89,14 +90,14 @@ def test_draws_are_the_posterior_of_a_brute_force_grid(simulate):
 
 def walk(arrays, fit, steps, seed):
     """Random-walk Metropolis over (c, z0, f', f_c, h_s, b, puncture) with the same flat priors: (steps, 7)."""
-    random, variance, n = np.random.default_rng(seed), variance_of(fit), len(fit.covariance_order)
-    place = np.array([*(fit.values[name] for name in fit.covariance_order), fit.samples_before_puncture])
+    random, variance, n = np.random.default_rng(seed), variance_of(fit), len(fit.order)
+    place = np.array([*(fit.values[name] for name in fit.order), fit.puncture.before])
     root = np.linalg.cholesky(fit.covariance / np.outer(*2 * [np.sqrt(fit.covariance.diagonal())]))
     root *= np.sqrt(fit.covariance.diagonal())[:, None] * 2.0 / np.sqrt(n)
 
     def log(x):
         c, contact, friction, cutting, *saturation, zero, puncture = x
-        inside = not saturation or 0.0 < saturation[0] < arrays[0][fit.samples_before_puncture] - contact
+        inside = not saturation or 0.0 < saturation[0] < arrays[0][fit.puncture.before] - contact
         if c < 0.0 or friction < 0.0 or not inside:
             return -np.inf
         return -0.5 * left(arrays, c, contact, friction, cutting, int(puncture), *saturation, zero=zero) / variance
@@ -123,7 +124,7 @@ def test_a_random_walk_over_the_same_likelihood_comes_to_the_same(simulate, law)
     found, method, fit = drawn(arrays, 60_000, law=law)
     assert method == EXACT
     trace = walk(arrays, fit, 60_000, 2)[5_000:]
-    for k, name in enumerate(fit.covariance_order):
+    for k, name in enumerate(fit.order):
         # about one independent sample in 50: the mean of the walk is known to 3 % of a standard error
         assert trace[:, k].mean() == pytest.approx(found[name].mean(), abs=0.15 * found[name].std()), name
         assert trace[:, k].std() == pytest.approx(found[name].std(), rel=0.12), name
@@ -150,7 +151,7 @@ def test_what_cannot_be_exact_is_gaussian_and_says_so(simulate):
     found, method, fit = drawn(quiet, 20_000)
     assert method == GAUSSIAN
     errors = np.sqrt(fit.covariance.diagonal())
-    for name, error in zip(fit.covariance_order, errors):
+    for name, error in zip(fit.order, errors):
         assert found[name].mean() == pytest.approx(fit.values[name], abs=0.05 * error)
         assert found[name].std() == pytest.approx(error, rel=0.03)
 

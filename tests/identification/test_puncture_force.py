@@ -22,8 +22,7 @@ def smeared() -> SimpleNamespace:
 def test_a_curve_that_ends_at_the_peak_holds_nothing_of_the_break():
     strokes = smeared()
     fit = SimpleNamespace(  # a puncture found 20 samples too early
-        samples_before_puncture=PEAK - 20,
-        left_out=FILTER - 1,
+        puncture=SimpleNamespace(before=PEAK - 20, left_out=FILTER - 1),
         values={"puncture_depth": STEP * (PEAK - 20), "contact_depth": STEP * CONTACT,
                 "puncture_indentation": STEP * (PEAK - CONTACT), "force_offset": ZERO},
         low={"puncture_depth": STEP * (PEAK - 21), "force_offset": ZERO - 1e-4},

@@ -20,7 +20,7 @@ TIPS = {
 
 @pytest.mark.parametrize("name", TIPS)
 def test_the_page_states_the_largest_error(root, name):
-    page = (root / "docs" / "mechanics.md").read_text(encoding="utf-8")
+    page = (root / "docs" / "evidence" / "tips.md").read_text(encoding="utf-8")
     stated = re.search(rf"^\| {re.escape(name)} \|(.*)\|$", page, re.MULTILINE)[1].split("|")
     errors = runpy.run_path(str(root / "benchmarks" / "tip_table.py"))["errors"]
     for tip in TIPS[name]:

@@ -4,7 +4,8 @@ from pathlib import Path
 import pytest
 
 from needleforce.recording.quantities import AXES, split
-from needleforce.recording.roles import Headers, assign_columns
+from needleforce.recording.roles import assign_columns
+from needleforce.recording.table import Table
 
 ALL = ("time", "depth", "velocity", "force", *AXES)
 
@@ -39,15 +40,15 @@ def test_a_header_is_a_name_and_a_unit(header, name, unit):
     ],
 )
 def test_common_headers_are_recognised(headers, found):
-    chosen = assign_columns(Headers(Path("x"), headers.split(",")), {}).chosen(ALL)
+    chosen = assign_columns(Table(path=Path("x"), headers=headers.split(",")), {}).chosen(ALL)
     assert {quantity: column.index for quantity, column in chosen.items()} == found
 
 
 def test_given_headers_override_recognised_ones():
-    chosen = assign_columns(Headers(Path("x"), ["time", "fz", "load", "pz"]), {"force": "load"}).chosen(ALL)
+    chosen = assign_columns(Table(path=Path("x"), headers=["time", "fz", "load", "pz"]), {"force": "load"}).chosen(ALL)
     assert chosen["force"].index == 2
 
 
 def test_a_header_can_be_given_without_its_unit():
-    headers = Headers(Path("x"), ["time", "tip position [um]"])
+    headers = Table(path=Path("x"), headers=["time", "tip position [um]"])
     assert assign_columns(headers, {"depth": "Tip position"}).columns["depth"].unit == "um"

@@ -18,9 +18,7 @@ FORCE_N = 0.05 * np.clip(DEPTH_MM - 5.0, 0.0, None)
 
 
 def stated(*lines, decimal="."):
-    table = Table(path=None, headers=[], read_column=None, preamble=(lines,))
-    object.__setattr__(table, "decimal", decimal)
-    return stated_by(table)
+    return stated_by(Table(path=None, headers=[], preamble=(lines,), decimal=decimal))
 
 
 @pytest.mark.parametrize(
@@ -181,10 +179,7 @@ def test_a_rate_next_to_arrays(kind, tmp_path):
      "Display unit force: gf", "Preload force unit: gf", "Torque unit: N m"],
 )  # fmt: skip
 def test_what_is_stated_of_something_else_is_not_used(line):
-    class Table:
-        preamble = ([line],)
-
-    found = stated_by(Table())
+    found = stated(line)
     assert found.rate is None and found.speed is None and found.units == {}
 
 

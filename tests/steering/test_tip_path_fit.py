@@ -9,8 +9,8 @@ import pytest
 
 import needleforce as nf
 from needleforce.steering import TipPath, identify
-from needleforce.steering.frame_check import check_frame
 from needleforce.steering.path_simulation import simulated_path
+from needleforce.steering.tip_path_fit import check_frame
 
 STIFFNESS = 0.02
 NEEDLE = nf.Needle(1.27e-3, 0.0, 0.6, STIFFNESS * 64.0 / (math.pi * 1.27e-3**4))

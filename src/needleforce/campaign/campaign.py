@@ -11,9 +11,10 @@ import numpy as np
 
 from ..core import Needle
 from ..errors import InputError
+from ..recording import Recording
 from ..recording.mappings import IN_FOLDER
 from ..recording.options import FileOptions, ReadOptions, keywords_of
-from ..recording.reader import read_file
+from ..recording.recording_file import RecordingFile, open_file
 from ..segmentation.strokes import cycles
 from .condition import LoadedFile, condition
 from .folder_files import File, find_files, other_files
@@ -91,11 +92,12 @@ def campaign(source: str | os.PathLike | Iterable[str | os.PathLike], options: C
     reading = ReadOptions(**options.of_every_file(), mapping=options.instrument)
     files, not_recordings = _sorted_out(source, mapping, replace(reading, part=None))
     files = [each for file in files for each in file.parts(reading)]
+    recordings = _Recordings(reading)
     labels, notes = label_files(files, pattern, mapping)
     if pattern is None and mapping is None:
-        labels, more = inferred(labels, lambda file: _speed(file, reading))
+        labels, more = inferred(labels, lambda file: _speed(file, recordings))
         notes += more
-    found = list(_conditions(grouped(labels, repeats), options, reading))
+    found = list(_conditions(grouped(labels, repeats), options, recordings))
     conditions = _with_wrong_labels([each for each in found if each.recordings[0].fields])
     others = [each.recordings[0] for each in found if not each.recordings[0].fields]
     reasons = {label.file.name: label.why for label in labels}
@@ -127,36 +129,54 @@ def _sorted_out(
 
 def _unreadable(file: File, options: ReadOptions) -> str:
     try:
-        read_file(file.path, replace(options, part=file.parts(options)[0].part))
+        opened = open_file(file.path, options)
+        opened.read(opened.chosen()[0][0])
     except (InputError, OSError) as error:
         return str(error).replace(f"{file.path}: ", "").replace(f"{file.path}, ", "")
     return ""
 
 
-def _speed(file: File, options: ReadOptions) -> float:
+class _Recordings:
+    """The recordings of files; a file with several is open until a recording of another one is read."""
+
+    def __init__(self, options: ReadOptions):
+        self._options = options
+        self._opened: RecordingFile | None = None
+
+    def read(self, file: File) -> Recording:
+        """The recording of a file. Raises InputError as ``nf.read``."""
+        opened, self._opened = self._opened, None
+        if opened is None or opened.path != file.path:
+            opened = open_file(file.path, self._options)
+        recording = opened.read(file.part)[0]
+        self._opened = opened if len(opened.parts) > 1 else None
+        return recording
+
+
+def _speed(file: File, recordings: _Recordings) -> float:
     """The median speed [m/s] of the first insertion; NaN without one."""
     try:
-        recording = read_file(file.path, replace(options, part=file.part))
+        recording = recordings.read(file)
     except (InputError, OSError):
         return float("nan")
     strokes = cycles(recording.time, recording.depth)
     return float(np.median(recording.velocity[strokes[0].start : strokes[0].stop])) if strokes else float("nan")
 
 
-def _conditions(groups: list[list[Label]], options: CampaignOptions, reading: ReadOptions) -> Iterator[Condition]:
+def _conditions(groups: list[list[Label]], options: CampaignOptions, recordings: _Recordings) -> Iterator[Condition]:
     """One condition after the other; the recordings of each are released before the next is read."""
     files = [(label, label is group[-1]) for group in groups for label in group]
     loaded: list[LoadedFile] = []
     for label, last in options.progress(files, "identifying") if options.progress else files:
-        loaded.append(_load(label, reading))
+        loaded.append(_load(label, recordings))
         if last:
             yield condition(loaded, label.condition(options.repeats), options.model, options.needle)
             loaded = []
 
 
-def _load(label: Label, options: ReadOptions) -> LoadedFile:
+def _load(label: Label, recordings: _Recordings) -> LoadedFile:
     try:
-        return LoadedFile(label, read_file(label.file.path, replace(options, part=label.file.part)))
+        return LoadedFile(label, recordings.read(label.file))
     except (InputError, OSError) as error:
         return LoadedFile(label, None, str(error))
 

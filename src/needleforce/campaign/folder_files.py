@@ -15,7 +15,7 @@ from ..recording.formats.json_lines import JSON
 from ..recording.formats.no_tables import ARCHIVE
 from ..recording.formats.text import TEXT
 from ..recording.options import ReadOptions
-from ..recording.several import chosen_parts
+from ..recording.recording_file import chosen_parts
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 

@@ -2,7 +2,7 @@
 """``needleforce tension``, ``bending`` and ``penetration``: moduli of tissue and needle, and the figures of penetration
 tests, from bench tests."""
 
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +10,7 @@ import typer
 
 from ..errors import InputError
 from .files import NEEDLE_HELP
+from .flags import takes_flags
 from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, show, table, write_json
 
 if TYPE_CHECKING:
@@ -24,55 +25,65 @@ LAW_HELP = (
 )
 
 
-def tension(
-    files: Annotated[list[Path], typer.Argument(help="Stress-stretch curves of one material.", show_default=False)],
-    mode: Annotated[list[str], typer.Option(help=MODE_HELP + " Once for all files, or once for each.")] = [],  # noqa: B006
-    law: Annotated[list[str], typer.Option(help=LAW_HELP)] = [],  # noqa: B006
-    min_stretch: Annotated[float, typer.Option(help="Readings at a smaller stretch are not used.")] = 0.0,
-    max_stretch: Annotated[float, typer.Option(help="Readings at a larger stretch are not used.")] = float("inf"),
+@dataclass(frozen=True, kw_only=True)
+class TensionFlags:
+    """The flags of ``tension``."""
+
+    mode: Annotated[list[str], typer.Option(help=MODE_HELP + " Once for all files, or once for each.")] = field(
+        default_factory=list
+    )
+    law: Annotated[list[str], typer.Option(help=LAW_HELP)] = field(default_factory=list)
+    min_stretch: Annotated[float, typer.Option(help="Readings at a smaller stretch are not used.")] = 0.0
+    max_stretch: Annotated[float, typer.Option(help="Readings at a larger stretch are not used.")] = float("inf")
     fit_zero: Annotated[
         bool | None, typer.Option(help="Whether the zero of the stress is unknown; default: of a column of force only.")
-    ] = None,
-    area_mm2: Annotated[float | None, typer.Option(help="Undeformed cross section, for a column of force.")] = None,
+    ] = None
+    area_mm2: Annotated[float | None, typer.Option(help="Undeformed cross section, for a column of force.")] = None
     gauge_length_mm: Annotated[
         float | None, typer.Option(help="Undeformed length, for a column of length or displacement.")
-    ] = None,
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = [],  # noqa: B006
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = [],  # noqa: B006
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    figure: Annotated[Path | None, typer.Option(help="Write a figure: .svg, .png or .pdf.")] = None,
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
+    ] = None
+    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = field(default_factory=list)
+    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = field(default_factory=list)
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+    figure: Annotated[Path | None, typer.Option(help="Write a figure: .svg, .png or .pdf.")] = None
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+
+
+@takes_flags()
+def tension(
+    files: Annotated[list[Path], typer.Argument(help="Stress-stretch curves of one material.", show_default=False)],
+    given: TensionFlags,
 ) -> None:
     """Young modulus of a tissue from tension or compression tests, with the law that fits best."""
     from ..bench_tests import fit_stress, laws, stress_fit
     from ..bench_tests.reading import ZERO_FITTED, read_stress
 
-    check_outputs([json, figure, report], files)
-    _check_figure(figure)
-    laws.laws_named(law or None)
-    modes = _modes(mode, len(files))
-    for name, value in (("--area-mm2", area_mm2), ("--gauge-length-mm", gauge_length_mm)):
+    check_outputs([given.json, given.figure, given.report], files)
+    _check_figure(given.figure)
+    laws.laws_named(given.law or None)
+    modes = _modes(given.mode, len(files))
+    for name, value in (("--area-mm2", given.area_mm2), ("--gauge-length-mm", given.gauge_length_mm)):
         if value is not None and not 0.0 < value < float("inf"):
             raise InputError(name, value, "must be above 0")
     options = {
-        "columns": pairs(column, "column"),
-        "units": pairs(unit, "unit"),
-        "area": None if area_mm2 is None else area_mm2 / 1e6,
-        "gauge_length": None if gauge_length_mm is None else gauge_length_mm / 1e3,
+        "columns": pairs(given.column, "column"),
+        "units": pairs(given.unit, "unit"),
+        "area": None if given.area_mm2 is None else given.area_mm2 / 1e6,
+        "gauge_length": None if given.gauge_length_mm is None else given.gauge_length_mm / 1e3,
     }
     try:
         read = [read_stress(file, mode=each, **options) for file, each in zip(files, modes)]
-        curves, names = [curve for curve, _ in read], laws.laws_named(law or None)
-        zero = any(ZERO_FITTED in sentences for _, sentences in read) if fit_zero is None else fit_zero
-        fit = fit_stress(curves, law=names, min_stretch=min_stretch, max_stretch=max_stretch, fit_zero=zero,
+        curves, names = [curve for curve, _ in read], laws.laws_named(given.law or None)
+        zero = any(ZERO_FITTED in sentences for _, sentences in read) if given.fit_zero is None else given.fit_zero
+        fit = fit_stress(curves, law=names, min_stretch=given.min_stretch, max_stretch=given.max_stretch, fit_zero=zero,
                          progress=progress)  # fmt: skip
     except InputError as error:
         say(str(error) if any(file.name in error.place for file in files) else f"{files[0]}: {error}")
         raise typer.Exit(1) from None
     assumptions = tuple(dict.fromkeys(sentence for _, sentences in read for sentence in sentences))
-    write_json(stress_document(fit, [str(file) for file in files], assumptions, not mode), json)
-    _write_stress(fit, figure, report, assumptions, not mode)
-    _show_stress(fit, assumptions, mode_assumed=not mode, quiet=json == "-")
+    write_json(stress_document(fit, [str(file) for file in files], assumptions, not given.mode), given.json)
+    _write_stress(fit, given.figure, given.report, assumptions, not given.mode)
+    _show_stress(fit, assumptions, mode_assumed=not given.mode, quiet=given.json == "-")
     if not stress_fit.is_determined(fit):
         raise typer.Exit(1)
 

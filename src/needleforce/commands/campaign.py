@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce campaign``: identify a model for each condition in a folder of recordings."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..recording.options import ReadOptions
-from .files import NEEDLE_HELP, reads_files
+from .files import NEEDLE_HELP
+from .flags import takes_flags
 from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
 
 if TYPE_CHECKING:
@@ -19,18 +21,24 @@ MAPPING_HELP = "CSV table with a column named file and one column for each field
 SHOWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 
 
-@reads_files("filter_length")
+@dataclass(frozen=True, kw_only=True)
+class CampaignFlags:
+    """The flags of ``campaign``."""
+
+    pattern: Annotated[str | None, typer.Option(help=PATTERN_HELP)] = None
+    labels: Annotated[Path | None, typer.Option("--mapping", help=MAPPING_HELP)] = None
+    model: Annotated[str | None, typer.Option(help="Model for all conditions, as for identify.")] = None
+    needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
+    reading: ReadOptions
+    table: Annotated[Path | None, typer.Option(help="Write all results as one table, .csv or .parquet.")] = None
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+
+
+@takes_flags("filter_length")
 def run(
     source: Annotated[list[str], typer.Argument(help="Folders, globs or files.", show_default=False)],
-    pattern: Annotated[str | None, typer.Option(help=PATTERN_HELP)] = None,
-    labels: Annotated[Path | None, typer.Option("--mapping", help=MAPPING_HELP)] = None,
-    model: Annotated[str | None, typer.Option(help="Model for all conditions, as for identify.")] = None,
-    needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None,
-    *,
-    reading: ReadOptions,
-    table: Annotated[Path | None, typer.Option(help="Write all results as one table, .csv or .parquet.")] = None,
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+    given: CampaignFlags,
 ) -> None:
     """Identify every condition of a campaign of recordings, with a result for every recording."""
     from ..campaign import campaign
@@ -38,14 +46,16 @@ def run(
     from ..campaign.result import check_table
     from ..preset_files import needle_of
 
-    check_outputs([table, report, json], [*(file.path for file in find_files(source)), labels, needle])
-    if table is not None:
-        check_table(table)
-    body = needle_of(needle) if needle else None
-    options = {"pattern": pattern, "mapping": labels, "model": model, "needle": body, "progress": progress}
-    done = campaign(source, **options, **reading.of_every_file(), instrument=reading.mapping)
-    _write(done, table, report, json)
-    _show(done, quiet=json == "-")
+    files = [file.path for file in find_files(source)]
+    check_outputs([given.table, given.report, given.json], [*files, given.labels, given.needle])
+    if given.table is not None:
+        check_table(given.table)
+    body = needle_of(given.needle) if given.needle else None
+    options = {"pattern": given.pattern, "mapping": given.labels, "model": given.model, "needle": body}
+    reading = given.reading.of_every_file() | {"instrument": given.reading.mapping}
+    done = campaign(source, **options, **reading, progress=progress)
+    _write(done, given.table, given.report, given.json)
+    _show(done, quiet=given.json == "-")
     if not any(one.has_parameters for one in done.recordings):
         raise typer.Exit(1)
 

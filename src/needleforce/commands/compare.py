@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..recording.options import ReadOptions
-from .files import read_all, readable, reads_files, screen_recordings
+from .files import read_all, readable, screen_recordings
+from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ MODELS_HELP = (
 )
 
 
-@reads_files()
+@takes_flags()
 def run(
     files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
     models: Annotated[str, typer.Option(help=MODELS_HELP)] = "paper,cone_cylinder,power_law,okamura,maurin",

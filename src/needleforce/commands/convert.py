@@ -8,14 +8,15 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import read_all, reads_files
+from .files import read_all
+from .flags import takes_flags
 from .output import check_outputs, say
 
 NAME = "convert"
 ENDINGS = (".csv", ".parquet", ".mcap")
 
 
-@reads_files("motion", "start_depth", "filter_length")
+@takes_flags("motion", "start_depth", "filter_length")
 def run(
     file: Annotated[Path, typer.Argument(help="A file of any format, or the folder of a bag.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The file to write: .csv, .parquet or .mcap.")],

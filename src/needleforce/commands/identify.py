@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce identify``: identify a force model from recordings."""
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,7 +9,8 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, reads_files, screen_recordings
+from .files import MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, screen_recordings
+from .flags import takes_flags
 from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
 
 if TYPE_CHECKING:
@@ -27,44 +29,54 @@ MODEL_HELP = (
 LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
 
 
-@reads_files("motion", "start_depth", "filter_length")
-def run(
-    files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
+@dataclass(frozen=True, kw_only=True)
+class IdentifyFlags:
+    """The flags of ``identify``."""
+
     second_pass: Annotated[
         list[Path], typer.Option(help="Second insertion at the same site; repeated once for each file.")
-    ] = [],  # noqa: B006
-    needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None,
-    model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None,
-    layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None,
-    *,
-    reading: ReadOptions,
-    motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = [],  # noqa: B006
-    bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None,
-    tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None,
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
-    save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None,
-    csv: Annotated[Path | None, typer.Option(help="Write all estimates as a CSV table.")] = None,
+    ] = field(default_factory=list)
+    needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
+    model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None
+    layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None
+    reading: ReadOptions
+    motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = field(default_factory=list)
+    bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None
+    tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None
+    csv: Annotated[Path | None, typer.Option(help="Write all estimates as a CSV table.")] = None
     draws: Annotated[
         Path | None, typer.Option(help="Write 4000 draws of the identified parameters, .csv or .json.")
-    ] = None,
+    ] = None
+
+
+@takes_flags("motion", "start_depth", "filter_length")
+def run(
+    files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
+    given: IdentifyFlags,
 ) -> None:
     """Identify a force model from recordings: events, parameters and their intervals."""
     from ..identification.export import check_draws_target
     from ..preset_files import needle_of
 
-    check_outputs([json, report, save, csv, draws], [*files, *second_pass, *motion, needle, bending, tension])
-    if draws is not None:
-        check_draws_target(draws)
-    body = needle_of(needle) if needle else None
-    done = screen_recordings(read_all(files, reading, motion[: len(files)] if second_pass else motion))
-    seconds = read_all(second_pass, reading, motion[len(files) :])
+    check_outputs(
+        [given.json, given.report, given.save, given.csv, given.draws],
+        [*files, *given.second_pass, *given.motion, given.needle, given.bending, given.tension],
+    )
+    if given.draws is not None:
+        check_draws_target(given.draws)
+    body = needle_of(given.needle) if given.needle else None
+    motion = given.motion[: len(files)] if given.second_pass else given.motion
+    done = screen_recordings(read_all(files, given.reading, motion))
+    seconds = read_all(given.second_pass, given.reading, given.motion[len(files) :])
     _print_assumptions(done + seconds)
-    given = {"model": model, "layers": layers, "needle": body, "bending": bending, "tension": tension}
-    fit = _identified(done, seconds, **given, progress=progress)
-    _write(fit, json, report, save)
-    _write_tables(fit, csv, draws)
-    _show(fit, quiet=json == "-")
+    bench = {"bending": given.bending, "tension": given.tension}
+    fit = _identified(done, seconds, model=given.model, layers=given.layers, needle=body, **bench, progress=progress)
+    _write(fit, given)
+    _write_tables(fit, given.csv, given.draws)
+    _show(fit, quiet=given.json == "-")
     if fit.model is None:
         raise typer.Exit(1)
 
@@ -98,16 +110,16 @@ def _print_assumptions(done: ReadFiles) -> None:
         say(f"assumed: {sentence}" + (f" ({count} files)" if count > 1 else ""))
 
 
-def _write(fit: "Fit", json: str | None, report: Path | None, save: Path | None) -> None:
-    write_json(fit.to_json(), json)
-    if report is not None:
-        fit.report(report)
-        say(f"report: {report}")
-    if save is not None and fit.model is not None:
-        fit.save(save)
-        say(f"model: {save}")
-    elif save is not None:
-        say(f"{save}: not written, because no model was identified")
+def _write(fit: "Fit", given: IdentifyFlags) -> None:
+    write_json(fit.to_json(), given.json)
+    if given.report is not None:
+        fit.report(given.report)
+        say(f"report: {given.report}")
+    if given.save is not None and fit.model is not None:
+        fit.save(given.save)
+        say(f"model: {given.save}")
+    elif given.save is not None:
+        say(f"{given.save}: not written, because no model was identified")
 
 
 def _write_tables(fit: "Fit", csv: Path | None, draws: Path | None) -> None:

@@ -12,7 +12,8 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import NEEDLE_HELP, read_all, reads_files
+from .files import NEEDLE_HELP, read_all
+from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
 
 if TYPE_CHECKING:
@@ -35,35 +36,41 @@ DIMENSION_OPTIONS = {"half_angle": "--half-angle-deg", "radius": "--radius-um"}
 TIP_HELP = f"{', '.join(SHAPES)}; may be repeated. Needs --half-angle-deg or --radius-um, depending on the shape."
 
 
-@reads_files()
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class IndentationFlags:
+    """The flags of ``indentation``."""
+
+    tip: Annotated[list[str], typer.Option(help=TIP_HELP)] = dataclasses.field(default_factory=list)
+    half_angle_deg: Annotated[float | None, typer.Option(help="Half angle of a cone.")] = None
+    radius_um: Annotated[float | None, typer.Option(help="Radius of the tip, of its cap, or of its flat end.")] = None
+    needle: Annotated[str | None, typer.Option(help=f"{NEEDLE_HELP} Its tip and shank are used.")] = None
+    poisson_ratio: Annotated[float | None, typer.Option(help="Of the specimen, to compute its Young modulus.")] = None
+    baseline: Annotated[str, typer.Option(help="Model of the force before contact: none, constant or line.")] = (
+        "constant"
+    )
+    contact_depth_um: Annotated[float | None, typer.Option(help=CONTACT_HELP)] = None
+    reading: ReadOptions
+    segment: Annotated[str | None, typer.Option(help=SEGMENT_HELP)] = None
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+
+
+@takes_flags()
 def run(
     file: Annotated[Path, typer.Argument(help="File with one indentation.", show_default=False)],
-    tip: Annotated[list[str], typer.Option(help=TIP_HELP)] = [],  # noqa: B006
-    half_angle_deg: Annotated[float | None, typer.Option(help="Half angle of a cone.")] = None,
-    radius_um: Annotated[float | None, typer.Option(help="Radius of the tip, of its cap, or of its flat end.")] = None,
-    needle: Annotated[str | None, typer.Option(help=f"{NEEDLE_HELP} Its tip and shank are used.")] = None,
-    poisson_ratio: Annotated[float | None, typer.Option(help="Of the specimen, to compute its Young modulus.")] = None,
-    baseline: Annotated[
-        str, typer.Option(help="Model of the force before contact: none, constant or line.")
-    ] = "constant",
-    contact_depth_um: Annotated[float | None, typer.Option(help=CONTACT_HELP)] = None,
-    *,
-    reading: ReadOptions,
-    segment: Annotated[str | None, typer.Option(help=SEGMENT_HELP)] = None,
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
+    given: IndentationFlags,
 ) -> None:
     """Fit modulus, contact depth and baseline to an indentation curve, for one or several tips."""
     from ..identification import compare_tips
     from ..identification.indentation import checked_options
 
-    check_outputs([json], [file, needle])
-    options = {"poisson_ratio": poisson_ratio, "baseline": baseline}
+    check_outputs([given.json], [file, given.needle])
+    options = {"poisson_ratio": given.poisson_ratio, "baseline": given.baseline}
     checked_options(**options)
-    surface = {} if contact_depth_um is None else {"contact_depth": 1e-6 * contact_depth_um}
-    wanted = pairs([segment], "segment") if segment else {}
-    tips, shank = tips_of(tip, half_angle_deg, radius_um, needle)
+    surface = {} if given.contact_depth_um is None else {"contact_depth": 1e-6 * given.contact_depth_um}
+    wanted = pairs([given.segment], "segment") if given.segment else {}
+    tips, shank = tips_of(given.tip, given.half_angle_deg, given.radius_um, given.needle)
     documents, found = [], False
-    recordings = read_all([file], dataclasses.replace(reading, baseline=False, test="indentation"))
+    recordings = read_all([file], dataclasses.replace(given.reading, baseline=False, test="indentation"))
     for _, recording in recordings:
         try:
             depth, force = _approach(recording, file, wanted)
@@ -74,10 +81,10 @@ def run(
         part = recording.card.part
         documents.append({"file": str(file), **({"part": part} if part else {}), "samples": len(depth),
                           "tips": [_document(row) for row in rows]})  # fmt: skip
-        _show(rows, part if len(recordings) > 1 else "", quiet=json == "-")
+        _show(rows, part if len(recordings) > 1 else "", quiet=given.json == "-")
         found |= any(row.fit.reduced_modulus.identifiable for row in rows)
     if documents:
-        write_json(documents[0] if len(recordings) == 1 else {"recordings": documents}, json)
+        write_json(documents[0] if len(recordings) == 1 else {"recordings": documents}, given.json)
     if not found:
         raise typer.Exit(1)
 
@@ -97,8 +104,7 @@ def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str,
 
 
 def _table_of(recording: "Recording", file: Path) -> "Table":
-    from ..recording.part_choice import asked, chosen_part
-    from ..recording.parts import recordings_in
+    from ..recording.parts import asked, chosen_part, recordings_in
 
     parts = recordings_in(file)
     part, cycle = asked(recording.card.part or None, [each.name for each in parts])

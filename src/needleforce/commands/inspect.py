@@ -10,7 +10,7 @@ import typer
 from ..display.quantities import span_scale
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import reads_files
+from .flags import takes_flags
 from .output import check_outputs, progress, say, show, table
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ SAVE_HELP = (
 )
 
 
-@reads_files("motion", "start_depth")
+@takes_flags("motion", "start_depth")
 def run(
     file: Annotated[Path, typer.Argument(help="A file of any format, or the folder of a bag.", show_default=False)],
     *,

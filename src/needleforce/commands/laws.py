@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce laws``: all laws with their parameters, ranges, units and sources; applicable laws; named models."""
 
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from .files import NEEDLE_HELP
+from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, table, write_json
 
 if TYPE_CHECKING:
@@ -16,27 +18,33 @@ NAME = "laws"
 COLUMNS = ["law", "part", "parameter", "unit", "range", "default", "meaning", "source"]
 
 
-def run(
-    models: Annotated[bool, typer.Option("--models", help="List the named models instead of the laws.")] = False,
-    citations: Annotated[bool, typer.Option("--citations", help="List the full references behind the laws.")] = False,
-    needle: Annotated[str | None, typer.Option(help=f"{NEEDLE_HELP} Laws are checked for it.")] = None,
-    tissue: Annotated[str | None, typer.Option(help="Tissue file or preset; default: the tissue of --needle.")] = None,
-    indentation_mm: Annotated[float | None, typer.Option(help="Indentation at the puncture.")] = None,
-    depth_mm: Annotated[float | None, typer.Option(help="Largest depth of the tip.")] = None,
-    thickness_mm: Annotated[float | None, typer.Option(help="Thickness of the specimen.")] = None,
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class LawsFlags:
+    """The flags of ``laws``."""
+
+    models: Annotated[bool, typer.Option("--models", help="List the named models instead of the laws.")] = False
+    citations: Annotated[bool, typer.Option("--citations", help="List the full references behind the laws.")] = False
+    needle: Annotated[str | None, typer.Option(help=f"{NEEDLE_HELP} Laws are checked for it.")] = None
+    tissue: Annotated[str | None, typer.Option(help="Tissue file or preset; default: the tissue of --needle.")] = None
+    indentation_mm: Annotated[float | None, typer.Option(help="Indentation at the puncture.")] = None
+    depth_mm: Annotated[float | None, typer.Option(help="Largest depth of the tip.")] = None
+    thickness_mm: Annotated[float | None, typer.Option(help="Thickness of the specimen.")] = None
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+
+
+@takes_flags()
+def run(given: LawsFlags) -> None:
     """List all laws with their parameters, ranges, units and sources, or check them for a needle and tissue."""
-    check_outputs([json], [needle, tissue])
-    lengths = {"indentation": indentation_mm, "depth": depth_mm, "thickness": thickness_mm}
-    if models:
-        _print("named models", *_models(), json)
-    elif citations:
-        _print("references", *_references(), json)
-    elif any(value is not None for value in (needle, tissue, *lengths.values())):
-        _print("validity of the laws", *_applicable(needle, tissue, lengths), json)
+    check_outputs([given.json], [given.needle, given.tissue])
+    lengths = {"indentation": given.indentation_mm, "depth": given.depth_mm, "thickness": given.thickness_mm}
+    if given.models:
+        _print("named models", *_models(), given.json)
+    elif given.citations:
+        _print("references", *_references(), given.json)
+    elif any(value is not None for value in (given.needle, given.tissue, *lengths.values())):
+        _print("validity of the laws", *_applicable(given.needle, given.tissue, lengths), given.json)
     else:
-        _print("laws", *_laws(), json)
+        _print("laws", *_laws(), given.json)
 
 
 def _print(title: str, columns: list[str], rows: list[list[str]], document: list, json: str | None) -> None:
@@ -57,7 +65,6 @@ def _laws() -> tuple:
 
 
 def _models() -> tuple:
-    from dataclasses import asdict
 
     from ..models.laws import FAMILIES
     from ..models.named_models import NAMED_MODELS

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce penetration``: the figures of penetration tests of needles, one or many, with statistics."""
 
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import read_all, reads_files
+from .files import read_all
+from .flags import takes_flags
 from .output import JSON_HELP, REPORT_HELP, check_outputs, say, table, write_json
 
 if TYPE_CHECKING:
@@ -19,35 +20,43 @@ if TYPE_CHECKING:
 NAME = "penetration"
 
 
-@reads_files(part="all")
-def run(
-    files: Annotated[list[Path], typer.Argument(help="Penetration tests, force over travel.", show_default=False)],
+@dataclass(frozen=True, kw_only=True)
+class PenetrationFlags:
+    """The flags of ``penetration``."""
+
     work_to_mm: Annotated[
         float | None, typer.Option(help="Travel from the contact up to which the work is given; default: the whole.")
-    ] = None,
+    ] = None
     plateau_mm: Annotated[
         str | None,
         typer.Option(help="First and last travel of the drag from the contact, such as 5:9; default: found."),
-    ] = None,
-    min_fall_n: Annotated[float, typer.Option(help="Falls of the force of less are not counted, nor are steps.")] = 0.0,
-    tips: Annotated[int, typer.Option(help="Number of tips that enter; of several there is no heel.")] = 1,
-    *,
-    reading: ReadOptions,
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    table_file: Annotated[Path | None, typer.Option("--table", help="Write a table (CSV), a row a needle.")] = None,
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
+    ] = None
+    min_fall_n: Annotated[float, typer.Option(help="Falls of the force of less are not counted, nor are steps.")] = 0.0
+    tips: Annotated[int, typer.Option(help="Number of tips that enter; of several there is no heel.")] = 1
+    reading: ReadOptions
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+    table_file: Annotated[Path | None, typer.Option("--table", help="Write a table (CSV), a row a needle.")] = None
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+
+
+@takes_flags(part="all")
+def run(
+    files: Annotated[list[Path], typer.Argument(help="Penetration tests, force over travel.", show_default=False)],
+    given: PenetrationFlags,
 ) -> None:
     """Figures of penetration tests of needles: peaks at tip entry and heel, plateau drag, work, with statistics."""
     from ..bench_tests import penetration_tests
 
-    check_outputs([json, table_file, report], files)
-    options: dict[str, Any] = {"min_fall": min_fall_n, "tips": tips, "plateau_travel": _plateau_travel(plateau_mm)}
-    options["work_to"] = None if work_to_mm is None else work_to_mm / 1e3
-    needles = needles_of(files, reading)
-    tests = penetration_tests(needles, **options)
-    write_json(penetration_document(tests), json)
-    _write_penetration(tests, table_file, report)
-    _show_penetration(tests, quiet=json == "-")
+    check_outputs([given.json, given.table_file, given.report], files)
+    plateau = _plateau_travel(given.plateau_mm)
+    work_to = None if given.work_to_mm is None else given.work_to_mm / 1e3
+    needles = needles_of(files, given.reading)
+    tests = penetration_tests(
+        needles, min_fall=given.min_fall_n, tips=given.tips, plateau_travel=plateau, work_to=work_to
+    )
+    write_json(penetration_document(tests), given.json)
+    _write_penetration(tests, given.table_file, given.report)
+    _show_penetration(tests, quiet=given.json == "-")
     if all(test.empty for test in tests.tests):
         raise typer.Exit(1)
 

@@ -12,6 +12,7 @@ import typer
 
 from ..acquisition.settings import Progress
 from ..errors import InputError
+from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, live_view, say, write_json
 
 if TYPE_CHECKING:
@@ -36,37 +37,41 @@ GAP_HELP = "Time without a usable reading after which a moving axis is stopped."
 SAME_SITE_HELP = "If no spare site is left, insert into the hole of an aborted run."
 
 
-def run(
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="MCAP file to write; it must not exist.")
-    ] = None,
-    sensor: Annotated[str | None, typer.Option(help=SENSOR_HELP)] = None,
-    sensor_page: Annotated[str, typer.Option(help=PAGE_HELP)] = "",
-    axis: Annotated[str | None, typer.Option(help="HOST or HOST:PORT of a motion axis.")] = None,
-    depth_mm: Annotated[float | None, typer.Option(help="Maximum depth of the insertion.")] = None,
-    speed_mm_s: Annotated[float | None, typer.Option(help="Speed of insertion and withdrawal.")] = None,
-    hold_s: Annotated[float, typer.Option(help="Hold at the maximum depth.")] = 0.0,
-    start_mm: Annotated[float, typer.Option(help="Depth of the tip at the start and at the end.")] = -5.0,
-    duration_s: Annotated[float | None, typer.Option(help="Duration without motion; default: until Ctrl-C.")] = None,
-    force_limit_n: Annotated[float | None, typer.Option("--force-limit-N", help=LIMIT_HELP)] = None,
-    steady_n: Annotated[float, typer.Option("--steady-N", help="Largest change of the force during the bias.")] = 0.05,
-    max_force_gap_s: Annotated[float, typer.Option(help=GAP_HELP)] = 0.25,
-    frozen_check: Annotated[bool, typer.Option("--frozen-check/--no-frozen-check", help=FROZEN_HELP)] = True,
-    bias_s: Annotated[float, typer.Option(help="Time at rest to measure the bias; 0 for none.")] = 0.5,
-    axial: Annotated[str, typer.Option(help="Axis of the sensor along the needle: fz, -fz, fx, …")] = "fz",
-    filter_length: Annotated[int, typer.Option(help="Samples in the sensor's average filter.")] = 1,
-    source: Annotated[
-        str | None, typer.Option("--from", help="Source other than a sensor: - for standard input.")
-    ] = None,
-    calibration: Annotated[Path | None, typer.Option(help="Calibration file of six gauge voltages.")] = None,
-    protocol: Annotated[str | None, typer.Option(help="Protocol of several runs: paper, or a file.")] = None,
-    folder: Annotated[Path | None, typer.Option(help="Folder for the recordings of a protocol.")] = None,
-    same_site: Annotated[bool, typer.Option("--same-site", help=SAME_SITE_HELP)] = False,
-    needle: Annotated[str, typer.Option(help="Description of the needle, for the card.")] = "",
-    tissue: Annotated[str, typer.Option(help="Description of the tissue, for the card.")] = "",
-    plain: Annotated[bool, typer.Option("--plain", help="Print one line per second instead of a panel.")] = False,
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-) -> None:
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class RecordFlags:
+    """The flags of ``record``."""
+
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="MCAP file to write; it must not exist.")] = None
+    sensor: Annotated[str | None, typer.Option(help=SENSOR_HELP)] = None
+    sensor_page: Annotated[str, typer.Option(help=PAGE_HELP)] = ""
+    axis: Annotated[str | None, typer.Option(help="HOST or HOST:PORT of a motion axis.")] = None
+    depth_mm: Annotated[float | None, typer.Option(help="Maximum depth of the insertion.")] = None
+    speed_mm_s: Annotated[float | None, typer.Option(help="Speed of insertion and withdrawal.")] = None
+    hold_s: Annotated[float, typer.Option(help="Hold at the maximum depth.")] = 0.0
+    start_mm: Annotated[float, typer.Option(help="Depth of the tip at the start and at the end.")] = -5.0
+    duration_s: Annotated[float | None, typer.Option(help="Duration without motion; default: until Ctrl-C.")] = None
+    force_limit_n: Annotated[float | None, typer.Option("--force-limit-N", help=LIMIT_HELP)] = None
+    steady_n: Annotated[float, typer.Option("--steady-N", help="Largest change of the force during the bias.")] = 0.05
+    max_force_gap_s: Annotated[float, typer.Option(help=GAP_HELP)] = 0.25
+    frozen_check: Annotated[bool, typer.Option("--frozen-check/--no-frozen-check", help=FROZEN_HELP)] = True
+    bias_s: Annotated[float, typer.Option(help="Time at rest to measure the bias; 0 for none.")] = 0.5
+    axial: Annotated[str, typer.Option(help="Axis of the sensor along the needle: fz, -fz, fx, …")] = "fz"
+    filter_length: Annotated[int, typer.Option(help="Samples in the sensor's average filter.")] = 1
+    source: Annotated[str | None, typer.Option("--from", help="Source other than a sensor: - for standard input.")] = (
+        None
+    )
+    calibration: Annotated[Path | None, typer.Option(help="Calibration file of six gauge voltages.")] = None
+    protocol: Annotated[str | None, typer.Option(help="Protocol of several runs: paper, or a file.")] = None
+    folder: Annotated[Path | None, typer.Option(help="Folder for the recordings of a protocol.")] = None
+    same_site: Annotated[bool, typer.Option("--same-site", help=SAME_SITE_HELP)] = False
+    needle: Annotated[str, typer.Option(help="Description of the needle, for the card.")] = ""
+    tissue: Annotated[str, typer.Option(help="Description of the tissue, for the card.")] = ""
+    plain: Annotated[bool, typer.Option("--plain", help="Print one line per second instead of a panel.")] = False
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+
+
+@takes_flags()
+def run(given: RecordFlags) -> None:
     """Record force and depth during a run, with bias, lost packets and clocks.
 
     A force limit stops the axis; Ctrl-C ends the recording and closes the file. Exit code 0: completed, or ended by
@@ -78,45 +83,38 @@ def run(
     from ..acquisition.settings import Settings
     from ..protocol import read_protocol
 
-    check_outputs([output, json])
-    _check_usage(
-        output=output,
-        sensor=sensor,
-        source=source,
-        axis=axis,
-        protocol=protocol,
-        folder=folder,
-        depth_mm=depth_mm,
-        speed_mm_s=speed_mm_s,
-        duration_s=duration_s,
-        calibration=calibration,
-    )
-    planned = read_protocol(protocol) if protocol else None  # before the network is used
-    open_sources, configuration = sources(sensor, sensor_page, axis, calibration)
-    given = force_limit_n if force_limit_n is not None or planned is None else planned.force_limit
-    limit, limit_source = force_limit(given, configuration, planned.axial if planned else axial, axis)
+    check_outputs([given.output, given.json])
+    _check_usage(given)
+    planned = read_protocol(given.protocol) if given.protocol else None  # before the network is used
+    open_sources, configuration = sources(given.sensor, given.sensor_page, given.axis, given.calibration)
+    chosen = given.force_limit_n if given.force_limit_n is not None or planned is None else planned.force_limit
+    limit, limit_source = force_limit(chosen, configuration, planned.axial if planned else given.axial, given.axis)
     settings = Settings(
         force_limit=limit,
         limit_source=limit_source,
-        max_force_gap=max_force_gap_s,
-        bias_time=bias_s,
-        duration=duration_s,
-        axial=axial,
-        filter_length=filter_length,
-        steady=steady_n,
-        frozen_check=frozen_check,
+        max_force_gap=given.max_force_gap_s,
+        bias_time=given.bias_s,
+        duration=given.duration_s,
+        axial=given.axial,
+        filter_length=given.filter_length,
+        steady=given.steady_n,
+        frozen_check=given.frozen_check,
     )
-    with live_view(plain) as view:
-        if protocol:
-            done = _run_protocol(planned, folder, open_sources, settings, view=view, same_site=same_site)
-            write_json(done.to_json(), json)
+    with live_view(given.plain) as view:
+        if given.protocol:
+            done = _run_protocol(planned, given.folder, open_sources, settings, view=view, same_site=given.same_site)
+            write_json(done.to_json(), given.json)
             _exit(done.complete, done.rest_confirmed)
             return
-        moves = [] if depth_mm is None else _moves(start_mm, depth_mm, speed_mm_s, hold_s)
-        card = {"needle": needle, "tissue": tissue, "rig": f"{sensor or 'standard input'}, {axis or 'no axis'}"}
+        moves = [] if given.depth_mm is None else _moves(given.start_mm, given.depth_mm, given.speed_mm_s, given.hold_s)
+        card = {
+            "needle": given.needle,
+            "tissue": given.tissue,
+            "rig": f"{given.sensor or 'standard input'}, {given.axis or 'no axis'}",
+        }
         force, motion = open_sources()
         say(f"force limit {limit:.4g} N ({limit_source})" + (_stop_text(motion, moves) if moves else ""))
-        outcome = record_run(output, force, motion, moves=moves, card=card, settings=settings, view=view)
+        outcome = record_run(given.output, force, motion, moves=moves, card=card, settings=settings, view=view)
     completed = [EndReason.DONE, EndReason.INTERRUPTED] + ([] if moves else [EndReason.SOURCE_ENDED])
     document = dataclasses.asdict(outcome) | {
         "path": str(outcome.path),
@@ -124,7 +122,7 @@ def run(
     }
     try:
         _print_outcome(outcome)
-        write_json(document, json)
+        write_json(document, given.json)
     except BaseException:  # a closed terminal, a missing folder, Ctrl-C: the axis comes first
         _exit(True, outcome.rest_confirmed)
         raise
@@ -152,33 +150,24 @@ def _motions(moves: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return [move for before, move in zip([None, *moves], moves) if before is None or move[0] != before[0]]
 
 
-def _check_usage(
-    *,
-    output: Path | None,
-    sensor: str | None,
-    source: str | None,
-    axis: str | None,
-    protocol: str | None,
-    folder: Path | None,
-    depth_mm: float | None,
-    speed_mm_s: float | None,
-    duration_s: float | None,
-    calibration: Path | None,
-) -> None:
+def _check_usage(given: RecordFlags) -> None:
     """Raise InputError for options that cannot be combined."""
-    one, moves = "exactly one of the two is needed", (depth_mm, protocol) != (None, None)
+    one, both, to_axis = "exactly one of the two is needed", "both are needed", "Give --axis HOST:PORT."
+    protocol, moves, no_axis = given.protocol is not None, given.depth_mm is not None, given.axis is None
+    gauges = given.calibration is not None
     faults = [
-        ((sensor is None) == (source is None), "--sensor and --from -", one, "Give one of them."),
-        (source not in (None, "-"), f"--from is {source!r}", "only - is known", "Give --from -."),
-        ((output is None) == (protocol is None), "--output and --protocol", one, "Give one of them."),
-        ((protocol is None) != (folder is None), "--protocol and --folder", "both are needed", "Give both or neither."),
-        ((depth_mm is None) != (speed_mm_s is None), "--depth-mm and --speed-mm-s", "both are needed", "Give both."),
-        (depth_mm is not None and axis is None, "--depth-mm", "it needs --axis", "Give --axis HOST:PORT."),
-        (protocol is not None and axis is None, "--protocol", "it needs --axis", "Give --axis HOST:PORT."),
-        (protocol is not None and depth_mm is not None, "--depth-mm", "the protocol has its own", "Leave it out."),
-        (duration_s is not None and moves, "--duration-s", "a motion has its own end", "Leave it out."),
-        (calibration is not None and source is None, "--calibration", "it needs --from -", "Give --from -."),
-    ]
+        ((given.sensor is None) == (given.source is None), "--sensor and --from -", one, "Give one of them."),
+        (given.source not in (None, "-"), f"--from is {given.source!r}", "only - is known", "Give --from -."),
+        ((given.output is not None) == protocol, "--output and --protocol", one, "Give one of them."),
+        (protocol != (given.folder is not None), "--protocol and --folder", both, "Give both or neither."),
+        (moves != (given.speed_mm_s is not None), "--depth-mm and --speed-mm-s", both, "Give both."),
+        (moves and no_axis, "--depth-mm", "it needs --axis", to_axis),
+        (protocol and no_axis, "--protocol", "it needs --axis", to_axis),
+        (protocol and moves, "--depth-mm", "the protocol has its own", "Leave it out."),
+        (given.duration_s is not None and (moves or protocol), "--duration-s", "a motion has its own end",
+         "Leave it out."),
+        (gauges and given.source is None, "--calibration", "it needs --from -", "Give --from -."),
+    ]  # fmt: skip
     for is_wrong, quantity, limit, advice in faults:
         if is_wrong:
             raise InputError(quantity, "", limit, next_step=advice)

@@ -2,6 +2,7 @@
 """``needleforce steer``: simulate, identify and plan insertions of a needle that bends and is steered."""
 
 import math
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,6 +10,7 @@ import typer
 
 from ..errors import InputError
 from .files import NEEDLE_HELP, PRESET_HELP
+from .flags import takes_flags
 from .output import JSON_HELP, REPORT_HELP, check_outputs, say, show, table, write_json
 
 if TYPE_CHECKING:
@@ -22,58 +24,83 @@ MODEL_HELP = "An identified needle: a file that steer identify --save wrote."
 AXIAL_HELP = f"Laws of the axial force. {PRESET_HELP}"
 
 
-@app.command()
-def simulate(
-    output: Annotated[Path, typer.Option("--output", "-o", help="Table to write (CSV), a row a step.")],
-    model: Annotated[Path | None, typer.Option(help=f"{MODEL_HELP} Default: the steering rig.")] = None,
+@dataclass(frozen=True, kw_only=True)
+class SteerSimulateFlags:
+    """The flags of ``steer simulate``."""
+
+    output: Annotated[Path, typer.Option("--output", "-o", help="Table to write (CSV), a row a step.")]
+    model: Annotated[Path | None, typer.Option(help=f"{MODEL_HELP} Default: the steering rig.")] = None
     motion: Annotated[
         Path | None, typer.Option(help="Motion of the base: a table that steer plan wrote. Default: straight in.")
-    ] = None,
-    depth_mm: Annotated[float, typer.Option(help="Depth of an insertion without --motion.")] = 100.0,
-    step_mm: Annotated[float, typer.Option(help="Travel between two motions of the base.")] = 5.0,
-    roll_deg: Annotated[float, typer.Option(help="Rotation of the needle without --motion.")] = 0.0,
+    ] = None
+    depth_mm: Annotated[float, typer.Option(help="Depth of an insertion without --motion.")] = 100.0
+    step_mm: Annotated[float, typer.Option(help="Travel between two motions of the base.")] = 5.0
+    roll_deg: Annotated[float, typer.Option(help="Rotation of the needle without --motion.")] = 0.0
     insertions: Annotated[
         int, typer.Option(help="Of the rig: number of insertions, half of them steered at random.")
-    ] = 6,
-    seed: Annotated[int, typer.Option(help="Of the rig: the same seed gives the same phantom and noise.")] = 1,
-    axial: Annotated[str | None, typer.Option(help=AXIAL_HELP)] = None,
-    report: Annotated[Path | None, typer.Option(help=f"{REPORT_HELP} Of a model.")] = None,
-) -> None:
+    ] = 6
+    seed: Annotated[int, typer.Option(help="Of the rig: the same seed gives the same phantom and noise.")] = 1
+    axial: Annotated[str | None, typer.Option(help=AXIAL_HELP)] = None
+    report: Annotated[Path | None, typer.Option(help=f"{REPORT_HELP} Of a model.")] = None
+
+
+@app.command()
+@takes_flags()
+def simulate(given: SteerSimulateFlags) -> None:
     """Simulate insertions: of an identified needle, or tracked tips of the steering rig, to be identified."""
     import needleforce as nf
 
-    check_outputs([output, report], [model, motion])
-    laws = nf.preset(axial) if axial else None
-    if model is None:
-        if report:
-            raise InputError("--report", str(report), "needs --model", next_step="Identify the rig's table first.")
-        _simulate_rig(output, motion, insertions=insertions, seed=seed, depths=_depths(depth_mm, step_mm), axial=laws)
+    check_outputs([given.output, given.report], [given.model, given.motion])
+    laws = nf.preset(given.axial) if given.axial else None
+    if given.model is None:
+        if given.report:
+            raise InputError(
+                "--report", str(given.report), "needs --model", next_step="Identify the rig's table first."
+            )
+        _simulate_rig(
+            given.output,
+            given.motion,
+            insertions=given.insertions,
+            seed=given.seed,
+            depths=_depths(given.depth_mm, given.step_mm),
+            axial=laws,
+        )
         return
-    moves = _motion(motion, _depths(depth_mm, step_mm), roll_deg)
-    run = nf.steering.simulate(nf.steering.load(model), moves, axial=laws)
-    run.write(output)
-    if report:
-        run.report(report)
+    moves = _motion(given.motion, _depths(given.depth_mm, given.step_mm), given.roll_deg)
+    run = nf.steering.simulate(nf.steering.load(given.model), moves, axial=laws)
+    run.write(given.output)
+    if given.report:
+        run.report(given.report)
     if run.lost.any():
         say("warning: the needle buckles, or a step is impossible; see the column status")
     x, y, z = 1e3 * run.tip[-1]
-    show(f"{output}: {len(moves)} steps, tip at ({x:.2f}, {y:.2f}, {z:.2f}) mm, axial force {run.force[-1]:.3f} N")
+    show(
+        f"{given.output}: {len(moves)} steps, tip at ({x:.2f}, {y:.2f}, {z:.2f}) mm, axial force {run.force[-1]:.3f} N"
+    )
 
 
-@app.command()
-def identify(
-    file: Annotated[Path, typer.Argument(help="Tip paths or shapes, a row a step or a point.", show_default=False)],
-    needle: Annotated[str, typer.Option(help=NEEDLE_HELP)],
+@dataclass(frozen=True, kw_only=True)
+class SteerIdentifyFlags:
+    """The flags of ``steer identify``."""
+
+    needle: Annotated[str, typer.Option(help=NEEDLE_HELP)]
     only: Annotated[
         list[str],
         typer.Option("--only", help="Insertions of one tissue: whose name begins with this. Default: all."),
-    ] = [],  # noqa: B006
-    model: Annotated[str | None, typer.Option(help="linear, or yielding (the default for tip paths).")] = None,
-    held: Annotated[str, typer.Option(help="guide at a fixed distance from the surface, or hub.")] = "guide",
-    length_unit: Annotated[str | None, typer.Option(help="Of all lengths, where the table states none.")] = None,
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
-    save: Annotated[Path | None, typer.Option(help="Write the identified needle, for steer plan.")] = None,
+    ] = field(default_factory=list)
+    model: Annotated[str | None, typer.Option(help="linear, or yielding (the default for tip paths).")] = None
+    held: Annotated[str, typer.Option(help="guide at a fixed distance from the surface, or hub.")] = "guide"
+    length_unit: Annotated[str | None, typer.Option(help="Of all lengths, where the table states none.")] = None
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    save: Annotated[Path | None, typer.Option(help="Write the identified needle, for steer plan.")] = None
+
+
+@app.command()
+@takes_flags()
+def identify(
+    file: Annotated[Path, typer.Argument(help="Tip paths or shapes, a row a step or a point.", show_default=False)],
+    given: SteerIdentifyFlags,
 ) -> None:
     """Identify tissue, tip force and guide of a steered needle from tracked tips or from shapes."""
     import needleforce as nf
@@ -82,76 +109,95 @@ def identify(
     from ..report.steering_page import insertion_table
     from ..steering.result import HEAD
 
-    check_outputs([json, report, save], [file])
-    measured = _named(_measured(file, length_unit), only)
-    options: dict[str, Any] = {"model": model} if model else {}
+    check_outputs([given.json, given.report, given.save], [file])
+    measured = _named(_measured(file, given.length_unit), given.only)
+    options: dict[str, Any] = {"model": given.model} if given.model else {}
     if isinstance(measured[0], nf.steering.TipPath):
-        options["held"] = held
-    elif held != "guide":
+        options["held"] = given.held
+    elif given.held != "guide":
         step = "Leave --held out: the shapes begin where the needle is held."
-        raise InputError("--held", held, "not for a table of shapes", next_step=step)
+        raise InputError("--held", given.held, "not for a table of shapes", next_step=step)
     with _ProgressLine("identifying") as progress:
-        fit = nf.steering.identify(measured, needle_of(needle), progress=progress, **options)
-    write_json(fit.to_json(), json)
-    if json != "-":
+        fit = nf.steering.identify(measured, needle_of(given.needle), progress=progress, **options)
+    write_json(fit.to_json(), given.json)
+    if given.json != "-":
         table(fit.heading(), list(HEAD), [list(row) for row in fit.rows()])
         heads, rows = insertion_table(fit)
         table("residual of each insertion", heads, rows)
     for remark in fit.remarks():
         say(remark)
-    if report:
-        fit.report(report)
-        say(f"report: {report}")
-    if save:
-        fit.save(save)
-        say(f"model: {save}")
+    if given.report:
+        fit.report(given.report)
+        say(f"report: {given.report}")
+    if given.save:
+        fit.save(given.save)
+        say(f"model: {given.save}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SteerPlanFlags:
+    """The flags of ``steer plan``."""
+
+    target_mm: Annotated[str, typer.Option(help="x,y,z of the target from the point of entry, such as 2,-1,80.")]
+    sphere_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z,radius. Repeat it for more.")] = field(
+        default_factory=list
+    )
+    box_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z of two opposite corners.")] = field(
+        default_factory=list
+    )
+    clearance_mm: Annotated[float, typer.Option(help="Distance to keep from obstacles.")] = 0.0
+    max_lateral_mm: Annotated[float, typer.Option(help="Motion of the base across, along x and along y.")] = 6.0
+    max_lateral_step_mm: Annotated[float, typer.Option(help="The same in one step.")] = 6.0
+    rolls: Annotated[bool, typer.Option("--rolls", help="The needle may be turned between the steps.")] = False
+    max_force_n: Annotated[float, typer.Option(help="Axial force; needs --axial.")] = math.inf
+    max_lateral_force_n: Annotated[float, typer.Option(help="Lateral force at the base.")] = math.inf
+    max_moment_nmm: Annotated[float, typer.Option(help="Bending moment at the base.")] = math.inf
+    step_mm: Annotated[float, typer.Option(help="Travel between two motions of the base.")] = 5.0
+    axial: Annotated[str | None, typer.Option(help=AXIAL_HELP)] = None
+    measured: Annotated[
+        Path | None, typer.Option(help="Tips of the steps that were executed; the rest is planned anew.")
+    ] = None
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of base motions to write (CSV).")] = None
+    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
 
 
 @app.command()
-def plan(
-    model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=False)],
-    target_mm: Annotated[str, typer.Option(help="x,y,z of the target from the point of entry, such as 2,-1,80.")],
-    sphere_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z,radius. Repeat it for more.")] = [],  # noqa: B006
-    box_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z of two opposite corners.")] = [],  # noqa: B006
-    clearance_mm: Annotated[float, typer.Option(help="Distance to keep from obstacles.")] = 0.0,
-    max_lateral_mm: Annotated[float, typer.Option(help="Motion of the base across, along x and along y.")] = 6.0,
-    max_lateral_step_mm: Annotated[float, typer.Option(help="The same in one step.")] = 6.0,
-    rolls: Annotated[bool, typer.Option("--rolls", help="The needle may be turned between the steps.")] = False,
-    max_force_n: Annotated[float, typer.Option(help="Axial force; needs --axial.")] = math.inf,
-    max_lateral_force_n: Annotated[float, typer.Option(help="Lateral force at the base.")] = math.inf,
-    max_moment_nmm: Annotated[float, typer.Option(help="Bending moment at the base.")] = math.inf,
-    step_mm: Annotated[float, typer.Option(help="Travel between two motions of the base.")] = 5.0,
-    axial: Annotated[str | None, typer.Option(help=AXIAL_HELP)] = None,
-    measured: Annotated[
-        Path | None, typer.Option(help="Tips of the steps that were executed; the rest is planned anew.")
-    ] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of base motions to write (CSV).")] = None,
-    json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None,
-) -> None:
+@takes_flags()
+def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=False)], given: SteerPlanFlags) -> None:
     """Plan the motion of the base that brings the tip to a target. Exit code 1: it is missed, or a limit exceeded."""
     import needleforce as nf
 
     from ..steering import SteeringLimits
 
-    check_outputs([output, json, report], [model, measured])
+    check_outputs([given.output, given.json, given.report], [model, given.measured])
     limits = SteeringLimits(
-        max_lateral=1e-3 * max_lateral_mm, max_lateral_step=1e-3 * max_lateral_step_mm, rolls=rolls,
-        max_force=max_force_n, max_lateral_force=max_lateral_force_n, max_moment=1e-3 * max_moment_nmm,
-    )  # fmt: skip
-    readings = None if measured is None else nf.steering.read(measured)[-1]
+        max_lateral=1e-3 * given.max_lateral_mm,
+        max_lateral_step=1e-3 * given.max_lateral_step_mm,
+        rolls=given.rolls,
+        max_force=given.max_force_n,
+        max_lateral_force=given.max_lateral_force_n,
+        max_moment=1e-3 * given.max_moment_nmm,
+    )
+    readings = None if given.measured is None else nf.steering.read(given.measured)[-1]
     with _ProgressLine("planning") as progress:
         found = nf.steering.plan(
-            nf.steering.load(model), _numbers(target_mm, 3, "--target-mm"), obstacles=_obstacles(sphere_mm, box_mm),
-            clearance=1e-3 * clearance_mm, limits=limits, step=1e-3 * step_mm, readings=readings,
-            axial=nf.preset(axial) if axial else None, progress=progress,
-        )  # fmt: skip
-    write_json(_document(found), json)
-    if output:
-        found.motion.write(output)
-    if report:
-        found.report(report)
-    _show_plan(found, quiet=json == "-")
+            nf.steering.load(model),
+            _numbers(given.target_mm, 3, "--target-mm"),
+            obstacles=_obstacles(given.sphere_mm, given.box_mm),
+            clearance=1e-3 * given.clearance_mm,
+            limits=limits,
+            step=1e-3 * given.step_mm,
+            readings=readings,
+            axial=nf.preset(given.axial) if given.axial else None,
+            progress=progress,
+        )
+    write_json(_document(found), given.json)
+    if given.output:
+        found.motion.write(given.output)
+    if given.report:
+        found.report(given.report)
+    _show_plan(found, quiet=given.json == "-")
     if found.faults:
         raise typer.Exit(1)
 

@@ -1,32 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tissue as a solid: finite elements around the needle, and what they condense to (extra ``fe``)."""
 
-from .block_mesh import axisymmetric_block, block, grid
-from .condensed import CondensedInsertion, CondensedTissue, load_condensed
-from .cylinder_mesh import cylinder
-from .dynamic_insertion import DynamicInsertion, stroke
-from .dynamics import DynamicSystem, EnergyBalance, MotionState, Newmark, Rayleigh
-from .force_distribution import ForceDistribution, force_distribution
-from .hyperelastic import HyperelasticSolution, HyperelasticTissue
-from .hyperelastic_fit import HyperelasticFit, fit_hyperelastic
-from .hyperelastic_materials import MooneyRivlin, NeoHookean
-from .insertion_fit import InsertionFit, fit_insertion
-from .insertion_run import InsertionEnergy, InsertionRun, InsertionState
-from .lateral_foundation import LateralFoundation, lateral_foundation
-from .materials import Elastic
-from .mesh import Mesh
-from .mesh_file import read_mesh
-from .modulus_fit import ModulusFit, fit_modulus
-from .needle_path import NeedlePath
+from .elastic.condensed import CondensedInsertion, CondensedTissue, load_condensed
+from .elastic.lateral_foundation import LateralFoundation, lateral_foundation
+from .elastic.needle_path import NeedlePath
+from .elastic.shaft_stiffness import modulus_of_shaft_stiffness, shaft_stiffness
+from .elastic.stress import Stress, stress
+from .elastic.surface_contact import SurfaceContact, press
+from .elastic.tissue import Tissue
+from .fits.force_distribution import ForceDistribution, force_distribution
+from .fits.hyperelastic_fit import HyperelasticFit, fit_hyperelastic
+from .fits.insertion_fit import InsertionFit, fit_insertion
+from .fits.modulus_fit import ModulusFit, fit_modulus
+from .hyperelastic.tissue import HyperelasticSolution, HyperelasticTissue
+from .materials import Elastic, MooneyRivlin, NeoHookean
+from .mesh.block import axisymmetric_block, block, grid
+from .mesh.cylinder import cylinder
+from .mesh.mesh import Mesh
+from .mesh.mesh_file import read_mesh
+from .moving.dynamic_insertion import DynamicInsertion, stroke
+from .moving.dynamics import DynamicSystem, EnergyBalance, MotionState, Newmark, Rayleigh
+from .moving.insertion_run import InsertionEnergy, InsertionRun, InsertionState
+from .moving.target_motion import EntryPlan, plan_entry
+from .moving.tissue_dynamics import ReducedTissue, TissueDynamics
 from .picture import picture
 from .section import Section, section
-from .shaft_stiffness import modulus_of_shaft_stiffness, shaft_stiffness
 from .solid_report import report
-from .stress import Stress, stress
-from .surface_contact import SurfaceContact, press
-from .target_motion import EntryPlan, plan_entry
-from .tissue import Tissue
-from .tissue_dynamics import ReducedTissue, TissueDynamics
 from .vtk_file import write_vtk
 
 __all__ = [

@@ -9,9 +9,9 @@ from numpy.typing import ArrayLike
 
 from ..display.quantities import scale, span_scale
 from ..errors import InputError
-from .needle_path import NeedlePath
+from .elastic.needle_path import NeedlePath
+from .elastic.tissue import Tissue
 from .section import Field, Section, section
-from .tissue import Tissue
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
-from .elements import Symmetry
-from .mesh import library
-from .needle_path import NeedlePath
-from .stress import checked_solution, stress
-from .tissue import Tissue
+from .elastic.elements import Symmetry
+from .elastic.needle_path import NeedlePath
+from .elastic.stress import checked_solution, stress
+from .elastic.tissue import Tissue
+from .mesh.mesh import library
 
 _PIXELS = 600  # of the longer side
 _WIDE, _DEEP = 1.5, 1.5  # what is shown of a large body, to either side and down, in depths of the path

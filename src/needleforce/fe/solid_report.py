@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from ..display.quantities import plain
 from ..errors import InputError
-from .needle_path import NeedlePath
+from .elastic.needle_path import NeedlePath
+from .elastic.supports import unknowns_of
+from .elastic.tissue import Tissue
 from .section import Field, Section, section
-from .supports import unknowns_of
-from .tissue import Tissue
 
 Rows = list[tuple[str, ...]]
 

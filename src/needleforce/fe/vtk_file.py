@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from ..errors import InputError
 from ..files import atomic_write, checked_target
-from .mesh import Mesh, library
-from .stress import Stress, checked_solution, stress
-from .tissue import Tissue
+from .elastic.stress import Stress, checked_solution, stress
+from .elastic.tissue import Tissue
+from .mesh.mesh import Mesh, library
 
 
 class Body(Protocol):

@@ -276,9 +276,9 @@ def _bends(law: str) -> bool:
 def _friction_bic(single: SegmentedRecording, foundation: str) -> float:
     """Schwarz's criterion of the friction of one recording under a form of the foundation; NaN with too few bins."""
     fit = single.fits[min(single.loading, key=lambda law: single.loading[law].bic)]
-    after = fit.samples_before_puncture + fit.left_out
-    contact, offset = fit.values["contact_depth"], fit.values["force_offset"]
-    found = forms_after_puncture(single.strokes, contact, after, offset, (foundation,))
+    after = fit.puncture.before + fit.puncture.left_out
+    contact, zero = fit.values["contact_depth"], fit.values["force_offset"]
+    found = forms_after_puncture(single.strokes, contact, after, zero, (foundation,))
     return found[0].bic if found else np.nan
 
 

@@ -187,7 +187,9 @@ def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecordin
         repeats=len(singles),
         answering=sum(bool(single.fits) for single in singles),
         lateral_over_axial_force=float(np.median(known)) if known else None,
-        noise=noise_words(noise for single in singles if law in single.fits for noise in single.fits[law].noises),
+        noise=noise_words(
+            noise for single in singles if law in single.fits for noise in single.fits[law].residuals.noises
+        ),
     )
 
 

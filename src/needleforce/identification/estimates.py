@@ -278,10 +278,10 @@ def correlations_of(recordings: Sequence[Any]) -> Correlations | None:
     """
     cycles = [each.cycle for each in recordings if each.cycle is not None]
     cycles = [cycle for cycle in cycles if np.isfinite(cycle.covariance).all()]
-    cycles = [cycle for cycle in cycles if cycle.covariance_order == cycles[0].covariance_order]
+    cycles = [cycle for cycle in cycles if cycle.order == cycles[0].order]
     if not cycles:
         return None
-    names = cycles[0].covariance_order
+    names = cycles[0].order
     covariance = np.mean([cycle.covariance for cycle in cycles], axis=0)
     sd = np.sqrt(covariance.diagonal())
     if not sd.all():

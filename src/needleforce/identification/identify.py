@@ -25,7 +25,18 @@ from .diagnostics import (
     warnings_of,
 )
 from .estimates import Estimate, identified_together, pool
-from .layer_choice import cycle_evidence, misses_cycle, with_one_layer_parameters
+from .model_choice import (
+    choice_of,
+    cycle_evidence,
+    falls_gradually,
+    match_of,
+    meets_puncture,
+    misses_cycle,
+    offered,
+    peak_of,
+    supported,
+    with_one_layer_parameters,
+)
 from .models import (
     BENT,
     COMPARED,
@@ -39,15 +50,13 @@ from .models import (
     stiffness_law,
 )
 from .one_layer.contact_laws import over_laws
-from .one_layer.cycle_estimates import estimates_of
-from .one_layer.fit_recording import fitted
-from .one_layer.law_choice import choice_of, falls_gradually, match_of, meets_puncture, offered, peak_of, supported
+from .one_layer.cycle_values import estimates_of
+from .one_layer.fit_recording import fitted, limited
 from .one_layer.loading_curves import FITS
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .result import Fit
 from .strokes import presliding_of
-from .two_pass.subtraction import two_pass_estimates
 
 Progress = Callable[[Any, str], Any]
 MISSES_PUNCTURE = (
@@ -226,10 +235,14 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
     """The fit of one law from recordings that were segmented and fitted one by one."""
     answering = [single for single in singles if law in single.fits]
     for single in answering:
-        single.fits[law] = single.fits[law].limited()
+        single.fits[law] = limited(single, law)
     own = {single: _own(single, law, given) for single in answering}
     parameters = pool(list(own.values()))
-    two_pass, replaced, refused = two_pass_estimates(singles, seconds, own, given, FITS[law].foundation)
+    two_pass, replaced, refused = None, {}, {}
+    if seconds:
+        from .two_pass.subtraction import two_pass_estimates
+
+        two_pass, replaced, refused = two_pass_estimates(singles, seconds, own, given, FITS[law].foundation)
     parameters |= replaced
     if parameters:
         parameters |= derived(parameters, given.needle, given.bench.get("tissue_young_modulus")) | given.bench

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from .. import core
 from ..errors import InputError
@@ -19,15 +18,6 @@ class Limit(NamedTuple):
 
     value: float
     slopes: np.ndarray
-
-
-class Update(NamedTuple):
-    """State (4,) and its covariance (4, 4) after a sample; the sample's innovation [N/m] and its variance."""
-
-    state: np.ndarray
-    covariance: np.ndarray
-    innovation: float
-    variance: float
 
 
 def limit(velocity: float, limits: Sequence[float] | np.ndarray, exponent: float = 2.0) -> Limit:
@@ -77,32 +67,6 @@ def joseph(covariance: np.ndarray, jacobian: np.ndarray, noise: float) -> tuple[
     kept = np.eye(len(gain)) - np.outer(gain, jacobian)
     after = kept @ covariance @ kept.T + noise * np.outer(gain, gain)
     return gain, 0.5 * (after + after.T), variance
-
-
-def updated_state(
-    state: ArrayLike,
-    covariance: ArrayLike,
-    velocity: float,
-    traction: float,
-    dt: float,
-    limits: Sequence[float] | np.ndarray,
-    process: ArrayLike,
-    noise: float,
-    exponent: float = 2.0,
-) -> Update:
-    """One complete step of filter 1 in linear parameters, with known limits (3,): prediction, then Joseph's update.
-
-    ``covariance`` (4, 4) is that of ``state`` before the step, ``process`` (4, 4) the process noise, ``traction`` [N/m]
-    the measured force over embedded length and ``noise`` its variance. The parameters are not constrained to be
-    positive.
-    """
-    g = limit(velocity, limits, exponent).value
-    ahead, jacobian, _ = predicted(np.asarray(state, float), velocity, dt, g)
-    expected, slopes, _ = measured(ahead, velocity, g)
-    before = jacobian @ np.asarray(covariance, float) @ jacobian.T + np.asarray(process, float)
-    gain, after, variance = joseph(before, slopes, noise)
-    innovation = traction - expected
-    return Update(ahead + gain * innovation, after, innovation, variance)
 
 
 @dataclass(frozen=True)

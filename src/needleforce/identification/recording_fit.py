@@ -10,7 +10,7 @@ from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Status
 from .estimates import Parameters, Quality
-from .one_layer.cycle_estimates import CycleFit
+from .one_layer.cycle_values import CycleFit
 from .strokes import Strokes
 
 

@@ -57,6 +57,11 @@ class Strokes:
     backtrack: float = 0.0
     """[m] the longest pull-back within the insertion, 0 for none beyond the noise of the depth."""
 
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Depth and force of the insertion, then those of the withdrawal."""
+        return self.depth_in, self.force_in, self.depth_out, self.force_out
+
     def mask(self, n: int) -> np.ndarray:
         """True (n,) at the samples of either stroke."""
         inside = np.zeros(n, bool)
@@ -132,8 +137,8 @@ def _insertion_samples(
     backtrack = float(np.max(depth.deepest - depth.depth))
     if backtrack <= depth.backtrack_limit:
         return inwards.start + np.flatnonzero(moving), samples[:0], 0.0
-    pierced = events.punctures[0].high if events.punctures else inwards.stop
-    back = sliding_back(depth, stretch) & (samples > pierced)
+    puncture = events.punctures[0].high if events.punctures else inwards.stop
+    back = sliding_back(depth, stretch) & (samples > puncture)
     return samples[at_the_cut(depth) & moving], samples[back], backtrack
 
 

@@ -257,7 +257,7 @@ def attach(
     )
     if tissue is None:
         return Attached(Insertion(model, max_speed=max_speed, bevel=bevel), place)
-    from ..fe.condensed import CondensedInsertion
+    from ..fe.elastic.condensed import CondensedInsertion
 
     return Attached(CondensedInsertion(tissue, model, max_speed=max_speed, bevel=bevel), place)
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from .. import core
 from ..errors import InputError
+from .joining import RETURNED
 from .recording import COLUMNS, Note, Recording
-from .signs import RETURNED
 
 MIN_CYCLES = 3  # two strokes are a test with a second pass, which is one recording
 _LARGE = 0.5  # of the largest stroke, of the travel and of the range of force: nearer to all of it than to nothing

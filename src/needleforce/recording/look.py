@@ -4,26 +4,118 @@ it."""
 
 import os
 import shlex
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
 from ..files import open_regular
+from .assumed_motion import AssumedMotion
 from .cycles import CycleSpan
 from .formats.detect import format_of
 from .formats.no_tables import ROS2_BAG
 from .mappings import completed
-from .motion_look import MAX_LISTED, ColumnLook, MotionLook, column_looks, motion_look
+from .motion_source import MotionSource
 from .options import ReadOptions, flags
-from .part_choice import asked, chosen_part, fitting_parts
-from .parts import Part, recordings_in
+from .parts import Part, asked, chosen_part, fitting_parts, recordings_in
 from .quantities import MAIN
 from .recording import Recording
+from .recording_file import RecordingFile
+from .roles import of_main, stated_unit
+from .stream import read_stream
+from .table import Table
 
+_MAX_LISTED = 20  # columns, and recordings, that are shown
+_OF_MOTION = ("time", "depth", "velocity")
 _OF_FORCE = ("time", "force")  # what is read from a table whose motion is in another one
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnLook:
+    """One column: header, stated unit, the quantity it is read as, empty if it is not used, number of values, first,
+    last, smallest and largest value in the file's unit; NaN where it holds no numbers."""
+
+    header: str
+    unit: str
+    quantity: str
+    count: int
+    first: float
+    last: float
+    smallest: float
+    largest: float
+
+    def cells(self, number: int) -> tuple[str, ...]:
+        """What a table shows of the column with this number."""
+        values = (self.first, self.last, self.smallest, self.largest)
+        shown = ["" if np.isnan(value) else f"{value:.6g}" for value in values]
+        return (str(number), self.header, self.unit, self.quantity, *shown)
+
+
+def column_looks(part: Part, used: Sequence[str] = MAIN) -> tuple[ColumnLook, ...]:
+    """The first columns of a part; of the quantities, those ``used`` are named."""
+    return tuple(
+        ColumnLook(header=header, unit=unit, quantity=quantity if quantity in used else "", **_range(part.table, k))
+        for k, (header, unit, quantity) in enumerate(_column_table(part)[:_MAX_LISTED])
+    )
+
+
+def _column_table(part: Part) -> list[tuple[str, str, str]]:
+    """Header, stated unit, and quantity of each column of a part, for a look at it."""
+    try:
+        chosen = part.roles.chosen(MAIN)
+        wanted = ("time", "force") if "velocity" in chosen else ("time", "depth", "force")
+        chosen |= part.roles.by_unit([q for q in wanted if q not in chosen])
+    except InputError:
+        chosen = {}
+    found = {column.index: quantity for quantity, column in chosen.items()}
+    headers = enumerate(part.table.headers)
+    return [(header, stated_unit(part.table, k) or "", found.get(k, "")) for k, header in headers]
+
+
+def _range(table: Table, index: int) -> dict[str, Any]:
+    """Number of values, first, last, smallest and largest of a column."""
+    try:
+        values = table.numbers(index)
+    except InputError:
+        values = np.empty(0)
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return dict.fromkeys(("first", "last", "smallest", "largest"), float("nan")) | {"count": 0}
+    ends = {"first": float(values[0]), "last": float(values[-1])}
+    return ends | {"smallest": float(values.min()), "largest": float(values.max()), "count": len(values)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionLook:
+    """The motion of a recording in another table.
+
+    Parameters
+    ----------
+    path : str
+        Its file.
+    part : str
+        Its table, empty for a file with one.
+    columns : tuple of ColumnLook
+        Its columns.
+    clocks : tuple of (str, str)
+        Samples, rate and times of both clocks, and their overlap, as far as they can be read.
+    """
+
+    path: str
+    part: str
+    columns: tuple[ColumnLook, ...]
+    clocks: tuple[tuple[str, str], ...]
+
+    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+        """What is shown: title, headers and rows of each table."""
+        facts = [("file", self.path), *([("table", self.part)] if self.part else []), *self.clocks]
+        headers = ("column", "header", "unit", "read as", "first", "last", "smallest", "largest")
+        rows = [each.cells(k) for k, each in enumerate(self.columns, 1)]
+        return [("motion", ("quantity", "value"), facts), ("columns of the motion", headers, rows)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,8 +170,8 @@ class Look:
         """What is shown: title, headers and rows of each table."""
         made = [("file", ("quantity", "value"), self._facts())]
         if len(self.parts) > 1:
-            rows = [(str(k), name) for k, name in enumerate(self.parts[:MAX_LISTED], 1)]
-            more = len(self.parts) - MAX_LISTED
+            rows = [(str(k), name) for k, name in enumerate(self.parts[:_MAX_LISTED], 1)]
+            more = len(self.parts) - _MAX_LISTED
             rows += [("…", f"and {more} more")] if more > 0 else []
             made.append(("recordings in the file", ("number", "name"), rows))
         if self.cycles:
@@ -91,9 +183,9 @@ class Look:
 
     def _cycles(self) -> list[tuple[str, ...]]:
         """A row for each of the first cycles."""
-        shown = self.cycles[:MAX_LISTED]
+        shown = self.cycles[:_MAX_LISTED]
         rows = [(str(k), each.name, str(each.first + 1), str(each.stop)) for k, each in enumerate(shown, 1)]
-        more = len(self.cycles) - MAX_LISTED
+        more = len(self.cycles) - _MAX_LISTED
         return rows + ([("…", f"and {more} more", "", "")] if more > 0 else [])
 
     def _facts(self) -> list[tuple[str, ...]]:
@@ -125,11 +217,7 @@ def option_words(options: ReadOptions) -> list[str]:
     return words
 
 
-def look(
-    path: str | os.PathLike,
-    recording_of: Callable[[Any], tuple[Recording, tuple[CycleSpan, ...]]],
-    given: ReadOptions,
-) -> Look:
+def look(path: str | os.PathLike, given: ReadOptions) -> Look:
     """Look at a file.
 
     A file that cannot be read as a recording is no error: ``problem`` states why. Raises InputError for one that is
@@ -139,8 +227,6 @@ def look(
     ----------
     path : str or os.PathLike
         The file.
-    recording_of : callable
-        The ``part`` of ``read``, None for the only one -> Recording, and its cycles; raises InputError.
     given : ReadOptions
         The options of ``read`` that were given.
 
@@ -148,7 +234,7 @@ def look(
     -------
     Look
     """
-    options = completed(Path(path), given)[0]
+    options, sentence = completed(Path(path), given)
     parts: Sequence[Part] = ()
     problem, recording, shown, cycles = "", None, None, ()
     form = format_of(Path(path))
@@ -160,7 +246,8 @@ def look(
         wanted, cycle = _one_of(*asked(options.part, names), names, str(path))
         shown = _shown(parts, wanted, Path(path))
         named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
-        recording, cycles = recording_of(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
+        opened = RecordingFile(path=Path(path), options=options, sentence=sentence, parts=parts)
+        recording, cycles = opened.read(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
     except InputError as error:
         problem = str(error)
         shown = shown or (parts[0] if parts else None)
@@ -193,3 +280,70 @@ def _one_of(part: str | int | None, cycle: str, names: Sequence[str], place: str
 def _shown(parts: Sequence[Part], wanted: Any, path: Path) -> Part | None:
     """The part that was chosen, or the first."""
     return chosen_part(parts, wanted, path) if parts and wanted is not None else next(iter(parts), None)
+
+
+def motion_look(path: Path, main: Part | None, options: ReadOptions) -> MotionLook | None:
+    """The motion that the options name, None if they name none or if it cannot be found.
+
+    Parameters
+    ----------
+    path : Path
+        The file of the force.
+    main : Part or None
+        Its table; None for a log.
+    options : ReadOptions
+        Those of ``read``.
+    """
+    file, name = options.motion, options.motion_part
+    if file is None and name is None:
+        return None
+    shift = options.motion_shift
+    source = MotionSource(path=Path(file) if file else path, part=name, same_file=file is None, shift=shift)
+    try:
+        part = source.chosen(options.columns)
+    except InputError:  # it is the problem of the recording
+        return None
+    return MotionLook(
+        path=str(source.path),
+        part=part.name,
+        columns=column_looks(part, _OF_MOTION),
+        clocks=tuple(_clocks(source, part, main, options)),
+    )
+
+
+def _clocks(source: MotionSource, part: Part, main: Part | None, options: ReadOptions) -> list[tuple[str, str]]:
+    force, motion = _force_time(main, options), _motion_time(source, options)
+    if motion is not None and main is not None:
+        motion = motion + source.start_offset(main.table, part.table)
+    named = (("clock of the force", force), ("clock of the motion", motion))
+    rows = [(name, _described(time)) for name, time in named if time is not None]
+    if force is None or motion is None:
+        return rows
+    first, last = max(force[0], motion[0]), min(force[-1], motion[-1])
+    kept = int(np.count_nonzero((force >= first) & (force <= last)))
+    found = f"{first:.6g} to {last:.6g} s, with {kept} of {len(force)} samples of force"
+    return [*rows, ("overlap", found if first <= last else "none")]
+
+
+def _force_time(main: Part | None, options: ReadOptions) -> np.ndarray | None:
+    """The times of the force [s], None if they cannot be read."""
+    if main is None:
+        return None
+    assumed = AssumedMotion(rate=options.rate)
+    try:
+        units = of_main(options.units)
+        return read_stream(main.table, main.roles, ("time", "force"), units, assumed=assumed).values["time"]
+    except InputError:
+        return None
+
+
+def _motion_time(source: MotionSource, options: ReadOptions) -> np.ndarray | None:
+    try:
+        return source.stream(options.columns, options.units)[0].values["time"]
+    except InputError:
+        return None
+
+
+def _described(time: np.ndarray) -> str:
+    rate = 1.0 / float(np.median(np.diff(time)))
+    return f"{len(time)} at {rate:.6g} Hz, {time[0]:.6g} to {time[-1]:.6g} s"

@@ -9,8 +9,7 @@ from typing import Any
 
 from ..errors import InputError
 from .formats.detect import format_of, tables_of
-from .part_choice import chosen_part
-from .parts import Part, parts_of
+from .parts import Part, chosen_part, parts_of
 from .roles import MOTION_PREFIX, of_main, of_motion
 from .stream import Stream, read_stream
 from .table import Table
@@ -63,8 +62,7 @@ def motion_parts(path: Path, columns: Mapping[str, Any] | None) -> list[Part]:
     if format_of(path).log:
         limit = "a table of time and depth or velocity is needed, and this is a log of messages"
         raise InputError("motion", path.name, limit, str(path), "Export the positions as CSV, and give that file.")
-    given = {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in of_motion(columns).items()}
-    return parts_of(tables_of(path), given, (_has_motion, _has_length))
+    return parts_of(tables_of(path), of_motion(columns), (_has_motion, _has_length))
 
 
 def motion_advice(error: InputError, path: Path, used: Part, columns: Mapping[str, Any] | None) -> InputError:

@@ -46,7 +46,7 @@ class FileOptions:
         Quantity -> unit, such as ``{"time": "us", "depth": "mm"}``; ``-N`` reverses the sign, ``0.0122N`` is the force
         of one count. Units are read from the file or recognised by plausibility; messages are in SI unless given here.
     inwards : {"increasing", "decreasing"}, optional
-        Whether depth increases or decreases during insertion; by default it is recognised (see ``signs.signs_of``).
+        Whether depth increases or decreases during insertion; by default it is recognised (see ``joining.signs_of``).
     part : str or int, optional
         Which recording, of a file with several: its name, or its number from 1. ``"cycle 3"``, or ``"NAME: cycle 3"``,
         is one cycle of a recording that repeats; a number is that of a cycle where the file has no other recordings.
@@ -73,8 +73,7 @@ class FileOptions:
         Flag("--column", "Column of a quantity, such as force=fz; may be repeated.", list),
     ] = None
     units: Annotated[
-        Mapping[str, str] | None,
-        Flag("--unit", "Unit of a quantity, such as time=us; may be repeated.", list),
+        Mapping[str, str] | None, Flag("--unit", "Unit of a quantity, such as time=us; may be repeated.", list)
     ] = None
     inwards: Annotated[
         str | None,
@@ -97,25 +96,17 @@ class FileOptions:
             "Table with the depth on its own clock, of this file or of the motion file: its name or number.",
         ),
     ] = None
-    rate: Annotated[
-        float | None,
-        Flag("--rate-hz", "Samples a second of a file without time.", float, 1.0),
-    ] = None
+    rate: Annotated[float | None, Flag("--rate-hz", "Samples a second of a file without time.", float, 1.0)] = None
     speed: Annotated[
-        float | None,
-        Flag("--speed-mm-s", "Constant speed of a file without time or depth.", float, 1e-3),
+        float | None, Flag("--speed-mm-s", "Constant speed of a file without time or depth.", float, 1e-3)
     ] = None
     step: Annotated[
-        float | None,
-        Flag("--step-um", "Travel between two samples of a file without depth.", float, 1e-6),
+        float | None, Flag("--step-um", "Travel between two samples of a file without depth.", float, 1e-6)
     ] = None
     stroke: Annotated[
         float | None,
         Flag(
-            "--stroke-mm",
-            "Depth at which the needle stops; with --speed-mm-s, of a file without depth.",
-            float,
-            1e-3,
+            "--stroke-mm", "Depth at which the needle stops; with --speed-mm-s, of a file without depth.", float, 1e-3
         ),
     ] = None
     hold: Annotated[
@@ -137,12 +128,10 @@ class FileOptions:
         ),
     ] = None
     first_row: Annotated[
-        int | None,
-        Flag("--first-row", "Row of the file at which the samples begin, if rows above are none.", int),
+        int | None, Flag("--first-row", "Row of the file at which the samples begin, if rows above are none.", int)
     ] = None
     filter_length: Annotated[
-        int | None,
-        Flag("--filter-length", "Samples in the average filter of the force.", int, named=True),
+        int | None, Flag("--filter-length", "Samples in the average filter of the force.", int, named=True)
     ] = None
 
     def of_every_file(self) -> dict[str, Any]:
@@ -180,8 +169,7 @@ class ReadOptions(FileOptions):
         Flag("--as", "Options kept for an instrument: a name such as instron, or a TOML file."),
     ] = None
     motion: Annotated[
-        str | os.PathLike | None,
-        Flag("--motion", "File with velocity or depth on its own clock.", Path, named=True),
+        str | os.PathLike | None, Flag("--motion", "File with velocity or depth on its own clock.", Path, named=True)
     ] = None
     start_depth: Annotated[
         float | None,

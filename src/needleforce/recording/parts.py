@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The recordings of one file: tables one after the other, groups of columns, runs whose time starts again."""
+"""The recordings of one file: tables one after the other, groups of columns, runs of rows; and which of them a name or
+number means."""
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,18 +13,15 @@ import numpy as np
 
 from ..errors import InputError
 from .formats.detect import tables_of
-from .quantities import MAIN, by_name, by_numbered_name, dimension, plain_name, row_name, split
-from .roles import Column, Roles, assign_columns, fitting_unit, of_main, stated_unit
+from .quantities import MAIN, by_name, by_numbered_name, dimension, plain_name, split
+from .roles import Column, Roles, assign_columns, fitting_unit, of_main
+from .runs import row_name, runs_of
+from .samples import increases
 from .stated import stated_by
 from .table import Table
 
-_MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
-_MAX_RUNS = 10_000
-_SAME_FORCE = 0.1  # of the range of the force: largest change between two phases
-_PHASE_SHARE = 0.2  # how much nearer a phase begins to the end of the last one than to its beginning
-_BLOCK = 1 << 20  # samples whose steps are looked at together
-_NEAR_START = 0.02  # of the range of time: a run begins where the first one began
-_last: list = []  # the recordings of the last file that had several
+_CYCLE = re.compile(r"(?:(.*): )?(cycle ?\S+)", re.IGNORECASE | re.DOTALL)
+_MAX_LISTED = 12  # names in a message
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,8 +55,8 @@ def parts_of(
     tables : sequence of Table
         All tables of the file.
     given : mapping
-        Quantity -> header, or headers of which the first that a table has is used; one with ``*`` stands for several
-        columns, each of a recording of its own.
+        Quantity -> header or number, or headers of which the first that a table has is used; one with ``*`` stands for
+        several columns, each of a recording of its own.
     belongs : sequence of callables, optional
         Part -> whether it is one of those that are looked for, the surest first; default: whether it is a recording.
 
@@ -72,6 +70,7 @@ def parts_of(
     InputError
         A header with ``*`` matches no column of any table.
     """
+    given = {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in given.items()}
     found, refused = [], None
     for table in tables:
         try:
@@ -88,22 +87,8 @@ def parts_of(
 
 
 def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
-    """The recordings of a file that is no log. Those of a file with several are kept until another file is read, so
-    that each can be read without opening the file again. Raises InputError as ``read``."""
-    found = path.stat() if path.exists() else None
-    given = of_main(header_texts(columns))
-    key = (path.absolute(), found and (found.st_mtime_ns, found.st_size), tuple(sorted(given.items())))
-    if _last and _last[0][0] == key:
-        return _last[0][1]
-    _last.clear()
-    parts = parts_of(tables_of(path), given)
-    _last.extend([(key, parts)] if len(parts) > 1 else [])
-    return parts
-
-
-def header_texts(columns: Mapping[str, Any] | None) -> dict[str, Any]:
-    """The given columns with numbers as text; several headers of one quantity as a tuple."""
-    return {q: tuple(h) if isinstance(h, list | tuple) else str(h) for q, h in (columns or {}).items()}
+    """The recordings of a file that is no log. Raises InputError as ``read``."""
+    return parts_of(tables_of(path), of_main(columns))
 
 
 def _usable(
@@ -165,7 +150,7 @@ def _groups(table: Table, given: Mapping[str, Any]) -> list[Part]:
 def _by_pattern(table: Table, given: Mapping[str, str]) -> list[Part]:
     """A recording for each text that ``*`` stands for."""
     fixed = {q: header for q, header in given.items() if "*" not in str(header)}
-    taken = {column.index for column in assign_columns(table, fixed).chosen(tuple(fixed)).values()}
+    taken = {column.index for column in part_of(table, fixed).roles.chosen(tuple(fixed)).values()}
     bare = any(header == "*" for header in given.values())
     left = taken | (table.text_columns if bare else frozenset())
     groups: dict[str, dict[str, str]] = {}
@@ -238,101 +223,74 @@ def _joined(table: str, group: str) -> str:
 
 
 def _runs(part: Part) -> Iterator[Part]:
-    """The recordings of a part, one below the other: those that labels name, and runs with a time that starts again."""
-    quantities = part.roles.alone()
-    time = np.empty(0) if part.table.is_large else _values(part.table, quantities.get("time"))
-    in_order = len(time) > 0 and _increases(time) and not any(map(row_name, part.table.headers))
-    if in_order or part.table.is_large:
+    """The recordings of a part, one below the other."""
+    table, quantities = part.table, part.roles.alone()
+    if table.is_large or (_in_order(table, quantities.get("time")) and not any(map(row_name, table.headers))):
         yield part
         return
-    from .label_columns import counted_cycles, label_groups  # few files need these
-
-    labelled = [
-        replace(part, name=_joined(part.name, name), table=part.table.only_rows(rows))
-        for name, rows in label_groups(part.table, quantities)
-    ]
-    for each in labelled or [part]:
-        columns = [quantities.get(quantity) for quantity in ("time", "depth", "force")]
-        starts = _starts(_values(each.table, columns[0]))
-        depth, force = (_values(each.table, c) if len(starts) > 1 else np.empty(0) for c in columns[1:])
-        runs = _joined_phases(starts, depth, force)
-        for k, phases in enumerate(runs, 1):
-            alone, stop = len(runs) < 2, runs[k][0] if k < len(runs) else None
-            table = each.table if alone else each.table.only_rows(slice(phases[0], stop))
-            if len(phases) > 1:
-                table = table.continue_time(quantities["time"].index, tuple(row - phases[0] for row in phases[1:]))
-            name = each.name if alone else _joined(each.name, f"run {k}")
-            yield replace(each, name=name, table=table, cycles=counted_cycles(table, quantities))
+    for name, run, cycles in runs_of(table, quantities):
+        yield replace(part, name=_joined(part.name, name), table=run, cycles=cycles)
 
 
-def _values(table: Table, column: Column | None) -> np.ndarray:
-    """The column of each row in the file's unit; empty without one."""
+def _in_order(table: Table, time: Column | None) -> bool:
+    """Whether a table has a time that never decreases."""
     try:
-        return np.empty(0) if column is None else table.numbers(column.index)
+        values = np.empty(0) if time is None else table.numbers(time.index)
     except InputError:  # reported when the part is read
-        return np.empty(0)
+        return False
+    return len(values) > 0 and increases(values)
 
 
-def _joined_phases(starts: Sequence[int], depth: np.ndarray, force: np.ndarray) -> list[list[int]]:
-    """The first rows of each recording, with those of its phases, of runs whose time starts again.
-
-    A run is a phase of the one before, such as the indentation after an approach, if that one went one way or rested,
-    and this one begins at the depth and the force at which it ended: five times nearer to this depth than to that where
-    the recording began, and within a tenth of the range of the force. A repeat begins where the recording began, or
-    with another force.
-    """
-    runs = [[starts[0]]]
-    span, size = (float(np.ptp(each)) if len(each) else 0.0 for each in (depth, force))
-    for last, row in pairwise(starts):
-        same_force = not len(force) or abs(force[row] - force[row - 1]) <= _SAME_FORCE * size
-        if len(depth) and same_force and _continues(depth, runs[-1][0], last, row, span):
-            runs[-1].append(row)
-        else:
-            runs.append([row])
-    return runs
+def asked(wanted: str | int | None, names: Sequence[str]) -> tuple[str | int | None, str]:
+    """The recording of a file with these names, and the cycle of it that is asked for, empty for the whole; a number is
+    that of a cycle where the file has one recording."""
+    text = "" if wanted is None else str(wanted).strip()
+    if not text or text.casefold() in [name.casefold() for name in names]:
+        return wanted, ""
+    if len(names) < 2 and text.isdecimal():
+        return None, text
+    found = _CYCLE.fullmatch(text)
+    return (wanted, "") if found is None else (found[1], found[2])
 
 
-def _continues(depth: np.ndarray, first: int, last: int, row: int, span: float) -> bool:
-    """Whether the depth continues at ``row`` what began at ``first``, of which the last phase began at ``last``."""
-    began, ended, begins = float(depth[first]), float(depth[row - 1]), float(depth[row])
-    phase = depth[last:row]
-    rested = float(np.ptp(phase)) <= _NEAR_START * span
-    one_way = rested or abs(ended - float(phase[0])) > 0.5 * float(np.ptp(phase))
-    near = abs(begins - ended) < _PHASE_SHARE * abs(begins - began)
-    return one_way and near and abs(begins - began) > _NEAR_START * span
+def chosen_part(parts: Sequence[Part], wanted: str | int | None, path: Path, option: str = "--part") -> Part:
+    """The part with this name or number from 1. Raises InputError if it is absent, or needed and not given."""
+    if wanted is None:
+        if len(parts) == 1:
+            return parts[0]
+        step = f"Choose one by its name or number, such as {option} {parts[0].name!r} or {option} 1"
+        step += "; campaign takes all." if option == "--part" else "."
+        what = "number of recordings" if option == "--part" else "number of tables with a motion"
+        raise InputError(what, len(parts), f"the file has {listed(parts)}", str(path), step)
+    text = str(wanted).strip()
+    plain = text.casefold().strip("/")  # the slash of a group is optional
+    named = [] if isinstance(wanted, int) else [p for p in parts if p.name.casefold().strip("/") == plain]
+    if len(named) == 1:
+        return named[0]
+    of_table = [part for part in parts if part.name.casefold().startswith(f"{text.casefold()}: ")]
+    if of_table:
+        return chosen_part(of_table, None, path, option)
+    if text.isdecimal() and 1 <= int(text) <= len(parts):
+        return parts[int(text) - 1]
+    several = len(parts) > 1 or parts[0].name
+    limit = f"the file has {listed(parts)}" if several else "the file has one recording, without a name"
+    step = f"Give one of these names, or a number from 1 to {len(parts)}." if several else "Leave it out."
+    raise InputError(option.removeprefix("--").replace("-", " "), repr(text[:60]), limit, str(path), step)
 
 
-def _starts(time: np.ndarray) -> list[int]:
-    """The first row of every run."""
-    if _increases(time):
-        return [0]
-    present = np.flatnonzero(np.isfinite(time))
-    if len(present) < 2 * _MIN_RUN:
-        return [0]
-    falls = np.flatnonzero(np.diff(time[present]) < 0.0) + 1
-    near = time[present[0]] + _NEAR_START * np.ptp(time[present])
-    lengths = np.diff(np.concatenate([[0], falls, [len(present)]]))
-    if not 0 < len(falls) <= _MAX_RUNS or lengths.min() < _MIN_RUN or (time[present[falls]] > near).any():
-        return [0]
-    if (time[present[falls + 1]] >= time[present[falls - 1]]).any():  # one wrong time, after which the clock continues
-        return [0]
-    return [0, *present[falls].tolist()]
+def fitting_parts(names: Sequence[str], pattern: str, place: str) -> list[int]:
+    """The numbers, from 1, of the recordings whose names fit a pattern such as ``B*``, or of all. Raises InputError if
+    none fits."""
+    text = "*" if pattern.casefold() == "all" else pattern.casefold()
+    found = [number for number, name in enumerate(names, 1) if fnmatchcase(name.casefold(), text)]
+    if not found:
+        shown = ", ".join(map(repr, names[:_MAX_LISTED]))
+        step = "Give a pattern that one of them fits."
+        raise InputError("part", repr(pattern[:60]), f"the file has {shown}", place, step)
+    return found
 
 
-def _increases(time: np.ndarray) -> bool:
-    """Whether (n,) times are finite and never decrease; looked at in blocks, for the sake of memory."""
-    blocks = (time[k : k + _BLOCK + 1] for k in range(0, len(time), _BLOCK))
-    return all(np.isfinite(block).all() and (np.diff(block) >= 0.0).all() for block in blocks)
-
-
-def column_table(part: Part) -> list[tuple[str, str, str]]:
-    """Header, stated unit, and quantity of each column of a part, for a look at it."""
-    try:
-        chosen = part.roles.chosen(MAIN)
-        wanted = ("time", "force") if "velocity" in chosen else ("time", "depth", "force")
-        chosen |= part.roles.by_unit([q for q in wanted if q not in chosen])
-    except InputError:
-        chosen = {}
-    found = {column.index: quantity for quantity, column in chosen.items()}
-    headers = enumerate(part.table.headers)
-    return [(header, stated_unit(part.table, k) or "", found.get(k, "")) for k, header in headers]
+def listed(parts: Sequence[Part]) -> str:
+    """The names of the first parts as a message shows them."""
+    names = ", ".join(repr(part.name) for part in parts[:_MAX_LISTED])
+    return names + (f" and {len(parts) - _MAX_LISTED} more" if len(parts) > _MAX_LISTED else "")

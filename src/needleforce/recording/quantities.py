@@ -3,7 +3,7 @@
 
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 from ..errors import InputError
@@ -69,18 +69,6 @@ _OTHERS = frozenset(
     "rate speed velocity energy work error sd std max min mean average peak target set setpoint command "
     "commanded desired ratio strain stress offset x y transverse lateral geschwindigkeit soll".split()
 )
-# of columns that name the specimen, needle or repeat of each row, or count cycles
-_LABELS = frozenset(
-    "specimen specimens sample samples well needle repeat repetition replicate rep test trial run experiment insertion "
-    "site spot id probe probekorper prufling nadel versuch messung wiederholung einstich echantillon eprouvette "
-    "aiguille essai muestra probeta aguja ensayo repeticion campione provino ago prova ripetizione".split()
-)
-_COUNTERS = frozenset("cycle cycles loop loops zyklus zyklen zyklusnummer ciclo ciclos cicli".split())
-# words that make a column with one of these something that varies within a recording, or that is measured
-_NOT_LABELS = frozenset(
-    "segment phase stage step state status type mode direction rate speed velocity time date duration temperature "
-    "frequency length width thickness height area diameter volume mass weight force load depth position".split()
-)
 UNIT_DIMENSIONS = ("time", "length", "velocity", "force", "torque", "angle")
 
 
@@ -145,21 +133,6 @@ def by_word(header: str) -> str | None:
     return found[0] if len(found) == 1 and not words & _OTHERS else None
 
 
-@lru_cache(4096)
-def row_name(header: str) -> str:
-    """``label`` for a column that names the specimen, needle or repeat of each row, ``counter`` for one that counts
-    cycles, empty for any other."""
-    words = set(plain_name(split(header)[0]).split("_"))
-    if words & _NOT_LABELS:
-        return ""
-    return "label" if words & _LABELS else "counter" if words & _COUNTERS else ""
-
-
-def is_label(header: str) -> bool:
-    """Whether every word of a header is one of a label, such as ``specimen_id``."""
-    return set(plain_name(split(header)[0]).split("_")) <= _LABELS | {"no", "nr", "number", "name", "code", "label"}
-
-
 def _is_time_of_another(words: Sequence[str]) -> bool:
     """Whether words are those of the times of a quantity: ``force_time``, ``t_pos``."""
     if len(words) < 2 or not _TIME_WORDS & {words[0], words[-1]}:
@@ -186,8 +159,3 @@ def plain_name(name: str) -> str:
     """A name in lower case without accents, its words joined by ``_``."""
     letters = "".join(each for each in unicodedata.normalize("NFKD", name) if not unicodedata.combining(each))
     return re.sub(r"[\W_]+", "_", letters.casefold()).strip("_")
-
-
-def listed(headers: Iterable[str]) -> str:
-    """Headers as a message shows them."""
-    return ", ".join(map(repr, headers))

@@ -3,25 +3,17 @@
 recording."""
 
 import shlex
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, Protocol
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from ..errors import InputError
 from ..units import find
-from .quantities import QUANTITIES, RECOGNISED, listed, plain_name, split
+from .quantities import QUANTITIES, RECOGNISED, plain_name, split
+from .table import Table
 
 MOTION_PREFIX = "motion."  # of the keys of options that apply to the motion
 _MAX_LISTED = 16  # columns in a message
-
-
-class HasColumns(Protocol):
-    """What a table has before its values are read."""
-
-    path: Path
-    headers: list[str]
-    units: list[str]
 
 
 @dataclass(frozen=True)
@@ -34,15 +26,6 @@ class Column:
     index: int
     unit: str | None
     reason: str = "given"
-
-
-@dataclass(frozen=True)
-class Headers:
-    """Headers alone, of a stream at ``path``."""
-
-    path: Path
-    headers: list[str]
-    units: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +53,7 @@ class Roles:
 
     Parameters
     ----------
-    table : Table or Headers
+    table : Table
         The table.
     given : mapping
         Quantity -> header, or number from 1, as the user chose.
@@ -84,7 +67,7 @@ class Roles:
         The quantities.
     """
 
-    table: HasColumns
+    table: Table
     given: Mapping[str, str | int]
     columns: Mapping[str, Column]
     matches: Mapping[str, Sequence[int]]
@@ -129,14 +112,14 @@ class Roles:
         """The one error for all quantities without a column; ``instead`` are other ways to give them."""
         names = " and the ".join(absent)
         candidates = {q: [column.header for column in self.candidates(q)] for q in absent}
-        like = [f"for the {q}: {listed(headers)}" for q, headers in candidates.items() if headers]
+        like = [f"for the {q}: {_listed(headers)}" for q, headers in candidates.items() if headers]
         limit = "; ".join([columns_of(self.table), *like])
         step = f"Choose {'one' if len(absent) == 1 else 'each'} with " + " ".join(f"--column {q}=NAME" for q in absent)
         step += "".join(f", or {each}" for each in instead) + "; NAME is a header or the number of a column."
         return InputError(f"no column holds the {names}", "", limit, str(self.table.path), step)
 
 
-def assign_columns(table: HasColumns, given: Mapping[str, str | int], vocabulary: Vocabulary = RECORDINGS) -> Roles:
+def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Vocabulary = RECORDINGS) -> Roles:
     """Assign the columns of a table to the quantities of a vocabulary.
 
     A column is that of the quantity for which it was given; the others are recognised by their headers, the surest way
@@ -146,7 +129,7 @@ def assign_columns(table: HasColumns, given: Mapping[str, str | int], vocabulary
 
     Parameters
     ----------
-    table : Table or Headers
+    table : Table
         The table.
     given : mapping
         Quantity -> header, or number from 1, chosen by the user.
@@ -188,7 +171,7 @@ def _unknown(quantity: str, vocabulary: Vocabulary) -> InputError:
     return InputError("quantity", repr(quantity), known, next_step="Give one of these.")
 
 
-def fitting_unit(table: HasColumns, dimension: str, found: Sequence[int]) -> list[int]:
+def fitting_unit(table: Table, dimension: str, found: Sequence[int]) -> list[int]:
     """Of several columns with the name of a quantity those without the unit of another one, such as ``Load (V)`` next
     to ``Load (mN)``; all if none has a unit of the quantity."""
     units = [stated_unit(table, index) if dimension else None for index in found]
@@ -211,23 +194,22 @@ def of_motion(options: Mapping[str, Any] | None) -> dict[str, Any]:
     }
 
 
-def stated_unit(table: HasColumns, index: int) -> str | None:
+def stated_unit(table: Table, index: int) -> str | None:
     """The unit that a file states for a column, apart from its header or in it; None without one."""
     apart = table.units[index] if table.units else ""
     return apart or split(table.headers[index])[1]
 
 
-def columns_of(table: HasColumns) -> str:
+def columns_of(table: Table) -> str:
     """The columns of a table as a message lists them: headers, or the numbers of a table without."""
     headers = table.headers[:_MAX_LISTED]
     more = f" and {len(table.headers) - _MAX_LISTED} more" if len(table.headers) > _MAX_LISTED else ""
-    first = getattr(table, "first_cells", None)
-    if first is not None and not table.has_header:
-        return f"the file has no header; its first row is {', '.join(first()[:_MAX_LISTED])}{more}"
-    return f"the columns are {listed(headers)}{more}"
+    if not table.has_header:
+        return f"the file has no header; its first row is {', '.join(table.first_cells()[:_MAX_LISTED])}{more}"
+    return f"the columns are {_listed(headers)}{more}"
 
 
-def _named(table: HasColumns, wanted: str, quantity: str) -> list[int]:
+def _named(table: Table, wanted: str, quantity: str) -> list[int]:
     """The indices of the column that the user chose: its header as written, without the unit, or its number."""
     headers = table.headers
     exact = [i for i, header in enumerate(headers) if header == wanted.strip()]
@@ -240,7 +222,7 @@ def _named(table: HasColumns, wanted: str, quantity: str) -> list[int]:
     return found
 
 
-def _single(table: HasColumns, quantity: str, found: list[int], reason: str) -> Column:
+def _single(table: Table, quantity: str, found: list[int], reason: str) -> Column:
     names = [table.headers[index] for index in found]
     if len(names) > 1 and len(set(names)) == 1:
         limit = "each used header must be unique"
@@ -251,3 +233,8 @@ def _single(table: HasColumns, quantity: str, found: list[int], reason: str) -> 
         step = f"Choose one, for example with --column {shlex.quote(f'{quantity}={names[0]}')}."
         raise InputError(f"column of the {quantity}", "ambiguous", limit, str(table.path), step)
     return Column(quantity, names[0], found[0], stated_unit(table, found[0]), reason)
+
+
+def _listed(headers: Iterable[str]) -> str:
+    """Headers as a message shows them."""
+    return ", ".join(map(repr, headers))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The used columns of a table: missing values, and the order of the time stamps, their repetitions, gaps and jitter."""
+"""The used columns of a table: missing values, two streams in alternating rows, and the order of the time stamps, their
+repetitions, gaps and jitter."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -11,9 +12,12 @@ from .recording import Note
 from .roles import Column
 from .table import Table
 
-MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left out, with a note
+_MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left out, with a note
 
 
+MOTION = ("depth", "velocity")
+_MAX_SHARED_SHARE = 0.5  # of the smaller stream's rows: more rows with both mean one stream with missing values
+_BLOCK = 1 << 20  # samples whose steps are looked at together
 _GAP_STEPS = 3.0  # median steps: a longer step is a gap
 UNEVEN_SHARE = 0.1  # of the median step: a step that differs by more is uneven
 _MIN_JITTER_SHARE = 0.01  # of all steps: with more uneven ones a note on jitter is made
@@ -94,6 +98,57 @@ def _finite(values: np.ndarray) -> bool:
         return bool(np.isfinite(values.sum()) or np.isfinite(values).all())
 
 
+def split_motion(samples: Samples, cut_off: bool) -> Samples | None:
+    """Split samples of two interleaved streams: return the rows of the motion and keep those of the force.
+
+    Returns None, and leaves them unchanged, if they contain one stream. They contain two streams if at least two
+    rows have only force, at least two have only motion, and the rows with both are at most half of the smaller stream.
+    A row with both, where two time stamps coincide, belongs to each. Raises InputError if more than 1 % of the rows
+    have neither.
+    """
+    moving = [quantity for quantity in MOTION if quantity in samples.values]
+    if not moving or "force" not in samples.values:
+        return None
+    force = _present(samples, ["force"], cut_off)
+    motion = _present(samples, moving, cut_off)
+    both = np.count_nonzero(force & motion)
+    counts = int(np.count_nonzero(force)), int(np.count_nonzero(motion))
+    if min(counts) - both < 2 or both > _MAX_SHARED_SHARE * min(counts):
+        return None
+    _check_third_stream(samples, force | motion, cut_off)
+    message = f"rows of force ({counts[0]}) and of motion ({counts[1]}) alternate in this file, each with its own times"
+    notes = [Note("interleaved", message + "; depth is interpolated onto the force's times", counts[1])]
+    notes += [Note("cut_off", "the last line is truncated and is left out")] if cut_off else []
+    other = samples.part(["time", *moving], motion)
+    own = samples.part([quantity for quantity in samples.values if quantity not in moving], force)
+    samples.columns, samples.values, samples.rows = own.columns, own.values, own.rows
+    samples.notes += notes
+    return other
+
+
+def _present(samples: Samples, quantities: list[str], cut_off: bool) -> np.ndarray:
+    found = ~np.all([np.isnan(samples.values[quantity]) for quantity in quantities], axis=0)
+    found[len(found) - cut_off :] = False
+    return found
+
+
+def _check_third_stream(samples: Samples, known: np.ndarray, cut_off: bool) -> None:
+    rows = np.flatnonzero(~known[: len(known) - cut_off])
+    if len(rows) > _MAX_MISSING_SHARE * len(known):
+        raise InputError(
+            "rows with neither force nor motion",
+            len(rows),
+            f"of {len(known)} rows, at most 1 % may have neither; the others belong to two streams",
+            samples.place(int(rows[0])),
+            "Remove the rows of the third stream, or save each stream in its own file and give the motion file with "
+            "--motion.",
+        )
+    if len(rows):
+        first = samples.place(int(rows[0]))
+        message = f"{len(rows)} rows have neither force nor motion and are left out; the first is {first}"
+        samples.notes.append(Note("missing", message, len(rows)))
+
+
 def drop_incomplete(samples: Samples, required: tuple[str, ...], cut_off: bool) -> None:
     """Leave out rows with missing values, with a note, if they are at most 1 % or a truncated last line.
 
@@ -123,7 +178,7 @@ def _drop_column_if_incomplete(samples: Samples, quantity: str, required: bool, 
     """Raise InputError for a required column with too many missing values; leave out another one, with a note."""
     gaps = np.flatnonzero(np.isnan(samples.values[quantity]))
     count = len(gaps) - bool(cut_off and len(gaps) and gaps[-1] == len(samples.values[quantity]) - 1)
-    if count <= MAX_MISSING_SHARE * len(samples.values[quantity]):
+    if count <= _MAX_MISSING_SHARE * len(samples.values[quantity]):
         return
     if required:
         raise _not_finite(samples, quantity, gaps, "missing or not a number")
@@ -150,6 +205,12 @@ def put_in_order(samples: Samples) -> None:
     if len(steps) and steps.min() <= 0.0:
         _check_not_decreasing(samples, steps)
         _merge(samples, steps)
+
+
+def increases(time: np.ndarray) -> bool:
+    """Whether (n,) times are finite and never decrease; looked at in blocks, for the sake of memory."""
+    blocks = (time[k : k + _BLOCK + 1] for k in range(0, len(time), _BLOCK))
+    return all(np.isfinite(block).all() and (np.diff(block) >= 0.0).all() for block in blocks)
 
 
 def check_count(samples: Samples) -> None:

@@ -8,11 +8,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..errors import InputError
-from .from_table import recording_from_table
 from .options import ReadOptions
 from .parts import part_of
 from .reader import read
 from .recording import Recording
+from .recording_file import recording_from_table
 from .table import named_columns
 
 RecordingSource: TypeAlias = Any

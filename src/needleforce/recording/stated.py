@@ -5,10 +5,10 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from ..units import DIMENSIONS, find
 from .quantities import NAMED_BY_WORD, dimension, plain_name
+from .table import Table
 
 _MAX_CHARS = 200  # of a line that states a value
 _MAX_WORDS = 6  # of the name of a value
@@ -81,12 +81,12 @@ def is_rate_name(name: str) -> bool:
     return "".join(words) in _RATES | _STEPS
 
 
-def stated_by(table: Any) -> Stated:
+def stated_by(table: Table) -> Stated:
     """What the file states of a table.
 
     Parameters
     ----------
-    table : FileTable or TextTable
+    table : Table
         Its ``preamble`` has the lines above it, the nearest level first, its ``comments`` single values and texts.
 
     Returns
@@ -94,9 +94,9 @@ def stated_by(table: Any) -> Stated:
     Stated
         A value is taken from the nearest level that states it, and is None if a level contradicts itself.
     """
-    levels = [list(level) for level in getattr(table, "preamble", ())]
-    levels.append(_once(text for _, text in getattr(table, "comments", ())))
-    decimal = getattr(table, "decimal", ".")
+    levels = [list(level) for level in table.preamble]
+    levels.append(_once(text for _, text in table.comments))
+    decimal = table.decimal
     rate, speed, units = None, None, {}
     for lines in (_single_statements(level) for level in levels):
         rate = rate or _agreeing(filter(None, (_rate(line, decimal) for line in lines)))

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One file as quantities in SI on one clock: layout, columns, values, order and units are processed in this order; two
-interleaved streams are separated."""
+"""One file as quantities in SI on one clock: columns, values, order and units are processed in this order."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,68 +13,15 @@ from .assumed_motion import AssumedMotion
 from .quantities import dimension
 from .recording import Note
 from .roles import Column, Roles
-from .samples import MAX_MISSING_SHARE, UNEVEN_SHARE, Samples, check_count, drop_incomplete, load, put_in_order
+from .samples import MOTION, UNEVEN_SHARE, Samples, check_count, drop_incomplete, load, put_in_order, split_motion
 from .stated import Stated, stated_by
 from .table import Table
 from .unit_guess import assign_units
 
-_MOTION = ("depth", "velocity")
 _NOISE, _BOTH_SIGNS = 10.0, 0.1  # times the noise, and of the larger change of a force: what a second sign must exceed
 _MANY_COLUMNS = 5  # of which each may be a recording
 _MAX_MAGNITUDE = 1e30  # of any quantity in any unit: far beyond any instrument
 _MIN_STEP_S = 1e-15  # [s]
-_MAX_SHARED_SHARE = 0.5  # of the smaller stream's rows: more rows with both mean one stream with missing values
-
-
-def split_motion(samples: Samples, cut_off: bool) -> Samples | None:
-    """Split samples of two interleaved streams: return the rows of the motion and keep those of the force.
-
-    Returns None, and leaves them unchanged, if they contain one stream. They contain two streams if at least two
-    rows have only force, at least two have only motion, and the rows with both are at most half of the smaller stream.
-    A row with both, where two time stamps coincide, belongs to each. Raises InputError if more than 1 % of the rows
-    have neither.
-    """
-    moving = [quantity for quantity in _MOTION if quantity in samples.values]
-    if not moving or "force" not in samples.values:
-        return None
-    force = _present(samples, ["force"], cut_off)
-    motion = _present(samples, moving, cut_off)
-    both = np.count_nonzero(force & motion)
-    counts = int(np.count_nonzero(force)), int(np.count_nonzero(motion))
-    if min(counts) - both < 2 or both > _MAX_SHARED_SHARE * min(counts):
-        return None
-    _check_third_stream(samples, force | motion, cut_off)
-    message = f"rows of force ({counts[0]}) and of motion ({counts[1]}) alternate in this file, each with its own times"
-    notes = [Note("interleaved", message + "; depth is interpolated onto the force's times", counts[1])]
-    notes += [Note("cut_off", "the last line is truncated and is left out")] if cut_off else []
-    other = samples.part(["time", *moving], motion)
-    own = samples.part([quantity for quantity in samples.values if quantity not in moving], force)
-    samples.columns, samples.values, samples.rows = own.columns, own.values, own.rows
-    samples.notes += notes
-    return other
-
-
-def _present(samples: Samples, quantities: list[str], cut_off: bool) -> np.ndarray:
-    found = ~np.all([np.isnan(samples.values[quantity]) for quantity in quantities], axis=0)
-    found[len(found) - cut_off :] = False
-    return found
-
-
-def _check_third_stream(samples: Samples, known: np.ndarray, cut_off: bool) -> None:
-    rows = np.flatnonzero(~known[: len(known) - cut_off])
-    if len(rows) > MAX_MISSING_SHARE * len(known):
-        raise InputError(
-            "rows with neither force nor motion",
-            len(rows),
-            f"of {len(known)} rows, at most 1 % may have neither; the others belong to two streams",
-            samples.place(int(rows[0])),
-            "Remove the rows of the third stream, or save each stream in its own file and give the motion file with "
-            "--motion.",
-        )
-    if len(rows):
-        first = samples.place(int(rows[0]))
-        message = f"{len(rows)} rows have neither force nor motion and are left out; the first is {first}"
-        samples.notes.append(Note("missing", message, len(rows)))
 
 
 @dataclass(kw_only=True)
@@ -147,7 +93,7 @@ def _put_stated_units(chosen: dict[str, Column], stated: Stated, given: Mapping[
 
 def _unused(chosen: Mapping[str, Column], assumed: AssumedMotion) -> list[Note]:
     """A note on a rate, speed or step that was given although the file has a time or a motion."""
-    message = assumed.unused("time" in chosen, bool(chosen.keys() & set(_MOTION)))
+    message = assumed.unused("time" in chosen, bool(chosen.keys() & set(MOTION)))
     return [Note("unused", message)] if message else []
 
 
@@ -206,7 +152,7 @@ def _supply(values: dict[str, np.ndarray], count: int, assumed: AssumedMotion) -
     if "time" not in values:
         values["time"], sentence = assumed.time(count, values.get("depth"))
         sentences.append(sentence)
-    if "force" in values and not values.keys() & set(_MOTION) and assumed.gives_depth(True):
+    if "force" in values and not values.keys() & set(MOTION) and assumed.gives_depth(True):
         values["depth"], sentence = assumed.depth(values["time"])
         sentences += [sentence, *([] if assumed.hold is not None else _withdrawal(values["force"]))]
     return sentences

@@ -8,8 +8,8 @@ from scipy.special import stdtrit
 
 from .contact import Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Puncture
-from .fall_location import ForceDrop, lasting_share, locate, rupture_share, unslowed_share
-from .punctures import FALSE_ALARMS, Fall, block_noise, falls
+from .fall_location import LocatedDrop, lasting_share, locate, rupture_share, unslowed_share
+from .punctures import FALSE_ALARMS, block_noise, drop_candidates
 from .strokes import Blocks, Cut, Cycle, at_cut, reversals
 
 MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
@@ -121,9 +121,9 @@ def _loaded_before(cut: Cut, depth: np.ndarray, free: int, allowed: DetectionLim
     if len(before) < 2 * MIN_RUPTURE_SAMPLES or np.ptp(before.force) < MIN_LOAD_SIGMA * white:
         return False
     return any(
-        _rises_until(before.force[: fall.first + 1], drop.drop)
-        and fall.first > MIN_RISE_RATIO * _blocks_of(drop, before)
-        for fall, drop in _drops(replace(cut, blocks=before), depth, 0, float(before.force.min()), allowed)
+        _rises_until(before.force[: drop.candidate.first + 1], drop.drop)
+        and drop.candidate.first > MIN_RISE_RATIO * _blocks_of(drop, before)
+        for drop in _drops(replace(cut, blocks=before), depth, 0, float(before.force.min()), allowed)
     )
 
 
@@ -133,7 +133,7 @@ def _rises_until(force: np.ndarray, drop: float) -> bool:
     return float(force[-third:].mean() - force[:third].mean()) > drop / 3.0
 
 
-def _blocks_of(drop: ForceDrop, stroke: Blocks) -> float:
+def _blocks_of(drop: LocatedDrop, stroke: Blocks) -> float:
     """The duration of a fall in blocks."""
     return (drop.end - drop.peak) / stroke.size
 
@@ -146,28 +146,30 @@ def _from_the_start(cut: Cut) -> Onset:
 
 def _drops(
     cut: Cut, depth: np.ndarray, free: int, baseline: float, allowed: DetectionLimits, *, turns: bool = False
-) -> list[tuple[Fall, ForceDrop]]:
+) -> list[LocatedDrop]:
     """The significant falls after the ``free`` first blocks, located; of falls within a window the most significant:
-    the needle oscillates after a rupture. What a pull-back, a rest or the speed explains is none."""
+    the needle oscillates after a rupture. A fall that a pull-back, a pause or a change of speed explains is not a
+    puncture."""
     stroke = cut.blocks
     noise = block_noise(stroke.force, free, allowed.quantum, stroke.size)
     sizes = {"rupture": -(-allowed.window // stroke.size), "max_gap": -(-allowed.gradual // stroke.size)}
-    kept: list[tuple[Fall, ForceDrop]] = []
-    for fall in falls(stroke, free=free, noise=noise, turns=turns, **sizes):
-        drop = locate(cut.force, fall, stroke, size=stroke.size, window=allowed.window, noise=noise)
+    kept: list[LocatedDrop] = []
+    for candidate in drop_candidates(stroke, free=free, noise=noise, turns=turns, **sizes):
+        drop = locate(cut.force, candidate, stroke, size=stroke.size, window=allowed.window, noise=noise)
         share = unslowed_share(drop, cut, baseline, SPEED_REACH * allowed.gradual)
-        if fall.statistic * share < fall.threshold or lasting_share(drop, cut, depth, allowed.window) < LASTING_SHARE:
+        lasts = lasting_share(drop, cut, depth, allowed.window) >= LASTING_SHARE
+        if candidate.statistic * share < candidate.threshold or not lasts:
             continue
-        if not kept or drop.peak > kept[-1][1].end + allowed.window:
-            kept.append((fall, drop))
-        elif fall.statistic > kept[-1][0].statistic:
-            kept[-1] = (fall, drop)
+        if not kept or drop.peak > kept[-1].end + allowed.window:
+            kept.append(drop)
+        elif candidate.statistic > kept[-1].candidate.statistic:
+            kept[-1] = drop
     return kept
 
 
 def _classified(
-    found: list[tuple[Fall, ForceDrop]], cut: Cut, baseline: float, noise: float, allowed: DetectionLimits
-) -> tuple[list[tuple[Fall, ForceDrop]], list[tuple[Fall, ForceDrop]], int]:
+    found: list[LocatedDrop], cut: Cut, baseline: float, noise: float, allowed: DetectionLimits
+) -> tuple[list[LocatedDrop], list[LocatedDrop], int]:
     """Punctures, minor falls, and the number of the latter that are a regular oscillation.
 
     In a smooth stroke every significant fall is a puncture. In a rough one small falls belong to the texture of the
@@ -175,13 +177,13 @@ def _classified(
     third of the rupture travel.
     """
     share = lambda drop: rupture_share(cut.force, drop, baseline, allowed.window, allowed.gradual)  # noqa: E731
-    sudden = [each for each in found if not each[0].rough or share(each[1]) >= allowed.drop]
+    sudden = [each for each in found if not each.candidate.rough or share(each) >= allowed.drop]
     regular = _oscillation(sudden, cut, noise)
     minor = [each for each in found if each not in sudden or each in regular]
     return [each for each in sudden if each not in regular], minor, len(regular)
 
 
-def _oscillation(found: list[tuple[Fall, ForceDrop]], cut: Cut, noise: float) -> list[tuple[Fall, ForceDrop]]:
+def _oscillation(found: list[LocatedDrop], cut: Cut, noise: float) -> list[LocatedDrop]:
     """Those of the located falls after the first that belong to a regular oscillation, as that of a cutting force; the
     first fall ends the deformation and remains a puncture.
 
@@ -193,9 +195,9 @@ def _oscillation(found: list[tuple[Fall, ForceDrop]], cut: Cut, noise: float) ->
     later = found[1:]
     if not later:
         return []
-    first = int(np.searchsorted(cut.blocks.starts, found[0][1].end))
+    first = int(np.searchsorted(cut.blocks.starts, found[0].end))
     force, depth = cut.blocks.force[first:], cut.blocks.depth[first:]
-    turns = reversals(force, max(0.5 * min(drop.drop for _, drop in later), MIN_WAVE_SIGMA * noise))
+    turns = reversals(force, max(0.5 * min(each.drop for each in later), MIN_WAVE_SIGMA * noise))
     sizes, at = np.abs(np.diff(force[turns])), depth[turns]
     usual = float(np.median(sizes)) if len(sizes) else 0.0
     similar = (sizes > usual / MAX_SIZE_RATIO) & (sizes < MAX_SIZE_RATIO * usual)
@@ -208,7 +210,7 @@ def _oscillation(found: list[tuple[Fall, ForceDrop]], cut: Cut, noise: float) ->
     needed = MIN_HALF_WAVES * (1 if lengths[0] > MIN_FALL_LENGTH * lengths[1] else 2)
     if similar.sum() < needed or np.std(periods) > MAX_SPACING_VARIATION * np.mean(periods):
         return []
-    return [each for each in later if not _stands_out(cut.depth[each[1].peak], sizes[falling], at[1:][falling])]
+    return [each for each in later if not _stands_out(cut.depth[each.peak], sizes[falling], at[1:][falling])]
 
 
 def _stands_out(depth: float, sizes: np.ndarray, ends: np.ndarray) -> bool:
@@ -222,9 +224,8 @@ def _stands_out(depth: float, sizes: np.ndarray, ends: np.ndarray) -> bool:
     return bool(sizes[own] > float(others.mean()) + limit * float(others.std(ddof=1)))
 
 
-def _puncture(found: tuple[Fall, ForceDrop], cut: Cut, time: np.ndarray, contact_depth: float, lag: int) -> Puncture:
-    """A located fall as a puncture; a filter may delay it by ``lag`` samples."""
-    fall, drop = found
+def _puncture(drop: LocatedDrop, cut: Cut, time: np.ndarray, contact_depth: float, lag: int) -> Puncture:
+    """A located drop as a puncture; a filter may delay it by ``lag`` samples."""
     peak_depth = float(cut.depth[drop.peak])
     return Puncture(
         time=float(time[cut.number(drop.peak)]),
@@ -234,7 +235,7 @@ def _puncture(found: tuple[Fall, ForceDrop], cut: Cut, time: np.ndarray, contact
         high=cut.number(drop.high),
         drop=drop.drop,
         indentation=peak_depth - contact_depth,
-        statistic=fall.statistic,
+        statistic=drop.candidate.statistic,
         drop_low=drop.drop_low,
         drop_high=drop.drop_high,
         end=cut.number(drop.end),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..vocabulary import SMALLEST
-from .punctures import CHECK_SIGMA, Fall, ForceNoise
+from .punctures import CHECK_SIGMA, DropCandidate, ForceNoise
 from .strokes import Blocks, Cut
 
 MIN_CONTINUED_SLOPE = 0.5  # of the mean slope of a fall: while it continues like this it has not ended
@@ -21,10 +21,12 @@ NORMAL_95 = 1.96
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForceDrop:
-    """A located fall: samples ``peak``, ``low`` (before), ``high`` (certainly after) and ``end``, the ``force`` at the
-    peak, the ``drop`` from it with its 95 % interval [N], and whether it is ``gradual``."""
+class LocatedDrop:
+    """A ``candidate`` located in the raw force: samples ``peak``, ``low`` (before), ``high`` (certainly after) and
+    ``end``, the ``force`` at the peak, the ``drop`` from it with its 95 % interval [N], and whether it is ``gradual``.
+    """
 
+    candidate: DropCandidate
     peak: int
     low: int
     high: int
@@ -36,14 +38,16 @@ class ForceDrop:
     gradual: bool
 
 
-def locate(force: np.ndarray, fall: Fall, stroke: Blocks, *, size: int, window: int, noise: ForceNoise) -> ForceDrop:
-    """Peak and end of a ``fall`` in the raw (n,) ``force``.
+def locate(
+    force: np.ndarray, candidate: DropCandidate, stroke: Blocks, *, size: int, window: int, noise: ForceNoise
+) -> LocatedDrop:
+    """Peak and end of a ``candidate`` in the raw (n,) ``force``.
 
     ``size`` samples are averaged before and after the fall, never across it, and more where it is not significant with
     so few; the peak is searched up to ``window`` samples before the steepest descent, and further while the force falls
     as steeply as on average.
     """
-    first, last = stroke.sample(fall.first), stroke.sample(fall.last + 1)
+    first, last = stroke.sample(candidate.first), stroke.sample(candidate.last + 1)
     sample_sd = noise.white * stroke.size**0.5
     while True:
         begin, end = max(first - window, 0), min(last + window, len(force))
@@ -51,15 +55,17 @@ def locate(force: np.ndarray, fall: Fall, stroke: Blocks, *, size: int, window: 
         step = means[:-size] - means[size:] if len(means) > size else means[:1]
         edge = int(np.argmax(step[: max(last - begin + 1, 1)]))
         rounding = noise.quantum / 12**0.5 if sample_sd < 0.5 * noise.quantum else 0.0
-        sd = max(sample_sd / size**0.5, rounding, fall.deviation)
+        sd = max(sample_sd / size**0.5, rounding, candidate.deviation)
         if step[edge] > CHECK_SIGMA * 2**0.5 * sd or 2 * size > max(window, 2):
             break
         size *= 2
-    return _extent(force, begin + edge, size=size, window=window, sd=sd)
+    return _extent(force, candidate, begin + edge, size=size, window=window, sd=sd)
 
 
-def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) -> ForceDrop:
-    """Peak, end and size of the fall whose steepest descent follows sample ``edge``."""
+def _extent(
+    force: np.ndarray, candidate: DropCandidate, edge: int, *, size: int, window: int, sd: float
+) -> LocatedDrop:
+    """Peak, end and size of the candidate whose steepest descent follows sample ``edge``."""
     begin = max(edge - (MAX_EXTENSIONS + 1) * window, 0)
     stop = min(edge + size + (MAX_EXTENSIONS + 1) * window, len(force))
     means, at = _trailing(force, begin, stop, size), edge - begin
@@ -83,7 +89,8 @@ def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) 
     early, late = (np.flatnonzero(course < peak - share * drop) for share in (0.1, 0.9))
     rise = int(late[0] - early[0]) - size if len(early) and len(late) else 0
     spread = NORMAL_95 * 5**0.5 * sd  # the end of a line has twice the deviation of the mean
-    return ForceDrop(
+    return LocatedDrop(
+        candidate=candidate,
         peak=begin + top,
         low=max(begin + (low + int(plateau[-1]) if len(plateau) else low) - size, 0),
         high=min(edge + 1 + (int(past[0]) if len(past) else 0), len(force) - 1),
@@ -96,7 +103,7 @@ def _extent(force: np.ndarray, edge: int, *, size: int, window: int, sd: float) 
     )
 
 
-def lasting_share(drop: ForceDrop, cut: Cut, depth: np.ndarray, window: int) -> float:
+def lasting_share(drop: LocatedDrop, cut: Cut, depth: np.ndarray, window: int) -> float:
     """The share of a fall that outlasts the pull-backs and rests in it or within ``window`` samples after it.
 
     A pull-back after the fall leaves it as it is: the force has not come back when the needle is at the cut again. If
@@ -120,7 +127,7 @@ def lasting_share(drop: ForceDrop, cut: Cut, depth: np.ndarray, window: int) -> 
     return share
 
 
-def unslowed_share(drop: ForceDrop, cut: Cut, baseline: float, reach: int) -> float:
+def unslowed_share(drop: LocatedDrop, cut: Cut, baseline: float, reach: int) -> float:
     """The share of a fall at the cut that the speed does not explain, as that of a force in proportion to it at most.
 
     Such a force would follow the speed: the fall counts up to what is missing within ``reach`` samples after it, where
@@ -144,7 +151,7 @@ def unslowed_share(drop: ForceDrop, cut: Cut, baseline: float, reach: int) -> fl
     return float(np.clip(missing.max() / max(drop.drop, SMALLEST), 0.0, 1.0))
 
 
-def rupture_share(force: np.ndarray, drop: ForceDrop, baseline: float, window: int, reach: int) -> float:
+def rupture_share(force: np.ndarray, drop: LocatedDrop, baseline: float, window: int, reach: int) -> float:
     """The largest share of the force above ``baseline`` [N] by which a located fall takes the raw (n,) ``force`` down.
 
     It counts over a third of the ``window`` [samples] of a sudden rupture as it is. Over longer distances up to the

@@ -157,10 +157,10 @@ def block_noise(force: np.ndarray, free: int, quantum: float, size: int) -> Forc
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fall:
-    """A significant fall between blocks ``first`` and ``last``: its ``statistic`` [sd] above a ``threshold``, the
-    standard ``deviation`` [N] of the means that show it, and whether it may be texture of a ``rough`` stroke, one that
-    fluctuates more than the sensor."""
+class DropCandidate:
+    """A significant fall of the force between blocks ``first`` and ``last``: its ``statistic`` [sd] above a
+    ``threshold``, the standard ``deviation`` [N] of the means that show it, and whether it may be texture of a
+    ``rough`` stroke, one that fluctuates more than the sensor."""
 
     first: int
     last: int
@@ -170,9 +170,9 @@ class Fall:
     rough: bool
 
 
-def falls(
+def drop_candidates(
     stroke: Blocks, *, free: int, noise: ForceNoise, rupture: int, max_gap: int, turns: bool = False
-) -> list[Fall]:
+) -> list[DropCandidate]:
     """The significant falls in ``stroke`` after its ``free`` first blocks, in order of depth. Where it ``turns`` into
     the withdrawal at once, a fall at its very end may be that of the withdrawal, which a lag can bring forward.
 
@@ -183,7 +183,7 @@ def falls(
     Noise is normal; the texture of a tissue has heavier tails: in a rough stroke a fall that Student's t with four
     degrees of freedom would reach at the same false-alarm rate is marked as ``rough``.
     """
-    found: list[Fall] = []
+    found: list[DropCandidate] = []
     short: dict[int, np.ndarray] = {}
     rare = FALSE_ALARMS / _places(len(stroke) - free, max_gap)
     threshold, texture = float(-ndtri(rare)), float(-stdtrit(TEXTURE_FREEDOM, rare))
@@ -203,7 +203,7 @@ def falls(
             a, statistic = j + each.window - 1, float(score[j])
             unclear = rough and statistic < texture
             found.append(
-                Fall(
+                DropCandidate(
                     first=a,
                     last=a + each.gap + 1,
                     statistic=statistic,
@@ -212,11 +212,12 @@ def falls(
                     rough=unclear,
                 )
             )
-    found += _steep_falls(stroke.force, found, free=free, noise=noise, rough=texture if rough else 0.0, max_gap=max_gap)
+    limit = texture if rough else 0.0
+    found += _steep_candidates(stroke.force, found, free=free, noise=noise, rough=limit, max_gap=max_gap)
     limits = (threshold * correlated, texture * correlated)
     if not turns:
-        found += _last_falls(stroke, found, free=free, noise=noise, rough=rough, limits=limits)
-    return sorted(found, key=lambda fall: fall.first)
+        found += _last_candidates(stroke, found, free=free, noise=noise, rough=rough, limits=limits)
+    return sorted(found, key=lambda each: each.first)
 
 
 def _places(count: int, max_gap: int) -> float:
@@ -246,9 +247,9 @@ def _peaks(score: np.ndarray, threshold: float, reach: int) -> list[int]:
     return [int(group[np.argmax(score[group])]) for group in groups]
 
 
-def _steep_falls(
-    force: np.ndarray, found: list[Fall], *, free: int, noise: ForceNoise, rough: float, max_gap: int
-) -> list[Fall]:
+def _steep_candidates(
+    force: np.ndarray, found: list[DropCandidate], *, free: int, noise: ForceNoise, rough: float, max_gap: int
+) -> list[DropCandidate]:
     """Falls from one block to the next in a rise so steep that the mean before it is below that after it.
 
     The fall is significant by itself, and so is that below the line through the four blocks before the last one, which
@@ -271,7 +272,7 @@ def _steep_falls(
     for other in found:
         score[max(other.first - 2 * count, 0) : max(other.last + count, 0)] = 0.0
     return [
-        Fall(
+        DropCandidate(
             first=j + count,
             last=j + count + 1,
             statistic=float(score[j]),
@@ -283,9 +284,15 @@ def _steep_falls(
     ]
 
 
-def _last_falls(
-    stroke: Blocks, found: list[Fall], *, free: int, noise: ForceNoise, rough: bool, limits: tuple[float, float]
-) -> list[Fall]:
+def _last_candidates(
+    stroke: Blocks,
+    found: list[DropCandidate],
+    *,
+    free: int,
+    noise: ForceNoise,
+    rough: bool,
+    limits: tuple[float, float],
+) -> list[DropCandidate]:
     """Falls just before the end, with fewer blocks after than before them: below the line through these, where it
     declines, and below their mean."""
     extra, force, end = [], stroke.force, len(stroke)
@@ -302,7 +309,7 @@ def _last_falls(
         near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
         if score > limits[0] and not near:
             extra.append(
-                Fall(
+                DropCandidate(
                     first=k - 1,
                     last=end - 1,
                     statistic=score,

@@ -106,8 +106,8 @@ def segment(
     if not touching:
         notes = (*remarks, no_contact(time, depth, force, bool(found)))
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
-    pierced = next((number for number, each in enumerate(touching) if each.punctures), 0)
-    chosen = touching[min(pierced + cycle, len(touching) - 1)]
+    first = next((number for number, each in enumerate(touching) if each.punctures), 0)
+    chosen = touching[min(first + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
     return Events(
         contact=chosen.contact,
@@ -167,14 +167,14 @@ def _marks(time: np.ndarray, each: CycleEvents, later: bool) -> list[tuple[int, 
     """The first sample of each phase of one insertion."""
     cycle = each.cycle
     contact = min(int(np.searchsorted(time, each.contact.time)), cycle.stop)
-    pierced = contact if later else cycle.stop
+    puncture = contact if later else cycle.stop
     if each.punctures:
-        pierced = int(np.searchsorted(time, each.punctures[0].time))
+        puncture = int(np.searchsorted(time, each.punctures[0].time))
     out = len(time) if not cycle.withdrawn else cycle.end
     left = out if each.exit is None else int(np.searchsorted(time, each.exit.time))
     return [
         (contact, Phase.deformation),
-        (pierced, Phase.insertion),
+        (puncture, Phase.insertion),
         (cycle.stop, Phase.hold),
         (cycle.withdrawal_start, Phase.extraction),
         (left, Phase.free),

@@ -1,22 +1,30 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motion of the base step by step, as a table that a robot follows."""
+"""The motion of the base step by step: a table that a robot follows, its single moves, and insertions that are run
+again with similar moves."""
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InputError
 from ..files import atomic_write
+from ..models.flexible_insertion import FlexibleInsertion
 from ..recording.formats.detect import tables_of
 from ..recording.table import Table
+from .tip_paths import TipPath
 
 if TYPE_CHECKING:
     import pandas as pd
 
 COLUMNS = ("depth_mm", "base_x_mm", "base_y_mm", "roll_deg")
+SPEED = 5e-3  # [m/s] of the push, where the axial law depends on it
+_MOVES = 3  # in each step: across at rest, along, and the share of the next motion that a reading sees
+
+AT_REST = 0.1  # [s] of a step across without travel: 100 mm at the largest speed that an insertion accepts by default
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,3 +97,86 @@ def _numbers(table: Table, name: str) -> np.ndarray:
         row = int(np.argmax(~np.isfinite(values)))
         raise InputError(name, "empty or no number", "in one row", table.place(row), "Correct the cell.")
     return values
+
+
+@dataclass(frozen=True)
+class BaseMoves:
+    """Single moves of a base, three a step: depth (m,), lateral (m, 2), roll (m,), and the time of each (m,)."""
+
+    depth: np.ndarray
+    lateral: np.ndarray
+    roll: np.ndarray
+    dt: np.ndarray
+
+
+def base_moves(depth: np.ndarray, path: TipPath, lead: float = 0.0) -> BaseMoves:
+    """The moves of the steps of a path to the depths (n,) [m]; ``lead`` is the share of the next step's motion across
+    that comes before the tip is read."""
+    moved = path.base - path.base[0]
+    seen = moved + lead * (np.vstack([moved[1:], moved[-1:]]) - moved)
+    before = np.append(min(0.0, depth[0]), depth[:-1])
+    return BaseMoves(
+        depth=np.column_stack([before, depth, depth]).ravel(),
+        lateral=np.stack([moved, moved, seen], axis=1).reshape(-1, 2),
+        roll=np.repeat(np.unwrap(path.roll), _MOVES),  # what the tip is turned by at rest leaves no trace
+        dt=np.repeat(np.maximum(np.abs(depth - before) / SPEED, AT_REST), _MOVES),
+    )
+
+
+class Replay:
+    """An insertion that is run again and again with motions whose beginnings are the same: each run continues from the
+    last state that it shares with the run before."""
+
+    def __init__(self, flex: FlexibleInsertion):
+        self.flex = flex
+        self._done: np.ndarray = np.empty((0, 5))
+        self._states: list[Any] = []
+        self._rows: list[dict[str, np.ndarray]] = []
+
+    def run(self, moves: BaseMoves) -> dict[str, np.ndarray]:
+        """Rows of ``FlexibleInsertion.run`` for all moves, from before the first contact on."""
+        sought = np.column_stack([moves.depth, moves.lateral, moves.roll, moves.dt])
+        begin = self._shared(sought)
+        self.flex.restore(self._states[begin]) if begin < len(self._states) else self.flex.reset()
+        del self._states[begin:], self._rows[begin:]
+        for at in range(begin * _MOVES, len(sought), _MOVES):
+            depth, lateral, roll, dt = np.split(sought[at : at + _MOVES], [1, 3, 4], axis=1)
+            self._states.append(self.flex.snapshot())
+            self._rows.append(self.flex.run(depth.ravel(), lateral, roll=roll.ravel(), dt=dt.ravel()))
+        self._done = sought
+        return {name: np.concatenate([row[name] for row in self._rows]) for name in self._rows[0]}
+
+    def _shared(self, sought: np.ndarray) -> int:
+        """Number of steps that are the same as in the last run, at most all but one."""
+        n = min(len(self._done), len(sought))
+        different = np.any(self._done[:n] != sought[:n], axis=1)
+        moves = int(np.argmax(different)) if different.any() else n
+        return min(moves // _MOVES, max(len(self._states) - 1, 0))
+
+
+Replays = dict[str, Replay]
+"""Insertions of a search by what they are, such as ``"x"`` for the plane of x."""
+
+
+def rows_of(replay: Replay, moves: BaseMoves) -> dict[str, np.ndarray]:
+    """Tip, slope, wrench, force and whether the needle was lost at the end of each step, from single moves."""
+    rows = replay.run(moves)
+    last = {name: values[_MOVES - 1 :: _MOVES] for name, values in rows.items()}
+    tangent = last["tangent"]
+    return {
+        "tip": last["tip"][:, :2],
+        "along": last["tip"][:, 2],
+        "slope": tangent[:, :2] / tangent[:, 2:],
+        "wrench": last["wrench"],
+        "force": last["force"],
+        "lost": np.logical_or.reduceat(rows["status"] != 0, np.arange(0, len(rows["status"]), _MOVES)),
+    }
+
+
+def replay_of(replays: Replays | None, name: str, make: Callable[[], FlexibleInsertion]) -> Replay:
+    """The replay of a search with this name, made if there is none."""
+    if replays is None:
+        return Replay(make())
+    if name not in replays:
+        replays[name] = Replay(make())
+    return replays[name]

@@ -10,7 +10,7 @@ import numpy as np
 from .. import core
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
-from .replay import Replays, base_moves, replay_of, rows_of
+from .base_motion import Replays, base_moves, replay_of, rows_of
 from .tip_paths import TipPath
 
 PATH_SPACING = (

@@ -9,10 +9,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..models.model import Model
-from .base_motion import BaseMotion
+from .base_motion import BaseMotion, Replays
 from .obstacles import Obstacle, distance_to
 from .path_simulation import SimulatedPath
-from .replay import Replays
 from .steering_model import SteeringModel
 from .tip_paths import TipPath
 

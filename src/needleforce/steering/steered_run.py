@@ -12,9 +12,8 @@ from ..files import atomic_write
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
 from .base_motion import COLUMNS as BASE_COLUMNS
-from .base_motion import BaseMotion
+from .base_motion import BaseMotion, base_moves
 from .path_errors import PathReadings
-from .replay import base_moves
 from .steering_model import SteeringModel, steering_model
 from .tip_paths import TipPath
 

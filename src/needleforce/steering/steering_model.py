@@ -11,9 +11,9 @@ from .. import core
 from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
+from .base_motion import Replays, base_moves, replay_of, rows_of
 from .path_prediction import PathPredictor
 from .path_simulation import SimulatedPath, bevel_direction, guide_of, lateral_layers, simulated_path, tip_force_of
-from .replay import Replays, base_moves, replay_of, rows_of
 from .tip_paths import TipPath
 
 

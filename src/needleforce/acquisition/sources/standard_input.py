@@ -15,7 +15,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...recording.quantities import by_name, dimension, split
-from ...recording.roles import RECORDINGS, Column, Headers, Vocabulary, assign_columns
+from ...recording.roles import RECORDINGS, Column, Vocabulary, assign_columns
+from ...recording.table import Table
 from ...units import parse
 from ...wire.axis_lines import AxisState
 from ...wire.rdt import AXES
@@ -290,7 +291,7 @@ def columns_of(header: bytes, calibration: Calibration | None, place: str) -> Li
     headers = [cell.strip().strip('"') for cell in (text.split(delimiter) if text else [])]
     gauges = _gauges(headers, place)
     rest = ["" if index in gauges else cell for index, cell in enumerate(headers)]
-    chosen = assign_columns(Headers(Path(place), rest), {}, _BY_NAME).chosen(_QUANTITIES)
+    chosen = assign_columns(Table(path=Path(place), headers=rest), {}, _BY_NAME).chosen(_QUANTITIES)
     scale = {quantity: _scale(column, place) for quantity, column in chosen.items()}
     index = {quantity: column.index for quantity, column in chosen.items()}
     index |= dict([("sequence", k) for k, cell in enumerate(headers) if cell.casefold() in _SEQUENCE_HEADERS][:1])

@@ -38,16 +38,25 @@ class ForceZero:
 
 
 @dataclass(frozen=True)
-class Rupture:
+class RecordedPuncture:
     """A puncture of segmentation: depth [m] of its force peak, depth [m] of the end of its drop, and drop [N]."""
 
     depth: float
     end: float
     drop: float
 
-    def moved(self, shift: float) -> "Rupture":
+    def moved(self, shift: float) -> "RecordedPuncture":
         """The same deeper by ``shift`` [m]."""
         return replace(self, depth=self.depth + shift, end=self.end + shift)
+
+
+def recorded_punctures(events: Events, recording: Recording) -> tuple[RecordedPuncture, ...]:
+    """The punctures of segmentation, each with the depth at which its drop has ended."""
+    last = len(recording) - 1
+    return tuple(
+        RecordedPuncture(each.depth, float(recording.depth[min(each.high, last)]), each.drop)
+        for each in events.punctures
+    )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -65,7 +74,7 @@ class BinnedCycle:
     count: np.ndarray
     stroke: np.ndarray
     contact: float
-    punctures: tuple[Rupture, ...]
+    punctures: tuple[RecordedPuncture, ...]
     speed: float
     rest: float
     scale: float
@@ -122,10 +131,7 @@ def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle
         count=count,
         stroke=np.rint(mean(stroke)).astype(np.int64),
         contact=events.contact.depth,
-        punctures=tuple(
-            Rupture(each.depth, float(recording.depth[min(each.high, len(recording) - 1)]), each.drop)
-            for each in events.punctures
-        ),
+        punctures=recorded_punctures(events, recording),
         speed=stroke_speed(time[stroke == 0], depth[stroke == 0]),
         rest=float(np.ptp(time[stroke == 1])) if (stroke == 1).any() else 0.0,
         scale=float(np.abs(mean(force)).max()),

@@ -15,10 +15,9 @@ from ..one_layer.segmented_recording import SegmentedRecording
 from ..recording_fit import RecordingFit
 from ..result import Choice, Fit
 from ..strokes import cycle_span
-from . import diagnostics
 from .binned_cycle import COARSE, FINE, BinnedCycle, binned_cycles
 from .known_stiffness import refined_with, with_known
-from .model import model_of, own_ruptures
+from .model import held_fixed, layered_settings, layers_in_words, model_of, not_identified, own_ruptures, warnings_on
 from .model_selection import (
     Candidate,
     candidate,
@@ -82,11 +81,11 @@ def identify_layered(
         parameters=parameters,
         model=model,
         quality=pooled_quality(recordings),
-        warnings=(*warnings_of(singles, model, one_layer=False), *trouble, *diagnostics.warnings(ended, recordings)),
-        held_fixed=diagnostics.held_fixed(ended),
-        unknown=(*diagnostics.unknown(ended, parameters), *known.correlations().sentences()),
+        warnings=(*warnings_of(singles, model, one_layer=False), *trouble, *warnings_on(ended, recordings)),
+        held_fixed=held_fixed(ended),
+        unknown=(*not_identified(ended, parameters), *known.correlations().sentences()),
         choice=tuple(Choice(each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
-        settings=diagnostics.settings_of(best, tried, settings_of("cone_cylinder", given.needle, singles)),
+        settings=layered_settings(best, tried, settings_of("cone_cylinder", given.needle, singles)),
         ruptures=found,
         expectation=None if model is None else _expectation(ended, found, population),
         uncertainty=known,
@@ -111,7 +110,7 @@ def _watched(work: Iterable, count: int, progress: Callable | None, text: str) -
 
 def _evidence(solved: list[Solved], progress: Callable | None) -> tuple[list[Candidate], Candidate]:
     """Every candidate, and the chosen one: first the number of layers, then mechanisms that can be removed."""
-    work = on_all_cores(lambda each: candidate(diagnostics.layers(each), each), solved)
+    work = on_all_cores(lambda each: candidate(layers_in_words(each), each), solved)
     tried = list(_watched(work, len(solved), progress, "predicting held-out repeats"))
     best = fewest_layers(with_bic(tried))
     less, count = removable(best.solved.problem.unknowns), len(tried)

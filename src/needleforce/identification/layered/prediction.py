@@ -12,7 +12,7 @@ from ... import core
 from ...recording import Recording
 from ...segmentation import Events
 from ..statistics.noise import student_quantile
-from .binned_cycle import Rupture
+from .binned_cycle import RecordedPuncture, recorded_punctures
 from .parameters import MIN_INDENTATION_M, MM, LayerRow
 from .search import Solved
 
@@ -66,7 +66,7 @@ class LayerScatter:
         """Largest distance in standard errors of a rupture that belongs to the layer, at the level of an interval."""
         return student_quantile(self.count - 1) if self.count > 1 else MAX_MATCH_DISTANCE / MIN_SPREAD
 
-    def rupture_by(self, puncture: Rupture) -> tuple[float, float]:
+    def rupture_by(self, puncture: RecordedPuncture) -> tuple[float, float]:
         """Expected depth [m] of the layer's rupture and its standard error, by a puncture that belongs to it: between
         the mean depth and that of the puncture by their variances, and not later than the end of the drop."""
         measured = min(puncture.depth + self.past, max(puncture.end, puncture.depth))
@@ -74,7 +74,7 @@ class LayerScatter:
         share = between / (between + error) if error > 0.0 else 1.0
         return self.mean + share * (measured - self.mean), float(np.sqrt(share * error))
 
-    def distance(self, rupture: Rupture) -> float:
+    def distance(self, rupture: RecordedPuncture) -> float:
         """Squared distance of a puncture from this layer in standard errors, infinite beyond the gate."""
         away = (rupture.depth + self.past - self.mean) / (self.expected_spread * np.sqrt(1.0 + 1.0 / self.count))
         weaker = (np.log(max(rupture.drop, 1e-9)) - self.drop) / self.drop_spread
@@ -124,13 +124,13 @@ class Ruptures:
         """How much deeper the surface of a recording is [m], and the rupture depths (layers,) [m] of its layers: at its
         own punctures where these are plausible, otherwise at the mean depths."""
         shift = self.shift(events)
-        own = self.assigned(ruptures_of(events, recording), shift)
+        own = self.assigned(recorded_punctures(events, recording), shift)
         found = zip(own, self.scatter)
         return shift, np.array(
             [shift + (known.mean if one is None else known.rupture_by(one.moved(-shift))[0]) for one, known in found]
         )
 
-    def assigned(self, ruptures: Sequence[Rupture], shift: float = 0.0) -> list[Rupture | None]:
+    def assigned(self, ruptures: Sequence[RecordedPuncture], shift: float = 0.0) -> list[RecordedPuncture | None]:
         """For each layer its puncture or None: those in the order of depth whose squared distances are the smallest, a
         layer without one counting as at its gate."""
         replayed = self.replayed or (True,) * len(self.depth)
@@ -180,7 +180,7 @@ class Expectation:
     replays_all: bool = True
 
     def force(
-        self, depth: np.ndarray, dt: np.ndarray, own: Sequence[Rupture | None] = (), shift: float = 0.0
+        self, depth: np.ndarray, dt: np.ndarray, own: Sequence[RecordedPuncture | None] = (), shift: float = 0.0
     ) -> np.ndarray:
         """The expected force (n,) [N] along depths [m] after steps [s], with the punctures of the layers if known."""
         own = own or (None,) * len(self.ruptures.depth)
@@ -190,7 +190,7 @@ class Expectation:
         return sum(forces) / len(forces)
 
     def _of(
-        self, member: Member, depth: np.ndarray, dt: np.ndarray, own: Sequence[Rupture | None], shift: float
+        self, member: Member, depth: np.ndarray, dt: np.ndarray, own: Sequence[RecordedPuncture | None], shift: float
     ) -> np.ndarray:
         nodes = [self._nodes(member, layer, one, shift) for layer, one in enumerate(own)]
         tried = np.concatenate([np.tile(row, (len(at), 1)) for row, at in zip(member.rows, nodes)])
@@ -199,7 +199,7 @@ class Expectation:
         weight = np.concatenate([np.full(len(at), 1.0 / len(at)) for at in nodes])
         return weight @ core.layer_forces(tried, self.form, depth, dt)
 
-    def _nodes(self, member: Member, layer: int, own: Rupture | None, shift: float) -> np.ndarray:
+    def _nodes(self, member: Member, layer: int, own: RecordedPuncture | None, shift: float) -> np.ndarray:
         """Rupture depths [m] of equal probability in the zero of the fit: those of the repeats, or normal about a
         puncture."""
         if own is None:
@@ -221,17 +221,9 @@ def _normal_nodes(count: int) -> np.ndarray:
 NODES = _normal_nodes(N_NODES)
 
 
-def ruptures_of(events: Events, recording: Recording) -> tuple[Rupture, ...]:
-    """The punctures of segmentation as ruptures."""
-    return tuple(
-        Rupture(puncture.depth, float(recording.depth[min(puncture.high, len(recording) - 1)]), puncture.drop)
-        for puncture in events.punctures
-    )
-
-
-def matched(expected: np.ndarray, punctures: Sequence[Rupture]) -> list[Rupture | None]:
+def matched(expected: np.ndarray, punctures: Sequence[RecordedPuncture]) -> list[RecordedPuncture | None]:
     """For each fitted depth (layers,) [m] the nearest puncture of its run; None without one."""
-    found: list[Rupture | None] = [None] * len(expected)
+    found: list[RecordedPuncture | None] = [None] * len(expected)
     pairs = sorted(
         ((abs(z - one.depth), layer, k) for layer, z in enumerate(expected) for k, one in enumerate(punctures))
     )
@@ -299,7 +291,7 @@ def _scatter(fitted: np.ndarray, peaks: list, tops: np.ndarray, contacts: np.nda
     )
 
 
-def _with_punctures(known: LayerScatter, pairs: list[tuple[float, Rupture]]) -> LayerScatter:
+def _with_punctures(known: LayerScatter, pairs: list[tuple[float, RecordedPuncture]]) -> LayerScatter:
     past = np.array([place - one.depth for place, one in pairs])
     drops = np.log([max(one.drop, 1e-9) for _, one in pairs])
     middle = float(np.clip(np.median(past), -MAX_PAST_PEAK, MAX_PAST_PEAK))

@@ -15,7 +15,8 @@ from ..estimates import Correlations
 from ..models import with_ruptures
 from ..result import Fit, FitSettings
 from ..strokes import stroke_speed
-from .prediction import Expectation, Ruptures, ruptures_of
+from .binned_cycle import recorded_punctures
+from .prediction import Expectation, Ruptures
 from .uncertainty import Uncertainty
 
 
@@ -86,7 +87,7 @@ class LayeredFit(Fit):
         if self.expectation is None:
             return self._speed_factor(recording) * super().predict(recording, events)
         shift = self.ruptures.shift(events)
-        own = () if events is None else self.ruptures.assigned(ruptures_of(events, recording), shift)
+        own = () if events is None else self.ruptures.assigned(recorded_punctures(events, recording), shift)
         dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
         force = self.expectation.force(np.ascontiguousarray(recording.depth, float), dt, own, shift)
         return self._speed_factor(recording) * force

@@ -15,10 +15,10 @@ from ... import core
 from ..statistics.noise import LEVEL, TWO_SIDED, noise_of
 from ..statistics.regression import inverse
 from ..strokes import undelayed_depth
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit
 from .fit_recording import loading_samples
 from .loading_curves import CURVES, LoadingCurve
-from .model_errors import AFTER, strokes_below
+from .model_errors import AFTER, strokes_below, widened
 from .segmented_recording import SegmentedRecording
 
 BINS = 48  # of the samples in contact, as means: smooth curves lose nothing
@@ -70,7 +70,7 @@ class Loading:
         """The best fit of a law with its contact in the range; None where it cannot be fitted."""
         starts, ends, _ = self._shape(curve)
         low, high = ((end - self.high) / self.indentation for end in (self.low, self.high))
-        amplitudes, place, shape, offset, squares = core.fit_loading(
+        amplitudes, place, shape, zero, squares = core.fit_loading(
             self.depth,
             self.force,
             law=curve.law.name,
@@ -84,7 +84,7 @@ class Loading:
         if not math.isfinite(squares):
             return None
         values = dict(zip((*curve.amplitudes, *curve.shape), (*amplitudes[: len(curve.amplitudes)], shape)))
-        residual = self.force - offset - curve.force(self.depth - place, values)
+        residual = self.force - zero - curve.force(self.depth - place, values)
         return Found(squares=float(squares), residual=residual, place=place, shape=shape)
 
     def squares(self, curve: LoadingCurve, places: np.ndarray, near: float) -> np.ndarray:
@@ -208,12 +208,12 @@ def over_laws(single: SegmentedRecording, law: str) -> SegmentedRecording:
 def _slopes(single: SegmentedRecording, fit: CycleFit) -> dict[str, float]:
     """Change of the other parameters with the contact depth: of the law's by its covariance, of friction and cutting by
     least squares of the strokes below the puncture."""
-    place = fit.covariance_order.index("contact_depth")
+    place = fit.order.index("contact_depth")
     variance = float(fit.covariance[place, place])
-    found = dict.fromkeys(fit.covariance_order, 0.0)
+    found = dict.fromkeys(fit.order, 0.0)
     if 0.0 < variance < math.inf:
         across = np.where(np.isfinite(fit.covariance[place]), fit.covariance[place], 0.0) / variance
-        found |= dict(zip(fit.covariance_order, across.tolist()))
+        found |= dict(zip(fit.order, across.tolist()))
     parts = strokes_below(fit, single.strokes)
     if parts and parts[0].inwards:
         design = np.concatenate([part.design for part in parts])
@@ -232,9 +232,8 @@ def with_contact(fit: CycleFit, interval: tuple[float, float], slopes: Mapping[s
     for each, slope in ({"puncture_indentation": -1.0} | slopes).items():
         changes = (-slope * less, slope * more, 0.0)
         low[each], high[each] = fit.low[each] + min(changes), fit.high[each] + max(changes)
-    low |= {each: max(low[each], min(fit.low[each], 0.0)) for each in low if each in AFTER}
-    by = np.array([slopes.get(each, 0.0) for each in fit.covariance_order])
-    place = fit.covariance_order.index(name)
+    by = np.array([slopes.get(each, 0.0) for each in fit.order])
+    place = fit.order.index(name)
     wanted = (0.5 * (high[name] - low[name]) / TWO_SIDED) ** 2
     added = max(wanted - float(np.nan_to_num(fit.covariance[place, place])), 0.0)
-    return replace(fit, low=low, high=high, covariance=fit.covariance + added * np.outer(by, by), widened=True)
+    return widened(fit, low, high, fit.covariance + added * np.outer(by, by))

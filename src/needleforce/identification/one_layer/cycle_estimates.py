@@ -1,19 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The result of the fit of one cycle: values with intervals and warnings from the compiled fit."""
+"""From the answer of the compiled fit of one cycle to values with intervals and warnings."""
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
 
 import numpy as np
 
-from ...errors import InputError
-from ...models.parameter_units import UNITS
-from ..estimates import Estimate, is_meaningful
 from ..motion import depths_between
-from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, likely_punctures, noise_of, sandwich
-from ..statistics.regression import criterion
-from .loading_curves import CURVES, FITS
+from ..statistics.noise import TWO_SIDED, Noise, likely_punctures, noise_of, sandwich
+from .cycle_values import CycleFit, CycleOptions, CycleResiduals, PunctureSamples, limits
+from .loading_curves import CURVES
 
 UNKNOWNS = (
     "stiffness_coefficient",
@@ -25,135 +21,16 @@ UNKNOWNS = (
 )
 """Order of the unknowns in the compiled core: c [N/m²], z0 [m], f' [N/m], f_c [N], h_s [m], b [N]."""
 
-ALSO_ESTIMATED = (
-    "contact_depth",
-    "puncture_depth",
-    "puncture_indentation",
-    "puncture_force",
-    "friction_per_length",
-    "cutting_force",
-    "force_offset",
-    "settlement_ratio",
-    "deflection_length",
-    "friction_bend",
-)
-"""Estimates of a cycle, in their order, after those of its loading curve."""
-
 RAMP_QUARTERS = 3
 """[quarters of the filter's length] on each side of a step, which contain its ramp wherever the scan puts it."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class CycleFit:
-    """One-layer model of a cycle, SI: ``values`` and, by the same keys, limits ``low``, ``high`` of their intervals.
-
-    ``stiffness_coefficient`` c [N/m²], ``contact_depth`` z0 [m], ``saturation_depth`` h_s [m] (inf: bare cone),
-    ``friction_per_length`` f' [N/m], ``cutting_force`` f_c [N], ``puncture_depth`` z1 [m],
-    ``puncture_indentation`` z1 - z0 [m], ``puncture_force`` c g(z1 - z0) [N], ``force_offset`` b [N], what the sensor
-    shows without contact. Depths are in the recording's own zero.
-    """
-
-    law: str
-    values: dict[str, float]
-    low: dict[str, float]
-    high: dict[str, float]
-    covariance: np.ndarray
-    """(p, p) of the continuous parameters, in the order of ``covariance_order``."""
-    covariance_order: tuple[str, ...]
-    puncture_low: int
-    """The puncture is between samples ``puncture_low`` and ``puncture_high`` of the insertion, at ``LEVEL`` or more."""
-    puncture_high: int
-    samples_before_puncture: int
-    residual_in: np.ndarray
-    """Measured minus modelled force of the insertion, (n_in,) [N], of every sample, left out or not."""
-    residual_out: np.ndarray
-    left_out: int
-    """Samples left out on each side of the puncture, at the insertion's end and at the withdrawal's start."""
-    sse: float
-    n: int
-    """Samples used, and the sum of their squared residuals [N²]."""
-    bic: float
-    rmse: float
-    noise_correlation_length: float
-    """[samples] per independent one: long-run over plain variance of the residuals. 1 is white noise."""
-    warnings: tuple[str, ...]
-    noises: tuple[Noise, Noise]
-    """Noise of insertion and withdrawal, from the residuals."""
-    saturation_sought: bool = False
-    by_stages: bool = False
-    """True for a staged fit: first the loading curve, then friction and cutting. False for a complete fit."""
-    widened: bool = False
-    """True if errors of the model are in the intervals too, not only noise; see ``model_errors``."""
-    min_saturation: Callable[[], float] | None = None
-    """Finds the lower limit [m] of a saturation depth that the best fit does not have, until ``limited`` has asked."""
-
-    def limited(self) -> "CycleFit":
-        """The fit with the lower limit of its saturation depth; 0 where the fits for it fail."""
-        if self.min_saturation is None:
-            return self
-        try:
-            limit = self.min_saturation()
-        except InputError:
-            limit = 0.0
-        name = "saturation_depth"
-        return replace(self, low=self.low | {name: min(self.low[name], limit)}, min_saturation=None)
-
-    def with_puncture(self, depth: float, half: float) -> "CycleFit":
-        """The fit with the puncture at another ``depth`` [m], within ``half`` of it; indentation and force follow."""
-        h = depth - self.values["contact_depth"]
-        curve = CURVES[self.law]
-        slopes = curve.gradient(np.float64(h), self.values)
-        by = np.array([float(slopes.get(name, 0.0)) for name in self.covariance_order])
-        contact = 0.5 * (self.high["contact_depth"] - self.low["contact_depth"])
-        by_law = TWO_SIDED * math.sqrt(max(float(by @ self.covariance @ by), 0.0))
-        middle = {"puncture_depth": depth, "puncture_indentation": h}
-        middle["puncture_force"] = float(curve.force(np.float64(h), self.values))
-        widths = {"puncture_depth": half, "puncture_indentation": math.hypot(half, contact)}
-        widths["puncture_force"] = math.hypot(by_law, half * float(slopes["contact_depth"]))
-        return replace(
-            self,
-            values=self.values | middle,
-            low=self.low | {name: value - widths[name] for name, value in middle.items()},
-            high=self.high | {name: value + widths[name] for name, value in middle.items()},
-        )
-
-
-def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
-    """The estimates of one cycle; without a withdrawal, friction and cutting force come from the insertion only."""
-    staged = fit.by_stages and not FITS[fit.law].gradual
-    source = f"{'staged fit' if staged else 'complete fit'}, {fit.law}" + ("" if has_withdrawal else ", insertion only")
-    names = [name for name in (*FITS[fit.law].parameters, *ALSO_ESTIMATED) if name in fit.values]
-    return {name: _estimate(name, fit, source) for name in names}
-
-
-def _estimate(name: str, fit: CycleFit, source: str) -> Estimate:
-    limits = fit.values[name], UNITS[name], fit.low[name], fit.high[name]
-    return Estimate(name, *limits, identifiable=_is_identifiable(name, fit), source=source)
-
-
-def _is_identifiable(name: str, fit: CycleFit) -> bool:
-    """False for parameters of which only the product is identified, and for an interval that has no meaning."""
-    if name in FITS[fit.law].not_distinguishable(fit.values):
-        return False
-    scales = {"force": fit.values["puncture_force"], "depth": fit.values["puncture_indentation"]}
-    return is_meaningful(name, fit.low[name], fit.high[name], **scales)
 
 
 class CycleEstimates:
     """Noise, covariance, estimates and warnings from the result of the core, for a CycleFit."""
 
-    def __init__(
-        self,
-        found: dict,
-        strokes: list[np.ndarray],
-        *,
-        filter_length: int,
-        left_out: int,
-        depth_noise: float = 0.0,
-        drift: DriftEffect | None = None,
-    ):
-        self.found, self.strokes, self.filter_length, self.left_out = found, strokes, filter_length, left_out
-        self.depth_noise = depth_noise
+    def __init__(self, found: dict, strokes: list[np.ndarray], options: CycleOptions, left_out: int):
+        self.found, self.strokes, self.options, self.left_out = found, strokes, options, left_out
+        self.filter_length, self.depth_noise = options.filter_length, options.depth_noise
         self.x, self.before = dict(zip(UNKNOWNS, found["unknowns"])), found["puncture"]
         self.order = tuple(name for k, name in enumerate(UNKNOWNS) if found["free"][k] or name != "saturation_depth")
         rows = [UNKNOWNS.index(name) for name in self.order]
@@ -163,11 +40,11 @@ class CycleEstimates:
         lost = [float(np.vdot(bread, gram)) for gram in grams]
         self.noises = self._noises([0.0 if math.isnan(each) else each for each in lost])
         self.covariance = sandwich(bread, grams, self.noises)
-        if drift is not None:
-            change = drift.change(bread, self._jacobian())
+        if options.drift is not None:
+            change = options.drift.change(bread, self._jacobian())
             self.covariance = self.covariance + np.outer(change, change)
-        self.sse, self.n = (self.noises[0][k] + self.noises[1][k] for k in (0, 1))
-        self.variance = self.sse / self.n
+        sse, count = (self.noises[0][k] + self.noises[1][k] for k in (0, 1))
+        self.variance = sse / count
 
     def _jacobian(self) -> np.ndarray:
         """Derivatives (p, n_in + n_out) of the force of both strokes by the parameters in ``order``."""
@@ -193,7 +70,7 @@ class CycleEstimates:
             residuals[0][before - w : before + w] = residuals[0][-w:] = residuals[1][:w] = 0.0
         return [noise_of(r, n, self.filter_length, p) for r, n, p in zip(residuals, counts, lost)]
 
-    def fit(self, law: str, free: bool, profile: dict) -> CycleFit:
+    def fit(self, free: bool, profile: dict) -> CycleFit:
         """The complete result; ``profile`` has the gain of each possible puncture."""
         rows, weights = likely_punctures(profile["gain"], self.noises[0].long_run)
         rows += profile["first_gain"]
@@ -204,28 +81,21 @@ class CycleEstimates:
         margin = TWO_SIDED * self.depth_noise
         ends = depths_between(depth, first, last)
         low["puncture_depth"], high["puncture_depth"] = ends[0] - margin, ends[1] + margin
-        plain = sum(noise.count * noise.variance for noise in self.noises)
-        long_run = sum(noise.count * noise.long_run for noise in self.noises)
         return CycleFit(
-            law=law,
+            law=self.options.law,
+            options=self.options,
             values=values,
             low=low,
             high=high,
+            order=self.order,
             covariance=self.covariance,
-            covariance_order=self.order,
-            puncture_low=first,
-            puncture_high=last,
-            samples_before_puncture=self.before,
-            residual_in=self.found["residual_in"],
-            residual_out=self.found["residual_out"],
-            left_out=self.left_out,
-            sse=self.sse,
-            n=self.n,
-            bic=criterion(self.variance, 6 + free, self.n),
-            rmse=math.sqrt(self.variance),
-            noise_correlation_length=long_run / plain if plain > 0.0 else 1.0,
+            puncture=PunctureSamples(self.before, first, last, self.left_out),
+            residuals=CycleResiduals(
+                insertion=self.found["residual_in"],
+                withdrawal=self.found["residual_out"],
+                noises=tuple(self.noises),
+            ),
             warnings=tuple(self._warnings(values, low, high, free)),
-            noises=tuple(self.noises),
             saturation_sought=free,
         )
 
@@ -248,8 +118,7 @@ class CycleEstimates:
         variances["puncture_indentation"] = variance[1] + spread
         variances["puncture_force"] = by_law + by_contact**2 * spread
         half = {name: TWO_SIDED * math.sqrt(max(value, 0.0)) for name, value in variances.items()}
-        low = {name: value - half.get(name, 0.0) for name, value in values.items()}
-        high = {name: value + half.get(name, 0.0) for name, value in values.items()}
+        low, high = limits(values, half)
         if "saturation_depth" in half and high["saturation_depth"] > h:
             high["saturation_depth"] = math.inf  # beyond the puncture, the saturation depth has no effect
         if not self.found["free"][2]:

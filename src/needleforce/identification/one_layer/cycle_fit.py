@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from ... import core
 from ...errors import InputError
 from ...vocabulary import SMALLEST
-from ..statistics.noise import MAX_GAIN_GAP, ONE_SIDED, DriftEffect
-from .cycle_estimates import CycleEstimates, CycleFit
+from ..statistics.noise import MAX_GAIN_GAP, ONE_SIDED
+from .cycle_estimates import CycleEstimates
+from .cycle_values import CycleFit, CycleOptions
 
 MIN_SAMPLES = 50  # of the insertion
 SATURATION_STEPS = 4096  # of the grid of saturation depths down to the puncture
@@ -24,13 +25,8 @@ def fit_cycle(
     force_in: np.ndarray,
     depth_out: np.ndarray | None,
     force_out: np.ndarray | None,
+    options: CycleOptions | None = None,
     *,
-    law: str = "cone",
-    saturation_depth: float | None = None,
-    filter_length: int = 1,
-    puncture_window: tuple[float, float] | None = None,
-    depth_noise: float = 0.0,
-    drift: DriftEffect | None = None,
     limited: bool = True,
 ) -> CycleFit:
     """Fit one insertion, (n,) depth [m] and force [N] each, and its withdrawal, (m,), None or empty if missing.
@@ -44,20 +40,12 @@ def fit_cycle(
     are then infinite.
 
     z - z0 is the embedded length after the puncture. g = h² for the law ``cone``; ``cone_cylinder`` continues it beyond
-    h_s by 2 h_s h - h_s² (Galin's contact with a fixed edge); h_s is ``saturation_depth`` or, if that is None, fitted.
-    ``puncture_window`` [m] limits the puncture depth. With several punctures, end the insertion before the second: the
-    one-layer model has one drop, and otherwise the best puncture may be at the edge of the window (with a warning).
-
-    ``filter_length`` is that of the average filter in samples, 1 if none. The filter smears both steps: as many samples
-    on each side of them are left out. It also delays the force by (filter_length - 1) / 2 samples; depths must be
-    shifted before. If they are not, with d the travel in that delay, z0 and z1 are too deep by d, and the withdrawal's
-    force is 2 d too shallow compared with them: a misfit of 2 d f', which biases f' and f_c.
-
-    ``depth_noise`` [m], a standard deviation, widens the interval of the puncture. The zero's ``drift`` was subtracted
-    from the force; its error widens every interval.
+    h_s by 2 h_s h - h_s² (Galin's contact with a fixed edge). With several punctures, end the insertion before the
+    second: the one-layer model has one drop, and otherwise the best puncture may be at the edge of the window (with a
+    warning).
 
     Where the best fit has no saturation, the lower limit of its depth takes several more fits. Not ``limited``, they
-    are left for ``CycleFit.limited``, as of a law that may not be chosen.
+    are left for ``limit_saturation``, as of a law that may not be chosen.
 
     Variable projection (Golub & Pereyra 1973) over running sums, an exhaustive scan of the puncture, then Gauss-Newton.
     The intervals (``covariance``) include noise, not errors of the model. BIC counts every sample as independent.
@@ -65,22 +53,31 @@ def fit_cycle(
     Raises InputError for unequal lengths, values that are not finite, too few samples, no travel, no possible puncture,
     an unknown law and impossible options.
     """
+    given = options or CycleOptions()
     strokes = _checked(depth_in, force_in, depth_out, force_out)
-    saturation, free = _saturation(law, saturation_depth)
-    left_out = _left_out(filter_length, len(strokes[0]))
-    solve = partial(_solve, strokes, left_out, puncture_window)
-    expected = 1.5 * filter_length  # long-run variance over plain variance
+    saturation, free = _saturation(given.law, given.saturation_depth)
+    left_out = _left_out(given.filter_length, len(strokes[0]))
+    solve = partial(_solve, strokes, left_out, given.puncture_window)
+    expected = 1.5 * given.filter_length  # long-run variance over plain variance
     found = solve(saturation, free, MAX_GAIN_GAP * expected)
-    given = {"filter_length": filter_length, "left_out": left_out, "depth_noise": depth_noise, "drift": drift}
-    estimates = CycleEstimates(found, strokes, **given)
+    estimates = CycleEstimates(found, strokes, given, left_out)
     profile = found
     long_run = estimates.noises[0].long_run
     if long_run > expected * estimates.variance:  # then more punctures are possible than the core returned
         profile = solve(saturation, free, MAX_GAIN_GAP * long_run / estimates.variance)
-    fit = estimates.fit(law, free, profile)
-    if free and estimates.x["saturation_depth"] == np.inf:
-        fit = replace(fit, min_saturation=partial(_min_saturation, solve, estimates))
-    return fit.limited() if limited else fit
+    fit = estimates.fit(free, profile)
+    if limited and free and estimates.x["saturation_depth"] == np.inf:
+        fit = replace(fit, low=fit.low | {"saturation_depth": _min_saturation(solve, estimates)}, options=None)
+    return fit
+
+
+def limit_saturation(fit: CycleFit, *strokes: np.ndarray | None) -> CycleFit:
+    """A fit of these ``strokes`` that was not ``limited``, as it is with the lower limit of its saturation depth."""
+    name = "saturation_depth"
+    if fit.options is None or not (fit.saturation_sought and fit.values[name] == np.inf):
+        return fit
+    limit = fit_cycle(*strokes, fit.options).low[name]
+    return replace(fit, low=fit.low | {name: min(fit.low[name], limit)}, options=None)
 
 
 def _solve(
@@ -109,7 +106,7 @@ def _solve(
 
 def _min_saturation(solve: Callable, estimates: CycleEstimates) -> float:
     """One-sided lower limit [m] of the saturation depth where the best fit has no saturation: the first of a fine grid
-    whose sum of squares the noise allows.
+    whose sum of squares the noise allows; 0 where a fit for it fails.
 
     The sum of squares grows with a power of the distance from the puncture, about the fifth, for the force changes by
     the distance's square over the distance: the next fit is at a secant of the logarithms, after eight in the middle.
@@ -118,7 +115,10 @@ def _min_saturation(solve: Callable, estimates: CycleEstimates) -> float:
     excess = max(ONE_SIDED**2 * estimates.noises[0].long_run, SMALLEST)
     low, high, guess, power, known = 0, SATURATION_STEPS, SATURATION_STEPS // 5 * 4, 5.0, []
     while high - low > 1:
-        above = max(solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - best, SMALLEST)
+        try:
+            above = max(solve(deepest * guess / SATURATION_STEPS, False, 0.0)["sse"] - best, SMALLEST)
+        except InputError:
+            return 0.0
         low, high = (guess, high) if above > excess else (low, guess)
         x, y = math.log(SATURATION_STEPS - guess), math.log(above / excess)
         power = min(max((y - known[-1][1]) / (x - known[-1][0]), 1.0), 20.0) if known else power

@@ -127,7 +127,7 @@ def _least_squares(
         starts = (value / indentation**each.power,)
     for each in () if given else curve.shape.values():
         starts, low, high = each.starts, each.low, each.high
-    amplitudes, place, shape, offset, sse = core.fit_loading(
+    amplitudes, place, shape, zero, sse = core.fit_loading(
         np.ascontiguousarray(depth, float),
         np.ascontiguousarray(force, float),
         law=curve.law.name,
@@ -143,7 +143,7 @@ def _least_squares(
         raise InputError("depth or force before the puncture", "not finite", limit, next_step="Remove such samples.")
     names = (*curve.amplitudes, *curve.shape)
     fitted = (*amplitudes[: len(curve.amplitudes)], *(given or (shape,)))
-    return dict(zip(names, fitted)) | {"contact_depth": place, "force_offset": offset}
+    return dict(zip(names, fitted)) | {"contact_depth": place, "force_offset": zero}
 
 
 def _at_limit(

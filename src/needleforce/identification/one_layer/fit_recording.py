@@ -15,12 +15,12 @@ from ...vocabulary import Status
 from ..motion import depths_between
 from ..statistics.noise import DriftEffect
 from ..strokes import Strokes, depth_before, filter_delay, strokes_of
-from .cycle_estimates import CycleFit
-from .cycle_fit import fit_cycle
+from .cycle_fit import fit_cycle, limit_saturation
+from .cycle_values import CycleFit, CycleOptions
 from .deformation_fit import DeformationFit, fit_deformation
-from .gradual_fit import fit_gradual
+from .gradual_fit import FirstLayer, fit_gradual
 from .loading_curves import FITS
-from .model_errors import holding, with_misfit_below
+from .model_errors import widen_to_cover, with_misfit_below
 from .segmented_recording import SegmentedRecording, segmented, without_drift
 from .sharp_rupture import end_of_layer
 from .staged_fit import agrees, fit_by_stages
@@ -55,7 +55,7 @@ def fitted(single: SegmentedRecording, laws: tuple[str, ...], saturation: float 
         try:
             found, loading[law], sentences = fit(law)
             notes[law] = tuple(dict.fromkeys(sentences))
-            fits[law] = holding(found, _answers(others, law))
+            fits[law] = widen_to_cover(found, _answers(others, law))
         except FAILURES as error:
             notes[law] = (f"The law {law} cannot be fitted: {error}",)
     status = single.events.status if fits else Status.unreadable
@@ -139,19 +139,16 @@ def _gradual(
     peak = _peak_sample(single)
     second = complete.place_in(_place(recording, events.punctures[1])) if len(events.punctures) > 1 else None
     end = end_of_layer(complete, complete.place_in(max(events.punctures[0].end, peak + 1)), second)
-    return fit_gradual(
-        joint,
-        loading,
-        complete,
-        law=law,
-        end=end,
-        peak=min(complete.place_in(peak), end - 1),
+    layer = FirstLayer(
+        strokes=complete,
         reduced=single.strokes,
-        filter_length=recording.card.filter_length,
-        known=saturation,
-        drift=_drift_effect(single, complete),
+        peak=min(complete.place_in(peak), end - 1),
+        end=end,
         several=len(events.punctures) > 1,
+        filter_length=recording.card.filter_length,
+        drift=_drift_effect(single, complete),
     )
+    return fit_gradual(joint, loading, layer, law, saturation)
 
 
 def _place(recording: Recording, puncture: Puncture) -> int:
@@ -210,11 +207,14 @@ def _complete(
 ) -> tuple[CycleFit, list[str]]:
     """The complete fit with a scan of the complete insertion; around the first puncture if there are several, if the
     scan finds another, or if the rupture is gradual: then the puncture is the peak before the fall."""
-    options = {"law": law, "filter_length": filter_length, "depth_noise": strokes.depth_noise, "limited": False}
-    options["drift"] = _drift_effect(single, strokes)
-    if law == "cone_cylinder":
-        options["saturation_depth"] = saturation
-    arrays = (strokes.depth_in, strokes.force_in, strokes.depth_out, strokes.force_out)
+    options = CycleOptions(
+        law=law,
+        saturation_depth=saturation if law == "cone_cylinder" else None,
+        filter_length=filter_length,
+        depth_noise=strokes.depth_noise,
+        drift=_drift_effect(single, strokes),
+    )
+    arrays = strokes.arrays
     first, count = single.events.punctures[0], len(single.events.punctures)
     notes = [_first_puncture_note(count, first.depth)] if count > 1 else []
     low, high = _bracket(strokes, first)
@@ -226,11 +226,12 @@ def _complete(
     return _within(_bound(arrays, options, low, high), low, high), [_first_puncture_note(count, first.depth)]
 
 
-def _bound(arrays: tuple, options: dict, low: float, high: float) -> CycleFit:
+def _bound(arrays: tuple, options: CycleOptions, low: float, high: float) -> CycleFit:
     """The complete fit with the puncture between two depths [m], or near them if that is near an end of the stroke."""
-    bound = _or_none(arrays, options | {"puncture_window": (low, high)})
+    bound = _or_none(arrays, dataclasses.replace(options, puncture_window=(low, high)))
     if bound is None:
-        bound = fit_cycle(*arrays, **options, puncture_window=(low - RETRY_MARGIN_M, high + RETRY_MARGIN_M))
+        wider = low - RETRY_MARGIN_M, high + RETRY_MARGIN_M
+        bound = fit_cycle(*arrays, dataclasses.replace(options, puncture_window=wider), limited=False)
     return bound
 
 
@@ -262,10 +263,10 @@ def _within(fit: CycleFit, low: float, high: float) -> CycleFit:
     return dataclasses.replace(fit, low=fit.low | {name: ends[0]}, high=fit.high | {name: ends[1]})
 
 
-def _or_none(arrays: tuple, options: dict) -> CycleFit | None:
+def _or_none(arrays: tuple, options: CycleOptions) -> CycleFit | None:
     """The complete fit, or None where it finds no possible puncture."""
     try:
-        return fit_cycle(*arrays, **options)
+        return fit_cycle(*arrays, options, limited=False)
     except InputError:
         return None
 
@@ -281,6 +282,11 @@ def _first_puncture_note(punctures: int, first: float) -> str:
         f"The largest drop of the force is at another depth, but the first puncture, {place}, ends the deformation: "
         "the fit uses the first puncture."
     )
+
+
+def limited(single: SegmentedRecording, law: str) -> CycleFit:
+    """The fit of a law with the lower limit of its saturation depth, which takes several more fits."""
+    return limit_saturation(single.fits[law], *_first_layer(single).arrays)
 
 
 def peak_force(single: SegmentedRecording) -> float:

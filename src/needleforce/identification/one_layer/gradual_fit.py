@@ -5,15 +5,15 @@ at once, with their intervals; see ``gradual_search`` for the model."""
 import math
 from collections.abc import Iterator
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...errors import InputError
 from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, noise_of, sandwich
-from ..statistics.regression import criterion, inverse
+from ..statistics.regression import inverse
 from ..strokes import Strokes
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit, CycleResiduals, PunctureSamples, limits
 from .deformation_fit import DeformationFit
 from .gradual_search import (
     AMPLITUDE,
@@ -38,55 +38,64 @@ RESOLUTION_M = 1e-6  # without noise the errors are those of rounding
 PEAK_GRID = 2001  # depths at which the peak of the model is searched
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FirstLayer:
+    """The samples of the first layer: ``strokes`` with all of its fall, ``reduced`` without it.
+
+    ``peak`` is the sample of the force peak and ``end`` that where the insertion of this layer ends; ``several`` is
+    True if there are more punctures below. ``filter_length`` is that of the average filter, and ``drift`` that of the
+    zero, which was subtracted, at the samples of ``strokes``.
+    """
+
+    strokes: Strokes
+    reduced: Strokes
+    peak: int
+    end: int
+    several: bool
+    filter_length: int
+    drift: DriftEffect | None
+
+
 def fit_gradual(
-    sharp: CycleFit,
-    loading: DeformationFit,
-    strokes: Strokes,
-    *,
-    law: str,
-    end: int,
-    peak: int,
-    reduced: Strokes,
-    filter_length: int = 1,
-    known: float | None = None,
-    drift: DriftEffect | None = None,
-    several: bool = False,
+    sharp: CycleFit, loading: DeformationFit, layer: FirstLayer, law: str, known: float | None
 ) -> tuple[CycleFit, DeformationFit]:
     """The gradual rupture of one recording, and the same as the fit of its loading curve.
 
-    ``strokes`` have all samples of the fall, ``reduced`` those without it; ``end`` is where the insertion of this layer
-    ends, ``peak`` the sample of the force peak; ``sharp`` is the complete fit with a sharp rupture and ``loading`` the
-    loading curve of the same law, from which the search starts. Raises InputError where a sharp rupture explains the
-    samples as well: by a BIC in independent samples that is not lower by 10, very strong evidence.
+    ``sharp`` is the complete fit with a sharp rupture and ``loading`` the loading curve of the same law, from which the
+    search starts; ``known`` [m] is a saturation depth that is not fitted. Raises InputError where a sharp rupture
+    explains the samples as well: by a BIC in independent samples that is not lower by 10, very strong evidence.
 
-    Where the strokes do not agree on one contact depth, or with ``several`` punctures, the insertion alone gives the
+    Where the strokes do not agree on one contact depth, or with several punctures, the insertion alone gives the
     contact and its rupture, and both strokes friction and cutting with these: a staged fit.
     """
-    curve = FITS[law]
+    curve, strokes, reduced, end, peak = FITS[law], layer.strokes, layer.reduced, layer.end, layer.peak
     contact, depth_peak = loading.values["contact_depth"], float(strokes.depth_in[peak])
     unit, scale = depth_peak - contact, float(strokes.force_in[peak]) - loading.values["force_offset"]
     if not (unit > 0.0 and scale > 0.0):
         raise InputError("force before the puncture", "not rising with depth", "no rupture can be fitted")
     depth = np.concatenate([strokes.depth_in[:end], strokes.depth_out])
     force = np.concatenate([strokes.force_in[:end], strokes.force_out])
-    samples = Samples(x=(depth - contact) / unit, force=force / scale, n_in=end, filter_length=filter_length)
+    samples = Samples(x=(depth - contact) / unit, force=force / scale, n_in=end, filter_length=layer.filter_length)
     given = () if known is None or not curve.shape else (known / unit,)
     problem = GradualProblem(curve, samples, given, EXPONENT)
     numbers = problem.best()
-    refuse_sharp(scale * problem.solved(numbers)[0], sharp, loading, strokes, end=end, filter_length=filter_length)
+    refuse_sharp(
+        scale * problem.solved(numbers)[0], sharp, loading, strokes, end=end, filter_length=layer.filter_length
+    )
     problem, numbers = refined(problem, numbers)
+    drift = layer.drift
     if drift is not None:
         lever = drift.lever
         drift = replace(drift, lever=np.concatenate([lever[:end], lever[len(strokes.depth_in) :]]))
-    made = _Made(problem, numbers, contact=contact, unit=unit, scale=scale, drift=drift)
+    made = GradualEstimates(problem, numbers, contact=contact, unit=unit, scale=scale, drift=drift)
     if len(strokes.depth_out):
-        alone = made.of_insertion(end)
-        if several or not _agree(made, alone):
-            made = alone.with_friction_of(samples)
+        alone = made.insertion_alone(end)
+        if layer.several or not _agree(made, alone):
+            made = alone.staged(samples)
     return made.cycle(law, sharp, reduced), made.loading(law, loading, reduced, peak)
 
 
-def _agree(made: "_Made", alone: "_Made") -> bool:
+def _agree(made: "GradualEstimates", alone: "GradualEstimates") -> bool:
     """Whether both strokes have the contact depth of the insertion alone within its error, Hausman's test."""
     place = alone.order.index("contact_depth")
     error = math.sqrt(max(float(alone.covariance[place, place]), 0.0))
@@ -94,7 +103,7 @@ def _agree(made: "_Made", alone: "_Made") -> bool:
     return difference <= MAX_CONTACT_SHIFT * error + RESOLUTION_M
 
 
-class _Made:
+class GradualEstimates:
     """The values of a fit in SI with their covariance."""
 
     def __init__(
@@ -117,7 +126,7 @@ class _Made:
         self.covariance = self._covariance()
         self._check()
 
-    def of_insertion(self, end: int) -> "_Made":
+    def insertion_alone(self, end: int) -> "GradualEstimates":
         """The fit of the insertion alone, its first ``end`` samples."""
         all_samples, drift = self.problem.samples, self.drift
         samples = replace(all_samples, x=all_samples.x[:end], force=all_samples.force[:end])
@@ -125,9 +134,9 @@ class _Made:
         numbers = problem.minimum(self.numbers, samples.blocks(FINE_BLOCKS), 20)[0]
         numbers = problem.minimum(numbers, samples, 5)[0]
         drift = None if drift is None else replace(drift, lever=drift.lever[:end])
-        return _Made(problem, numbers, contact=self.contact, unit=self.unit, scale=self.scale, drift=drift)
+        return GradualEstimates(problem, numbers, contact=self.contact, unit=self.unit, scale=self.scale, drift=drift)
 
-    def with_friction_of(self, samples: Samples) -> "_Made":
+    def staged(self, samples: Samples) -> "GradualEstimates":
         """The fit with friction and cutting, and their errors, from all ``samples`` for its contact and rupture."""
         made, last = copy(self), [FRICTION, CUTTING]
         made.problem = GradualProblem(self.problem.curve, samples, self.problem.known, self.problem.exponent)
@@ -143,7 +152,7 @@ class _Made:
         made._check()
         return made
 
-    def _staged_covariance(self, alone: "_Made") -> tuple[np.ndarray, np.ndarray]:
+    def _staged_covariance(self, alone: "GradualEstimates") -> tuple[np.ndarray, np.ndarray]:
         """As ``_search_covariance``: friction and cutting have their own errors and those of what ``alone`` gives."""
         jacobian = self.scale * self.problem.jacobian(self.numbers, self.coefficients)
         own = np.array([k for k in (FRICTION, CUTTING) if self.coefficients[k] != 0.0], int)
@@ -267,27 +276,31 @@ class _Made:
         }
         half = dict(zip(self.order, TWO_SIDED * np.sqrt(np.maximum(self.covariance.diagonal(), 0.0))))
         half |= self._half_of_peak(reduced)
-        low = {name: value - float(half.get(name, 0.0)) for name, value in values.items()}
-        high = {name: value + float(half.get(name, 0.0)) for name, value in values.items()}
+        low, high = limits(values, half)
         for name in (*FITS[law].parameters, "friction_per_length", "cutting_force"):
             low[name] = max(low[name], 0.0)
         residual_in = (
             reduced.force_in - values["force_offset"] - self.force(reduced.depth_in, self.numbers, self.coefficients)
         )
         friction = values["friction_per_length"] * np.maximum(reduced.depth_out - contact, 0.0)
-        sse, n = sum(each.sse for each in self.noises), sum(each.count for each in self.noises)
-        plain = sum(each.count * each.variance for each in self.noises)
-        long_run = sum(each.count * each.long_run for each in self.noises)
         before = int(np.searchsorted(reduced.depth_in, depth))
         return CycleFit(
-            law=law, values=values, low=low, high=high, covariance=self.covariance, covariance_order=self.order,
-            puncture_low=max(before - 1, 0), puncture_high=min(before, len(reduced.depth_in) - 1),
-            samples_before_puncture=before, residual_in=residual_in,
-            residual_out=reduced.force_out - values["force_offset"] + friction, left_out=0, sse=sse, n=n,
-            bic=criterion(sse / n, len(self.order), n), rmse=math.sqrt(sse / n),
-            noise_correlation_length=long_run / plain if plain > 0.0 else 1.0, warnings=sharp_free(sharp.warnings),
-            noises=tuple(self.noises), saturation_sought="saturation_depth" in self.order, by_stages=True,
-        )  # fmt: skip
+            law=law,
+            values=values,
+            low=low,
+            high=high,
+            order=self.order,
+            covariance=self.covariance,
+            puncture=PunctureSamples(before, max(before - 1, 0), min(before, len(reduced.depth_in) - 1)),
+            residuals=CycleResiduals(
+                insertion=residual_in,
+                withdrawal=reduced.force_out - values["force_offset"] + friction,
+                noises=tuple(self.noises),
+            ),
+            warnings=sharp_free(sharp.warnings),
+            saturation_sought="saturation_depth" in self.order,
+            by_stages=True,
+        )
 
     def _half_of_peak(self, reduced: Strokes) -> dict[str, float]:
         """Half widths of the peak's depth, indentation and force, by the delta method with all parameters."""

@@ -8,7 +8,7 @@ along, and a contact depth that the law misses change the level of one stroke, h
 """
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from ..statistics.noise import TWO_SIDED, slow_noise
 from ..statistics.regression import inverse
 from ..strokes import Strokes
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit
 from .loading_curves import FITS
 
 AFTER = ("friction_per_length", "cutting_force")
@@ -68,12 +68,12 @@ class Stroke:
 
 def strokes_below(fit: CycleFit, strokes: Strokes) -> list[Stroke]:
     """The strokes of a fit below its puncture, those with enough samples, with the noise of the fit."""
-    contact, zero, w = fit.values["contact_depth"], fit.values["force_offset"], fit.left_out
-    used = slice(fit.samples_before_puncture + w, len(strokes.depth_in) - w)
+    contact, zero, w = fit.values["contact_depth"], fit.values["force_offset"], fit.puncture.left_out
+    used = slice(fit.puncture.before + w, len(strokes.depth_in) - w)
     cut = strokes.depth_in[used] - contact, strokes.force_in[used] - zero
     back = strokes.depth_out[w:] - contact, strokes.force_out[w:] - zero
     inside = back[0] > 0.0
-    parts = [(*cut, fit.noises[0], True), (back[0][inside], back[1][inside], fit.noises[1], False)]
+    parts = [(*cut, fit.residuals.noises[0], True), (back[0][inside], back[1][inside], fit.residuals.noises[1], False)]
     return [
         Stroke(length=length, force=force, noise=noise.long_run, inwards=inwards)
         for length, force, noise, inwards in parts
@@ -104,7 +104,7 @@ def with_misfit_below(fit: CycleFit, strokes: Strokes) -> tuple[CycleFit, tuple[
     others = _disagreeing(fit, parts)
     if not others:
         return fit, ()
-    return holding(fit, others), (_sentence(parts, fit.values["friction_per_length"]),)
+    return widen_to_cover(fit, others), (_sentence(parts, fit.values["friction_per_length"]),)
 
 
 def _sentence(parts: list[Stroke], together: float) -> str:
@@ -120,7 +120,7 @@ def _sentence(parts: list[Stroke], together: float) -> str:
 
 def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
     """The fit with what the strokes' slow noise adds to the variance of friction and cutting force."""
-    noises = dict(zip((True, False), fit.noises))
+    noises = dict(zip((True, False), fit.residuals.noises))
     more = [part.noise - noises[part.inwards].long_run for part in parts]
     if not any(each > 0.0 for each in more):
         return fit
@@ -128,13 +128,13 @@ def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
     bread = inverse(sum(grams))
     added = bread @ sum(each * gram for each, gram in zip(more, grams)) @ bread
     low, high, covariance = dict(fit.low), dict(fit.high), fit.covariance.copy()
-    rows = [fit.covariance_order.index(name) for name in AFTER]
+    rows = [fit.order.index(name) for name in AFTER]
     covariance[np.ix_(rows, rows)] += added
     for name, variance in zip(AFTER, added.diagonal()):
         value, half = fit.values[name], TWO_SIDED * math.sqrt(max(float(variance), 0.0))
         low[name] = min(value - math.hypot(value - low[name], half), low[name])
         high[name] = value + math.hypot(high[name] - value, half)
-    return _not_below(fit, replace(fit, low=low, high=high, covariance=covariance, widened=True))
+    return widened(fit, low, high, covariance)
 
 
 def _disagreeing(fit: CycleFit, parts: list[Stroke]) -> list[CycleFit]:
@@ -160,23 +160,25 @@ def _with_friction(fit: CycleFit, insertion: Stroke, friction: float, half: floa
     ends = cutting + min(level, 0.0) - width, cutting + max(level, 0.0) + width
     low = fit.low | dict(zip(AFTER, (friction - half, ends[0])))
     high = fit.high | dict(zip(AFTER, (friction + half, ends[1])))
-    return _not_below(fit, replace(fit, values=fit.values | dict(zip(AFTER, (friction, cutting))), low=low, high=high))
+    other = widened(fit, low, high, fit.covariance)
+    return replace(other, values=fit.values | dict(zip(AFTER, (friction, cutting))))
 
 
-def _not_below(fit: CycleFit, wider: CycleFit) -> CycleFit:
-    """The wider intervals, not below 0 where those of the fit are not: there is no negative friction or cutting."""
-    return replace(wider, low=wider.low | {name: max(wider.low[name], min(fit.low[name], 0.0)) for name in AFTER})
+def widened(fit: CycleFit, low: Mapping[str, float], high: Mapping[str, float], covariance: np.ndarray) -> CycleFit:
+    """The fit with wider intervals, not below 0 where they were not: there is no negative friction or cutting."""
+    ends = {**low, **{name: max(low[name], min(fit.low[name], 0.0)) for name in AFTER}}
+    return replace(fit, low=ends, high=dict(high), covariance=covariance, widened=True)
 
 
-def holding(fit: CycleFit, others: Iterable[CycleFit]) -> CycleFit:
-    """The fit with intervals that hold those of the ``others`` too; its covariance has their differences."""
+def widen_to_cover(fit: CycleFit, others: Iterable[CycleFit]) -> CycleFit:
+    """The fit with intervals that cover those of the ``others`` too; its covariance has their differences."""
     low, high, covariance = dict(fit.low), dict(fit.high), fit.covariance
     others = tuple(others)
     for other in others:
         for name in fit.values.keys() & other.values.keys():
             low[name] = _farther(min, low[name], other.low[name])
             high[name] = _farther(max, high[name], other.high[name])
-        shift = [other.values.get(name, fit.values[name]) - fit.values[name] for name in fit.covariance_order]
+        shift = [other.values.get(name, fit.values[name]) - fit.values[name] for name in fit.order]
         covariance = covariance + _spread(np.array(shift))
     return replace(fit, low=low, high=high, covariance=covariance, widened=True) if others else fit
 

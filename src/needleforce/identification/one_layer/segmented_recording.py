@@ -15,7 +15,7 @@ from ...vocabulary import Status
 from ..motion import DepthSignal
 from ..strokes import Strokes, strokes_of, undelayed_depth, usable_samples
 from ..timing import Timing, timing_of
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit
 from .deformation_fit import DeformationFit
 from .force_zero import Drift, drift_of, free_samples
 

@@ -9,7 +9,7 @@ from ...errors import InputError
 from ..statistics.noise import noise_of
 from ..statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
 from ..strokes import Strokes
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit
 from .deformation_fit import DeformationFit
 
 
@@ -21,7 +21,7 @@ def refuse_sharp(
     modelled = _sharp_force(sharp, loading, strokes, end)
     used = np.ones(len(modelled), bool)
     if filter_length > 1:  # which smears a sharp rupture as well
-        place = sharp.samples_before_puncture
+        place = sharp.puncture.before
         used[max(place - filter_length, 0) : place + filter_length] = False
     force = np.concatenate([strokes.force_in[:end], strokes.force_out])
     residuals = [residual, force - modelled]

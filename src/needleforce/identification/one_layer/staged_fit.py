@@ -18,7 +18,7 @@ from ..statistics.regression import inverse
 from ..strokes import Strokes
 from ..two_pass.result import FrictionForm
 from ..two_pass.second_pass import MIN_BINS, bin_means, friction_forms, shape
-from .cycle_estimates import CycleFit
+from .cycle_values import CycleFit, CycleResiduals, limits
 from .deformation_fit import DeformationFit
 
 MAX_CONTACT_SHIFT = 3.0  # [standard errors of the loading curve's contact depth] Hausman's test of the shared one
@@ -43,12 +43,12 @@ def fit_by_stages(
     drift: DriftEffect | None = None,
 ) -> CycleFit:
     """The cycle with the given loading curve, the puncture of ``joint``, and a new fit of friction and cutting."""
-    after = joint.samples_before_puncture + joint.left_out
+    after = joint.puncture.before + joint.puncture.left_out
     contact = loading.values["contact_depth"]
     embedded_length_in = strokes.depth_in[after:] - contact
     embedded_length_out = np.maximum(strokes.depth_out - contact, 0.0)
-    offset = loading.values["force_offset"]
-    form = _bent(loading.curve.foundation, strokes, contact, after, offset)
+    zero = loading.values["force_offset"]
+    form = _bent(loading.curve.foundation, strokes, contact, after, zero)
     shapes = [_shape(form, lengths) for lengths in (embedded_length_in, embedded_length_out)]
     design = np.vstack(
         [
@@ -56,7 +56,7 @@ def fit_by_stages(
             np.column_stack([-shapes[1], np.zeros_like(embedded_length_out)]),
         ]
     )
-    force = np.concatenate([strokes.force_in[after:], strokes.force_out]) - offset
+    force = np.concatenate([strokes.force_in[after:], strokes.force_out]) - zero
     (friction, cutting), held = _not_negative(design, force)
     residual = force - design @ (friction, cutting)
     given = _by_loading(design, friction, len(embedded_length_in), embedded_length_out)
@@ -71,12 +71,9 @@ def fit_by_stages(
     covariance = _with_loading(loading, covariance[:2, :2], given, by_drift)
     values = _values(joint, loading, friction, cutting)
     low, high = _limits(values, joint, loading, covariance[-2:, -2:])
-    modelled = _insertion(strokes.depth_in, joint.samples_before_puncture, loading, values, form)
-    residual_in = strokes.force_in - offset - modelled
-    residual_out = strokes.force_out - offset + friction * shapes[1]
+    modelled = _insertion(strokes.depth_in, joint.puncture.before, loading, values, form)
     if form is not None:
         values, low, high = form.values | values, low | form.low, high | form.high
-    sse, n = float(residual_in @ residual_in + residual_out @ residual_out), len(residual_in) + len(residual_out)
     return dataclasses.replace(
         joint,
         law=loading.law,
@@ -84,17 +81,16 @@ def fit_by_stages(
         low=low,
         high=high,
         covariance=covariance,
-        covariance_order=(*loading.order, "friction_per_length", "cutting_force"),
-        residual_in=residual_in,
-        residual_out=residual_out,
-        sse=sse,
-        n=n,
-        rmse=math.sqrt(sse / n),
+        order=(*loading.order, "friction_per_length", "cutting_force"),
+        residuals=CycleResiduals(
+            insertion=strokes.force_in - zero - modelled,
+            withdrawal=strokes.force_out - zero + friction * shapes[1],
+            noises=(loading.noise, joint.residuals.noises[1]),
+        ),
         warnings=(*loading.held, *held),
-        noises=(loading.noise, joint.noises[1]),
         saturation_sought="saturation_depth" in loading.order,
         by_stages=True,
-        min_saturation=None,
+        options=None,
     )
 
 
@@ -169,8 +165,7 @@ def _limits(
     samples = 0.5 * (joint.high["puncture_depth"] - joint.low["puncture_depth"])
     half["puncture_indentation"] = math.hypot(half["contact_depth"], samples)
     half["puncture_force"] = _peak_limit(values, loading, samples)
-    low = {name: value - float(half.get(name, 0.0)) for name, value in values.items()}
-    high = {name: value + float(half.get(name, 0.0)) for name, value in values.items()}
+    low, high = limits(values, half)
     for name in ("friction_per_length", "cutting_force", *loading.curve.parameters):
         low[name] = max(low[name], 0.0)
     puncture = "puncture_depth"
@@ -197,26 +192,26 @@ def _insertion(
 
 
 def forms_after_puncture(
-    strokes: Strokes, contact: float, after: int, offset: float, forms: Iterable[str] = FORMS
+    strokes: Strokes, contact: float, after: int, zero: float, forms: Iterable[str] = FORMS
 ) -> tuple[FrictionForm, ...]:
     """Friction of the insertion from sample ``after`` on and of the withdrawal under each form of the foundation, with
-    a cutting force; ``contact`` [m] is where embedding starts, ``offset`` [N] the sensor's zero. Empty with too few
+    a cutting force; ``contact`` [m] is where embedding starts, ``zero`` [N] the sensor's zero. Empty with too few
     bins of 0.25 mm."""
     embedded = [strokes.depth_in[after:] - contact, strokes.depth_out - contact]
     binned = [
         bin_means(length, force, max(float(length.min(initial=0.0)), 0.0), float(length.max(initial=0.0)))
-        for length, force in zip(embedded, (strokes.force_in[after:] - offset, strokes.force_out - offset))
+        for length, force in zip(embedded, (strokes.force_in[after:] - zero, strokes.force_out - zero))
     ]
     lengths, force = (np.concatenate(part) for part in zip(*binned))
     inwards = np.arange(len(lengths)) < len(binned[0][0])
     return friction_forms(lengths, force, inwards[:, None].astype(float), np.where(inwards, 1.0, -1.0), forms)
 
 
-def _bent(foundation: str, strokes: Strokes, contact: float, after: int, offset: float) -> FrictionForm | None:
+def _bent(foundation: str, strokes: Strokes, contact: float, after: int, zero: float) -> FrictionForm | None:
     """The fit of a nonlinear foundation; None for a linear one."""
     if foundation == "linear":
         return None
-    found = forms_after_puncture(strokes, contact, after, offset, (foundation,))
+    found = forms_after_puncture(strokes, contact, after, zero, (foundation,))
     if not found:
         limit = f"at least {MIN_BINS} bins of 0.25 mm are needed to fit a foundation"
         raise InputError("travel after the puncture", "too short", limit, next_step="Insert deeper.")

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...errors import InputError
 from ..estimates import Estimate, Parameters
-from ..one_layer.cycle_estimates import CycleFit
+from ..one_layer.cycle_values import CycleFit
 from ..one_layer.loading_curves import FITS
 from ..recording_fit import RecordingFit
 from ..strokes import Strokes
@@ -227,8 +227,8 @@ def _exact(fit: CycleFit, strokes: Strokes, posterior: Posterior, count: int, ra
     places = posterior.places(cell, along, across)
     c, f, k, b = random.standard_normal((4, count))
     at = Linear(*(np.take(each, cell) for each in posterior.linear))
-    b = b * at.offset_sd
-    c, f = c * at.stiffness_sd + b * at.stiffness_by_offset, f * at.friction_sd + b * at.friction_by_offset
+    b = b * at.zero_sd
+    c, f = c * at.stiffness_sd + b * at.stiffness_by_zero, f * at.friction_sd + b * at.friction_by_zero
     k = k * at.cutting_sd + f * at.cutting_by_friction - b
     means = (posterior.interpolated(each, cell, along, across) for each in posterior.linear[2:6])
     c, f, k, b = (scatter + mean for scatter, mean in zip((c, f, k, b), means))
@@ -238,7 +238,7 @@ def _exact(fit: CycleFit, strokes: Strokes, posterior: Posterior, count: int, ra
     found |= {"saturation_depth": places[1]} if fit.saturation_sought else {}
     before, after = (strokes.depth_in[places[2] - side] for side in (1, 0))
     puncture = before + random.random(count) * (after - before)
-    if fit.left_out:
+    if fit.puncture.left_out:
         puncture = fit.values["puncture_depth"] + _smear(fit) * random.standard_normal(count)
     return _with_puncture(fit, found, puncture)
 
@@ -251,7 +251,7 @@ def _smear(fit: CycleFit) -> float:
 
 def _gaussian(fit: CycleFit, count: int, random: np.random.Generator) -> dict:
     """Draws of the Gaussian before the bounds; NaN for a parameter without a finite variance."""
-    order = fit.covariance_order
+    order = fit.order
     known = np.flatnonzero(np.isfinite(fit.covariance.diagonal()))
     values = np.full((len(order), count), np.nan)
     values[known] = _correlated(fit.covariance[np.ix_(known, known)], count, random)

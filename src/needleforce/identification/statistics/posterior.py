@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..one_layer.cycle_estimates import CycleFit
+from ..one_layer.cycle_values import CycleFit
 from ..strokes import Strokes
 
 MAX_LOG_RATIO = 20.0  # a point exp(-20) times as likely as the best one has no weight
@@ -23,8 +23,8 @@ N, H, H2, H3, H4, F, FH, FH2, F2 = range(9)  # rows of RunningSums
 def can_be_exact(fit: CycleFit) -> bool:
     """True for a complete fit whose noise is resolved by running sums and similar in both strokes, and the only error
     in its intervals."""
-    noises = [noise.long_run for noise in fit.noises if noise.count]
-    too_small = fit.rmse <= MIN_NOISE_SHARE * abs(fit.values["puncture_force"])
+    noises = [noise.long_run for noise in fit.residuals.noises if noise.count]
+    too_small = fit.residuals.rmse <= MIN_NOISE_SHARE * abs(fit.values["puncture_force"])
     return not (fit.by_stages or fit.widened or too_small) and max(noises) <= MAX_NOISE_RATIO * min(noises)
 
 
@@ -67,13 +67,13 @@ class Linear(NamedTuple):
     stiffness: np.ndarray
     friction: np.ndarray
     cutting: np.ndarray
-    offset: np.ndarray
+    zero: np.ndarray
     stiffness_sd: np.ndarray
     friction_sd: np.ndarray
     cutting_sd: np.ndarray
-    offset_sd: np.ndarray
-    stiffness_by_offset: np.ndarray
-    friction_by_offset: np.ndarray
+    zero_sd: np.ndarray
+    stiffness_by_zero: np.ndarray
+    friction_by_zero: np.ndarray
     cutting_by_friction: np.ndarray
 
     @property
@@ -99,26 +99,26 @@ class CycleSums(NamedTuple):
         n, h, hh, f, fh, out_h = self._line(z, puncture + self.left_out)
         slope_weight, slope_force = hh - h * h / n, fh - h * f / n  # f_c eliminated
         count, force = self._level(puncture - self.left_out)
-        offset_weight = count - g * g / gg - out_h * out_h / slope_weight
+        zero_weight = count - g * g / gg - out_h * out_h / slope_weight
         level = force - g * fg / gg + out_h * slope_force / slope_weight
-        offset = level / offset_weight
-        friction = (slope_force + offset * out_h) / slope_weight
-        explained = fg * fg / gg + slope_force**2 / slope_weight + offset * level + f * f / n
+        zero = level / zero_weight
+        friction = (slope_force + zero * out_h) / slope_weight
+        explained = fg * fg / gg + slope_force**2 / slope_weight + zero * level + f * f / n
         sd = np.sqrt(self.variance)
-        volume = np.where(has_loading, -0.5 * np.log(gg * slope_weight * offset_weight * n), -np.inf)
+        volume = np.where(has_loading, -0.5 * np.log(gg * slope_weight * zero_weight * n), -np.inf)
         return Linear(
             misfit=(self._squares(puncture) - explained) / self.variance,
             volume=volume,
-            stiffness=(fg - offset * g) / gg,
+            stiffness=(fg - zero * g) / gg,
             friction=friction,
-            cutting=f / n - offset - friction * h / n,
-            offset=offset,
+            cutting=f / n - zero - friction * h / n,
+            zero=zero,
             stiffness_sd=sd / np.sqrt(gg),
             friction_sd=sd / np.sqrt(slope_weight),
             cutting_sd=sd / np.sqrt(n),
-            offset_sd=sd / np.sqrt(offset_weight),
-            stiffness_by_offset=-g / gg,
-            friction_by_offset=out_h / slope_weight,
+            zero_sd=sd / np.sqrt(zero_weight),
+            stiffness_by_zero=-g / gg,
+            friction_by_zero=out_h / slope_weight,
             cutting_by_friction=-h / n,
         )
 
@@ -211,7 +211,7 @@ def posterior_of(fit: CycleFit, strokes: Strokes) -> Posterior:
     below 0, f_c over forces. The noise is assumed known: squares are divided by the long-run variance, so that
     correlated samples are not counted as independent. Behind a filter, which smears the puncture, the puncture is held.
     """
-    cycle, puncture = cycle_sums(fit, strokes), fit.samples_before_puncture
+    cycle, puncture = cycle_sums(fit, strokes), fit.puncture.before
     unit = fit.values["puncture_indentation"]
     given = np.array([fit.values["saturation_depth"] / unit])
     saturations = _likely_saturations(cycle, puncture) if fit.saturation_sought else given
@@ -236,8 +236,8 @@ def cycle_sums(fit: CycleFit, strokes: Strokes) -> CycleSums:
     origin, unit = fit.values["contact_depth"], fit.values["puncture_indentation"]
     pairs = (strokes.depth_in, strokes.force_in, 1.0), (strokes.depth_out, strokes.force_out, -1.0)
     sums = [RunningSums((depth - origin) / unit, force, direction) for depth, force, direction in pairs]
-    variance = sum(noise.count * noise.long_run for noise in fit.noises) / fit.n
-    return CycleSums(*sums, variance, fit.left_out)
+    variance = sum(noise.count * noise.long_run for noise in fit.residuals.noises) / fit.residuals.count
+    return CycleSums(*sums, variance, fit.puncture.left_out)
 
 
 def _log_density(cycle: CycleSums, contact: Grid, saturation: Grid, puncture: Grid) -> np.ndarray:
@@ -277,10 +277,10 @@ def ridge(cycle: CycleSums, saturations: np.ndarray, puncture: int) -> tuple[np.
 
 def _likely_punctures(fit: CycleFit, cycle: CycleSums, centres: np.ndarray, saturations: np.ndarray) -> np.ndarray:
     """Numbers of samples before the puncture (k,) that have weight, near the fit's own interval."""
-    best = fit.samples_before_puncture
-    if fit.left_out:
+    best = fit.puncture.before
+    if fit.puncture.left_out:
         return np.array([best])
-    margin = 20 * (fit.puncture_high - fit.puncture_low + 1)
+    margin = 20 * (fit.puncture.high - fit.puncture.low + 1)
     near = np.arange(max(best - margin, 1), min(best + margin, cycle.insertion.size - MIN_LOADING_SAMPLES))
     row = _log_density(cycle, centres, saturations, best).argmax()
     log = _log_density(cycle, centres[row], saturations[row], near)

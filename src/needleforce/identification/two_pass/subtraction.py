@@ -56,8 +56,6 @@ def two_pass_estimates(
     singles: list[SegmentedRecording], seconds: list, own: dict, given: FitInputs, foundation: str
 ) -> tuple[TwoPass | None, dict, dict]:
     """The result over all pairs, the estimates that it replaces, and the reason for each recording that was refused."""
-    if not seconds:
-        return None, {}, {}
     pairs = [
         Pair(single, second, own[single]["contact_depth"].value, own[single]["puncture_indentation"].value)
         for single, second in zip(singles, seconds)

@@ -44,15 +44,13 @@ _BRACKETS = {"(": ")", "[": "]", "<": ">", "{": "}"}
 
 @dataclass(frozen=True, kw_only=True)
 class Block:
-    """A table within rows: first row and the one after the last, headers (empty without), units of their row, what
-    stands above the headers, and which columns hold text; ``short_header`` are headers that lack one for a column of
-    values."""
+    """A table within rows: first row and the one after the last, headers (empty without), units of their row,
+    and which columns hold text; ``short_header`` are headers that lack one for a column of values."""
 
     first: int
     stop: int
     headers: list[str] = field(default_factory=list)
     units: list[str] = field(default_factory=list)
-    title: list[str] = field(default_factory=list)
     width: int = 0
     short_header: list[str] = field(default_factory=list)
     text_columns: frozenset[int] = frozenset()
@@ -118,7 +116,7 @@ def _between_texts(shapes: Sequence[str]) -> Iterator[tuple[int, int]]:
 def _block(rows: Sequence[Row], shapes: Sequence[str], start: int, stop: int) -> Block | None:
     """The table in a stretch of rows; None if no two neighbouring rows agree in their cells."""
     shape, first, last = _longest_run(shapes, start, stop)
-    headers, units, title = _header(rows, shapes, start, len(shape))
+    headers, units = _header(rows, shapes, start, len(shape))
     short = _names(headers) if len(_names(headers)) < len(shape) and shape[-1] != "e" else []
     if last - first < 2 and not headers:
         return None
@@ -133,7 +131,7 @@ def _block(rows: Sequence[Row], shapes: Sequence[str], start: int, stop: int) ->
         stop -= 1
     text = frozenset(k for k, kind in enumerate(shape) if kind == "t")
     return Block(first=first, stop=stop, headers=_padded(headers, len(shape)), units=_padded(units, len(shape)),
-                 title=title, width=len(shape), short_header=short, text_columns=text)  # fmt: skip
+                 width=len(shape), short_header=short, text_columns=text)  # fmt: skip
 
 
 def has_key(row: Row) -> bool:
@@ -194,21 +192,18 @@ def _joint(one: str, other: str) -> str:
     return "".join(b if a == "e" else a for a, b in zip(one, other))
 
 
-def _header(
-    rows: Sequence[Row], shapes: Sequence[str], start: int, width: int
-) -> tuple[list[str], list[str], list[str]]:
-    """Headers, units and what stands above them, of the rows of text right above row ``start``."""
+def _header(rows: Sequence[Row], shapes: Sequence[str], start: int, width: int) -> tuple[list[str], list[str]]:
+    """Headers and units, of the rows of text right above row ``start``."""
     above = [k for k in range(max(0, start - 8), start) if shapes[k].strip("e")]
     above = above[len(above) - _trailing(above, shapes) :]
     fitting = [k for k in above if _fits(rows[k], width) and not has_key(rows[k])]
     if not fitting or fitting[-1] != above[-1]:
-        return [], [], [" ".join(filter(None, rows[k])) for k in above]
+        return [], []
     whole = [k for k in fitting if all(rows[k][:width]) and len(rows[k]) >= width] or fitting
     last = [k for k in dict.fromkeys((fitting[-1], whole[-1])) if len(fitting) > 1 and is_unit_row(rows[k])]
     units = list(rows[last[0]]) if last else []  # a column of texts has none
     names = max([k for k in whole if k not in last[:1]] or [k for k in fitting if k not in last[:1]])
-    title = [" ".join(dict.fromkeys(filter(None, rows[k]))) for k in above if k < names]
-    return [each.strip() for each in rows[names]], [bare(unit) for unit in units], title
+    return [each.strip() for each in rows[names]], [bare(unit) for unit in units]
 
 
 def _trailing(above: Sequence[int], shapes: Sequence[str]) -> int:

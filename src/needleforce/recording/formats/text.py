@@ -27,7 +27,7 @@ from .rows import (
     is_unit_row,
     number_of,
 )
-from .summary_rows import without_summary
+from .text_blocks import all_tables, without_summary
 from .text_rows import MAX_LINE_CHARS, Encoding, long_line, split_cells
 from .text_values import TextValues
 
@@ -64,8 +64,6 @@ def tables(path: Path) -> list[Table]:
     first = without_summary(_table(path, encoding, lines, chosen))
     if len(chosen.blocks) == 1 and first.parses():
         return [first.table()]
-    from .text_blocks import all_tables  # late, as few files need it
-
     found = all_tables(first, lambda above: _table_in(path, first.encoding, above))
     if len(found) > 1:
         return [each.table() for each in found]

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The flags of a command: a parameter that is a dataclass stands for its fields, and ``ReadOptions`` for the flags by
+which every command reads files."""
+
+import inspect
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import MISSING, fields, is_dataclass
+from functools import wraps
+from typing import Annotated, Any
+
+import typer
+
+from ..errors import InputError
+from ..recording.options import Flag, ReadOptions, flags
+from .output import pairs
+
+
+def takes_flags(*named: str, part: str | None = None) -> Callable[[Callable], Callable]:
+    """A command whose dataclasses are given by flags, one a field.
+
+    Of reading these are the flags that all commands have, then those that are ``named``; a later flag of the command
+    with the name of one takes its place, and is left to the command. ``part`` is the default of ``--part``.
+    """
+    table = flags()
+    names = [name for name, flag in table.items() if not flag.named] + list(named)
+    of_reading = {name: _parameter(name, table[name], part) for name in names}
+
+    def decorated(command: Callable) -> Callable:
+        parameters = list(inspect.signature(command).parameters.values())
+        shown = {each.name: each for each in _spread(parameters, of_reading.values())}
+
+        @wraps(command)
+        def run(**given: Any) -> None:
+            read = {name: _value(table[name], given[name]) for name in names if shown.get(name) is of_reading[name]}
+            command(**_gathered(parameters, given, read))
+
+        run.__signature__ = inspect.Signature(list(shown.values()))
+        run.__annotations__ = {name: each.annotation for name, each in shown.items()}
+        return run
+
+    return decorated
+
+
+def _spread(parameters: Iterable[inspect.Parameter], of_reading: Iterable[inspect.Parameter]) -> Iterator:
+    """The parameters, with the fields of a dataclass in its place."""
+    for each in parameters:
+        if each.annotation is ReadOptions:
+            yield from of_reading
+        elif is_dataclass(each.annotation):
+            yield from _spread(_fields(each.annotation), of_reading)
+        else:
+            yield each.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+
+
+def _gathered(parameters: Iterable[inspect.Parameter], given: dict[str, Any], read: dict[str, Any]) -> dict[str, Any]:
+    """The value of each parameter: what was given, or a dataclass made from it."""
+    values = {}
+    for each in parameters:
+        if each.annotation is ReadOptions:
+            values[each.name] = _checked(ReadOptions(**read))
+        elif is_dataclass(each.annotation):
+            values[each.name] = each.annotation(**_gathered(_fields(each.annotation), given, read))
+        else:
+            values[each.name] = given[each.name]
+    return values
+
+
+def _fields(of_class: type) -> Iterator[inspect.Parameter]:
+    for each in fields(of_class):
+        default = each.default if each.default_factory is MISSING else each.default_factory()
+        default = inspect.Parameter.empty if default is MISSING else default
+        yield inspect.Parameter(each.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=each.type)
+
+
+def _parameter(name: str, flag: Flag, part: str | None) -> inspect.Parameter:
+    kind, default = (list[str], []) if flag.kind is list else (flag.kind | None, part if name == "part" else None)
+    annotation = Annotated[kind, typer.Option(flag.word, help=flag.help)]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+
+
+def _value(flag: Flag, given: Any) -> Any:
+    """What was given, in SI."""
+    if flag.kind is list:
+        return pairs(given, flag.word.strip("-"))
+    return given if given is None or flag.factor is None else flag.factor * given
+
+
+def _checked(reading: ReadOptions) -> ReadOptions:
+    """The options, which apply to every file: an error is wrong usage, not an unreadable file."""
+    from ..recording.quantities import QUANTITIES, dimension
+    from ..units import parse
+
+    known = {*QUANTITIES, *(f"motion.{quantity}" for quantity in ("time", "depth", "velocity"))}
+    for word, given in (("--column", reading.columns), ("--unit", reading.units)):
+        for quantity in given:
+            if quantity not in known:
+                raise InputError(f"quantity of {word}", repr(quantity), f"known are {', '.join(sorted(known))}")
+    for quantity, unit in reading.units.items():
+        parse(unit, dimension(quantity.removeprefix("motion.")), quantity)
+    if reading.inwards not in (None, "increasing", "decreasing"):
+        raise InputError("--depth-inwards", repr(reading.inwards), "known are increasing and decreasing")
+    if reading.filter_length is not None and reading.filter_length < 1:
+        raise InputError("--filter-length", reading.filter_length, "must be at least 1")
+    return reading

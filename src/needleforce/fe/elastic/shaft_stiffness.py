@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How stiffly tissue resists a shaft that drags it along: what axial laws call the stiffness of dragged tissue."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import InputError
+from ..materials import Elastic
+from ..mesh.block import axisymmetric_block
+from .condensed import MAX_NODES
+from .needle_path import NeedlePath
+from .tissue import Tissue
+
+_MAX_DEPTH = 0.3  # of a shaft [m]
+_LARGE = 10.0  # depth and radius of a block that stands for a half-space, in embedded lengths
+
+
+def shaft_stiffness(
+    depth: ArrayLike,
+    radius: float,
+    material: Elastic,
+    *,
+    block_radius: float | None = None,
+    block_depth: float | None = None,
+    base: str = "fixed",
+    sides: str = "free",
+) -> np.ndarray:
+    """Axial force per displacement of a straight shaft that sticks to the tissue along its embedded length.
+
+    It is the slope of force over depth just after a reversal, before the shaft slips, and the ``stiffness`` of
+    ``nf.laws.DraggedTissue``.
+
+    Parameters
+    ----------
+    depth : array_like
+        Embedded lengths [m], at least four radii, of any shape.
+    radius : float
+        Of the shaft [m].
+    material : Elastic
+        Of the tissue.
+    block_radius, block_depth : float, optional
+        Of the specimen [m]; by default ten times the deepest, as good as a half-space.
+    base, sides : str
+        Its supports: ``"fixed"``, ``"sliding"`` or ``"free"``.
+
+    Returns
+    -------
+    ndarray
+        Stiffness [N/m], proportional to the modulus.
+
+    Raises
+    ------
+    InputError
+        If a length is out of range, or the block is not held.
+
+    Notes
+    -----
+    Finite elements with cells of the radius along the shaft, within about 3 % of the limit; Randolph & Wroth (1978)
+    have a closed form for a half-space (``closed_forms.bonded_shaft_stiffness``), within a tenth.
+    """
+    lengths = np.asarray(depth, dtype=float)
+    deepest = float(lengths.max(initial=0.0))
+    wide = _LARGE * deepest if block_radius is None else block_radius
+    deep = _LARGE * deepest if block_depth is None else block_depth
+    _check(lengths, radius, wide, deep)
+    mesh = axisymmetric_block(wide, deep, radius, needle_depth=deepest)
+    tissue = Tissue(mesh, material, symmetry="axisymmetric", supports={"bottom": base, "sides": sides})
+    found = [_bonded(tissue, each, radius) for each in lengths.ravel()]
+    return np.reshape(found, lengths.shape)
+
+
+def modulus_of_shaft_stiffness(stiffness: ArrayLike, depth: ArrayLike, radius: float, **geometry) -> np.ndarray:  # type: ignore[no-untyped-def]
+    """Young modulus [Pa] of tissue that resists a shaft with a measured stiffness [N/m].
+
+    Parameters
+    ----------
+    stiffness : array_like
+        Slope of force over depth just after a reversal [N/m].
+    depth : array_like
+        Embedded lengths [m].
+    radius : float
+        Of the shaft [m].
+    **geometry
+        ``poisson_ratio`` (0.49 by default) and the keywords of ``shaft_stiffness``.
+
+    Returns
+    -------
+    ndarray
+        [Pa]
+    """
+    ratio = geometry.pop("poisson_ratio", 0.49)
+    unit = shaft_stiffness(depth, radius, Elastic(1.0, ratio), **geometry)
+    return np.asarray(stiffness, dtype=float) / unit
+
+
+def _bonded(tissue: Tissue, length: float, radius: float) -> float:
+    nodes = int(np.clip(np.ceil(length / (2.0 * radius)), 4, MAX_NODES - 1))
+    return tissue.condense(NeedlePath(length, length / nodes, radius)).bonded_stiffness(length)
+
+
+def _check(lengths: np.ndarray, radius: float, wide: float, deep: float) -> None:
+    if not (np.isfinite(radius) and radius > 0.0):
+        raise InputError("radius", f"{radius} m", "must be above 0", next_step="Give it in m.")
+    if not lengths.size:
+        raise InputError("depth", "empty", "must be lengths", next_step="Give embedded lengths in m.")
+    if lengths.max() > _MAX_DEPTH:
+        raise InputError(
+            "depth", f"{lengths.max():g} m", f"must be at most {_MAX_DEPTH:g} m", next_step="Give it in m."
+        )
+    if not np.all(lengths >= 4.0 * radius) or not np.all(np.isfinite(lengths)):
+        limit = f"must be at least four radii, {4e3 * radius:g} mm"
+        raise InputError("depth", f"{1e3 * lengths.min():g} mm", limit, next_step="Give embedded lengths in m.")
+    if not (deep > lengths.max() and wide > 2.0 * radius):
+        raise InputError(
+            "block",
+            f"{1e3 * wide:g} mm wide and {1e3 * deep:g} mm deep",
+            f"the shaft is {1e3 * lengths.max():g} mm deep",
+        )
