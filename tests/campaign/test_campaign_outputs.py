@@ -114,8 +114,11 @@ def test_parquet_without_pyarrow_names_the_extra(done, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+CURVES = ("#88929b", "#c64f00", "#0072b2", "#a3428a", "#00735c", "#6a4fb3")  # repeats, models, anomalous repeats
+
+
 class Page(HTMLParser):
-    """Ids, links within the page, and external resources."""
+    """Ids, links within the page, external resources, and curves."""
 
     def __init__(self, text: str):
         super().__init__()
@@ -128,7 +131,7 @@ class Page(HTMLParser):
         target = given.get("href") or given.get("src") or ""
         self.links |= {target[1:]} if target.startswith("#") else set()
         self.foreign += [target] if target and not target.startswith("#") else []
-        self.lines += tag == "polyline"
+        self.lines += tag == "path" and any(f"stroke: {colour}" in given.get("style", "") for colour in CURVES)
 
 
 def test_the_report_shows_every_repeat_and_every_reason(done, tmp_path):

@@ -16,7 +16,8 @@ from .one_layer.loading_curves import FITS
 from .one_layer.puncture_force import MeasuredPeak, PunctureMatch, measured_peak, puncture_match
 from .one_layer.segmented_recording import SegmentedRecording
 from .recording_fit import RecordingFit
-from .result import Choice, Fit
+from .result import Fit
+from .settings import Choice
 from .statistics.noise import SIGNIFICANT, noise_of
 from .statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
 
