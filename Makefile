@@ -27,7 +27,7 @@ FILE ?= tests/reference_values.json
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
-.PHONY: help setup packages-and-core demo test test-cpp test-python proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
+.PHONY: help setup packages-and-core demo test test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
         proof-fuzz fuzz wasm bench bench-full lint format docs reference clean
 
 help:  ## this list
@@ -95,6 +95,9 @@ test-cpp: .venv/.build-packages
 test-python: setup .venv/.test-packages
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --lines
 
+test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 7 for a third day
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --lines --long --share $(SHARE)
+
 proof: proof-tools  ## the real-time claims, by compiler, sanitizers and fuzzer
 	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-threads proof-effects proof-symbols
 	@$(MAKE) --no-print-directory proof-sanitizers proof-fuzz
@@ -144,7 +147,7 @@ fuzz: proof-tools  ## MINUTES=10: the fuzzer alone, for longer
 
 wasm: .venv/.made  ## the core for WebAssembly and its module, in build/wasm
 	@PYTHON=$(PYTHON) tools/system_packages.sh proof
-	@bindings/wasm/build.sh build/wasm
+	@$(WATCHED) "WebAssembly" -- bindings/wasm/build.sh build/wasm
 
 bench: setup .venv/.test-packages  ## the bars as ratios, measured in one run
 	@$(WATCHED) "packages to compare with" -- $(INSTALL) --requirement benchmarks/requirements.txt
@@ -166,7 +169,8 @@ format: .venv/.lint-packages  ## the same, changing files
 
 docs: setup  ## the pages of docs/ as HTML in build/docs
 	@$(WATCHED) "packages for the pages" -- $(INSTALL) --requirement docs/requirements.txt
-	@$(BIN)/sphinx-build -q -W docs build/docs && echo "build/docs/index.html"
+	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W docs build/docs
+	@echo "build/docs/index.html"
 
 reference: setup  ## FILE=values.json through the public names: name, expected, got, pass
 	@$(BIN)/python tests/reference.py $(FILE)
