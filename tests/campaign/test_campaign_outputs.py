@@ -5,17 +5,16 @@ import json
 import random
 import re
 import shutil
-import subprocess
 import sys
 from html.parser import HTMLParser
 
+import command_line
 import pytest
 
 import needleforce as nf
 from needleforce.campaign import campaign
 from needleforce.campaign.result import check_table
 
-COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()"]
 FEW = ("speed_1.csv", "speed_2.csv", "speed_4.csv", "double_1.csv", "double_2.csv", "double_4.csv", "stray.csv",
        "double_5-empty.csv")  # fmt: skip
 
@@ -169,7 +168,7 @@ def test_a_report_without_curves_is_written(folder, tmp_path):
 
 
 def run(*arguments):
-    return subprocess.run([*COMMAND, "campaign", *map(str, arguments)], capture_output=True, text=True)
+    return command_line.run("campaign", *arguments)
 
 
 def test_the_command(few, tmp_path):

@@ -80,16 +80,16 @@ def refusal(read: str, *arguments) -> str:
         "forms",
     ],
 )
-def test_a_hundred_hostile_files_of_arrays(hostile, kind):
-    found = hostile[0].study(kind, 100, first=1_000_000)
-    assert found["failed"] == {} and found["refused"] > 10 and found["read"] + found["refused"] == 100
+def test_hostile_files_of_arrays_are_read_or_refused(hostile, kind, many):
+    found, count = hostile[0].study(kind, many(15, 100), first=1_000_000), many(15, 100)
+    assert found["failed"] == {} and found["refused"] > 0.1 * count and found["read"] + found["refused"] == count
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the memory of a process is read from /proc")
 @pytest.mark.parametrize("kind", ["csv", "parquet", "mcap", "bag", "toml", "json", "page", "calibration", "table"])
-def test_a_hundred_hostile_files_of_each_format(hostile, kind):
-    found = hostile[0].study(kind, 100, first=1_000_000)
-    assert found["failed"] == {} and found["refused"] > 10 and found["read"] + found["refused"] == 100
+def test_hostile_files_of_each_format_are_read_or_refused(hostile, kind, many):
+    found, count = hostile[0].study(kind, many(15, 100), first=1_000_000), many(15, 100)
+    assert found["failed"] == {} and found["refused"] > 0.1 * count and found["read"] + found["refused"] == count
 
 
 def test_the_study_finds_a_reader_that_fails(hostile, tmp_path):

@@ -2,10 +2,10 @@
 """``needleforce tension``, ``bending`` and ``penetration``: moduli of tissue and needle, and the figures of penetration
 tests, from bench tests."""
 
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 
 from ..errors import InputError
@@ -25,14 +25,11 @@ LAW_HELP = (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class TensionFlags:
+class TensionFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``tension``."""
 
-    mode: Annotated[list[str], typer.Option(help=MODE_HELP + " Once for all files, or once for each.")] = field(
-        default_factory=list
-    )
-    law: Annotated[list[str], typer.Option(help=LAW_HELP)] = field(default_factory=list)
+    mode: Annotated[list[str], typer.Option(help=MODE_HELP + " Once for all files, or once for each.")] = []
+    law: Annotated[list[str], typer.Option(help=LAW_HELP)] = []
     min_stretch: Annotated[float, typer.Option(help="Readings at a smaller stretch are not used.")] = 0.0
     max_stretch: Annotated[float, typer.Option(help="Readings at a larger stretch are not used.")] = float("inf")
     fit_zero: Annotated[
@@ -42,8 +39,8 @@ class TensionFlags:
     gauge_length_mm: Annotated[
         float | None, typer.Option(help="Undeformed length, for a column of length or displacement.")
     ] = None
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = field(default_factory=list)
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = field(default_factory=list)
+    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = []
+    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = []
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
     figure: Annotated[Path | None, typer.Option(help="Write a figure: .svg, .png or .pdf.")] = None
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None

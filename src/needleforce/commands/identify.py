@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce identify``: identify a force model from recordings."""
 
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import msgspec
 import typer
 
 from ..errors import InputError
@@ -29,18 +29,17 @@ MODEL_HELP = (
 LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
 
 
-@dataclass(frozen=True, kw_only=True)
-class IdentifyFlags:
+class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``identify``."""
 
     second_pass: Annotated[
         list[Path], typer.Option(help="Second insertion at the same site; repeated once for each file.")
-    ] = field(default_factory=list)
+    ] = []
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
     model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None
     layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None
     reading: ReadOptions
-    motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = field(default_factory=list)
+    motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = []
     bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None
     tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None

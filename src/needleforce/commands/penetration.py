@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce penetration``: the figures of penetration tests of needles, one or many, with statistics."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 
 from ..errors import InputError
@@ -20,8 +21,7 @@ if TYPE_CHECKING:
 NAME = "penetration"
 
 
-@dataclass(frozen=True, kw_only=True)
-class PenetrationFlags:
+class PenetrationFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``penetration``."""
 
     work_to_mm: Annotated[

@@ -2,10 +2,10 @@
 """``needleforce steer``: simulate, identify and plan insertions of a needle that bends and is steered."""
 
 import math
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import msgspec
 import typer
 
 from ..errors import InputError
@@ -24,8 +24,7 @@ MODEL_HELP = "An identified needle: a file that steer identify --save wrote."
 AXIAL_HELP = f"Laws of the axial force. {PRESET_HELP}"
 
 
-@dataclass(frozen=True, kw_only=True)
-class SteerSimulateFlags:
+class SteerSimulateFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``steer simulate``."""
 
     output: Annotated[Path, typer.Option("--output", "-o", help="Table to write (CSV), a row a step.")]
@@ -79,15 +78,14 @@ def simulate(given: SteerSimulateFlags) -> None:
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class SteerIdentifyFlags:
+class SteerIdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``steer identify``."""
 
     needle: Annotated[str, typer.Option(help=NEEDLE_HELP)]
     only: Annotated[
         list[str],
         typer.Option("--only", help="Insertions of one tissue: whose name begins with this. Default: all."),
-    ] = field(default_factory=list)
+    ] = []
     model: Annotated[str | None, typer.Option(help="linear, or yielding (the default for tip paths).")] = None
     held: Annotated[str, typer.Option(help="guide at a fixed distance from the surface, or hub.")] = "guide"
     length_unit: Annotated[str | None, typer.Option(help="Of all lengths, where the table states none.")] = None
@@ -131,17 +129,12 @@ def identify(
         say(f"model: {given.save}")
 
 
-@dataclass(frozen=True, kw_only=True)
-class SteerPlanFlags:
+class SteerPlanFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``steer plan``."""
 
     target_mm: Annotated[str, typer.Option(help="x,y,z of the target from the point of entry, such as 2,-1,80.")]
-    sphere_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z,radius. Repeat it for more.")] = field(
-        default_factory=list
-    )
-    box_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z of two opposite corners.")] = field(
-        default_factory=list
-    )
+    sphere_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z,radius. Repeat it for more.")] = []
+    box_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z of two opposite corners.")] = []
     clearance_mm: Annotated[float, typer.Option(help="Distance to keep from obstacles.")] = 0.0
     max_lateral_mm: Annotated[float, typer.Option(help="Motion of the base across, along x and along y.")] = 6.0
     max_lateral_step_mm: Annotated[float, typer.Option(help="The same in one step.")] = 6.0
