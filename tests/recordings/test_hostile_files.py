@@ -21,11 +21,11 @@ def hostile(root):
     """The benchmark's modules."""
     sys.path.insert(0, str(root / "benchmarks"))
     try:
-        import hostile_bombs
+        import hostile_changes
         import hostile_content
         import hostile_files
 
-        yield hostile_files, hostile_content, hostile_bombs
+        yield hostile_files, hostile_content, hostile_changes
     finally:
         sys.path.remove(str(root / "benchmarks"))
 
