@@ -32,7 +32,7 @@ def test_an_axis_that_ignores_a_stop_is_reported_with_its_last_depth(recorded, l
     assert "ordered to stop, did not; last seen at" in outcome.detail and "switch the axis off" in outcome.detail
     assert outcome.stop.beyond and outcome.stop.speed == pytest.approx(SPEED, rel=0.2)
     assert log.complete and log.end["ended"] == outcome.ended and log.end["stop_at_rest"] == "False"
-    assert axis.received.count("stop") > 1, "it is ordered again"
+    assert axis.received.count("stop") > 2, "each of two threads orders it, and one of them again"
 
 
 def test_an_axis_that_stops_only_in_silence_gets_silence_and_is_reported(recorded):
